@@ -1,0 +1,1 @@
+"""What people see and use: the live page, the command line, presets and headless runs."""

@@ -1,0 +1,332 @@
+"""One learner, the thread that runs it, the requests made of it, and its latest snapshot.
+
+Only the worker thread touches the learner. Everybody else enqueues a request and reads the
+latest snapshot, of which there is one at a time and never a queue.
+"""
+
+import logging
+import math
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from app import snapshot
+from app.snapshot import Snapshot
+from learners.commands import Command, CommandError
+from learners.run import Run
+from learners.spec import MAX_TRIALS, RunSpec
+
+log = logging.getLogger(__name__)
+
+FULL_SPEED = math.inf
+"""A speed in steps per second: as fast as it goes."""
+
+_SLICE_S = 0.005
+"""How long the learner may keep the worker from its requests."""
+_PUBLISH_S = 1 / 30
+_CURVE_S = 0.4
+_MAX_DEBT_S = 0.1
+"""Learning that is owed after a stall is forgiven beyond this, so that speed never bursts."""
+_RATE_WINDOW_S = 1.0
+
+
+@dataclass(frozen=True)
+class Play:
+    """Learn on; past the preset's last trial, for as many trials again."""
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Stand still."""
+
+
+@dataclass(frozen=True)
+class StepOnce:
+    """Pause, and make one step."""
+
+
+@dataclass(frozen=True)
+class TrialOnce:
+    """Pause, and go to the start of the next trial."""
+
+
+@dataclass(frozen=True)
+class SetSpeed:
+    """Aim at so many steps per second."""
+
+    steps_per_s: float
+
+
+@dataclass(frozen=True)
+class StartAgain:
+    """Throw the run away and begin another."""
+
+    spec: RunSpec
+    preset: str
+    seed: int
+
+
+Request = Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | Command
+Reply = Callable[[str], None]
+"""Told why a request could not be carried out."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """How the worker stands, and the moment it last published."""
+
+    snapshot: Snapshot
+    playing: bool
+    finished: bool
+    """The run has had the trials it was to have; playing on asks for as many again."""
+    exhausted: bool
+    """The run has had all the trials a run may have."""
+    preparing: bool
+    """The learner's code is being compiled, once on each machine."""
+    speed: float
+    """Steps per second aimed at."""
+    steps_per_s: float
+    """Steps per second made, over the last second."""
+    error: str | None
+    """What stopped the worker; the state is kept."""
+
+
+@dataclass(frozen=True)
+class _Envelope:
+    request: Request
+    reply: Reply | None
+
+
+class Session:
+    """A live run. All public methods may be called from any thread."""
+
+    def __init__(self, spec: RunSpec, preset: str, seed: int, speed: float, playing: bool) -> None:
+        """Prepare the run; :meth:`start` sets it going.
+
+        Raises:
+            ValueError: the seed is not allowed.
+        """
+        self._requests: queue.SimpleQueue[_Envelope | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="learner", daemon=True)
+        self._published = threading.Condition()
+        self._run = Run(spec, seed)
+        self._preset = preset
+        self._generation = 0
+        self._until_trial = spec.trials
+        self._speed = speed
+        self._playing = playing
+        self._preparing = True
+        self._error: str | None = None
+        self._stopping = False
+        self._slice_steps = 1_000
+        self._paced_from = time.perf_counter()
+        self._owed = 0.0
+        self._made_at: deque[tuple[float, int]] = deque()
+        self._published_at = -math.inf
+        self._curve_at = -math.inf
+        self._status = self._take_status()
+
+    @property
+    def status(self) -> Status:
+        """The latest published moment."""
+        return self._status
+
+    def start(self) -> None:
+        """Begin to work."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the worker and wait for it."""
+        self._requests.put(None)
+        self._thread.join()
+
+    def submit(self, request: Request, reply: Reply | None = None) -> None:
+        """Ask for something; it is done before the next slice of learning."""
+        self._requests.put(_Envelope(request, reply))
+
+    def wait_for(self, condition: Callable[[Status], bool], timeout_s: float) -> Status:
+        """The first published status that meets a condition.
+
+        Raises:
+            TimeoutError: none did in time.
+        """
+        with self._published:
+            if not self._published.wait_for(lambda: condition(self._status), timeout_s):
+                raise TimeoutError("the session did not get there in time")
+            return self._status
+
+    def _work(self) -> None:
+        while not self._stopping:
+            try:
+                self._answer_requests(self._pause_s())
+                if self._is_learning() and not self._stopping:
+                    self._learn()
+            except Exception as error:
+                # Whatever went wrong, the page must say so and the state must be kept.
+                log.exception("the learner stopped")
+                self._error = f"{type(error).__name__}: {error}"
+                self._playing = False
+                self._publish()
+
+    def _is_learning(self) -> bool:
+        return self._playing and self._error is None and self._run.trial < self._until_trial
+
+    def _pause_s(self) -> float | None:
+        """How long to wait for a request before it is time to learn; None is for ever."""
+        if not self._is_learning():
+            return None
+        if self._speed == FULL_SPEED:
+            return 0.0
+        self._accrue()
+        return max((self._quantum() - self._owed) / self._speed, 0.0)
+
+    def _quantum(self) -> float:
+        """Steps worth waking up for at the present speed."""
+        return max(self._speed * _PUBLISH_S / 2, 1.0)
+
+    def _accrue(self) -> None:
+        now = time.perf_counter()
+        limit = max(self._speed * _MAX_DEBT_S, 1.0)
+        self._owed = min(self._owed + (now - self._paced_from) * self._speed, limit)
+        self._paced_from = now
+
+    def _answer_requests(self, wait_s: float | None) -> None:
+        try:
+            envelope = self._requests.get(block=wait_s != 0.0, timeout=wait_s)
+            while True:
+                if envelope is None:
+                    self._stopping = True
+                    return
+                self._answer(envelope)
+                envelope = self._requests.get_nowait()
+        except queue.Empty:
+            return
+        finally:
+            if not self._is_learning():
+                self._publish()
+
+    def _answer(self, envelope: _Envelope) -> None:
+        try:
+            self._carry_out(envelope.request)
+        except CommandError as error:
+            if envelope.reply is not None:
+                envelope.reply(str(error))
+        self._published_at = -math.inf
+
+    def _carry_out(self, request: Request) -> None:
+        match request:
+            case Play():
+                self._play()
+            case Pause():
+                self._playing = False
+            case StepOnce():
+                self._playing = False
+                self._advance(max_steps=1)
+            case TrialOnce():
+                self._playing = False
+                self._advance(until_trial=self._run.trial + 1)
+            case SetSpeed(steps_per_s=speed):
+                self._speed = speed
+                self._restart_pace()
+            case StartAgain():
+                self._start_again(request)
+            case _:
+                self._run.apply(request)
+
+    def _play(self) -> None:
+        if self._error is not None:
+            raise CommandError(f"the learner has stopped: {self._error}")
+        if self._run.trial >= MAX_TRIALS:
+            raise CommandError(f"a run ends after {MAX_TRIALS:,} trials")
+        if self._run.trial >= self._until_trial:
+            self._until_trial = min(self._until_trial + self._run.spec.trials, MAX_TRIALS)
+        self._playing = True
+        self._restart_pace()
+
+    def _start_again(self, request: StartAgain) -> None:
+        self._run = Run(request.spec, request.seed)
+        self._preset = request.preset
+        self._generation += 1
+        self._until_trial = request.spec.trials
+        self._error = None
+        self._curve_at = -math.inf
+        self._made_at.clear()
+        self._restart_pace()
+
+    def _restart_pace(self) -> None:
+        self._paced_from = time.perf_counter()
+        self._owed = 0.0
+
+    def _learn(self) -> None:
+        if self._preparing:
+            # The first call compiles, or loads what was compiled before.
+            self._publish()
+            self._advance(max_steps=1)
+            self._preparing = False
+            self._restart_pace()
+            return
+        started = time.perf_counter()
+        steps = self._slice_steps
+        if self._speed != FULL_SPEED:
+            self._accrue()
+            steps = min(int(self._owed), steps)
+            self._owed -= steps
+        if steps > 0:
+            made = self._advance(max_steps=steps)
+            self._fit_slice(made, time.perf_counter() - started)
+        if time.perf_counter() - self._published_at >= _PUBLISH_S or not self._is_learning():
+            self._publish()
+
+    def _advance(self, max_steps: int = 2**62, until_trial: int | None = None) -> int:
+        if self._error is not None:
+            raise CommandError(f"the learner has stopped: {self._error}")
+        limit = self._until_trial if until_trial is None else until_trial
+        made = self._run.advance(max_steps=max_steps, until_trial=limit)
+        self._made_at.append((time.perf_counter(), self._run.step))
+        if self._run.trial >= self._until_trial:
+            self._playing = False
+        return made
+
+    def _fit_slice(self, made: int, took_s: float) -> None:
+        """Let a slice take about as long as the worker may be deaf."""
+        if made == self._slice_steps and took_s > 0:
+            wanted = made * _SLICE_S / took_s
+            self._slice_steps = int(min(max(wanted, self._slice_steps / 2, 1), made * 2))
+
+    def _steps_per_s(self) -> float:
+        if not self._is_learning():
+            return 0.0
+        horizon = time.perf_counter() - _RATE_WINDOW_S
+        while len(self._made_at) > 2 and self._made_at[1][0] < horizon:
+            self._made_at.popleft()
+        if len(self._made_at) < 2:
+            return 0.0
+        (first_s, first), (last_s, last) = self._made_at[0], self._made_at[-1]
+        return (last - first) / (last_s - first_s) if last_s > first_s else 0.0
+
+    def _take_status(self) -> Status:
+        now = time.perf_counter()
+        curve = None
+        if now - self._curve_at < _CURVE_S and self._is_learning():
+            curve = self._status.snapshot.curve
+        else:
+            self._curve_at = now
+        return Status(
+            snapshot=snapshot.take(self._run, self._preset, self._generation, curve),
+            playing=self._playing,
+            finished=self._run.trial >= self._until_trial,
+            exhausted=self._run.trial >= MAX_TRIALS,
+            preparing=self._preparing and self._playing,
+            speed=self._speed,
+            steps_per_s=self._steps_per_s(),
+            error=self._error,
+        )
+
+    def _publish(self) -> None:
+        with self._published:
+            self._status = self._take_status()
+            self._published_at = time.perf_counter()
+            self._published.notify_all()

@@ -1,0 +1,367 @@
+"""The loop that learns: timed hierarchical Q-learning, one step after another (section 3.3).
+
+Every step chooses an option, lets the option choose a move, makes the move, and learns twice:
+the selection table from the global reward, and the chosen skill from its local reward. An
+option is a primitive move or a skill; all learners of the thesis are settings of this loop.
+
+Draws. A step takes one draw of 64 bits from the stream of decisions and splits it into four of
+16 bits, from the low end: whether to explore at the selection, which option, whether to explore
+in the skill, which move. While biased exploration episodes run, each of them, the newest first,
+takes a draw of its own before that, until one takes the step. A trial's start comes from a
+stream of its own, by the trial's number.
+
+The loop allocates nothing, touches no clock, and stops only between steps, so how many steps a
+call makes does not change what is learned.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from sim.compiled import loop, piece
+
+from learners import rows
+from learners.skills import local_reward, wrapped
+from sim.bits import U, pick
+from sim.rng import DECISIONS, GAMMA, STARTS, mix
+from sim.world import (
+    CAPTURE,
+    FLIGHT,
+    ONGOING,
+    PREY_BIT,
+    STATE_SHIFT,
+    TIMEOUT,
+    VISIBLE_BITS,
+    World,
+    in_view,
+    moved,
+    start_of_trial,
+)
+
+TRAIL_LENGTH = 16_384
+"""Cells the trail remembers, a power of two: at least the last 32 trials of 500 steps."""
+
+NO_OPTION = 255
+NOT_REACHED = -1
+
+# Slots of ``LearnerState.place``.
+CELL = 0
+HEADING = 1
+OPTION = 2
+
+# Slots of ``LearnerState.tally``.
+STEP = 0
+TRIAL = 1
+TRIAL_STEP = 2
+TRIAL_NEW_STATES = 3
+TRIAL_SWITCHES = 4
+REPERTOIRE = 5
+N_TALLIES = 6
+
+
+class LearnerState(NamedTuple):
+    """All that a learner is at a moment: copy these arrays and you have a checkpoint."""
+
+    selection: np.ndarray
+    """(heading, distance, direction) rows of options, see ``learners.rows``; float32."""
+    selection_words: np.ndarray
+    """The same memory seen as uint32."""
+    skills: np.ndarray
+    """(skill, distance, direction) rows of moves; float32."""
+    skill_words: np.ndarray
+    """The same memory seen as uint32."""
+    visits: np.ndarray
+    """(heading, distance, direction, option) uint32: how often an option was taken in a state."""
+    first_reach: np.ndarray
+    """(heading, distance, direction) int32: trial in which the value first rose above 0, or -1."""
+    seen: np.ndarray
+    """(heading, distance, direction) uint8: repertoire at the last visit, counted from 1."""
+    trail: np.ndarray
+    """(TRAIL_LENGTH,) uint32 ring: the cell after step n is at n % TRAIL_LENGTH."""
+    place: np.ndarray
+    """(3,) uint64: cell, heading, option of the last step."""
+    tally: np.ndarray
+    """(N_TALLIES,) int64: steps and trials so far, and what the running trial counts."""
+    change: np.ndarray
+    """(1,) float64: sum of |dQ| of the selection in the running trial."""
+    streams: np.ndarray
+    """(2,) uint64: counters of the decisions and the starts."""
+    log_outcome: np.ndarray
+    """(trial,) int8: how each trial ended; the logs grow with the trials."""
+    log_steps: np.ndarray
+    """(trial,) int32: steps in each trial."""
+    log_new_states: np.ndarray
+    """(trial,) int32: visits of states not visited before with the repertoire of the time."""
+    log_switches: np.ndarray
+    """(trial,) int32: steps whose option differed from that of the step before."""
+    log_change: np.ndarray
+    """(trial,) float32: sum of |dQ| of the selection."""
+    log_cell: np.ndarray
+    """(trial,) uint32: where the trial ended."""
+
+
+class Settings(NamedTuple):
+    """What the loop is told for one call; constant while it runs."""
+
+    n_options: np.uint64
+    present: np.uint64
+    """Options present, as bits."""
+    option_skill: np.ndarray
+    """(option,) uint64: the skill that an option runs; ignored for primitive moves."""
+    options_are_moves: bool
+    reward_weights: np.ndarray
+    """(skill * 4,) float32, see ``learners.skills.local_reward``."""
+    alpha: np.float32
+    """Learning rate of the selection; 0 while it is frozen."""
+    skill_alpha: np.float32
+    gamma: np.float32
+    epsilon16: np.uint64
+    """Chance of a random choice at either level, in units of 2**-16."""
+    n_episodes: int
+    episode_option: np.ndarray
+    """(episode,) uint64: option of each running exploration episode, the newest first."""
+    episode_chance: np.ndarray
+    """(episode,) uint64: its probability in units of 2**-32."""
+
+
+_ZERO = U(0)
+_ONE = U(1)
+_S16 = U(16)
+_S32 = U(32)
+_S48 = U(48)
+_LOW16 = U(0xFFFF)
+_ROW_SHIFT = U(4)
+_TRAIL_MASK = U(TRAIL_LENGTH - 1)
+_N_MOVES = U(9)
+_BEST = U(rows.BEST)
+_GREEDY = U(rows.GREEDY)
+_NOTHING = np.float32(0)
+VISIBLE_OR_PREY = VISIBLE_BITS | PREY_BIT
+
+
+@piece
+def imposed_option(
+    present: np.uint64,
+    n_episodes: int,
+    episode_option: np.ndarray,
+    episode_chance: np.ndarray,
+    counter: np.uint64,
+) -> tuple[np.uint64, np.uint64, np.uint64]:
+    """Option that a running exploration episode imposes on this step (section 3.3.4).
+
+    Returns:
+        The option or ``NO_OPTION``; the options left for the ordinary choice; the counter of
+        decisions after the draws this took.
+    """
+    left = present
+    for episode in range(n_episodes):
+        option = episode_option[episode]
+        counter += GAMMA
+        if mix(counter) >> _S32 < episode_chance[episode]:
+            return option, left, counter
+        left &= ~(_ONE << option)
+    if left == _ZERO:
+        left = present
+    return U(NO_OPTION), left, counter
+
+
+@piece
+def selected_option(
+    table: np.ndarray,
+    words: np.ndarray,
+    row: np.uint64,
+    allowed: np.uint64,
+    epsilon16: np.uint64,
+    draw: np.uint64,
+) -> np.uint64:
+    """Selection policy: epsilon-greedy among the allowed options (section 4.2.1)."""
+    index16 = (draw >> _S16) & _LOW16
+    if draw & _LOW16 < epsilon16:
+        return pick(allowed, index16)
+    return pick(rows.greedy_among(table, words, row, allowed), index16)
+
+
+@piece
+def skill_move(
+    words: np.ndarray, row: np.uint64, epsilon16: np.uint64, draw: np.uint64
+) -> np.uint64:
+    """A skill's policy: epsilon-greedy among the nine moves (section 4.2.2)."""
+    index16 = draw >> _S48
+    if (draw >> _S32) & _LOW16 < epsilon16:
+        return (index16 * _N_MOVES) >> _S16
+    return pick(U(words[row + _GREEDY]), index16)
+
+
+@piece
+def backup(
+    table: np.ndarray,
+    words: np.ndarray,
+    row: np.uint64,
+    action: np.uint64,
+    target: np.float32,
+    alpha: np.float32,
+) -> np.float32:
+    """Move Q(s, a) towards a target by the learning rate (equation 3.5); returns the change."""
+    q_tm1 = table[row + action]
+    q_t = q_tm1 + alpha * (target - q_tm1)
+    if q_t == q_tm1:
+        return _NOTHING
+    rows.write(table, words, row, action, q_t)
+    return q_t - q_tm1
+
+
+@loop
+def advance(
+    world: World, state: LearnerState, settings: Settings, max_steps: int, until_trial: int
+) -> int:
+    """Learn for at most ``max_steps`` steps, and only while the trial is below ``until_trial``.
+
+    Changes the arrays of ``state``. The logs must have room for ``until_trial`` trials.
+
+    Returns:
+        The number of steps made.
+    """
+    table = state.selection
+    words = state.selection_words
+    skill_table = state.skills
+    skill_words = state.skill_words
+    cell_word = world.cell_word
+    n_skill_states = world.n_skill_states
+    n_options = settings.n_options
+    present = settings.present
+    epsilon16 = settings.epsilon16
+    alpha = settings.alpha
+    skill_alpha = settings.skill_alpha
+    gamma = settings.gamma
+    n_episodes = settings.n_episodes
+    episode_option = settings.episode_option
+    episode_chance = settings.episode_chance
+    options_are_moves = settings.options_are_moves
+    option_skill = settings.option_skill
+    weights = settings.reward_weights
+    distance = world.distance
+    angle = world.angle
+    clipped = world.clipped
+    move_step = world.move_step
+    step_limit = world.step_limit
+    visits = state.visits
+    seen = state.seen
+    trail = state.trail
+    first_reach = state.first_reach
+
+    cell = state.place[CELL]
+    heading = state.place[HEADING]
+    previous = state.place[OPTION]
+    counter = state.streams[DECISIONS]
+    step = state.tally[STEP]
+    trial = state.tally[TRIAL]
+    trial_step = state.tally[TRIAL_STEP]
+    new_states = state.tally[TRIAL_NEW_STATES]
+    switches = state.tally[TRIAL_SWITCHES]
+    repertoire = np.uint8(state.tally[REPERTOIRE])
+    change = state.change[0]
+
+    skill_state = U(cell_word[cell]) >> STATE_SHIFT
+    end_step = step + max_steps
+    while step < end_step and trial < until_trial:
+        word = U(cell_word[cell])
+        s_tm1 = heading * n_skill_states + skill_state
+        row = s_tm1 << _ROW_SHIFT
+
+        option = U(NO_OPTION)
+        allowed = present
+        if n_episodes > 0:
+            option, allowed, counter = imposed_option(
+                present, n_episodes, episode_option, episode_chance, counter
+            )
+        counter += GAMMA
+        draw = mix(counter)
+        if option == U(NO_OPTION):
+            option = selected_option(table, words, row, allowed, epsilon16, draw)
+
+        skill_row = _ZERO
+        if options_are_moves:
+            move = option
+        else:
+            skill = option_skill[option]
+            skill_row = (skill * n_skill_states + skill_state) << _ROW_SHIFT
+            move = skill_move(skill_words, skill_row, epsilon16, draw)
+
+        cell_t = moved(cell_word, clipped, move_step, cell, move)
+        word_t = U(cell_word[cell_t])
+        skill_state_t = word_t >> STATE_SHIFT
+        outcome = ONGOING
+        reward = _NOTHING
+        future = table[((heading * n_skill_states + skill_state_t) << _ROW_SHIFT) + _BEST]
+        if word_t & VISIBLE_OR_PREY:
+            if in_view(word, word_t, heading) and distance[cell_t] < distance[cell]:
+                outcome = FLIGHT
+                reward = world.flight_reward
+                future = _NOTHING
+            elif word_t & PREY_BIT:
+                outcome = CAPTURE
+                reward = world.capture_reward
+                future = _NOTHING
+        step += 1
+        trial_step += 1
+        if outcome == ONGOING and trial_step == step_limit:
+            outcome = TIMEOUT
+
+        if seen[s_tm1] != repertoire:
+            seen[s_tm1] = repertoire
+            new_states += 1
+        visits[s_tm1 * n_options + option] += np.uint32(1)
+        if option != previous:
+            switches += 1
+        trail[U(step) & _TRAIL_MASK] = np.uint32(cell_t)
+
+        utility_tm1 = table[row + _BEST]
+        delta = backup(table, words, row, option, reward + gamma * future, alpha)
+        if delta != _NOTHING:
+            change += abs(delta)
+            if utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING:
+                if first_reach[s_tm1] == NOT_REACHED:
+                    first_reach[s_tm1] = trial
+
+        if not options_are_moves:
+            skill = option_skill[option]
+            turn = _NOTHING
+            if not word_t & PREY_BIT:
+                turn = wrapped(angle[cell_t] - angle[cell])
+            r_t = local_reward(
+                weights, skill, distance[cell], distance[cell_t], turn
+            )
+            skill_row_t = (skill * n_skill_states + skill_state_t) << _ROW_SHIFT
+            target = r_t + gamma * skill_table[skill_row_t + _BEST]
+            backup(skill_table, skill_words, skill_row, move, target, skill_alpha)
+
+        cell = cell_t
+        skill_state = skill_state_t
+        previous = option
+        if outcome != ONGOING:
+            state.log_outcome[trial] = outcome
+            state.log_steps[trial] = trial_step
+            state.log_new_states[trial] = new_states
+            state.log_switches[trial] = switches
+            state.log_change[trial] = change
+            state.log_cell[trial] = np.uint32(cell)
+            trial += 1
+            trial_step = 0
+            new_states = 0
+            switches = 0
+            change = 0.0
+            previous = U(NO_OPTION)
+            cell, heading = start_of_trial(world, state.streams[STARTS], trial)
+            skill_state = U(cell_word[cell]) >> STATE_SHIFT
+
+    made = step - state.tally[STEP]
+    state.place[CELL] = cell
+    state.place[HEADING] = heading
+    state.place[OPTION] = previous
+    state.streams[DECISIONS] = counter
+    state.tally[STEP] = step
+    state.tally[TRIAL] = trial
+    state.tally[TRIAL_STEP] = trial_step
+    state.tally[TRIAL_NEW_STATES] = new_states
+    state.tally[TRIAL_SWITCHES] = switches
+    state.change[0] = change
+    return made

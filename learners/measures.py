@@ -1,0 +1,98 @@
+"""What a run's log says: learning curve, success, and how much is still being learned."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from learners import kernel
+from learners.kernel import LearnerState
+from sim.spec import WorldSpec
+from sim.world import CAPTURE, FLIGHT, TIMEOUT
+
+CURVE_WINDOW_STEPS = 100_000
+RECENT_TRIALS = 500
+FINAL_TRIALS = 2_000
+
+
+class Curve(NamedTuple):
+    """Mean reward per trial over windows of steps, the thesis's measure (section 4.1.2)."""
+
+    steps: np.ndarray
+    """(window,) int64: end of each window, or of the run where that comes first."""
+    reward: np.ndarray
+    """(window,) float64: mean over the trials that ended in it; NaN where none did."""
+
+
+class Endings(NamedTuple):
+    """How trials ended."""
+
+    captures: int
+    flights: int
+    timeouts: int
+
+
+class Pace(NamedTuple):
+    """How much is still happening, over the most recent trials."""
+
+    change_per_step: float
+    """Mean |dQ| of the selection table."""
+    new_state_share: float
+    """Share of steps in a state not visited before with the repertoire of the time."""
+    switches_per_step: float
+    """Share of steps whose option differed from that of the step before."""
+
+
+def trials_done(state: LearnerState) -> int:
+    """Trials that have ended."""
+    return int(state.tally[kernel.TRIAL])
+
+
+def rewards(world: WorldSpec, outcomes: np.ndarray) -> np.ndarray:
+    """Reward of each trial from how it ended, ``(trial,) float64``."""
+    by_outcome = np.zeros(4)
+    by_outcome[CAPTURE] = world.capture_reward
+    by_outcome[FLIGHT] = world.flight_reward
+    return by_outcome[outcomes]
+
+
+def curve(world: WorldSpec, state: LearnerState, window_steps: int = CURVE_WINDOW_STEPS) -> Curve:
+    """Learning curve over windows of ``window_steps`` steps; the last may be a part of one."""
+    done = trials_done(state)
+    if done == 0:
+        return Curve(np.zeros(0, np.int64), np.zeros(0))
+    ended_at = np.cumsum(state.log_steps[:done], dtype=np.int64)
+    window = (ended_at - 1) // window_steps
+    n_windows = int(window[-1]) + 1
+    count = np.bincount(window, minlength=n_windows)
+    total = np.bincount(window, rewards(world, state.log_outcome[:done]), minlength=n_windows)
+    mean = np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
+    steps = np.minimum((np.arange(n_windows) + 1) * window_steps, int(state.tally[kernel.STEP]))
+    return Curve(steps, mean)
+
+
+def endings(state: LearnerState, recent: int | None = None) -> Endings:
+    """How all trials, or the most recent ones, ended."""
+    done = trials_done(state)
+    first = 0 if recent is None else max(done - recent, 0)
+    counts = np.bincount(state.log_outcome[first:done], minlength=4)
+    return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
+
+
+def mean_reward(world: WorldSpec, state: LearnerState, recent: int = FINAL_TRIALS) -> float:
+    """Mean reward of the most recent trials; NaN before the first has ended."""
+    done = trials_done(state)
+    if done == 0:
+        return float("nan")
+    return float(rewards(world, state.log_outcome[max(done - recent, 0) : done]).mean())
+
+
+def pace(state: LearnerState, recent: int = RECENT_TRIALS) -> Pace:
+    """How much was learned and explored over the most recent trials; zeros before the first."""
+    done = trials_done(state)
+    window = slice(max(done - recent, 0), done)
+    steps = max(int(state.log_steps[window].sum()), 1)
+    return Pace(
+        change_per_step=float(state.log_change[window].sum()) / steps,
+        new_state_share=float(state.log_new_states[window].sum()) / steps,
+        switches_per_step=float(state.log_switches[window].sum()) / steps,
+    )

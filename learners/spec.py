@@ -1,0 +1,180 @@
+"""What a run is made of, as a preset states it (validated, frozen).
+
+A run is a function of a :class:`RunSpec`, a seed, and the commands given while it runs.
+"""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from learners.skills import SKILLS
+from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
+
+MAX_TRIALS = 2_000_000
+"""Trials a run may have: its log takes 21 bytes for each."""
+
+SkillName = Literal["approach", "avoid", "circle_clockwise", "circle_counterclockwise"]
+Rate = Annotated[FiniteFloat, Field(ge=0, le=1)]
+Trials = Annotated[int, Field(ge=0, le=MAX_TRIALS)]
+
+MOVES = "moves"
+INTRODUCTION = "introduction"
+
+
+def _options(value: object) -> object:
+    if value == MOVES:
+        return MOVES
+    names = [skill for skill in value if skill in SKILLS] if isinstance(value, list | tuple) else []
+    if not names or len(names) != len(value):  # type: ignore[arg-type]
+        raise ValueError(f"allowed: {MOVES}, or a list of skills from {', '.join(SKILLS)}")
+    if len(set(names)) != len(names):
+        raise ValueError("names a skill twice; allowed: each skill once")
+    return tuple(names)
+
+
+def _episode_start(value: object) -> object:
+    is_trial = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_TRIALS
+    if value != INTRODUCTION and not is_trial:
+        raise ValueError(f"allowed: {INTRODUCTION}, or a trial from 0 to {MAX_TRIALS}")
+    return value
+
+
+class LearnerSpec(Spec):
+    """Options and learning parameters (section 4.2)."""
+
+    options: Annotated[Literal["moves"] | tuple[str, ...], BeforeValidator(_options)]
+    """The nine primitive moves, or the skills to select from."""
+    alpha: Rate
+    """Learning rate of the selection."""
+    skill_alpha: Rate = 0.6
+    """Learning rate of the skills."""
+    gamma: Annotated[FiniteFloat, Field(ge=0, lt=1)] = 0.9
+    """Discount per step, at both levels."""
+    epsilon: Rate = 0.1
+    """Chance of a random choice, at both levels."""
+    initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)] = 0.0
+    """Value of everything not yet tried, at both levels."""
+
+    @property
+    def skills(self) -> tuple[str, ...]:
+        """The skills among the options, in order; none if they are the primitive moves."""
+        return () if self.options == MOVES else tuple(self.options)
+
+
+class SkillTimer(Spec):
+    """When a skill joins, and for how long the selection does not learn then (section 3.3.4)."""
+
+    at: Trials
+    freeze: Trials = 0
+
+
+class EpisodeSpec(Spec):
+    """A biased exploration episode (section 3.3.4)."""
+
+    skill: SkillName
+    at: Annotated[Literal["introduction"] | int, BeforeValidator(_episode_start)] = INTRODUCTION
+    """First trial, or ``introduction`` for whenever the skill joins."""
+    duration: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
+    """In trials."""
+    probability: Rate
+    """Chance, at each step, that the skill is taken whatever the selection says."""
+
+
+class ScheduleSpec(Spec):
+    """Skill timers and exploration episodes. A skill without a timer is present from trial 0."""
+
+    skills: dict[SkillName, SkillTimer] = Field(default_factory=dict)
+    episodes: Annotated[tuple[EpisodeSpec, ...], Field(strict=False)] = ()
+
+    def introduced_at(self, skill: str) -> int:
+        """Trial in which a skill joins."""
+        timer = self.skills.get(skill)  # type: ignore[arg-type]
+        return 0 if timer is None else timer.at
+
+    def freeze_of(self, skill: str) -> int:
+        """Trials for which the selection is frozen when a skill joins."""
+        timer = self.skills.get(skill)  # type: ignore[arg-type]
+        return 0 if timer is None else timer.freeze
+
+    def starts_at(self, episode: EpisodeSpec) -> int:
+        """First trial of an episode."""
+        if episode.at == INTRODUCTION:
+            return self.introduced_at(episode.skill)
+        return int(episode.at)
+
+
+class RunSpec(Spec):
+    """A preset: a world, a learner, the schedule of its skills, and a number of trials."""
+
+    description: Annotated[str, Field(max_length=400)] = ""
+    world: WorldSpec = Field(default_factory=WorldSpec)
+    learner: LearnerSpec
+    schedule: ScheduleSpec = Field(default_factory=ScheduleSpec)
+    trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
+
+    @model_validator(mode="after")
+    def _schedule_fits_the_learner(self) -> Self:
+        problems = [*self._unknown_skills(), *self._no_first_skill(), *self._misplaced_episodes()]
+        if problems:
+            raise ProblemsError(problems)
+        return self
+
+    def _unknown_skills(self) -> list[Problem]:
+        allowed = ", ".join(self.learner.skills) or "none, because the options are moves"
+        message = f"is not among the learner's options; allowed: {allowed}"
+        timers = [
+            Problem(("schedule", "skills", skill), skill, message)
+            for skill in self.schedule.skills
+            if skill not in self.learner.skills
+        ]
+        episodes = [
+            Problem(("schedule", "episodes", index, "skill"), episode.skill, message)
+            for index, episode in enumerate(self.schedule.episodes)
+            if episode.skill not in self.learner.skills
+        ]
+        return timers + episodes
+
+    def _no_first_skill(self) -> list[Problem]:
+        skills = self.learner.skills
+        if not skills or any(self.schedule.introduced_at(skill) == 0 for skill in skills):
+            return []
+        earliest = min(skills, key=self.schedule.introduced_at)
+        return [
+            Problem(
+                ("schedule", "skills", earliest, "at"),
+                self.schedule.introduced_at(earliest),
+                "leaves nothing to do before it; allowed: 0 for at least one skill",
+            )
+        ]
+
+    def _misplaced_episodes(self) -> list[Problem]:
+        problems = []
+        taken: dict[str, list[tuple[int, int]]] = {}
+        for index, episode in enumerate(self.schedule.episodes):
+            key = ("schedule", "episodes", index, "at")
+            first = self.schedule.starts_at(episode)
+            joins = self.schedule.introduced_at(episode.skill)
+            if first < joins:
+                problems.append(
+                    Problem(
+                        key,
+                        episode.at,
+                        f"starts before {episode.skill} joins; allowed: {joins} or later,"
+                        f" or {INTRODUCTION}",
+                    )
+                )
+            for other_first, other_end in taken.get(episode.skill, []):
+                if first < other_end and other_first < first + episode.duration:
+                    problems.append(
+                        Problem(
+                            key,
+                            episode.at,
+                            f"overlaps the episode of {episode.skill} from trial {other_first}"
+                            f" to {other_end}; allowed: one at a time for each skill",
+                        )
+                    )
+            taken.setdefault(episode.skill, []).append((first, first + episode.duration))
+        return problems
+
+
+assert set(SKILLS) == set(SkillName.__args__)

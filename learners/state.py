@@ -1,0 +1,124 @@
+"""Making, copying and identifying a learner's state."""
+
+import hashlib
+
+import numpy as np
+
+from learners import kernel, rows
+from learners.kernel import LearnerState
+from learners.spec import RunSpec
+from sim import rng
+from sim.geometry import N_MOVES
+from sim.world import World, start_of_trial
+
+_LOGS = tuple(name for name in LearnerState._fields if name.startswith("log_"))
+_ALIASES = {"selection_words": "selection", "skill_words": "skills"}
+_TABLES = ("visits", "first_reach", "seen")
+
+
+def n_options_of(spec: RunSpec) -> int:
+    """Columns of the selection table."""
+    return len(spec.learner.skills) or N_MOVES
+
+
+def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
+    """The state before the first step; no skill is present yet."""
+    n_states, n_options = spec.world.n_states, n_options_of(spec)
+    n_skills = len(spec.learner.skills)
+    initial_q = spec.learner.initial_q
+    selection = rows.new_table(n_states, 0 if n_skills else n_options, initial_q)
+    skills = rows.new_table(n_skills * spec.world.n_skill_states, N_MOVES, initial_q)
+    streams = rng.streams(seed)
+    cell, heading = start_of_trial(world, streams[rng.STARTS], 0)
+    # Values that start above 0 have been there from the first trial on.
+    reached = 0 if initial_q > 0 else kernel.NOT_REACHED
+    return LearnerState(
+        selection=selection,
+        selection_words=selection.view(np.uint32),
+        skills=skills,
+        skill_words=skills.view(np.uint32),
+        visits=np.zeros(n_states * n_options, np.uint32),
+        first_reach=np.full(n_states, reached, np.int32),
+        seen=np.zeros(n_states, np.uint8),
+        trail=np.full(kernel.TRAIL_LENGTH, cell, np.uint32),
+        place=np.array([cell, heading, kernel.NO_OPTION], np.uint64),
+        tally=np.array([0, 0, 0, 0, 0, 1], np.int64),
+        change=np.zeros(1),
+        streams=streams,
+        log_outcome=np.zeros(spec.trials, np.int8),
+        log_steps=np.zeros(spec.trials, np.int32),
+        log_new_states=np.zeros(spec.trials, np.int32),
+        log_switches=np.zeros(spec.trials, np.int32),
+        log_change=np.zeros(spec.trials, np.float32),
+        log_cell=np.zeros(spec.trials, np.uint32),
+    )
+
+
+def copy_state(state: LearnerState) -> LearnerState:
+    """An independent copy."""
+    copied = {
+        name: array.copy() for name, array in state._asdict().items() if name not in _ALIASES
+    }
+    copied["selection"] = rows.copy_table(state.selection)
+    copied["skills"] = rows.copy_table(state.skills)
+    for alias, owner in _ALIASES.items():
+        copied[alias] = copied[owner].view(np.uint32)
+    return LearnerState(**copied)
+
+
+def with_room_for(state: LearnerState, trials: int) -> LearnerState:
+    """The same state, its logs grown to hold at least so many trials."""
+    room = state.log_outcome.size
+    if trials <= room:
+        return state
+    grown = max(trials, 2 * room)
+    longer = {
+        name: np.concatenate([log, np.zeros(grown - room, log.dtype)])
+        for name in _LOGS
+        for log in [getattr(state, name)]
+    }
+    return state._replace(**longer)
+
+
+def join_option(state: LearnerState, option: int, initial_q: float) -> None:
+    """Give an option its first values: Q(s, new) = min(initial, max of the present) for every s.
+
+    So no state's utility changes (section 3.3.4).
+    """
+    utility = rows.best(state.selection)
+    column = np.full_like(utility, initial_q)
+    present = np.isfinite(utility)
+    column[present] = np.minimum(column[present], utility[present])
+    rows.values(state.selection)[:, option] = column
+    rows.rescan_all(state.selection, state.selection_words)
+
+
+def tables(spec: RunSpec, state: LearnerState) -> dict[str, np.ndarray]:
+    """The tables under their own shapes, as copies.
+
+    ``selection_q (heading, distance, direction, option)``, NaN where an option never joined;
+    ``skill_q (skill, distance, direction, move)``; ``visits`` like ``selection_q``;
+    ``first_reach (heading, distance, direction)``, -1 where never.
+    """
+    shape = (8, spec.world.n_distances, spec.world.n_directions)
+    n_options, n_skills = n_options_of(spec), len(spec.learner.skills)
+    selection = rows.values(state.selection)[:, :n_options].copy()
+    selection[np.isneginf(selection)] = np.nan
+    return {
+        "selection_q": selection.reshape(*shape, n_options),
+        "skill_q": rows.values(state.skills)[:, :N_MOVES].reshape(n_skills, *shape[1:], N_MOVES),
+        "visits": state.visits.reshape(*shape, n_options).copy(),
+        "first_reach": state.first_reach.reshape(shape).copy(),
+    }
+
+
+def digest(state: LearnerState) -> str:
+    """SHA-256 of all tables and of the steps and trials it took to fill them."""
+    total = hashlib.sha256()
+    total.update(np.ascontiguousarray(rows.values(state.selection), "<f4").tobytes())
+    total.update(np.ascontiguousarray(rows.values(state.skills), "<f4").tobytes())
+    for name in _TABLES:
+        array = getattr(state, name)
+        total.update(array.astype(array.dtype.newbyteorder("<")).tobytes())
+    total.update(state.tally[: kernel.TRIAL + 1].astype("<i8").tobytes())
+    return total.hexdigest()
