@@ -4,6 +4,7 @@ Only the worker thread touches the learner. Everybody else enqueues a request an
 latest snapshot, of which there is one at a time and never a queue.
 """
 
+import itertools
 import logging
 import math
 import queue
@@ -92,12 +93,15 @@ class Status:
     """Steps per second made, over the last second."""
     error: str | None
     """What stopped the worker; the state is kept."""
+    answered: int
+    """Requests answered so far: the ticket of the last one."""
 
 
 @dataclass(frozen=True)
 class _Envelope:
     request: Request
     reply: Reply | None
+    ticket: int
 
 
 class Session:
@@ -110,8 +114,11 @@ class Session:
             ValueError: the seed is not allowed.
         """
         self._requests: queue.SimpleQueue[_Envelope | None] = queue.SimpleQueue()
+        self._tickets = itertools.count(1)
+        self._answered = 0
         self._thread = threading.Thread(target=self._work, name="learner", daemon=True)
         self._published = threading.Condition()
+        self._submitting = threading.Lock()
         self._run = Run(spec, seed)
         self._preset = preset
         self._generation = 0
@@ -143,9 +150,16 @@ class Session:
         self._requests.put(None)
         self._thread.join()
 
-    def submit(self, request: Request, reply: Reply | None = None) -> None:
-        """Ask for something; it is done before the next slice of learning."""
-        self._requests.put(_Envelope(request, reply))
+    def submit(self, request: Request, reply: Reply | None = None) -> int:
+        """Ask for something; it is done before the next slice of learning.
+
+        Returns:
+            A ticket; the request has been answered once ``status.answered`` has reached it.
+        """
+        with self._submitting:
+            ticket = next(self._tickets)
+            self._requests.put(_Envelope(request, reply, ticket))
+        return ticket
 
     def wait_for(self, condition: Callable[[Status], bool], timeout_s: float) -> Status:
         """The first published status that meets a condition.
@@ -214,6 +228,7 @@ class Session:
         except CommandError as error:
             if envelope.reply is not None:
                 envelope.reply(str(error))
+        self._answered = envelope.ticket
         self._published_at = -math.inf
 
     def _carry_out(self, request: Request) -> None:
@@ -265,7 +280,6 @@ class Session:
             # The first call compiles, or loads what was compiled before.
             self._publish()
             self._advance(max_steps=1)
-            self._preparing = False
             self._restart_pace()
             return
         started = time.perf_counter()
@@ -285,6 +299,7 @@ class Session:
             raise CommandError(f"the learner has stopped: {self._error}")
         limit = self._until_trial if until_trial is None else until_trial
         made = self._run.advance(max_steps=max_steps, until_trial=limit)
+        self._preparing = False
         self._made_at.append((time.perf_counter(), self._run.step))
         if self._run.trial >= self._until_trial:
             self._playing = False
@@ -323,6 +338,7 @@ class Session:
             speed=self._speed,
             steps_per_s=self._steps_per_s(),
             error=self._error,
+            answered=self._answered,
         )
 
     def _publish(self) -> None:

@@ -257,7 +257,9 @@ class Run:
             raise CommandError(f"{command.skill!r} has not joined, so it cannot be explored")
         _check_trials("duration", command.duration_trials)
         if not 0 <= command.probability <= 1:
-            raise CommandError(f"probability: {command.probability} is not allowed; allowed: 0 to 1")
+            raise CommandError(
+                f"probability: {command.probability} is not allowed; allowed: 0 to 1"
+            )
         self._drop_episode(command.skill)
         until = self.trial + command.duration_trials
         newest = Episode(command.skill, command.probability, until)
@@ -292,7 +294,9 @@ class Run:
             epsilon16=units(learner.epsilon, 16),
             n_episodes=len(control.episodes),
             episode_option=np.array([self._option(e.skill) for e in control.episodes], np.uint64),
-            episode_chance=np.array([units(e.probability, 32) for e in control.episodes], np.uint64),
+            episode_chance=np.array(
+                [units(e.probability, 32) for e in control.episodes], np.uint64
+            ),
         )
 
 
@@ -301,9 +305,7 @@ def _check_trials(what: str, trials: int) -> None:
         raise CommandError(f"{what}: {trials} trials is not allowed; allowed: 0 to {MAX_TRIALS}")
 
 
-def replay(
-    spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int
-) -> Run:
+def replay(spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int) -> Run:
     """Run again from the start, giving each command of a journal at its step."""
     run = Run(spec, seed)
     for step, command in journal:

@@ -56,9 +56,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
 
 def copy_state(state: LearnerState) -> LearnerState:
     """An independent copy."""
-    copied = {
-        name: array.copy() for name, array in state._asdict().items() if name not in _ALIASES
-    }
+    copied = {name: array.copy() for name, array in state._asdict().items() if name not in _ALIASES}
     copied["selection"] = rows.copy_table(state.selection)
     copied["skills"] = rows.copy_table(state.skills)
     for alias, owner in _ALIASES.items():

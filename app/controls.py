@@ -1,0 +1,333 @@
+"""The controls that all browsers share: they change the learner.
+
+A callback builds one request and enqueues it. A widget shows the state and never is the state:
+once a request has been answered, the render loop sets every widget to what is true.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import viser
+
+from app.door import guarded
+from app.narrate import plain
+from app.session import (
+    FULL_SPEED,
+    Pause,
+    Play,
+    Request,
+    Session,
+    SetSpeed,
+    StartAgain,
+    Status,
+    StepOnce,
+    TrialOnce,
+)
+from learners.commands import (
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    StopExploring,
+)
+from learners.spec import RunSpec
+
+DEFAULT_FREEZE_TRIALS = 300
+"""Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
+MAX_SEED = 2**31 - 1
+
+_FULL = 7.0
+"""Where the speed slider means as fast as it goes."""
+_SPEED_MARKS = (
+    (0.0, "1"),
+    (1.0, "10"),
+    (2.0, "100"),
+    (3.0, "1k"),
+    (4.0, "10k"),
+    (5.0, "100k"),
+    (6.0, "1M"),
+    (_FULL, "max"),
+)
+_STEP, _TRIAL = "One step", "One trial"
+_NO_SKILL = "(no skill yet)"
+
+
+def speed_of(slider: float) -> float:
+    """Steps per second at a place of the speed slider."""
+    return FULL_SPEED if slider >= _FULL else 10.0**slider
+
+
+def slider_of(speed: float) -> float:
+    """Place of the speed slider for a speed."""
+    return _FULL if speed == FULL_SPEED else round(min(max(math.log10(speed), 0.0), _FULL - 0.1), 1)
+
+
+def speed_label(speed: float) -> str:
+    """A speed in words short enough for the slider."""
+    if speed == FULL_SPEED:
+        return "Full speed"
+    return f"{speed / 1e3:,.0f}k steps/s" if speed >= 1e4 else f"{speed:,.0f} steps/s"
+
+
+def skill_state(status: Status, skill: str) -> str:
+    """How a skill stands, in a few words."""
+    snapshot = status.snapshot
+    if skill not in snapshot.present:
+        planned = snapshot.spec.schedule.introduced_at(skill)
+        if snapshot.control.schedule_on and planned > snapshot.trial:
+            return f"not yet, joins at trial {planned:,}"
+        return "not yet"
+    index = snapshot.spec.learner.skills.index(skill)
+    total = int(snapshot.option_visits.sum())
+    share = f", {snapshot.option_visits[index] / total:.0%} of all choices" if total else ""
+    newest = snapshot.control.introductions[-1].skill == skill
+    if newest and snapshot.trial < snapshot.control.frozen_until:
+        return f"frozen until trial {snapshot.control.frozen_until:,}{share}"
+    return f"active{share}"
+
+
+@dataclass
+class _SkillRow:
+    skill: str
+    text: viser.GuiHtmlHandle
+    add: viser.GuiButtonHandle
+
+
+class Controls:
+    """The shared control panel."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        presets: Mapping[str, RunSpec],
+    ) -> None:
+        self._gui = gui
+        self._session = session
+        self._presets = presets
+        self._ticket = 0
+        self._shown: tuple[int, str] | None = None
+        self._rows: list[_SkillRow] = []
+        status = session.status
+        self._build_transport(status)
+        self._skills = gui.add_folder("Skills")
+        self._build_explore()
+        self._build_learning()
+        self._build_start(status)
+        self._build_rows(status)
+        self.update(status)
+
+    def update(self, status: Status) -> None:
+        """Show what is true; not before the last request made here has been answered."""
+        if status.answered < self._ticket:
+            return
+        snapshot = status.snapshot
+        if self._shown != (snapshot.generation, snapshot.preset):
+            self._build_rows(status)
+            _assign(self._preset, "value", snapshot.preset)
+            _assign(self._seed, "value", snapshot.seed)
+        self._show_transport(status)
+        self._show_skills(status)
+        self._show_explore(status)
+        self._show_learning(status)
+
+    def _ask(self, event: viser.GuiEvent, request: Request) -> None:
+        client = event.client
+
+        def refused(reason: str) -> None:
+            if client is not None:
+                client.add_notification("That cannot be done now", reason, auto_close_seconds=6)
+
+        self._ticket = self._session.submit(request, refused)
+
+    def _on(self, handle: Any, request: Callable[[Any], Request]) -> None:
+        """Enqueue a request whenever a person, and not the program, changes a widget."""
+
+        @guarded
+        def changed(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                self._ask(event, request(handle.value))
+
+        handle.on_update(changed)
+
+    def _build_transport(self, status: Status) -> None:
+        gui = self._gui
+        self._play = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="Key: space")
+        self._play.on_click(guarded(lambda event: self._ask(event, self._play_or_pause())))
+        self._once = gui.add_button_group("Go on by", (_STEP, _TRIAL))
+        self._once.on_click(
+            guarded(
+                lambda event: self._ask(
+                    event, StepOnce() if self._once.value == _STEP else TrialOnce()
+                )
+            )
+        )
+        self._speed = gui.add_slider(
+            speed_label(status.speed),
+            min=0.0,
+            max=_FULL,
+            step=0.1,
+            initial_value=slider_of(status.speed),
+            marks=_SPEED_MARKS,
+            hint="Learning steps per second; max is as fast as it goes",
+        )
+        self._on(self._speed, lambda place: SetSpeed(speed_of(place)))
+        command = gui.add_command("Pause or play", hotkey="space")
+        command.on_trigger(guarded(lambda event: self._ask(event, self._play_or_pause())))
+
+    def _play_or_pause(self) -> Request:
+        return Pause() if self._session.status.playing else Play()
+
+    def _show_transport(self, status: Status) -> None:
+        label, icon = "Pause", viser.Icon.PLAYER_PAUSE
+        if not status.playing:
+            label, icon = "Play", viser.Icon.PLAYER_PLAY
+            if status.finished:
+                label = f"Go on for {status.snapshot.spec.trials:,} trials more"
+        if status.exhausted:
+            label = "This run has had all its trials"
+        if status.error is not None:
+            label = "Stopped by an error: start again"
+        if self._play.label != label:
+            self._play.label = label
+            self._play.icon = icon
+        stuck = status.exhausted or status.error is not None
+        _assign(self._play, "disabled", stuck)
+        _assign(self._once, "disabled", stuck or (status.finished and not status.playing))
+        _assign(self._speed, "value", slider_of(status.speed))
+        _assign(self._speed, "label", speed_label(status.speed))
+
+    def _build_rows(self, status: Status) -> None:
+        for row in self._rows:
+            row.text.remove()
+            row.add.remove()
+        skills = status.snapshot.spec.learner.skills
+        self._rows = []
+        self._shown = (status.snapshot.generation, status.snapshot.preset)
+        with self._skills:
+            for skill in skills:
+                text = self._gui.add_html("")
+                add = self._gui.add_button(f"Add {plain(skill)} now", icon=viser.Icon.PLUS)
+                add.on_click(guarded(self._adder(skill)))
+                self._rows.append(_SkillRow(skill, text, add))
+        self._skills.visible = bool(skills)
+        self._explore.visible = bool(skills)
+
+    def _adder(self, skill: str) -> Callable[[viser.GuiEvent], None]:
+        def add(event: viser.GuiEvent) -> None:
+            schedule = self._session.status.snapshot.spec.schedule
+            freeze = schedule.freeze_of(skill) if skill in schedule.skills else None
+            trials = DEFAULT_FREEZE_TRIALS if freeze is None else freeze
+            self._ask(event, Introduce(skill, trials))
+
+        return add
+
+    def _show_skills(self, status: Status) -> None:
+        for row in self._rows:
+            present = row.skill in status.snapshot.present
+            state = escape(skill_state(status, row.skill))
+            dot = "&#9679;" if present else "&#9675;"
+            _assign(
+                row.text,
+                "content",
+                f'<div style="padding:0 0.6em;font-size:0.85em">{dot}'
+                f" <b>{escape(plain(row.skill))}</b>: {state}</div>",
+            )
+            _assign(row.add, "visible", not present)
+
+    def _build_explore(self) -> None:
+        gui = self._gui
+        self._explore = gui.add_folder("Explore a skill")
+        with self._explore:
+            self._explored = gui.add_dropdown("Skill", (_NO_SKILL,))
+            self._chance = gui.add_slider(
+                "Probability", min=0.0, max=1.0, step=0.05, initial_value=0.5
+            )
+            self._duration = gui.add_number("Trials", 2_000, min=1, max=100_000, step=100)
+            self._begin = gui.add_button("Start exploring", icon=viser.Icon.COMPASS)
+            self._left = gui.add_html("")
+            self._end = gui.add_button("Stop exploring", icon=viser.Icon.PLAYER_STOP)
+        self._begin.on_click(
+            guarded(
+                lambda event: self._ask(
+                    event,
+                    Explore(
+                        self._chosen_skill(), int(self._duration.value), float(self._chance.value)
+                    ),
+                )
+            )
+        )
+        self._end.on_click(
+            guarded(lambda event: self._ask(event, StopExploring(self._chosen_skill())))
+        )
+
+    def _chosen_skill(self) -> str:
+        return str(self._explored.value).replace(" ", "_")
+
+    def _show_explore(self, status: Status) -> None:
+        snapshot = status.snapshot
+        names = tuple(plain(skill) for skill in snapshot.present) or (_NO_SKILL,)
+        if self._explored.options != names:
+            self._explored.options = names
+        chosen = self._chosen_skill()
+        running = {episode.skill for episode in snapshot.control.episodes}
+        nothing = not snapshot.present
+        _assign(self._begin, "disabled", nothing)
+        _assign(self._end, "disabled", chosen not in running)
+        lines = [
+            f"{escape(plain(e.skill))} at {e.probability:.0%}:"
+            f" {e.until_trial - snapshot.trial:,} trials left"
+            for e in snapshot.control.episodes
+            if e.until_trial > snapshot.trial
+        ]
+        if nothing:
+            lines = ["A skill must have joined before it can be explored."]
+        elif not lines:
+            lines = ["Nothing is being explored."]
+        body = "<br>".join(lines)
+        _assign(
+            self._left, "content", f'<div style="padding:0 0.6em;font-size:0.85em">{body}</div>'
+        )
+
+    def _build_learning(self) -> None:
+        gui = self._gui
+        with gui.add_folder("Learning"):
+            self._freeze_selection = gui.add_checkbox("Freeze selection", False)
+            self._freeze_skills = gui.add_checkbox("Freeze skills", False)
+            self._follow = gui.add_checkbox("Follow schedule", True)
+        self._on(self._freeze_selection, FreezeSelection)
+        self._on(self._freeze_skills, FreezeSkills)
+        self._on(self._follow, FollowSchedule)
+
+    def _show_learning(self, status: Status) -> None:
+        control = status.snapshot.control
+        has_skills = bool(status.snapshot.spec.learner.skills)
+        _assign(self._freeze_selection, "value", control.selection_frozen)
+        _assign(self._freeze_skills, "value", control.skills_frozen)
+        _assign(self._follow, "value", control.schedule_on)
+        _assign(self._freeze_skills, "disabled", not has_skills)
+        _assign(self._follow, "disabled", not has_skills)
+
+    def _build_start(self, status: Status) -> None:
+        gui = self._gui
+        with gui.add_folder("Start again"):
+            self._preset = gui.add_dropdown(
+                "Preset", tuple(self._presets), initial_value=status.snapshot.preset
+            )
+            self._seed = gui.add_number("Seed", status.snapshot.seed, min=0, max=MAX_SEED, step=1)
+            self._again = gui.add_button("Start again", icon=viser.Icon.REFRESH)
+        self._again.on_click(guarded(lambda event: self._ask(event, self._start_again())))
+
+    def _start_again(self) -> Request:
+        preset = str(self._preset.value)
+        return StartAgain(self._presets[preset], preset, int(self._seed.value))
+
+
+def _assign(handle: Any, name: str, value: object) -> None:
+    """Set a property only if it differs, so that nothing is sent for nothing."""
+    if getattr(handle, name) != value:
+        setattr(handle, name, value)
