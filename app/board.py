@@ -251,7 +251,7 @@ class BoardView:
         shown = len(self._flashes)
         points = np.full((max(shown, 1), 3), _AWAY, np.float32)
         colours = np.zeros((max(shown, 1), 3), np.uint8)
-        for row, (end, since) in enumerate(self._flashes.values()):
+        for row, (end, _) in enumerate(self._flashes.values()):
             points[row, :2] = in_preys_frame(snapshot.world, np.array([end.cell]), end.heading)[0]
             points[row, 2] = _Z_FLASH
             colours[row] = by_outcome[end.outcome]

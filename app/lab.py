@@ -5,6 +5,7 @@ never queues any.
 """
 
 import logging
+import sys
 import threading
 import time
 import webbrowser
@@ -163,15 +164,20 @@ def run_lab(
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=True)
     lab = Lab(session, {preset: spec, **presets}, host, port)
     if port not in (0, lab.server.get_port()):
-        print(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
-    print(f"pounce is at {lab.url}  (Ctrl-C ends it)", flush=True)
+        _say(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
+    _say(f"pounce is at {lab.url}  (Ctrl-C ends it)")
     session.start()
     if open_browser:
         webbrowser.open(lab.url)
     try:
         lab.serve()
     except KeyboardInterrupt:
-        print("\nEnded.")
+        _say("\nEnded.")
     finally:
         lab.close()
     return 0
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()

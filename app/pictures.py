@@ -142,10 +142,7 @@ def state_colours(
         penalty: size of the value of certain flight, the end of the scale of losses.
         theme: colours of the page.
     """
-    if scale == "steps":
-        level = nearness(known.steps)
-    else:
-        level = known.gain / max(reward, 1e-9)
+    level = nearness(known.steps) if scale == "steps" else known.gain / max(reward, 1e-9)
     board = np.array(theme.unknown, dtype=np.float64)
     gain = palette(gain_colours(), level)
     loss = loss_colours(known.loss / max(penalty, 1e-9), theme)
@@ -189,5 +186,5 @@ def gradient_css(colours: np.ndarray) -> str:
 
 def css(colour: tuple[int, int, int] | np.ndarray) -> str:
     """A colour as CSS writes it."""
-    red, green, blue = (int(round(float(part))) for part in colour)
+    red, green, blue = (round(float(part)) for part in colour)
     return f"rgb({red},{green},{blue})"

@@ -27,7 +27,9 @@ FULL_SPEED = math.inf
 
 _SLICE_S = 0.005
 """How long the learner may keep the worker from its requests."""
-_PUBLISH_S = 1 / 30
+_PUBLISH_S = 1 / 15
+_TICK_S = 1 / 60
+"""How often learning at a set speed is worth waking up for."""
 _CURVE_S = 0.4
 _MAX_DEBT_S = 0.1
 """Learning that is owed after a stall is forgiven beyond this, so that speed never bursts."""
@@ -199,7 +201,7 @@ class Session:
 
     def _quantum(self) -> float:
         """Steps worth waking up for at the present speed."""
-        return max(self._speed * _PUBLISH_S / 2, 1.0)
+        return max(self._speed * _TICK_S, 1.0)
 
     def _accrue(self) -> None:
         now = time.perf_counter()

@@ -6,6 +6,8 @@ with the preset and the seed replays a run bit for bit.
 
 from dataclasses import dataclass
 
+from learners.spec import ScheduleSpec
+
 
 @dataclass(frozen=True)
 class Introduce:
@@ -55,7 +57,58 @@ class FollowSchedule:
     on: bool
 
 
-Command = Introduce | Explore | StopExploring | FreezeSelection | FreezeSkills | FollowSchedule
+@dataclass(frozen=True)
+class Remove:
+    """Take a skill out of the repertoire; what the selection knew of it is put aside."""
+
+    skill: str
+
+
+@dataclass(frozen=True)
+class SetParameter:
+    """Change a number of the preset from here on, by its dotted key (``PARAMETERS``)."""
+
+    key: str
+    value: float
+
+
+@dataclass(frozen=True)
+class SetSchedule:
+    """Put another plan in the place of the schedule; what is past must stay as it was."""
+
+    schedule: ScheduleSpec
+
+
+@dataclass(frozen=True)
+class Undo:
+    """Take back a command given by hand, by its number in the run's history."""
+
+    number: int
+
+
+PARAMETERS = (
+    "learner.epsilon",
+    "learner.alpha",
+    "learner.skill_alpha",
+    "learner.gamma",
+    "world.capture_reward",
+    "world.flight_reward",
+    "world.vision_radius",
+)
+"""What may change while a run goes on. All else would make it another run."""
+
+Command = (
+    Introduce
+    | Explore
+    | StopExploring
+    | FreezeSelection
+    | FreezeSkills
+    | FollowSchedule
+    | Remove
+    | SetParameter
+    | SetSchedule
+    | Undo
+)
 
 
 class CommandError(ValueError):

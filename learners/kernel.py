@@ -17,11 +17,11 @@ call makes does not change what is learned.
 from typing import NamedTuple
 
 import numpy as np
-from sim.compiled import loop, piece
 
 from learners import rows
 from learners.skills import local_reward, wrapped
 from sim.bits import U, pick
+from sim.compiled import loop, piece
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
 from sim.world import (
     CAPTURE,
@@ -318,9 +318,9 @@ def advance(
         delta = backup(table, words, row, option, reward + gamma * future, alpha)
         if delta != _NOTHING:
             change += abs(delta)
-            if utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING:
-                if first_reach[s_tm1] == NOT_REACHED:
-                    first_reach[s_tm1] = trial
+            rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
+            if rose and first_reach[s_tm1] == NOT_REACHED:
+                first_reach[s_tm1] = trial
 
         if not options_are_moves:
             skill = option_skill[option]

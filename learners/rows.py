@@ -17,9 +17,9 @@ same, to the last bit, as scanning at each step.
 """
 
 import numpy as np
-from sim.compiled import loop, piece
 
 from sim.bits import U
+from sim.compiled import loop, piece
 
 WORDS = 16
 MAX_ACTIONS = 12

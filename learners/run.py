@@ -5,12 +5,14 @@ trials it names, and calls the kernel from one such event to the next.
 """
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self, assert_never
+from typing import Any, NamedTuple, Self, assert_never
 
 import numpy as np
+from pydantic import ValidationError
 
 from learners import kernel
 from learners.commands import (
+    PARAMETERS,
     Command,
     CommandError,
     Explore,
@@ -18,13 +20,25 @@ from learners.commands import (
     FreezeSelection,
     FreezeSkills,
     Introduce,
+    Remove,
+    SetParameter,
+    SetSchedule,
     StopExploring,
+    Undo,
 )
 from learners.kernel import LearnerState, Settings
 from learners.rows import MAX_ACTIONS
 from learners.skills import SKILLS
-from learners.spec import INTRODUCTION, MAX_TRIALS, MOVES, RunSpec
-from learners.state import copy_state, join_option, n_options_of, new_state, with_room_for
+from learners.spec import INTRODUCTION, MAX_TRIALS, MOVES, RunSpec, ScheduleSpec
+from learners.state import (
+    copy_state,
+    join_option,
+    leave_option,
+    n_options_of,
+    new_state,
+    return_option,
+    with_room_for,
+)
 from sim import rng
 from sim.bits import U
 from sim.world import World, compile_world, start_of_trial
@@ -57,10 +71,26 @@ class Timer(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Event:
+    """A command that was carried out."""
+
+    number: int
+    step: int
+    trial: int
+    command: Command
+    by_hand: bool
+    """Whether a person gave it, and not the schedule."""
+    undone: bool = False
+
+
+@dataclass(frozen=True)
 class Control:
     """What commands have set; with the state of the tables, all that a run is at a moment."""
 
+    spec: RunSpec
+    """The preset as commands have changed it."""
     introductions: tuple[Introduction, ...] = ()
+    """Of the skills that are present."""
     episodes: tuple[Episode, ...] = ()
     """The newest first; at most one for each skill."""
     frozen_until: int = 0
@@ -68,8 +98,9 @@ class Control:
     selection_frozen: bool = False
     skills_frozen: bool = False
     schedule_on: bool = True
-    next_timer: int = 0
-    """Timers before this one are past."""
+    begun_trial: int = -1
+    """Timers of trials up to this one are past."""
+    history: tuple[Event, ...] = ()
 
 
 def timers_of(spec: RunSpec) -> tuple[Timer, ...]:
@@ -101,22 +132,32 @@ class Run:
         Raises:
             ValueError: the seed is not allowed.
         """
-        self.spec = spec
+        self.preset = spec
         self.seed = seed
         self.world: World = compile_world(spec.world)
         self.state: LearnerState = new_state(spec, self.world, seed)
-        self.control = Control()
-        self.journal: list[tuple[int, Command]] = []
+        self.control = Control(spec)
         self._timers = timers_of(spec)
-        self._give_due_timers()
+        self._memos: dict[int, Any] = {}
+        self._begin_trial()
 
     def copy(self) -> Self:
         """An independent run that stands where this one does: a checkpoint."""
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         twin.state = copy_state(self.state)
-        twin.journal = list(self.journal)
+        twin._memos = dict(self._memos)
         return twin
+
+    @property
+    def spec(self) -> RunSpec:
+        """The preset as commands have changed it."""
+        return self.control.spec
+
+    @property
+    def journal(self) -> list[tuple[int, Command]]:
+        """Commands given by hand and their steps: with preset and seed, the whole run."""
+        return [(event.step, event.command) for event in self.control.history if event.by_hand]
 
     @property
     def step(self) -> int:
@@ -146,7 +187,7 @@ class Run:
 
     def planned(self) -> tuple[Timer, ...]:
         """What the schedule will still do if it is left on."""
-        return self._timers[self.control.next_timer :]
+        return tuple(timer for timer in self._timers if timer.trial > self.control.begun_trial)
 
     def advance(self, max_steps: int = _NEVER, until_trial: int | None = None) -> int:
         """Learn for ``max_steps`` steps, or until a trial is about to start, whichever is first.
@@ -168,30 +209,32 @@ class Run:
         return made
 
     def apply(self, command: Command) -> None:
-        """Carry out a command given by hand, and note it in the journal.
+        """Carry out a command given by hand, and note it in the history.
 
         Raises:
             CommandError: it cannot be carried out now; nothing has changed.
         """
-        self._obey(command)
-        self.journal.append((self.step, command))
+        self._give(command, by_hand=True)
+
+    def _give(self, command: Command, by_hand: bool) -> None:
+        memo = self._obey(command)
+        number = len(self.control.history)
+        self._memos[number] = memo
+        event = Event(number, self.step, self.trial, command, by_hand)
+        self.control = replace(self.control, history=(*self.control.history, event))
+        if isinstance(command, Introduce) and self.control.schedule_on:
+            self._start_episodes_of(command.skill)
 
     def _begin_trial(self) -> None:
-        if self.state.tally[kernel.TRIAL_STEP] == 0:
-            trial = self.trial
-            going = tuple(e for e in self.control.episodes if e.until_trial > trial)
-            self.control = replace(self.control, episodes=going)
-            self._give_due_timers()
-
-    def _give_due_timers(self) -> None:
         trial = self.trial
-        while (index := self.control.next_timer) < len(self._timers):
-            timer = self._timers[index]
-            if timer.trial > trial:
-                return
-            self.control = replace(self.control, next_timer=index + 1)
-            if self.control.schedule_on and timer.trial == trial and self._still_wanted(timer):
-                self._obey(timer.command)
+        if self.state.tally[kernel.TRIAL_STEP] != 0 or self.control.begun_trial == trial:
+            return
+        going = tuple(e for e in self.control.episodes if e.until_trial > trial)
+        due = [timer for timer in self.planned() if timer.trial == trial]
+        self.control = replace(self.control, episodes=going, begun_trial=trial)
+        for timer in due:
+            if self.control.schedule_on and self._still_wanted(timer):
+                self._give(timer.command, by_hand=False)
 
     def _still_wanted(self, timer: Timer) -> bool:
         """A timer yields to what was done by hand before."""
@@ -210,24 +253,124 @@ class Run:
         events.append(self.control.frozen_until)
         return min((event for event in events if event > trial), default=_NEVER)
 
-    def _obey(self, command: Command) -> None:
+    def _obey(self, command: Command) -> Any:
+        """Carry out a command; returns what :meth:`_undo` will need besides, if anything."""
+        control = self.control
         match command:
             case Introduce():
-                self._introduce(command)
+                return self._introduce(command)
             case Explore():
-                self._explore(command)
+                return self._explore(command)
             case StopExploring(skill=skill):
-                if all(episode.skill != skill for episode in self.control.episodes):
-                    raise CommandError(f"{skill} is not being explored")
-                self._drop_episode(skill)
+                return self._stop_exploring(skill)
             case FreezeSelection(frozen=frozen):
-                self.control = replace(self.control, selection_frozen=frozen)
+                self.control = replace(control, selection_frozen=frozen)
+                return control.selection_frozen
             case FreezeSkills(frozen=frozen):
-                self.control = replace(self.control, skills_frozen=frozen)
+                self.control = replace(control, skills_frozen=frozen)
+                return control.skills_frozen
             case FollowSchedule(on=on):
-                self.control = replace(self.control, schedule_on=on)
+                self.control = replace(control, schedule_on=on)
+                return control.schedule_on
+            case Remove(skill=skill):
+                return self._remove(skill)
+            case SetParameter():
+                return self._set_parameter(command)
+            case SetSchedule(schedule=schedule):
+                return self._set_schedule(schedule)
+            case Undo(number=number):
+                return self._undo(number)
             case _:
                 assert_never(command)
+
+    def _undo(self, number: int) -> None:
+        history = self.control.history
+        if not 0 <= number < len(history) or not history[number].by_hand:
+            raise CommandError(f"nothing was done by hand under the number {number}")
+        event = history[number]
+        if event.undone:
+            raise CommandError("that has been undone already")
+        memo = self._memos[number]
+        match event.command:
+            case Introduce(skill=skill):
+                self._remove(skill)
+            case Explore(skill=skill):
+                self._drop_episode(skill)
+            case StopExploring():
+                self._resume_exploring(memo)
+            case FreezeSelection():
+                self.control = replace(self.control, selection_frozen=memo)
+            case FreezeSkills():
+                self.control = replace(self.control, skills_frozen=memo)
+            case FollowSchedule():
+                self.control = replace(self.control, schedule_on=memo)
+            case Remove():
+                self._bring_back(memo)
+            case SetParameter(key=key):
+                self._change_spec(key, self._value_without(key, number))
+            case SetSchedule():
+                self._set_schedule(memo)
+            case Undo():
+                raise CommandError("an undo cannot be undone; give the command again")
+        marked = replace(event, undone=True)
+        self.control = replace(
+            self.control, history=(*history[:number], marked, *history[number + 1 :])
+        )
+
+    def _value_without(self, key: str, number: int) -> float:
+        """Value of a parameter if the command of this number had not been given."""
+        for event in reversed(self.control.history):
+            command = event.command
+            if event.number == number or event.undone or not isinstance(command, SetParameter):
+                continue
+            if command.key == key:
+                return command.value
+        section, name = key.split(".")
+        return getattr(getattr(self.preset, section), name)
+
+    def _set_parameter(self, command: SetParameter) -> None:
+        if command.key not in PARAMETERS:
+            raise CommandError(
+                f"{command.key!r} cannot change while a run goes on;"
+                f" allowed: {', '.join(PARAMETERS)}"
+            )
+        self._change_spec(command.key, command.value)
+
+    def _change_spec(self, key: str, value: float) -> None:
+        section, name = key.split(".")
+        document = self.spec.model_dump()
+        document[section][name] = value
+        self._adopt(document)
+        if section == "world":
+            self.world = compile_world(self.spec.world)
+
+    def _adopt(self, document: dict[str, Any]) -> None:
+        try:
+            spec = RunSpec.model_validate(document)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise CommandError(
+                f"{where}: {first['input']!r} is not allowed: {first['msg']}"
+            ) from None
+        self.control = replace(self.control, spec=spec)
+
+    def _set_schedule(self, schedule: ScheduleSpec) -> ScheduleSpec:
+        """Put another plan in place; returns the one it replaces."""
+        former = self.spec.schedule
+        begun = self.control.begun_trial
+        document = self.spec.model_dump()
+        document["schedule"] = schedule.model_dump()
+        former_timers, control = self._timers, self.control
+        self._adopt(document)
+        self._timers = timers_of(self.spec)
+        if _past(self._timers, begun) != _past(former_timers, begun):
+            self._timers, self.control = former_timers, control
+            raise CommandError(
+                f"what was to happen up to trial {begun:,} is past and cannot change;"
+                f" allowed: anything from trial {begun + 1:,} on"
+            )
+        return former
 
     def _introduce(self, command: Introduce) -> None:
         skill = command.skill
@@ -247,10 +390,47 @@ class Run:
             introductions=(*self.control.introductions, Introduction(skill, trial, self.step)),
             frozen_until=max(self.control.frozen_until, trial + command.freeze_trials),
         )
-        if self.control.schedule_on:
-            for episode in self.spec.schedule.episodes:
-                if episode.skill == skill and episode.at == INTRODUCTION:
-                    self._explore(Explore(skill, episode.duration, episode.probability))
+
+    def _start_episodes_of(self, skill: str) -> None:
+        for episode in self.spec.schedule.episodes:
+            if episode.skill == skill and episode.at == INTRODUCTION:
+                explore = Explore(skill, episode.duration, episode.probability)
+                self._give(explore, by_hand=False)
+
+    def _remove(self, skill: str) -> tuple[Introduction, np.ndarray]:
+        """Take a skill out; returns its introduction and its column of the selection table."""
+        if skill not in self.present:
+            raise CommandError(f"{skill!r} has not joined, so it cannot be removed")
+        if len(self.present) == 1:
+            raise CommandError(f"{skill} is the only skill, and the learner needs one")
+        (left,) = (entry for entry in self.control.introductions if entry.skill == skill)
+        column = leave_option(self.state, self._option(skill))
+        self._drop_episode(skill)
+        others = tuple(entry for entry in self.control.introductions if entry.skill != skill)
+        self.control = replace(self.control, introductions=others)
+        self.state.tally[kernel.REPERTOIRE] += 1
+        return left, column
+
+    def _bring_back(self, memo: tuple[Introduction, np.ndarray]) -> None:
+        entry, column = memo
+        if entry.skill in self.present:
+            raise CommandError(f"{entry.skill} has joined again since")
+        return_option(self.state, self._option(entry.skill), column)
+        self.state.tally[kernel.REPERTOIRE] += 1
+        self.control = replace(self.control, introductions=(*self.control.introductions, entry))
+
+    def _stop_exploring(self, skill: str) -> Episode:
+        for episode in self.control.episodes:
+            if episode.skill == skill:
+                self._drop_episode(skill)
+                return episode
+        raise CommandError(f"{skill} is not being explored")
+
+    def _resume_exploring(self, episode: Episode) -> None:
+        if episode.skill not in self.present or episode.until_trial <= self.trial:
+            raise CommandError("that exploration would be over by now")
+        self._drop_episode(episode.skill)
+        self.control = replace(self.control, episodes=(episode, *self.control.episodes))
 
     def _explore(self, command: Explore) -> None:
         if command.skill not in self.present:
@@ -303,6 +483,10 @@ class Run:
 def _check_trials(what: str, trials: int) -> None:
     if not 0 <= trials <= MAX_TRIALS:
         raise CommandError(f"{what}: {trials} trials is not allowed; allowed: 0 to {MAX_TRIALS}")
+
+
+def _past(timers: tuple[Timer, ...], begun_trial: int) -> tuple[Timer, ...]:
+    return tuple(timer for timer in timers if timer.trial <= begun_trial)
 
 
 def replay(spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int) -> Run:

@@ -3,13 +3,13 @@
 Every local reward is a weighted sum of three metrics of one move, which took the predator from
 distance d0 to d1 and turned its bearing from the prey by dtheta, counter-clockwise positive:
 
-====== ===================== ==============================================
-name   metric                meaning
-====== ===================== ==============================================
-gain   d0 - d1               ground gained towards the prey
-arc    dtheta * d0           arc length, counter-clockwise
-inward max(d0 - d1, 0)      ground given up towards the prey: weighted below 0, a penalty
-====== ===================== ==============================================
+====== =============== =========================================================
+name   metric          meaning
+====== =============== =========================================================
+gain   d0 - d1         ground gained towards the prey
+arc    dtheta * d0     arc length, counter-clockwise
+inward max(d0 - d1, 0) ground given up towards the prey; its weight is a penalty
+====== =============== =========================================================
 
 The penalty keeps a circle from spiralling inwards into the prey's view.
 """
@@ -17,6 +17,7 @@ The penalty keeps a circle from spiralling inwards into the prey's view.
 from typing import NamedTuple
 
 import numpy as np
+
 from sim.compiled import piece
 
 SPIRAL_PENALTY = 0.2
@@ -58,7 +59,7 @@ def wrapped(angle: np.float32) -> np.float32:
 def local_reward(
     weights: np.ndarray, skill: np.uint64, d_tm1: np.float32, d_t: np.float32, turn: np.float32
 ) -> np.float32:
-    """Local reward of a move; ``weights`` is ``(skill * 4,) float32``: gain, arc, inward, unused."""
+    """Local reward of a move; ``weights`` is ``(skill * 4,) float32``: gain, arc, inward, and 0."""
     gain = d_tm1 - d_t
     base = skill * np.uint64(4)
     return (

@@ -91,6 +91,19 @@ def join_option(state: LearnerState, option: int, initial_q: float) -> None:
     rows.rescan_all(state.selection, state.selection_words)
 
 
+def leave_option(state: LearnerState, option: int) -> np.ndarray:
+    """Take an option's values out of the selection table; returns them, ``(state,) float32``."""
+    column = rows.values(state.selection)[:, option].copy()
+    return_option(state, option, np.full_like(column, rows.NO_VALUE))
+    return column
+
+
+def return_option(state: LearnerState, option: int, column: np.ndarray) -> None:
+    """Put values that were taken out back into the selection table."""
+    rows.values(state.selection)[:, option] = column
+    rows.rescan_all(state.selection, state.selection_words)
+
+
 def tables(spec: RunSpec, state: LearnerState) -> dict[str, np.ndarray]:
     """The tables under their own shapes, as copies.
 

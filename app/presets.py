@@ -1,0 +1,939 @@
+"""Presets: from a name, a file or a text to a validated run, with every error at once.
+
+A preset passes through four stages, each of which notes what is wrong and carries on:
+
+- *text*: a small, plain file in UTF-8;
+- *tree*: its values, each with the file and line it came from. It is built from YAML's events, so
+  that nothing is expanded, constructed or overwritten before it has been looked at;
+- *merge*: the presets it starts from (``extends``) below it, settings (``--set``) on top;
+- *run*: the models' verdict. What they fault is replaced by something harmless and they are asked
+  again, because they compare values with each other only once every value is fine by itself.
+"""
+
+import difflib
+import os
+import re
+import stat
+from collections.abc import Iterable, Iterator, Sequence
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Final, Literal, NamedTuple, Union, get_args, get_origin
+
+import yaml
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from yaml import events
+
+from learners.skills import SKILLS
+from learners.spec import MAX_TRIALS, RunSpec
+from sim.spec import ProblemsError
+
+MAX_BYTES: Final = 64 * 1024
+MAX_NODES: Final = 2_000
+"""Values in one preset; the longest shipped one has about thirty."""
+MAX_DEPTH: Final = 20
+MAX_DIGITS: Final = 18
+"""Of a whole number: what fits 64 bits, and far below what Python refuses to convert."""
+MAX_BASES: Final = 8
+"""Presets below one another by ``extends``."""
+MAX_SHOWN: Final = 80
+"""Characters of a value or a key that a problem quotes."""
+MAX_NAME: Final = 1_024
+"""Characters of a file's name or of a setting that a problem is said to be in."""
+
+EXTENDS: Final = "extends"
+
+_FIRST: Final = ("standard_q", "hierarchical_2", "hierarchical_3", "timed")
+"""Presets of the thesis, in its order; others follow by name."""
+
+Key = tuple[str | int, ...]
+
+
+# --- Problems ------------------------------------------------------------------------------------
+
+
+class PresetProblem(NamedTuple):
+    """One thing that is wrong with a preset. Every text is printable and bounded."""
+
+    source: str
+    """File, or ``--set KEY=VALUE``."""
+    line: int | None
+    """From 1; None where there is no file to point into."""
+    key: str
+    """Dotted, such as ``schedule.episodes.0.at``; empty if the whole source is meant."""
+    value: str | None
+    message: str
+    """What is wrong and what is allowed."""
+
+    def __str__(self) -> str:
+        where = self.source if self.line is None else f"{self.source}:{self.line}"
+        value = None if self.value is None else f"value {self.value}"
+        return ": ".join(part for part in (where, self.key, value, self.message) if part)
+
+
+class PresetError(ValueError):
+    """A preset that cannot be used; carries everything that is wrong with it."""
+
+    def __init__(self, problems: Iterable[PresetProblem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+class _UnusableError(Exception):
+    """A file, a text or a setting that nothing can be read from."""
+
+    def __init__(self, message: str, line: int | None = None) -> None:
+        self.message = message
+        self.line = line
+        super().__init__(message)
+
+
+def _bounded(text: str, longest: int = MAX_SHOWN) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "…"
+
+
+def _printable(text: str, longest: int = MAX_SHOWN) -> str:
+    """A name as it may be shown in a terminal: no line breaks, no escape sequences."""
+    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    return _bounded(clean, longest)
+
+
+def _shown(value: object) -> str:
+    """A value as a problem quotes it, near to how YAML writes it."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return str(value).lower()
+        case _:
+            return _bounded(repr(value))
+
+
+def _dotted(key: Key) -> str:
+    return ".".join(
+        str(part) if re.fullmatch(r"[\w-]{1,40}", str(part)) else _shown(part) for part in key
+    )
+
+
+def _hint(word: object, choices: Iterable[str]) -> str:
+    nearest = difflib.get_close_matches(str(word)[:MAX_SHOWN], list(choices), n=1)
+    return f" (did you mean {nearest[0]}?)" if nearest else ""
+
+
+# --- Tree: values that know where they came from -------------------------------------------------
+
+
+class _Place(NamedTuple):
+    source: str
+    line: int | None
+
+
+class _Refused:
+    """Stands for a value that was not read, and whose problem has been noted."""
+
+
+_REFUSED: Final = _Refused()
+
+
+class _Node(NamedTuple):
+    """A value, a list of nodes, or a mapping to nodes."""
+
+    key: Key
+    """As the user wrote it: it stays when items before it are taken out of a list."""
+    value: Any
+    place: _Place
+
+    def problem(self, message: str, value: str | None = None) -> PresetProblem:
+        return PresetProblem(*self.place, _dotted(self.key), value, message)
+
+
+def _plain(node: _Node) -> Any:
+    match node.value:
+        case dict():
+            return {name: _plain(child) for name, child in node.value.items()}
+        case list():
+            return [_plain(child) for child in node.value]
+        case _:
+            return node.value
+
+
+def _children(node: _Node) -> Iterator[tuple[str | int, _Node]]:
+    match node.value:
+        case dict():
+            yield from node.value.items()
+        case list():
+            yield from enumerate(node.value)
+
+
+def _descend(tree: _Node, key: Key) -> tuple[_Node, Key]:
+    """The node at a key, or the nearest one above it and what is left of the key."""
+    for depth, part in enumerate(key):
+        child = dict(_children(tree)).get(part)
+        if child is None:
+            return tree, key[depth:]
+        tree = child
+    return tree, ()
+
+
+def _merged(base: _Node, top: _Node) -> _Node:
+    """Mappings are merged; a list or any other value replaces what is below it."""
+    if not isinstance(base.value, dict) or not isinstance(top.value, dict):
+        return top
+    value = dict(base.value)
+    for name, child in top.value.items():
+        value[name] = _merged(value[name], child) if name in value else child
+    return top._replace(value=value)
+
+
+# --- From a text to a tree -----------------------------------------------------------------------
+
+# YAML 1.2's core schema. PyYAML's own rules are those of YAML 1.1, in which `1:30` is 90, `010` is
+# 8, `no` is false and `1e5` is a text. Whatever these do not match is a text, and so a type error
+# that is seen wherever a number was meant.
+_NULL: Final = re.compile(r"~|null|Null|NULL|")
+_BOOL: Final = re.compile(r"(true|True|TRUE)|false|False|FALSE")
+_INT: Final = re.compile(r"[-+]?(0|[1-9][0-9]*)")
+_FLOAT: Final = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))([eE][-+]?[0-9]+)?")
+_NOT_FINITE: Final = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+
+
+def _scalar(text: str) -> bool | int | float | str | None:
+    """What an unquoted text stands for."""
+    if _NULL.fullmatch(text):
+        return None
+    if match := _BOOL.fullmatch(text):
+        return match[1] is not None
+    if _INT.fullmatch(text):
+        return int(text)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    if _NOT_FINITE.fullmatch(text):
+        return float(text.replace(".", ""))
+    return text
+
+
+class _TreeBuilder:
+    """Builds the tree of one document out of YAML's events."""
+
+    def __init__(self, text: str, root: _Node, problems: list[PresetProblem]) -> None:
+        self._events = yaml.parse(text, Loader=yaml.SafeLoader)
+        self._root = root
+        self._problems = problems
+        self._nodes = 0
+
+    def build(self) -> _Node | None:
+        """The document of the text, or None if it has none."""
+        self._next()  # the stream's start
+        if not isinstance(self._next(), events.DocumentStartEvent):
+            return None
+        first = self._next()
+        root = self._node(first, self._root.key, first.start_mark.line)
+        self._next()  # the document's end
+        second = self._next()
+        if isinstance(second, events.DocumentStartEvent):
+            node = _Node(self._root.key, None, self._place(second.start_mark.line))
+            self._problems.append(node.problem("a second document starts; allowed: one document"))
+        return root
+
+    def _next(self) -> events.Event:
+        return next(self._events)
+
+    def _place(self, line: int) -> _Place:
+        place = self._root.place
+        return place if place.line is None else place._replace(line=line + 1)
+
+    def _node(self, event: events.Event, key: Key, line: int) -> _Node:
+        self._nodes += 1
+        if self._nodes > MAX_NODES:
+            raise _UnusableError(f"has too many values; allowed: {MAX_NODES}", line + 1)
+        if len(key) > MAX_DEPTH:
+            raise _UnusableError(f"is nested too deeply; allowed: {MAX_DEPTH} levels", line + 1)
+        node = _Node(key, self._value(event, key), self._place(line))
+        if refusal := _refusal(event):
+            self._problems.append(node.problem(refusal.message, refusal.shown))
+            # An anchor alone does not make its own value doubtful, so that is looked at further.
+            node = node if refusal.readable else node._replace(value=_REFUSED)
+        return node
+
+    def _value(self, event: events.Event, key: Key) -> Any:
+        match event:
+            case events.ScalarEvent():
+                return event.value if _is_quoted(event) or _is_huge(event) else _scalar(event.value)
+            case events.SequenceStartEvent():
+                return self._items(key)
+            case events.MappingStartEvent():
+                return self._entries(key)
+            case _:  # an alias, which is never followed
+                return _REFUSED
+
+    def _items(self, key: Key) -> list[_Node]:
+        items: list[_Node] = []
+        while not isinstance(event := self._next(), events.SequenceEndEvent):
+            items.append(self._node(event, (*key, len(items)), event.start_mark.line))
+        return items
+
+    def _entries(self, key: Key) -> dict[str, _Node]:
+        entries: dict[str, _Node] = {}
+        while not isinstance(event := self._next(), events.MappingEndEvent):
+            line = event.start_mark.line
+            name = self._name(event, key)
+            child = self._node(self._next(), (*key, "?" if name is None else name), line)
+            if name is None:
+                continue
+            if name in entries:
+                # YAML would silently keep the last.
+                first = entries[name].place.line
+                where = "" if first is None else f", first on line {first}"
+                message = f"is given twice{where}; allowed: once"
+                self._problems.append(child.problem(message, _shown(_plain(child))))
+            else:
+                entries[name] = child
+        return entries
+
+    def _name(self, event: events.Event, key: Key) -> str | None:
+        """A key of a mapping as written, so that `on` and `1` are the texts they look like."""
+        if isinstance(event, events.ScalarEvent) and not _refusal(event):
+            if event.value != "<<" or _is_quoted(event):
+                return event.value
+            node = _Node((*key, "<<"), None, self._place(event.start_mark.line))
+            self._problems.append(node.problem(f"merges are not read; allowed: {EXTENDS}"))
+            return None
+        node = self._node(event, (*key, "?"), event.start_mark.line)
+        if not _refusal(event):
+            self._problems.append(node.problem("is no key; allowed: a text", _shown(_plain(node))))
+        return None
+
+
+class _Refusal(NamedTuple):
+    shown: str
+    message: str
+    readable: bool = False
+
+
+def _refusal(event: events.Event) -> _Refusal | None:
+    """Why a value is not read, if it is not."""
+    if isinstance(event, events.AliasEvent):
+        return _Refusal(
+            _printable(f"*{event.anchor}"),
+            "aliases are not read; allowed: the value itself, written out",
+        )
+    if tag := getattr(event, "tag", None):
+        return _Refusal(
+            _printable(tag.replace("tag:yaml.org,2002:", "!!")),
+            "tags are not read; allowed: the value alone",
+        )
+    if anchor := getattr(event, "anchor", None):
+        return _Refusal(
+            _printable(f"&{anchor}"), "anchors are not read; allowed: the value alone", True
+        )
+    if not isinstance(event, events.ScalarEvent):
+        return None
+    if _is_huge(event):
+        message = f"has too many digits; allowed: at most {MAX_DIGITS}"
+        return _Refusal(_bounded(event.value), message)
+    if any("\ud800" <= character <= "\udfff" for character in event.value):
+        return _Refusal(_shown(event.value), "has half a character; allowed: whole ones")
+    return None
+
+
+def _is_quoted(event: events.ScalarEvent) -> bool:
+    return not event.implicit[0]
+
+
+def _is_huge(event: events.ScalarEvent) -> bool:
+    digits = len(event.value.lstrip("+-"))
+    return digits > MAX_DIGITS and not _is_quoted(event) and bool(_INT.fullmatch(event.value))
+
+
+def _text(data: bytes | str) -> str:
+    """The text of a preset, if it can be one."""
+    size = len(data) if isinstance(data, bytes) else len(data.encode(errors="surrogatepass"))
+    if size > MAX_BYTES:
+        raise _UnusableError(f"is too large; allowed: at most {MAX_BYTES} bytes")
+    if isinstance(data, str):
+        return data.removeprefix("\N{BYTE ORDER MARK}")
+    if b"\0" in data:
+        raise _UnusableError("is not a text: it contains a NUL byte; allowed: UTF-8")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = 1 + data.count(b"\n", 0, error.start)
+        raise _UnusableError("is not a text; allowed: UTF-8", line) from None
+
+
+def _built(
+    data: bytes | str, key: Key, place: _Place, problems: list[PresetProblem]
+) -> _Node | None:
+    """The tree of a text, or None if it has none; raises `_UnusableError` alone."""
+    text = _text(data)
+    try:
+        return _TreeBuilder(text, _Node(key, None, place), problems).build()
+    except yaml.MarkedYAMLError as error:
+        line = None if error.problem_mark is None else error.problem_mark.line + 1
+        raise _UnusableError(f"is not YAML: {_printable(str(error.problem))}", line) from None
+    except yaml.reader.ReaderError as error:
+        line = 1 + text.count("\n", 0, error.position)
+        character = f"U+{error.character:04X}"
+        message = f"is not YAML: it contains the control character {character}"
+        raise _UnusableError(message, line) from None
+    except (ValueError, OverflowError):
+        # PyYAML converts escapes such as "\UFFFFFFFF" and version numbers without looking at them.
+        raise _UnusableError("is not YAML: an escape or a version is out of range") from None
+
+
+def _document(data: bytes | str, source: str, problems: list[PresetProblem]) -> _Node | None:
+    """The tree of a preset's text; None, with the problem noted, if it is not a mapping."""
+    place = _Place(source, 1)
+    try:
+        root = _built(data, (), place, problems)
+    except _UnusableError as error:
+        problems.append(PresetProblem(source, error.line, "", None, error.message))
+        return None
+    if root is None or root.value is None:
+        problems.append(_Node((), None, place).problem("is empty; allowed: a mapping of keys"))
+        return None
+    if not isinstance(root.value, dict):
+        if root.value is not _REFUSED:
+            shown = _shown(_plain(root))
+            problems.append(root.problem("must be a mapping; allowed: a mapping of keys", shown))
+        return None
+    return root
+
+
+# --- Files, and the presets that a preset starts from --------------------------------------------
+
+
+def shipped() -> dict[str, Traversable]:
+    """The presets that come with the lab, by name: first the thesis's own, then the others."""
+    found = {
+        entry.name.removesuffix(".yaml"): entry
+        for entry in files("presets").iterdir()
+        if entry.name.endswith(".yaml") and entry.is_file()
+    }
+    names = [name for name in _FIRST if name in found] + sorted(found.keys() - set(_FIRST))
+    return {name: found[name] for name in names}
+
+
+class _Source(NamedTuple):
+    """Where the text of a preset was found."""
+
+    label: str
+    data: bytes | str
+    identity: str
+    """Equal for two names of one file."""
+    folder: Path | None
+    """Where paths in ``extends`` start; None if it may name shipped presets alone."""
+
+
+def _opened(name: str, folder: Path | None) -> _Source:
+    """A shipped preset, or the file at a path from a folder; raises `_UnusableError` alone."""
+    presets = shipped()
+    names = ", ".join(presets)
+    if name in presets:
+        label = f"presets/{name}.yaml"
+        return _Source(label, presets[name].read_bytes(), f"shipped:{name}", None)
+    if folder is None:
+        hint = _hint(name, presets)
+        raise _UnusableError(f"is not a shipped preset{hint}; allowed: {names}")
+    path = folder / name
+    try:
+        data = _file(path)
+    except (FileNotFoundError, NotADirectoryError):
+        hint = _hint(name, presets)
+        message = f"is neither a shipped preset nor a file{hint}; allowed: {names}, or a path"
+        raise _UnusableError(message) from None
+    except OSError as error:
+        raise _UnusableError(f"cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise _UnusableError("is not a path: it contains a NUL character") from None
+    return _Source(_printable(str(path), MAX_NAME), data, os.path.realpath(path), path.parent)
+
+
+def _file(path: Path) -> bytes:
+    """What a file holds, if it is one and small: both are seen before anything is read."""
+    status = path.stat()
+    if stat.S_ISDIR(status.st_mode):
+        raise _UnusableError("is a directory; allowed: a file")
+    if not stat.S_ISREG(status.st_mode):
+        raise _UnusableError("is not a regular file; allowed: a file")
+    if status.st_size > MAX_BYTES:
+        message = f"is too large, {status.st_size} bytes; allowed: at most {MAX_BYTES} bytes"
+        raise _UnusableError(message)
+    with path.open("rb") as file:
+        return file.read(MAX_BYTES + 1)
+
+
+def _base(node: _Node, source: _Source, above: Sequence[str]) -> _Source:
+    """The preset that ``extends`` names; raises `_UnusableError` alone."""
+    if not isinstance(node.value, str):
+        raise _UnusableError(f"must be a text; allowed: {', '.join(shipped())}, or a path")
+    if len(above) > MAX_BASES:
+        raise _UnusableError(f"is one base too many; allowed: {MAX_BASES} below one another")
+    base = _opened(node.value, source.folder)
+    if base.identity in above:
+        raise _UnusableError("starts from itself; allowed: a preset that does not lead back here")
+    return base
+
+
+def _layers(source: _Source | None, problems: list[PresetProblem]) -> tuple[list[_Node], bool]:
+    """A preset and all it starts from, topmost first, and whether all of it could be had."""
+    layers: list[_Node] = []
+    above: list[str] = []
+    while source is not None:
+        above.append(source.identity)
+        root = _document(source.data, source.label, problems)
+        if root is None:
+            return layers, False
+        layers.append(root)
+        extends = root.value.pop(EXTENDS, None)
+        if extends is None or extends.value is None:
+            return layers, True
+        if extends.value is _REFUSED:
+            return layers, False
+        try:
+            source = _base(extends, source, above)
+        except _UnusableError as error:
+            problems.append(extends.problem(error.message, _shown(_plain(extends))))
+            return layers, False
+    return layers, False
+
+
+# --- Settings ------------------------------------------------------------------------------------
+
+
+def _with_setting(tree: _Node, setting: str, problems: list[PresetProblem]) -> _Node:
+    """The tree with one ``KEY=VALUE`` on top."""
+    place = _Place(f"--set {_printable(setting, MAX_NAME)}", None)
+    name, equals, text = setting.partition("=")
+    path = tuple(name.strip().split("."))
+    if not equals or not all(path):
+        node = _Node((), None, place)
+        problems.append(node.problem("is not a setting; allowed: KEY=VALUE with a dotted KEY"))
+        return tree
+    node = _Node(path, None, place)
+    if path[0] == EXTENDS:
+        problems.append(node.problem("cannot be set; allowed: in a preset's file"))
+        return tree
+    try:
+        return _placed(tree, path, _built(text, path, place, problems) or node)
+    except _UnusableError as error:
+        problems.append(node.problem(error.message))
+        return tree
+
+
+def _placed(node: _Node, path: Key, top: _Node) -> _Node:
+    """A tree with another merged into it at a path."""
+    if not path:
+        return _merged(node, top)
+    part, *rest = path
+    match node.value:
+        case list():
+            items = list(node.value)
+            index = next((i for i in range(len(items)) if str(i) == part), None)
+            if index is None:
+                allowed = f"0 to {len(items) - 1}" if items else "none, for it is empty"
+                what = f"{_dotted(node.key)} has no item {_shown(part)}"
+                raise _UnusableError(f"{what}; allowed: {allowed}")
+            items[index] = _placed(items[index], tuple(rest), top)
+            return node._replace(value=items)
+        case None | dict() | _Refused():
+            entries = node.value if isinstance(node.value, dict) else {}
+            child = entries.get(part, _Node((*node.key, part), None, top.place))
+            return node._replace(value={**entries, part: _placed(child, tuple(rest), top)})
+        case _:
+            raise _UnusableError(f"{_dotted(node.key)} is {_shown(node.value)}, which has no keys")
+
+
+# --- What the models allow -----------------------------------------------------------------------
+
+
+class _Slot(NamedTuple):
+    """What the models say of one place in a preset."""
+
+    kind: Any
+    """Type, without its annotations."""
+    limits: tuple[Any, ...] = ()
+    text: str | None = None
+    """What is allowed, where the model says so itself."""
+    optional: bool = False
+    in_item: bool = False
+    """Is an item of a list, or part of one."""
+
+
+def _slot(key: Key) -> _Slot | None:
+    """The slot at a key, or None if the models have no such place."""
+    slot: _Slot | None = _Slot(RunSpec)
+    for part in key:
+        slot = None if slot is None else _inner(slot, part)
+    return slot
+
+
+def _inner(slot: _Slot, part: str | int) -> _Slot | None:
+    if _is_model(slot.kind):
+        field = slot.kind.model_fields.get(part)
+        if field is None:
+            return None
+        optional = not field.is_required()
+        limits = tuple(field.metadata)
+        return _Slot(field.annotation, limits, field.description, optional, slot.in_item)
+    arguments = get_args(slot.kind)
+    if get_origin(slot.kind) is dict:
+        return _of_type(arguments[1], optional=True)
+    if get_origin(slot.kind) is tuple and isinstance(part, int):
+        if arguments[-1] is Ellipsis:
+            return _of_type(arguments[0], optional=True, in_item=True)
+        if part < len(arguments):
+            return _of_type(arguments[part], slot.text)
+    return None
+
+
+def _of_type(
+    annotation: Any, text: str | None = None, optional: bool = False, in_item: bool = False
+) -> _Slot:
+    limits: list[Any] = []
+    if get_origin(annotation) is Annotated:
+        annotation, *metadata = get_args(annotation)
+        for item in metadata:
+            limits.extend(item.metadata if isinstance(item, FieldInfo) else [item])
+    return _Slot(annotation, tuple(limits), text, optional, in_item)
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _names(slot: _Slot | None) -> tuple[str, ...]:
+    """Keys that a mapping may have; none where there is no mapping."""
+    if slot is None:
+        return ()
+    if _is_model(slot.kind):
+        return (*((EXTENDS,) if slot.kind is RunSpec else ()), *slot.kind.model_fields)
+    if get_origin(slot.kind) is dict:
+        return get_args(get_args(slot.kind)[0])
+    return ()
+
+
+_LIMITS: Final = {
+    "ge": "at least",
+    "gt": "above",
+    "le": "at most",
+    "lt": "below",
+    "multiple_of": "multiples of",
+}
+
+
+def _number(value: float) -> str:
+    return f"{value:.0f}" if value == int(value) else f"{value:g}"
+
+
+def _range(limits: Iterable[Any]) -> str:
+    """Limits of a number in words, such as ``8 to 48, multiples of 8``."""
+    limit = {
+        name: _number(getattr(item, name))
+        for item in limits
+        for name in _LIMITS
+        if getattr(item, name, None) is not None
+    }
+    both = [f"{limit.pop('ge')} to {limit.pop('le')}"] if limit.keys() >= {"ge", "le"} else []
+    return ", ".join([*both, *(f"{_LIMITS[name]} {number}" for name, number in limit.items())])
+
+
+def _allowed(slot: _Slot) -> str:
+    """What a place in a preset allows, in words."""
+    arguments = get_args(slot.kind)
+    origin = get_origin(slot.kind)
+    if slot.text:
+        return slot.text
+    if names := _names(slot):
+        return f"the keys {', '.join(names)}"
+    if origin is Literal:
+        return ", ".join(map(str, arguments))
+    if origin in (Union, UnionType):
+        return ", or ".join(_allowed(_of_type(argument)) for argument in arguments)
+    if origin is tuple and arguments[-1] is Ellipsis:
+        return f"a list, each item {_allowed(_of_type(arguments[0]))}"
+    if slot.kind is str:
+        longest = next((m.max_length for m in slot.limits if hasattr(m, "max_length")), None)
+        return "a text" if longest is None else f"a text of up to {longest} characters"
+    return _range(slot.limits) or {int: "a whole number", float: "a number"}.get(slot.kind, "")
+
+
+# --- From a tree to a run ------------------------------------------------------------------------
+
+_ALL_SKILLS: Final = list(SKILLS)
+
+# What takes the place of a missing or wrong value that a run cannot be judged without. Each faults
+# nothing that was not wrong before: the finest grid, every skill, the longest run.
+_STAND_INS: Final[dict[Key, Any]] = {
+    ("world", "size"): 400,
+    ("learner",): {"options": _ALL_SKILLS, "alpha": 0.0},
+    ("learner", "options"): _ALL_SKILLS,
+    ("learner", "alpha"): 0.0,
+    ("trials",): MAX_TRIALS,
+}
+
+_WRONG: Final = {
+    "missing": "is missing",
+    "int_type": "must be a whole number",
+    "float_type": "must be a number",
+    "string_type": "must be a text",
+    "string_too_long": "is too long",
+    "model_type": "must be a mapping",
+    "dict_type": "must be a mapping",
+    "tuple_type": "must be a list",
+    "too_long": "has too many items",
+    "too_short": "has too few items",
+    "literal_error": "is not among what is allowed",
+    "finite_number": "must be finite",
+    "greater_than_equal": "must be at least {ge}",
+    "greater_than": "must be more than {gt}",
+    "less_than_equal": "must be at most {le}",
+    "less_than": "must be less than {lt}",
+    "multiple_of": "must be a multiple of {multiple_of}",
+}
+"""What a kind of error of pydantic means, in the words of a preset."""
+
+
+class _Fault(NamedTuple):
+    """Something that the models say is wrong."""
+
+    key: Key
+    message: str
+    value: str | None = None
+    """What the models took the value to be, for where the preset states none."""
+    is_missing: bool = False
+
+
+def _faults(error: ValidationError) -> Iterator[_Fault]:
+    for found in error.errors(include_url=False):
+        key: Key = found["loc"]
+        context = found.get("ctx", {})
+        cause = context.get("error")
+        if isinstance(cause, ProblemsError):
+            for problem in cause.problems:
+                yield _Fault((*key, *problem.key), problem.message, _shown(problem.value))
+        elif cause is not None:
+            text = str(cause)
+            yield _Fault(key, f"cannot be used; {text}" if text.startswith("allowed:") else text)
+        elif found["type"] == "extra_forbidden":
+            yield _unknown(key)
+        elif found["type"] == "literal_error" and key[-1] == "[key]":
+            yield _unknown(key[:-1])
+        else:
+            yield _malformed(found["type"], key, context)
+
+
+def _unknown(key: Key) -> _Fault:
+    names = _names(_slot(key[:-1]))
+    return _Fault(key, f"is not a known key{_hint(key[-1], names)}; allowed: {', '.join(names)}")
+
+
+def _malformed(kind: str, key: Key, context: dict[str, Any]) -> _Fault:
+    numbers = {name: _number(x) for name, x in context.items() if isinstance(x, int | float)}
+    message = _WRONG.get(kind, "cannot be used").format_map(numbers)
+    slot = _slot(key)
+    allowed = "" if slot is None else _allowed(slot)
+    return _Fault(
+        key, f"{message}; allowed: {allowed}" if allowed else message, None, kind == "missing"
+    )
+
+
+def _located(tree: _Node, fault: _Fault) -> PresetProblem:
+    node, rest = _descend(tree, fault.key)
+    value = fault.value if rest else _shown(_plain(node))
+    return node._replace(key=(*node.key, *rest)).problem(fault.message, value)
+
+
+def _without_nulls(node: _Node, at: Key, problems: list[PresetProblem]) -> _Node:
+    """A key set to null is as if it had not been given, where there is such a key to leave out."""
+    match node.value:
+        case list():
+            items = [_without_nulls(c, (*at, i), problems) for i, c in enumerate(node.value)]
+            return node._replace(value=items)
+        case dict():
+            entries = {}
+            names = _names(_slot(at))
+            for name, child in node.value.items():
+                slot = _slot((*at, name))
+                if child.value is not None:
+                    entries[name] = _without_nulls(child, (*at, name), problems)
+                elif names and name not in names:
+                    problems.append(child.problem(_unknown((*at, name)).message, "null"))
+                elif slot is not None and not slot.optional:
+                    entries[name] = child
+            return node._replace(value=entries)
+        case _:
+            return node
+
+
+def _refused(node: _Node, at: Key = ()) -> Iterator[Key]:
+    """Where a tree holds values that were not read."""
+    if node.value is _REFUSED:
+        yield at
+    for part, child in _children(node):
+        yield from _refused(child, (*at, part))
+
+
+def _droppable(key: Key) -> Key:
+    """The least part of a preset that holds a wrong value and that the rest can be judged without.
+
+    An item of a list goes as a whole: without one of its values it would mean something else.
+    """
+    for length in range(1, len(key) + 1):
+        slot = _slot(key[:length])
+        if slot is not None and slot.in_item:
+            return key[:length]
+    for length in range(len(key), 1, -1):
+        slot = _slot(key[:length])
+        if slot is None or slot.optional or key[:length] in _STAND_INS:
+            return key[:length]
+    return key[:1]
+
+
+def _mended(tree: _Node, wrong: Iterable[Key]) -> _Node:
+    """A tree without what is wrong in it, so that the rest can be judged."""
+    dropped = {_droppable(key) for key in wrong}
+    # When a skill joins decides when its episodes start: without its timer they would seem to
+    # overlap, or not to.
+    timers = [key[2] for key in dropped if len(key) == 3 and key[:2] == ("schedule", "skills")]
+    episodes, rest = _descend(tree, ("schedule", "episodes"))
+    for index, episode in () if rest else _children(episodes):
+        if any(part == "skill" and child.value in timers for part, child in _children(episode)):
+            dropped.add(("schedule", "episodes", index))
+    tree = _without(tree, (), dropped)
+    for key in sorted(dropped & _STAND_INS.keys()):
+        tree = _placed(tree, key, _as_tree(_STAND_INS[key], key, tree.place))
+    return tree
+
+
+def _as_tree(value: Any, key: Key, place: _Place) -> _Node:
+    if isinstance(value, dict):
+        value = {name: _as_tree(inner, (*key, name), place) for name, inner in value.items()}
+    elif isinstance(value, list):
+        value = [_as_tree(inner, (*key, index), place) for index, inner in enumerate(value)]
+    return _Node(key, value, place)
+
+
+def _without(node: _Node, at: Key, dropped: set[Key]) -> _Node:
+    kept = [
+        (part, _without(child, (*at, part), dropped))
+        for part, child in _children(node)
+        if (*at, part) not in dropped
+    ]
+    match node.value:
+        case dict():
+            return node._replace(value=dict(kept))
+        case list():
+            return node._replace(value=[child for _, child in kept])
+        case _:
+            return node
+
+
+def _validated(tree: _Node, complete: bool, problems: list[PresetProblem]) -> RunSpec:
+    """The run that a merged tree states; raises `PresetError` if there are any problems."""
+    tree = _mended(_without_nulls(tree, (), problems), list(_refused(tree)))
+    spec = None
+    while spec is None:
+        try:
+            spec = RunSpec.model_validate(_plain(tree))
+        except ValidationError as error:
+            # What is missing may have been in a part that could not be had.
+            faults = list(_faults(error))
+            problems += [_located(tree, f) for f in faults if complete or not f.is_missing]
+            mended = _mended(tree, [fault.key for fault in faults])
+            if _plain(mended) == _plain(tree):
+                break
+            tree = mended
+    if problems or spec is None:
+        raise PresetError(_in_order(problems))
+    return spec
+
+
+def _in_order(problems: Iterable[PresetProblem]) -> list[PresetProblem]:
+    """By source, as each first came up, and then by line."""
+    found = list(problems)
+    sources = list(dict.fromkeys(problem.source for problem in found))
+    return sorted(found, key=lambda problem: (sources.index(problem.source), problem.line or 0))
+
+
+def _run(source: _Source | None, settings: Iterable[str], problems: list[PresetProblem]) -> RunSpec:
+    layers, complete = _layers(source, problems)
+    tree = _Node((), {}, _Place("" if source is None else source.label, 1))
+    for layer in reversed(layers):
+        tree = _merged(tree, layer)
+    for setting in settings:
+        tree = _with_setting(tree, setting, problems)
+    return _validated(tree, complete, problems)
+
+
+# --- Reading and writing -------------------------------------------------------------------------
+
+
+def load(name_or_path: str, settings: Sequence[str] = ()) -> RunSpec:
+    """Read a shipped preset or a file, with ``KEY=VALUE`` settings on top.
+
+    A name that is shipped is never taken for a path; ``./timed`` is one. Raises `PresetError`.
+    """
+    problems: list[PresetProblem] = []
+    source: _Source | None = None
+    try:
+        source = _opened(name_or_path, Path())
+    except _UnusableError as error:
+        label = _printable(name_or_path, MAX_NAME) or "''"
+        problems.append(PresetProblem(label, error.line, "", None, error.message))
+    return _run(source, settings, problems)
+
+
+def parse(text: bytes | str, source: str) -> RunSpec:
+    """Read a preset from a text; ``source`` is what its problems call it.
+
+    It may start from shipped presets alone: no other file is looked at. Raises `PresetError`.
+    """
+    return _run(_Source(_printable(source, MAX_NAME), text, "", None), (), [])
+
+
+class _Row(dict[str, Any]):
+    """A mapping that is written on one line."""
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes so that :func:`_scalar` reads the same back."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        return True
+
+
+def _represent_text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    is_word = text.isascii() and text.isidentifier() and _scalar(text) == text
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if is_word else '"')
+
+
+def _represent_items(dumper: yaml.SafeDumper, items: tuple[object, ...]) -> yaml.SequenceNode:
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=True)
+
+
+def _represent_row(dumper: yaml.SafeDumper, row: _Row) -> yaml.MappingNode:
+    return dumper.represent_mapping("tag:yaml.org,2002:map", row.items(), flow_style=True)
+
+
+_Dumper.add_representer(str, _represent_text)
+_Dumper.add_representer(tuple, _represent_items)
+_Dumper.add_representer(_Row, _represent_row)
+
+
+def dump(spec: RunSpec) -> str:
+    """Write a run as a preset that :func:`parse` reads back as an equal one.
+
+    Keys come in the order of the reference; those at their defaults are left out.
+    """
+    document = spec.model_dump(exclude_defaults=True)
+    schedule = document.get("schedule", {})
+    if "skills" in schedule:
+        schedule["skills"] = {skill: _Row(timer) for skill, timer in schedule["skills"].items()}
+    if "episodes" in schedule:
+        schedule["episodes"] = [_Row(episode) for episode in schedule["episodes"]]
+    return yaml.dump(
+        document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=float("inf")
+    )
