@@ -64,6 +64,7 @@ class PresetProblem(NamedTuple):
     key: str
     """Dotted, such as ``schedule.episodes.0.at``; empty if the whole source is meant."""
     value: str | None
+    """As quoted; None where there is none, such as for a key that is missing."""
     message: str
     """What is wrong and what is allowed."""
 
@@ -250,12 +251,13 @@ class _TreeBuilder:
             raise _UnusableError(f"has too many values; allowed: {MAX_NODES}", line + 1)
         if len(key) > MAX_DEPTH:
             raise _UnusableError(f"is nested too deeply; allowed: {MAX_DEPTH} levels", line + 1)
-        node = _Node(key, self._value(event, key), self._place(line))
-        if refusal := _refusal(event):
+        node = _Node(key, _REFUSED, self._place(line))
+        refusal = _refusal(event)
+        if refusal is not None:
             self._problems.append(node.problem(refusal.message, refusal.shown))
-            # An anchor alone does not make its own value doubtful, so that is looked at further.
-            node = node if refusal.readable else node._replace(value=_REFUSED)
-        return node
+        value = self._value(event, key)
+        # An anchor alone does not make its own value doubtful, so that is looked at further.
+        return node._replace(value=value) if refusal is None or refusal.readable else node
 
     def _value(self, event: events.Event, key: Key) -> Any:
         match event:
@@ -315,19 +317,14 @@ class _Refusal(NamedTuple):
 def _refusal(event: events.Event) -> _Refusal | None:
     """Why a value is not read, if it is not."""
     if isinstance(event, events.AliasEvent):
-        return _Refusal(
-            _printable(f"*{event.anchor}"),
-            "aliases are not read; allowed: the value itself, written out",
-        )
+        message = "aliases are not read; allowed: the value itself, written out"
+        return _Refusal(_printable(f"*{event.anchor}"), message)
     if tag := getattr(event, "tag", None):
-        return _Refusal(
-            _printable(tag.replace("tag:yaml.org,2002:", "!!")),
-            "tags are not read; allowed: the value alone",
-        )
+        shown = _printable(tag.replace("tag:yaml.org,2002:", "!!"))
+        return _Refusal(shown, "tags are not read; allowed: the value alone")
     if anchor := getattr(event, "anchor", None):
-        return _Refusal(
-            _printable(f"&{anchor}"), "anchors are not read; allowed: the value alone", True
-        )
+        message = "anchors are not read; allowed: the value alone"
+        return _Refusal(_printable(f"&{anchor}"), message, readable=True)
     if not isinstance(event, events.ScalarEvent):
         return None
     if _is_huge(event):
@@ -508,7 +505,7 @@ def _with_setting(tree: _Node, setting: str, problems: list[PresetProblem]) -> _
     place = _Place(f"--set {_printable(setting, MAX_NAME)}", None)
     name, equals, text = setting.partition("=")
     path = tuple(name.strip().split("."))
-    if not equals or not all(path):
+    if not equals or not all(path) or len(path) > MAX_DEPTH:
         node = _Node((), None, place)
         problems.append(node.problem("is not a setting; allowed: KEY=VALUE with a dotted KEY"))
         return tree

@@ -136,6 +136,7 @@ class Session:
         self._made_at: deque[tuple[float, int]] = deque()
         self._published_at = -math.inf
         self._curve_at = -math.inf
+        self._former: Snapshot | None = None
         self._status = self._take_status()
 
     @property
@@ -326,13 +327,15 @@ class Session:
 
     def _take_status(self) -> Status:
         now = time.perf_counter()
-        curve = None
-        if now - self._curve_at < _CURVE_S and self._is_learning():
-            curve = self._status.snapshot.curve
-        else:
+        new_curve = now - self._curve_at >= _CURVE_S or not self._is_learning()
+        if new_curve:
             self._curve_at = now
+        former = self._former
+        if former is not None and former.generation != self._generation:
+            former = None
+        self._former = snapshot.take(self._run, self._preset, self._generation, former, new_curve)
         return Status(
-            snapshot=snapshot.take(self._run, self._preset, self._generation, curve),
+            snapshot=self._former,
             playing=self._playing,
             finished=self._run.trial >= self._until_trial,
             exhausted=self._run.trial >= MAX_TRIALS,

@@ -12,11 +12,14 @@ from learners.measures import Curve, Endings, Pace
 from learners.run import Control, Run
 from learners.spec import RunSpec
 from learners.state import n_options_of
+from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import World
 
 TRAIL_STEPS = 120
 """Steps of the running trial that the trail shows."""
+FADE = 0.85
+"""What is left of a flash of learning from one snapshot to the next."""
 RECENT_ENDS = 12
 """Ends of trials that a snapshot carries, for the flashes."""
 
@@ -55,8 +58,14 @@ class Snapshot:
     """(heading, distance, direction) float32: the largest of the present options' values."""
     first_reach: np.ndarray
     """(heading, distance, direction) int32: trial in which the value first rose, or -1."""
+    visits: np.ndarray
+    """(heading, distance, direction, option) uint32: how often an option was taken in a state."""
     option_visits: np.ndarray
     """(option,) int64: how often each option has been taken so far."""
+    skill_q: np.ndarray
+    """(skill, distance, direction, move) float32."""
+    learning_now: np.ndarray
+    """(heading, distance, direction) float32: how much values changed lately, fading."""
     trail: np.ndarray
     """(step,) int64: cells of the running trial, oldest first, at most ``TRAIL_STEPS + 1``."""
     ends: tuple[TrialEnd, ...]
@@ -75,13 +84,28 @@ def curve_window(steps: int) -> int:
     return width
 
 
-def take(run: Run, preset: str, generation: int, curve: Curve | None = None) -> Snapshot:
-    """Copy what is seen of a run; ``curve`` saves computing it again when it is recent enough."""
+def take(
+    run: Run, preset: str, generation: int, former: Snapshot | None = None, new_curve: bool = True
+) -> Snapshot:
+    """Copy what is seen of a run.
+
+    Args:
+        run: the run.
+        preset: name of its preset.
+        generation: number of the run in its session.
+        former: the last snapshot of the same run, for what fades.
+        new_curve: whether the learning curve is computed anew; if not, the former one stays.
+    """
     state, spec = run.state, run.spec
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
     n_options = n_options_of(spec)
-    if curve is None:
+    visits = state.visits.reshape(*shape, n_options).copy()
+    n_skills = len(spec.learner.skills)
+    selection_q = rows.values(state.selection)[:, :n_options].reshape(*shape, n_options).copy()
+    if new_curve or former is None:
         curve = measures.curve(spec.world, state, curve_window(run.step))
+    else:
+        curve = former.curve
     return Snapshot(
         preset=preset,
         spec=spec,
@@ -96,16 +120,31 @@ def take(run: Run, preset: str, generation: int, curve: Curve | None = None) -> 
         trial_step=int(state.tally[kernel.TRIAL_STEP]),
         cell=int(state.place[kernel.CELL]),
         heading=int(state.place[kernel.HEADING]),
-        selection_q=rows.values(state.selection)[:, :n_options].reshape(*shape, n_options).copy(),
+        selection_q=selection_q,
         value=rows.best(state.selection).reshape(shape).copy(),
         first_reach=state.first_reach.reshape(shape).copy(),
-        option_visits=state.visits.reshape(-1, n_options).sum(axis=0, dtype=np.int64),
+        visits=visits,
+        option_visits=visits.sum(axis=(0, 1, 2), dtype=np.int64),
+        skill_q=rows.values(state.skills)[:, :N_MOVES]
+        .reshape(n_skills, *shape[1:], N_MOVES)
+        .copy(),
+        learning_now=_learning_now(selection_q, former),
         trail=_trail(run),
         ends=_ends(run),
         recent=measures.endings(state, measures.RECENT_TRIALS),
         pace=measures.pace(state),
         curve=curve,
     )
+
+
+def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarray:
+    """What is left of the former flashes, and the changes since."""
+    if former is None or former.selection_q.shape != selection_q.shape:
+        return np.zeros(selection_q.shape[:3], np.float32)
+    both = np.isfinite(selection_q) & np.isfinite(former.selection_q)
+    change = np.zeros_like(selection_q)
+    np.subtract(selection_q, former.selection_q, out=change, where=both)
+    return np.float32(FADE) * former.learning_now + np.abs(change).max(axis=-1)
 
 
 def _trail(run: Run) -> np.ndarray:
