@@ -6,9 +6,10 @@ Python bodies mean the same and are what runs with the compiler switched off.
 
 import numpy as np
 from llvmlite import ir
-from sim.compiled import piece
 from numba.core import types
 from numba.extending import intrinsic, overload
+
+from sim.compiled import piece
 
 U = np.uint64
 """Unsigned words keep array indexing free of the check for negative indices."""

@@ -7,6 +7,7 @@ learners that spend their decisions differently still see the same starts
 """
 
 import numpy as np
+
 from sim.compiled import piece
 
 GAMMA = np.uint64(0x9E3779B97F4A7C15)

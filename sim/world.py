@@ -9,10 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from sim.compiled import piece
 
 from sim import geometry
 from sim.bits import U
+from sim.compiled import piece
 from sim.rng import GAMMA, mix
 from sim.spec import N_HEADINGS, WorldSpec
 
