@@ -20,6 +20,7 @@ TRAIL_STEPS = 120
 """Steps of the running trial that the trail shows."""
 FADE = 0.85
 """What is left of a flash of learning from one snapshot to the next."""
+RECENT_PATHS = 20
 RECENT_ENDS = 12
 """Ends of trials that a snapshot carries, for the flashes."""
 
@@ -32,6 +33,16 @@ class TrialEnd:
     cell: int
     heading: int
     outcome: int
+
+
+@dataclass(frozen=True)
+class TrialPath:
+    """The whole way of a trial that has ended."""
+
+    heading: int
+    outcome: int
+    cells: np.ndarray
+    """(step + 1,) int64, its start included."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +81,8 @@ class Snapshot:
     """(step,) int64: cells of the running trial, oldest first, at most ``TRAIL_STEPS + 1``."""
     ends: tuple[TrialEnd, ...]
     """The most recent ends of trials, oldest first."""
+    paths: tuple[TrialPath, ...]
+    """Of the most recent trials, oldest first."""
     recent: Endings
     """How the last ``measures.RECENT_TRIALS`` trials ended."""
     pace: Pace
@@ -131,6 +144,7 @@ def take(
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),
         ends=_ends(run),
+        paths=_paths(run),
         recent=measures.endings(state, measures.RECENT_TRIALS),
         pace=measures.pace(state),
         curve=curve,
@@ -158,6 +172,25 @@ def _trail(run: Run) -> np.ndarray:
         start, _ = run.start_of(run.trial)
         cells = np.concatenate([[start], cells])
     return cells
+
+
+def _paths(run: Run) -> tuple[TrialPath, ...]:
+    state = run.state
+    last = run.trial
+    lengths = state.log_steps[max(last - RECENT_PATHS, 0) : last].astype(np.int64)
+    ended_at = run.step - int(state.tally[kernel.TRIAL_STEP])
+    paths: list[TrialPath] = []
+    for back, length in enumerate(reversed(lengths.tolist())):
+        if run.step - (ended_at - length) >= kernel.TRAIL_LENGTH:
+            break
+        trial = last - 1 - back
+        start, heading = run.start_of(trial)
+        steps = np.arange(ended_at - length + 1, ended_at + 1)
+        cells = state.trail[steps % kernel.TRAIL_LENGTH].astype(np.int64)
+        outcome = int(state.log_outcome[trial])
+        paths.append(TrialPath(heading, outcome, np.concatenate([[start], cells])))
+        ended_at -= length
+    return tuple(reversed(paths))
 
 
 def _ends(run: Run) -> tuple[TrialEnd, ...]:

@@ -24,9 +24,11 @@ INTRODUCTION = "introduction"
 def _options(value: object) -> object:
     if value == MOVES:
         return MOVES
-    names = [skill for skill in value if skill in SKILLS] if isinstance(value, list | tuple) else []
-    if not names or len(names) != len(value):  # type: ignore[arg-type]
-        raise ValueError(f"allowed: {MOVES}, or a list of skills from {', '.join(SKILLS)}")
+    names = value if isinstance(value, list | tuple) else []
+    if not names or not all(isinstance(name, str) and name in SKILLS for name in names):
+        raise ValueError(
+            f"names no skills; allowed: {MOVES}, or a list of skills from {', '.join(SKILLS)}"
+        )
     if len(set(names)) != len(names):
         raise ValueError("names a skill twice; allowed: each skill once")
     return tuple(names)
@@ -35,14 +37,16 @@ def _options(value: object) -> object:
 def _episode_start(value: object) -> object:
     is_trial = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_TRIALS
     if value != INTRODUCTION and not is_trial:
-        raise ValueError(f"allowed: {INTRODUCTION}, or a trial from 0 to {MAX_TRIALS}")
+        raise ValueError(
+            f"is not a trial; allowed: {INTRODUCTION}, or a trial from 0 to {MAX_TRIALS}"
+        )
     return value
 
 
 class LearnerSpec(Spec):
     """Options and learning parameters (section 4.2)."""
 
-    options: Annotated[Literal["moves"] | tuple[str, ...], BeforeValidator(_options)]
+    options: Annotated[Literal["moves"] | tuple[SkillName, ...], BeforeValidator(_options)]
     """The nine primitive moves, or the skills to select from."""
     alpha: Rate
     """Learning rate of the selection."""
@@ -173,6 +177,7 @@ class RunSpec(Spec):
                             f" to {other_end}; allowed: one at a time for each skill",
                         )
                     )
+                    break
             taken.setdefault(episode.skill, []).append((first, first + episode.duration))
         return problems
 

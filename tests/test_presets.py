@@ -1,0 +1,1128 @@
+"""Presets: what is shipped, what is read, what is refused in which words, what is written."""
+
+import itertools
+import os
+import re
+import shlex
+import time
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+from typing import get_args, get_origin
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from app import presets
+from app.presets import PresetError, dump, load, parse, shipped
+from learners.skills import SKILLS
+from learners.spec import (
+    MAX_TRIALS,
+    EpisodeSpec,
+    LearnerSpec,
+    RunSpec,
+    ScheduleSpec,
+    SkillTimer,
+)
+from sim.spec import WorldSpec
+
+PAGE = Path(presets.__file__).parent.parent / "presets" / "README.md"
+
+SOUND = "learner: {options: moves, alpha: 0.6}\ntrials: 10\n"
+"""The least that a preset can say; on two lines, to which tests add."""
+
+
+def refusal(text: bytes | str) -> PresetError:
+    with pytest.raises(PresetError) as caught:
+        parse(text, "mine.yaml")
+    error = caught.value
+    assert error.problems
+    assert str(error).splitlines() == [str(problem) for problem in error.problems]
+    assert "Input should" not in str(error)
+    return error
+
+
+def complaints(text: bytes | str) -> list[str]:
+    """What is wrong with a text, without the name of the file."""
+    return [line.removeprefix("mine.yaml:") for line in str(refusal(text)).splitlines()]
+
+
+def wrong_places(text: bytes | str) -> list[tuple[int | None, str]]:
+    return [(problem.line, problem.key) for problem in refusal(text).problems]
+
+
+def load_refusal(name: str | Path, *settings_: str) -> list[str]:
+    with pytest.raises(PresetError) as caught:
+        load(str(name), settings_)
+    return str(caught.value).splitlines()
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# --- What is shipped -----------------------------------------------------------------------------
+
+THREE = ("approach", "circle_clockwise", "avoid")
+
+THE_THESIS = {
+    "standard_q": ("moves", 0.6, 24_000),
+    "hierarchical_2": (("approach", "circle_clockwise"), 0.1, 48_000),
+    "hierarchical_3": (THREE, 0.1, 24_000),
+    "timed": (THREE, 0.1, 48_000),
+}
+
+
+def test_the_thesis_comes_first() -> None:
+    assert list(shipped())[:4] == list(THE_THESIS)
+    assert list(shipped())[4:] == sorted(list(shipped())[4:])
+
+
+@pytest.mark.parametrize("name", THE_THESIS)
+def test_shipped_presets_are_the_learners_of_the_thesis(name: str) -> None:
+    spec = load(name)
+    assert (spec.learner.options, spec.learner.alpha, spec.trials) == THE_THESIS[name]
+    assert spec.world == WorldSpec()
+    assert spec.learner == LearnerSpec(
+        options=spec.learner.options,
+        alpha=spec.learner.alpha,
+        skill_alpha=0.6,
+        gamma=0.9,
+        epsilon=0.1,
+        initial_q=0.0,
+    )
+    if name != "timed":
+        assert spec.schedule == ScheduleSpec()
+
+
+def test_the_world_is_that_of_the_thesis() -> None:
+    assert WorldSpec() == WorldSpec(
+        size=120,
+        n_directions=24,
+        n_distances=18,
+        vision_radius=27.0,
+        start_radius=(10.0, 60.0),
+        step_limit=500,
+        capture_reward=100.0,
+        flight_reward=-50.0,
+    )
+
+
+def test_the_timed_schedule_is_that_of_section_4_3_1() -> None:
+    assert load("timed").schedule == ScheduleSpec(
+        skills={
+            "approach": SkillTimer(at=0, freeze=300),
+            "circle_clockwise": SkillTimer(at=12_000, freeze=300),
+            "avoid": SkillTimer(at=14_500, freeze=300),
+        },
+        episodes=(
+            EpisodeSpec(skill="circle_clockwise", duration=2_000, probability=0.95),
+            EpisodeSpec(skill="avoid", duration=2_000, probability=0.30),
+        ),
+    )
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_every_shipped_preset_is_sound_and_says_what_it_is(name: str) -> None:
+    assert load(name).description
+    assert parse(dump(load(name)), "dumped") == load(name)
+
+
+# --- Wrong values: file, line, key, value, and what is allowed -----------------------------------
+
+WRONG_VALUES = [
+    ("world: {size: 12}", "3: world.size: value 12: must be at least 20; allowed: 20 to 400"),
+    (
+        "world: {size: 12.5}",
+        "3: world.size: value 12.5: must be a whole number; allowed: 20 to 400",
+    ),
+    (
+        "world: {size: true}",
+        "3: world.size: value true: must be a whole number; allowed: 20 to 400",
+    ),
+    (
+        "world: {size: 1e2}",
+        "3: world.size: value 100.0: must be a whole number; allowed: 20 to 400",
+    ),
+    (
+        "world: {n_directions: 12}",
+        "3: world.n_directions: value 12: must be a multiple of 8; allowed: 8 to 48, multiples of",
+    ),
+    (
+        "world:\n  vision_radius: -27",
+        "4: world.vision_radius: value -27: must be at least 0; allowed: 0 to 1000",
+    ),
+    (
+        "world:\n  capture_reward: .nan",
+        "4: world.capture_reward: value nan: must be finite; allowed: -1000000 to 1000000",
+    ),
+    (
+        "world:\n  capture_reward: 1e999",
+        "4: world.capture_reward: value inf: must be finite; allowed: -1000000 to 1000000",
+    ),
+    (
+        "world:\n  flight_reward: -.inf",
+        "4: world.flight_reward: value -inf: must be finite; allowed: -1000000 to 1000000",
+    ),
+    (
+        "world:\n  start_radius: [10]",
+        "4: world.start_radius.1: is missing; allowed: [nearest, farthest]",
+    ),
+    (
+        "world:\n  start_radius:\n    - ten\n    - 60",
+        "5: world.start_radius.0: value 'ten': must be a number; allowed: [nearest, farthest]",
+    ),
+    (
+        "world:\n  start_radius: 10",
+        "4: world.start_radius: value 10: must be a list; allowed: [nearest, farthest]",
+    ),
+    (
+        "world:\n  start_radius: [10, 20, 30]",
+        "4: world.start_radius: value [10, 20, 30]: has too many items;"
+        " allowed: [nearest, farthest]",
+    ),
+    (
+        "world:\n  start_radius: [10, 80]",
+        "4: world.start_radius: value [10, 80]: the farthest start, 80, lies outside the grid;"
+        " allowed: up to 60 (half the grid, whatever its size)",
+    ),
+    ("description: 3", "3: description: value 3: must be a text; allowed: a text of up to 400"),
+    (
+        f"description: {'x' * 401}",
+        f"3: description: value '{'x' * 78}…: is too long; allowed: a text of up to 400 characters",
+    ),
+    (
+        "world: 3",
+        "3: world: value 3: must be a mapping; allowed: the keys size, n_directions, n_distances,",
+    ),
+    ("schedule: {skills: [avoid]}", "3: schedule.skills: value ['avoid']: must be a mapping;"),
+    (
+        "schedule: {episodes: 3}",
+        "3: schedule.episodes: value 3: must be a list; allowed: a list, each item the keys skill,"
+        " at, duration, probability",
+    ),
+    (
+        "schedule: {episodes: [null]}",
+        "3: schedule.episodes.0: value null: must be a mapping; allowed: the keys skill, at,",
+    ),
+    (
+        "schedule:\n  skills: {avoid: {at: 5}}",
+        "4: schedule.skills.avoid: value {'at': 5}: is not among the learner's options;"
+        " allowed: none, because the options are moves",
+    ),
+    (
+        "world:\n  sise: 60",
+        "4: world.sise: value 60: is not a known key (did you mean size?); allowed: size, n_dir",
+    ),
+    (
+        "wrld: {size: 60}",
+        "3: wrld: value {'size': 60}: is not a known key (did you mean world?);"
+        " allowed: extends, description, world, learner, schedule, trials",
+    ),
+    (
+        "schedule:\n  skills:\n    avod: {at: 5}",
+        "5: schedule.skills.avod: value {'at': 5}: is not a known key (did you mean avoid?);"
+        " allowed: approach, avoid, circle_clockwise, circle_counterclockwise",
+    ),
+    ("world:\n  sise: null", "4: world.sise: value null: is not a known key (did you mean size?)"),
+    ("1: 2", "3: 1: value 2: is not a known key; allowed: extends,"),
+    ("true: 2", "3: true: value 2: is not a known key; allowed: extends,"),
+    ("? [a, b]\n: 3", "3: '?': value ['a', 'b']: is no key; allowed: a text"),
+    ('"a\\e[31m\\nb": 2', "3: 'a\\x1b[31m\\nb': value 2: is not a known key; allowed: extends,"),
+    ("trials: 20", "3: trials: value 20: is given twice, first on line 2; allowed: once"),
+    ("world: &w {size: 60}", "3: world: value &w: anchors are not read; allowed: the value alone"),
+    ("world: *w", "3: world: value *w: aliases are not read; allowed: the value itself, written"),
+    ("world: !!map {}", "3: world: value !!map: tags are not read; allowed: the value alone"),
+    ("world: ! {}", "3: world: value !: tags are not read; allowed: the value alone"),
+    ("&k world: {}", "3: '?': value &k: anchors are not read; allowed: the value alone"),
+    ("<<: {trials: 5}", "3: '<<': merges are not read; allowed: extends"),
+    ("---\ntrials: 5", "3: a second document starts; allowed: one document"),
+    (
+        f"world: {{size: {'9' * 5000}}}",
+        f"3: world.size: value {'9' * 79}…: has too many digits; allowed: at most 18",
+    ),
+    ('description: "\\ud800"', "3: description: value '\\ud800': has half a character; allowed:"),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), WRONG_VALUES)
+def test_a_wrong_value_is_reported_where_it_stands(text: str, expected: str) -> None:
+    (line,) = complaints(SOUND + text)
+    assert line.startswith(expected)
+
+
+def test_two_timers_of_one_skill_are_no_silent_choice() -> None:
+    assert complaints(
+        "learner: {options: [avoid], alpha: 0.1}\ntrials: 10\nschedule:\n  skills:\n"
+        "    avoid: {at: 0}\n    avoid: {at: 5}"
+    ) == [
+        "6: schedule.skills.avoid: value {'at': 5}: is given twice, first on line 5; allowed: once"
+    ]
+
+
+MISSING = "is missing; allowed:"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("trials: 10", f"1: learner: {MISSING} the keys options, alpha, skill_alpha,"),
+        ("trials: 10\n\nlearner:\n  options: moves", f"3: learner.alpha: {MISSING} 0 to 1"),
+        ("trials: 10\nlearner:\n  alpha: 0.1", f"2: learner.options: {MISSING} moves, or a list"),
+        ("\n# a comment\nlearner: {options: moves, alpha: 0.1}", f"3: trials: {MISSING} 1 to 2000"),
+        (
+            "trials: 10\nlearner: {options: [avoid], alpha: 0.1}\nschedule:\n  skills:\n"
+            "    avoid:\n      freeze: 300",
+            f"5: schedule.skills.avoid.at: {MISSING} 0 to 2000000",
+        ),
+        (
+            "trials: 10\nlearner: {options: [avoid], alpha: 0.1}\nschedule:\n  episodes:\n"
+            "    - {skill: avoid, duration: 5, probability: 1}\n"
+            "    - {skill: avoid, at: 5, probability: 1}",
+            f"6: schedule.episodes.1.duration: {MISSING} 1 to 2000000",
+        ),
+    ],
+)
+def test_a_missing_key_is_reported_where_it_belongs(text: str, expected: str) -> None:
+    (line,) = complaints(text)
+    assert line.startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ("steps", "1: learner.options: value 'steps': "),
+        ("[]", "1: learner.options: value []: "),
+        ("[approch]", "1: learner.options: value ['approch']: "),
+        ("[avoid, avoid]", "1: learner.options: value ['avoid', 'avoid']: names a skill twice;"),
+        ("[[avoid]]", "1: learner.options: value [['avoid']]: "),
+        ("{avoid: 1}", "1: learner.options: value {'avoid': 1}: "),
+        ("[avoid, *more]", "1: learner.options.1: value *more: aliases are not read;"),
+    ],
+)
+def test_options_are_moves_or_skills(options: str, expected: str) -> None:
+    (line,) = complaints(f"learner: {{options: {options}, alpha: 0.1}}\ntrials: 10")
+    assert line.startswith(expected)
+    assert "; allowed: " in line
+
+
+@pytest.mark.parametrize("at", ["1:30", "-1", "1.5", "soon", "2000001", "true", "12_000"])
+def test_an_episode_starts_at_a_trial_or_the_introduction(at: str) -> None:
+    (line,) = complaints(
+        "learner: {options: [avoid], alpha: 0.1}\ntrials: 10\nschedule:\n  episodes:\n"
+        f"  - {{skill: avoid, at: {at}, duration: 5, probability: 1}}"
+    )
+    assert line.startswith("5: schedule.episodes.0.at: value ")
+    assert line.endswith("; allowed: introduction, or a trial from 0 to 2000000")
+
+
+def test_a_comma_for_thousands_is_not_a_small_number() -> None:
+    text = "learner: {options: [avoid], alpha: 0.1}\nschedule: {skills: {avoid: {at: 12,000}}}\n"
+    assert (2, "schedule.skills.avoid.000") in wrong_places(text)
+
+
+# --- Several at once -----------------------------------------------------------------------------
+
+FULL_OF_ERRORS = """\
+description: [what]
+world:
+  size: 12
+  n_direction: 24
+  vision_radius: -1
+  start_radius: [70, 80]
+learner:
+  options: [approach, avoid]
+  alpha: 2
+  gamma: 1
+schedule:
+  skills:
+    approach: {at: 100, freeze: -3}
+    avoid: {at: 200}
+    circle_clockwise: {at: 300}
+    avoid: {at: 300}
+  episodes:
+    - {skill: avoid, at: 300, duration: 100, probability: 1}
+    - {skill: avoid, at: 350, duration: 0, probability: 1}
+    - {skill: avoid, at: 399, duration: 100, probability: 1}
+    - {skill: avoid, at: 150, duration: 10, probability: 1}
+    - {skill: circle_clockwise, at: 399, duration: 100, probability: 1}
+trials: many
+"""
+
+
+def test_everything_wrong_is_reported_at_once() -> None:
+    assert wrong_places(FULL_OF_ERRORS) == [
+        (1, "description"),
+        (3, "world.size"),
+        (4, "world.n_direction"),
+        (5, "world.vision_radius"),
+        (6, "world.start_radius"),
+        (9, "learner.alpha"),
+        (10, "learner.gamma"),
+        (13, "schedule.skills.approach.freeze"),
+        (13, "schedule.skills.approach.at"),  # nothing to do before trial 100
+        (15, "schedule.skills.circle_clockwise"),  # not an option
+        (16, "schedule.skills.avoid"),  # twice
+        (19, "schedule.episodes.1.duration"),
+        (20, "schedule.episodes.2.at"),  # overlaps the first; the one between them is left out
+        (21, "schedule.episodes.3.at"),  # before avoid joins
+        (22, "schedule.episodes.4.skill"),  # not an option
+        (23, "trials"),
+    ]
+
+
+@pytest.mark.parametrize("wrong", ["options: 3, alpha: 0.1", "options: [avoid]", "alpha: 0.1", ""])
+def test_a_wrong_learner_does_not_hide_what_is_wrong_with_its_schedule(wrong: str) -> None:
+    places = wrong_places(
+        f"learner: {{{wrong}}}\ntrials: 10\nschedule:\n  episodes:\n"
+        "  - {skill: avoid, at: 5, duration: 5, probability: 1}\n"
+        "  - {skill: avoid, at: 7, duration: 5, probability: 1}\n"
+    )
+    assert places[0][0] == 1
+    assert places[-1] == (6, "schedule.episodes.1.at")
+
+
+def test_a_wrong_timer_does_not_make_its_episodes_wrong() -> None:
+    text = (
+        "learner: {options: [approach, avoid], alpha: 0.1}\ntrials: 10\nschedule:\n"
+        "  skills: {avoid: {at: 12_000}}\n  episodes:\n"
+        "  - {skill: avoid, duration: 500, probability: 1}\n"
+        "  - {skill: avoid, at: 100, duration: 500, probability: 1}\n"
+    )
+    assert wrong_places(text) == [(4, "schedule.skills.avoid.at")]
+
+
+def test_a_wrong_size_does_not_make_starts_wrong() -> None:
+    text = SOUND + "world: {size: 500, start_radius: [0.5, 60]}"
+    assert wrong_places(text) == [(3, "world.size")]
+
+
+def fields(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """Dotted keys and fields of a model and of all models within it."""
+    for name, field in model.model_fields.items():
+        key = above + name
+        yield key, field
+        origin = get_origin(field.annotation)
+        inner = ".SKILL." if origin is dict else ".N." if origin is tuple else "."
+        for kind in (field.annotation, *get_args(field.annotation)):
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                yield from fields(kind, key + inner)
+
+
+KEYS = dict(fields(RunSpec))
+
+
+def test_the_keys_of_this_test_are_those_of_a_preset() -> None:
+    assert len(KEYS) == 5 + 8 + 6 + 2 + 2 + 4
+    assert {"world.size", "schedule.skills.SKILL.at", "schedule.episodes.N.skill"} <= KEYS.keys()
+
+
+@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize("value", ["!!float 3", "{odd: [1, {two: 3}]}", "[1]", ".nan"])
+def test_a_wrong_type_is_reported_for_every_key_in_plain_words(key: str, value: str) -> None:
+    path = key.replace("SKILL", "avoid").replace(".N.", ".0.")
+    setting = f"{path}={value}"
+    for line in load_refusal("timed", setting):
+        assert line.startswith(f"--set {setting}: {path}")
+        assert "Input should" not in line
+        assert "; allowed: " in line
+
+
+# --- Texts that are no presets -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", "1: is empty; allowed: a mapping of keys"),
+        ("# nothing\n", "1: is empty; allowed: a mapping of keys"),
+        ("---\n...\n", "1: is empty; allowed: a mapping of keys"),
+        ("null", "1: is empty; allowed: a mapping of keys"),
+        ("\n- 1\n- 2", "2: value [1, 2]: must be a mapping; allowed: a mapping of keys"),
+        ("a text", "1: value 'a text': must be a mapping; allowed: a mapping of keys"),
+        ("learner:\n\talpha: 1", "2: is not YAML: found character '\\t'"),
+        ("learner: {alpha: 1\ntrials: 3", "2: is not YAML: expected ',' or '}', but got ':'"),
+        ("a: 1\nb: [", "2: is not YAML: expected the node content, but found '<stream end>'"),
+        ("a: \x07", "1: is not YAML: it contains the control character U+0007"),
+        ('a: "\\UFFFFFFFF"', " is not YAML: an escape or a version is out of range"),
+        ("%YAML 1." + "9" * 5000 + "\n---\n{}", " is not YAML: an escape or a version is out of"),
+        (b"trials: 1\nworld: \xff", "2: is not a text; allowed: UTF-8"),
+        (b"trials: 1\0", " is not a text: it contains a NUL byte; allowed: UTF-8"),
+        ("trials: 1\0", "1: is not YAML: it contains the control character U+0000"),
+        ("trials: \ud800", "1: is not YAML: it contains the control character U+D800"),
+        ("trials: 10\n".encode("utf-16"), " is not a text: it contains a NUL byte; allowed: UTF-8"),
+        ("x" * 65_537, " is too large; allowed: at most 65536 bytes"),
+        ("ä" * 40_000, " is too large; allowed: at most 65536 bytes"),
+        ("[" * 60_000, "1: is nested too deeply; allowed: 20 levels"),
+        ("- " * 30_000, "1: is nested too deeply; allowed: 20 levels"),
+        ("? " * 30_000, "1: is nested too deeply; allowed: 20 levels"),
+        ("- 1\n" * 2_001, "2000: has too many values; allowed: 2000"),
+    ],
+)
+def test_a_text_that_is_no_preset(text: bytes | str, expected: str) -> None:
+    (line,) = complaints(text)
+    assert line.startswith(expected)
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_key() -> None:
+    assert parse(SOUND.encode("utf-8-sig"), "mine.yaml") == parse("\ufeff" + SOUND, "mine.yaml")
+
+
+def test_an_alias_bomb_is_refused_before_anything_is_expanded() -> None:
+    names = "abcdefghij"
+    rows = ["a: &a [x, x, x, x, x, x, x, x, x, x]"]
+    rows += [
+        f"{name}: &{name} [{', '.join(['*' + before] * 10)}]"
+        for before, name in itertools.pairwise(names)
+    ]
+    start = time.perf_counter()
+    tracemalloc.start()
+    try:
+        wrong = wrong_places("\n".join(rows))
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert time.perf_counter() - start < 5
+    assert peak < 4 * 2**20
+    assert {"a", "b", "b.0", "j.9"} <= {key for _, key in wrong}
+
+
+def test_a_value_within_itself_is_refused() -> None:
+    first, second, *_ = complaints("a: &a [*a]")
+    assert first == "1: a: value &a: anchors are not read; allowed: the value alone"
+    assert second.startswith("1: a.0: value *a: aliases are not read;")
+
+
+@pytest.mark.parametrize(
+    "tag",
+    [
+        "!!python/object/apply:os.mkdir [{path}]",
+        "!!python/object/new:os.mkdir [{path}]",
+        "!!python/name:os.mkdir",
+        "!<tag:yaml.org,2002:python/object/apply:os.mkdir> [{path}]",
+        "!!timestamp 2001-01-01",
+        "!!binary aGVsbG8=",
+        "!!set {{a}}",
+        "!mine x",
+    ],
+)
+def test_a_tag_is_refused_and_nothing_is_run(tag: str, tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    value = tag.format(path=made)
+    (line,) = complaints(SOUND + f"description: {value}")
+    assert line.startswith("3: description: value !")
+    assert line.endswith("tags are not read; allowed: the value alone")
+    assert wrong_places(f"{value}\n") == [(1, "")]
+    assert not made.exists()
+
+
+def test_a_problem_is_one_printable_line_however_long_the_value() -> None:
+    noise = "\\e]0;\\a" * 100
+    error = refusal(SOUND + f'"{noise}": "{noise}"\nworld: {{size: "{noise}"}}')
+    assert len(error.problems) == 2
+    assert len(error.problems[0].key) <= 80
+    assert all(len(problem.value or "") <= 80 for problem in error.problems)
+    assert all(line.isprintable() for line in str(error).splitlines())
+
+
+def test_the_name_of_an_upload_is_shown_safely() -> None:
+    with pytest.raises(PresetError) as caught:
+        parse("", "\x1b[31m\n.yaml")
+    assert str(caught.value).isprintable()
+
+
+# --- Numbers and words ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("written_as", "value"),
+    [
+        ("1", 1.0),
+        ("-5", -5.0),
+        ("+5", 5.0),
+        ("0.5", 0.5),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("1e5", 1e5),
+        ("1E5", 1e5),
+        ("1e+5", 1e5),
+        ("1e-3", 1e-3),
+        ("-1.5e2", -150.0),
+        ("-0", 0.0),
+    ],
+)
+def test_numbers(written_as: str, value: float) -> None:
+    spec = parse(SOUND + f"world: {{capture_reward: {written_as}}}", "mine.yaml")
+    assert spec.world.capture_reward == value
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        *("yes", "No", "on", "OFF", "y", "1:30", "1:30:00", "1_000", "010", "0x10", "0o7", "0b1"),
+        *("2001-01-01", "1e", "e5", ".", "1.2.3", "nan", "inf", "=", "٣"),
+    ],
+)
+def test_words_that_are_no_numbers(word: str) -> None:
+    text = SOUND + f"description: {word}\n"
+    assert parse(text, "mine.yaml").description == word
+    assert wrong_places(text + f"world: {{size: {word}}}") == [(4, "world.size")]
+
+
+@pytest.mark.parametrize("quoted", ['"20"', "'20'", '"true"', '"null"'])
+def test_what_is_quoted_is_a_text(quoted: str) -> None:
+    assert parse(SOUND + f"description: {quoted}", "x").description == quoted[1:-1]
+    assert wrong_places(SOUND + f"world: {{size: {quoted}}}") == [(3, "world.size")]
+
+
+@pytest.mark.parametrize("null", ["null", "~", "Null", "NULL", ""])
+def test_null_is_as_if_a_key_that_has_a_default_had_not_been_given(null: str) -> None:
+    assert parse(SOUND + f"world: {null}\n", "x") == parse(SOUND, "x")
+    assert parse(SOUND + f"world:\n  size: {null}\n", "x") == parse(SOUND, "x")
+    (line,) = complaints(f"learner: {{options: moves, alpha: 1}}\ntrials: {null}\n")
+    assert line == "2: trials: value null: must be a whole number; allowed: 1 to 2000000"
+
+
+# --- Files ---------------------------------------------------------------------------------------
+
+
+def test_a_file(tmp_path: Path) -> None:
+    path = written(tmp_path, "mine.yaml", SOUND)
+    assert load(str(path)) == parse(SOUND, "mine.yaml")
+
+
+def test_a_shipped_name_is_never_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(tmp_path, "timed", SOUND)
+    monkeypatch.chdir(tmp_path)
+    assert load("timed").trials == 48_000
+    assert load("./timed").trials == 10
+
+
+def test_problems_of_a_file_name_it(tmp_path: Path) -> None:
+    path = written(tmp_path, "mine.yaml", SOUND + "world: {size: 1}")
+    (line,) = load_refusal(path)
+    assert line == f"{path}:3: world.size: value 1: must be at least 20; allowed: 20 to 400"
+
+
+def test_an_unknown_name_is_told_the_known_ones() -> None:
+    names = ", ".join(shipped())
+    assert load_refusal("hierarchical3") == [
+        "hierarchical3: is neither a shipped preset nor a file (did you mean hierarchical_3?);"
+        f" allowed: {names}, or a path"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("nowhere/mine.yaml", "nowhere/mine.yaml: is neither a shipped preset nor a file"),
+        ("mine.yaml/more", "mine.yaml/more: is neither a shipped preset nor a file"),
+        (".", ".: is a directory; allowed: a file"),
+        ("", "'': is a directory; allowed: a file"),
+        ("a\0b", "a\ufffdb: is not a path: it contains a NUL character"),
+        ("x" * 5_000, f"{'x' * 1_023}…: cannot be read: File name too long"),
+    ],
+)
+def test_what_is_no_file(
+    name: str, expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path, "mine.yaml", SOUND)
+    monkeypatch.chdir(tmp_path)
+    (line,) = load_refusal(name)
+    assert line.startswith(expected)
+
+
+def test_a_huge_file_is_refused_before_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, "huge.yaml", "")
+    os.truncate(path, 2**40)
+    monkeypatch.setattr(Path, "open", lambda *_: pytest.fail("the file was opened"))
+    assert load_refusal(path) == [
+        f"{path}: is too large, {2**40} bytes; allowed: at most 65536 bytes"
+    ]
+
+
+def test_the_largest_file_is_read(tmp_path: Path) -> None:
+    text = SOUND + "#" * (65_536 - len(SOUND))
+    assert load(str(written(tmp_path, "large.yaml", text))).trials == 10
+    path = written(tmp_path, "larger.yaml", text + "#")
+    assert load_refusal(path)[0].startswith(f"{path}: is too large, 65537 bytes")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    assert load_refusal(path) == [f"{path}: is not a regular file; allowed: a file"]
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="needs a file it cannot read")
+def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
+    path = written(tmp_path, "mine.yaml", SOUND)
+    path.chmod(0)
+    assert load_refusal(path) == [f"{path}: cannot be read: Permission denied"]
+
+
+# --- Starting from another preset ----------------------------------------------------------------
+
+
+def test_mappings_are_merged_and_all_else_is_replaced() -> None:
+    spec = parse(
+        "extends: timed\nworld: {size: 60}\nlearner: {options: [approach, circle_clockwise]}\n"
+        "schedule:\n  skills: {avoid: null, circle_clockwise: {at: 500}}\n"
+        "  episodes: [{skill: circle_clockwise, duration: 5, probability: 1}]\n",
+        "mine.yaml",
+    )
+    timed = load("timed")
+    assert spec == RunSpec(
+        description=timed.description,
+        world=WorldSpec(size=60),
+        learner=LearnerSpec(options=("approach", "circle_clockwise"), alpha=0.1),
+        schedule=ScheduleSpec(
+            skills={
+                "approach": SkillTimer(at=0, freeze=300),
+                "circle_clockwise": SkillTimer(at=500, freeze=300),
+            },
+            episodes=(EpisodeSpec(skill="circle_clockwise", duration=5, probability=1.0),),
+        ),
+        trials=48_000,
+    )
+
+
+def test_null_takes_away_what_is_inherited() -> None:
+    spec = parse("extends: timed\nschedule: null\ndescription: ~\n", "mine.yaml")
+    assert spec == load("hierarchical_3").model_copy(update={"description": "", "trials": 48_000})
+
+
+def test_null_may_be_overridden_in_turn(tmp_path: Path) -> None:
+    written(tmp_path, "base.yaml", "extends: timed\nschedule: null\n")
+    path = written(
+        tmp_path, "mine.yaml", "extends: base.yaml\nschedule: {skills: {avoid: {at: 7}}}\n"
+    )
+    assert load(str(path)).schedule == ScheduleSpec(skills={"avoid": SkillTimer(at=7)})
+
+
+def test_extending_alone_is_enough() -> None:
+    assert parse("extends: timed", "mine.yaml") == load("timed")
+
+
+def test_paths_start_at_the_file_that_names_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path, "base.yaml", SOUND + "description: the base")
+    written(tmp_path, "deep/between.yaml", "extends: ../base.yaml\ntrials: 20")
+    path = written(tmp_path, "mine.yaml", "extends: deep/between.yaml\nworld: {size: 60}")
+    monkeypatch.chdir(tmp_path / "deep")
+    spec = load(str(path))
+    assert (spec.description, spec.trials, spec.world.size) == ("the base", 20, 60)
+
+
+def test_every_problem_is_reported_in_the_file_it_stands_in(tmp_path: Path) -> None:
+    base = written(
+        tmp_path, "base.yaml", "trials: 0\nworld:\n  n_distances: 1\n  size: 1\nextends: timed\n"
+    )
+    path = written(
+        tmp_path,
+        "mine.yaml",
+        "extends: base.yaml\nworld:\n  size: 2\nlearner: {options: [approach, avoid]}\n",
+    )
+    assert [line.split(": value")[0] for line in load_refusal(path, "world.n_distances=99")] == [
+        f"{path}:3: world.size",
+        "--set world.n_distances=99: world.n_distances",
+        f"{base}:1: trials",
+        "presets/timed.yaml:7: schedule.skills.circle_clockwise",
+        "presets/timed.yaml:10: schedule.episodes.0.skill",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("base", "expected"),
+    [
+        (
+            "timd",
+            "1: extends: value 'timd': is not a shipped preset (did you mean timed?); allowed:",
+        ),
+        ("3", "1: extends: value 3: must be a text; allowed: standard_q,"),
+        ("[timed]", "1: extends: value ['timed']: must be a text; allowed: standard_q,"),
+        ("*x", "1: extends: value *x: aliases are not read;"),
+        ("/etc/passwd", "1: extends: value '/etc/passwd': is not a shipped preset;"),
+        ("../presets/timed.yaml", "1: extends: value '../presets/timed.yaml': is not a shipped"),
+    ],
+)
+def test_a_base_that_cannot_be_had_hides_nothing_and_invents_nothing(
+    base: str, expected: str
+) -> None:
+    first, second = complaints(f"extends: {base}\nworld: {{size: 1}}")
+    assert first.startswith(expected)
+    assert second.startswith("2: world.size: value 1:")
+
+
+def test_an_upload_looks_at_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path, "base.yaml", SOUND)
+    monkeypatch.chdir(tmp_path)
+    for base in ("base.yaml", "./base.yaml", str(path)):
+        (line,) = complaints(f"extends: {base}")
+        assert "is not a shipped preset" in line
+
+
+def test_a_broken_base_is_reported_and_so_is_what_extends_it(tmp_path: Path) -> None:
+    base = written(tmp_path, "base.yaml", "trials: [")
+    path = written(tmp_path, "mine.yaml", "extends: base.yaml\nworld: {size: 1}")
+    assert load_refusal(path) == [
+        f"{base}:1: is not YAML: expected the node content, but found '<stream end>'",
+        f"{path}:2: world.size: value 1: must be at least 20; allowed: 20 to 400",
+    ]
+
+
+@pytest.mark.parametrize("base", ["mine.yaml", "./mine.yaml", "other.yaml"])
+def test_a_circle_is_reported(base: str, tmp_path: Path) -> None:
+    path = written(tmp_path, "mine.yaml", f"extends: {base}\n")
+    written(tmp_path, "other.yaml", "\nextends: mine.yaml\n")
+    (line,) = load_refusal(path)
+    assert "extends: value" in line
+    assert line.endswith("starts from itself; allowed: a preset that does not lead back here")
+
+
+@pytest.mark.parametrize("n_bases", [8, 9])
+def test_eight_bases_are_enough(n_bases: int, tmp_path: Path) -> None:
+    written(tmp_path, f"{n_bases}.yaml", SOUND)
+    for index in range(n_bases):
+        written(tmp_path, f"{index}.yaml", f"extends: {index + 1}.yaml")
+    if n_bases == 8:
+        assert load(str(tmp_path / "0.yaml")).trials == 10
+    else:
+        assert load_refusal(tmp_path / "0.yaml") == [
+            f"{tmp_path / '8.yaml'}:1: extends: value '9.yaml': is one base too many;"
+            " allowed: 8 below one another"
+        ]
+
+
+def test_extends_belongs_at_the_top() -> None:
+    (line,) = complaints(SOUND + "world: {extends: timed}")
+    assert line.startswith("3: world.extends: value 'timed': is not a known key; allowed: size,")
+
+
+# --- Settings ------------------------------------------------------------------------------------
+
+
+def test_settings_lie_over_the_preset_and_later_ones_over_earlier_ones() -> None:
+    spec = load(
+        "timed",
+        [
+            "world.size=60",
+            "world.size=150",
+            "learner.epsilon=5e-2",
+            "schedule.skills.circle_clockwise.at=6000",
+            "schedule.episodes.0.probability=0.5",
+            "schedule.skills.avoid=null",
+            "world.start_radius=[9, 99]",
+            "world.start_radius.1=50",
+            "world={n_distances: 11}",
+            "description=",
+            " trials = 1000 ",
+        ],
+    )
+    timed = load("timed")
+    circle, avoid = timed.schedule.episodes
+    assert spec == timed.model_copy(
+        update={
+            "description": "",
+            "world": WorldSpec(size=150, n_distances=11, start_radius=(9.0, 50.0)),
+            "learner": timed.learner.model_copy(update={"epsilon": 0.05}),
+            "schedule": ScheduleSpec(
+                skills={
+                    "approach": SkillTimer(at=0, freeze=300),
+                    "circle_clockwise": SkillTimer(at=6_000, freeze=300),
+                },
+                episodes=(circle.model_copy(update={"probability": 0.5}), avoid),
+            ),
+            "trials": 1_000,
+        }
+    )
+
+
+def test_a_setting_may_be_the_first_to_name_a_section() -> None:
+    spec = load("hierarchical_2", ["schedule.skills.circle_clockwise.at=7", "schedule.episodes=[]"])
+    assert spec.schedule == ScheduleSpec(skills={"circle_clockwise": SkillTimer(at=7)})
+
+
+def test_options_are_set_as_a_list() -> None:
+    spec = load("hierarchical_3", ["learner.options=[avoid, approach]"])
+    assert spec.learner.options == ("avoid", "approach")
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        ("world.size=9", "world.size: value 9: must be at least 20; allowed: 20 to 400"),
+        ("world.siz=60", "world.siz: value 60: is not a known key (did you mean size?); allowed:"),
+        ("wrld.size=60", "wrld: value {'size': 60}: is not a known key (did you mean world?);"),
+        ("trials=null", "trials: value null: must be a whole number; allowed: 1 to 2000000"),
+        ("world.start_radius.1=9", "world.start_radius: value {'1': 9}: must be a list; allowed:"),
+        ("trials=1e3", "trials: value 1000.0: must be a whole number; allowed: 1 to 2000000"),
+        ("trials.x=1", "trials.x: trials is 48000, which has no keys"),
+        ("schedule.episodes.2.at=1", "schedule.episodes.2.at: schedule.episodes has no item '2';"),
+        ("schedule.episodes.x.at=1", "schedule.episodes.x.at: schedule.episodes has no item 'x';"),
+        ("trials", "is not a setting; allowed: KEY=VALUE with a dotted KEY"),
+        ("", "is not a setting; allowed: KEY=VALUE with a dotted KEY"),
+        ("=3", "is not a setting; allowed: KEY=VALUE with a dotted KEY"),
+        ("world..size=3", "is not a setting; allowed: KEY=VALUE with a dotted KEY"),
+        ("extends=timed", "extends: cannot be set; allowed: in a preset's file"),
+        ("trials=[1", "trials: is not YAML: expected ',' or ']', but got '<stream end>'"),
+        ("trials=!!int 3", "trials: value !!int: tags are not read; allowed: the value alone"),
+        ("trials=*x", "trials: value *x: aliases are not read;"),
+        ("world={size: 60, size: 70}", "world.size: value 70: is given twice; allowed: once"),
+        ("world.size=x\x1b[31m", "world.size: is not YAML: it contains the control character U+"),
+        (".".join("a" * 21) + "=", "is not a setting; allowed: KEY=VALUE with a dotted KEY"),
+        (".".join("a" * 15) + "=[[[[[[[]]]]]]]", ".".join("a" * 15) + ": is nested too deeply;"),
+    ],
+)
+def test_a_wrong_setting_names_itself(setting: str, expected: str) -> None:
+    (line,) = load_refusal("timed", setting)
+    assert line.startswith(f"--set {setting}: {expected}".replace("\x1b", "\ufffd"))
+
+
+def test_settings_are_looked_at_though_the_preset_is_not_there() -> None:
+    lines = load_refusal("nowhere", "world.size=9", "trials")
+    assert [line.partition(": ")[0] for line in lines] == [
+        "nowhere",
+        "--set trials",
+        "--set world.size=9",
+    ]
+
+
+# --- Writing -------------------------------------------------------------------------------------
+
+rates = st.floats(0, 1)
+rewards = st.floats(-1e6, 1e6)
+
+
+@st.composite
+def worlds(draw: st.DrawFn) -> WorldSpec:
+    size = draw(st.integers(20, 400))
+    nearest = draw(st.floats(120 / size, 60))
+    return WorldSpec(
+        size=size,
+        n_directions=draw(st.sampled_from(range(8, 49, 8))),
+        n_distances=draw(st.integers(2, 64)),
+        vision_radius=draw(st.floats(0, 1000)),
+        start_radius=(nearest, draw(st.floats(nearest, 60))),
+        step_limit=draw(st.integers(1, 1_000_000)),
+        capture_reward=draw(rewards),
+        flight_reward=draw(rewards),
+    )
+
+
+@st.composite
+def schedules(draw: st.DrawFn, skills: tuple[str, ...]) -> ScheduleSpec:
+    joins = {skill: draw(st.integers(0, 10_000)) for skill in skills if draw(st.booleans())}
+    if joins.keys() == set(skills):
+        joins[draw(st.sampled_from(skills))] = 0
+    episodes = []
+    for skill in skills:
+        end = first = joins.get(skill, 0)
+        for gap, duration in draw(st.lists(st.tuples(st.integers(0, 9), st.integers(1, 99)))):
+            start = end + gap
+            end = start + duration
+            episodes.append(
+                {
+                    "skill": skill,
+                    "at": "introduction" if start == first and draw(st.booleans()) else start,
+                    "duration": duration,
+                    "probability": draw(rates),
+                }
+            )
+    timers = {skill: {"at": at, "freeze": draw(st.integers(0, 9))} for skill, at in joins.items()}
+    return ScheduleSpec.model_validate(
+        {"skills": timers, "episodes": draw(st.permutations(episodes))}
+    )
+
+
+@st.composite
+def runs(draw: st.DrawFn) -> RunSpec:
+    skills = tuple(draw(st.lists(st.sampled_from(list(SKILLS)), unique=True)))
+    return RunSpec(
+        description=draw(st.text(max_size=400)),
+        world=draw(st.just(WorldSpec()) | worlds()),
+        learner=LearnerSpec(
+            options=skills or "moves",
+            alpha=draw(rates),
+            skill_alpha=draw(rates),
+            gamma=draw(st.floats(0, 1, exclude_max=True)),
+            epsilon=draw(rates),
+            initial_q=draw(rewards),
+        ),
+        schedule=draw(st.just(ScheduleSpec()) | schedules(skills)) if skills else ScheduleSpec(),
+        trials=draw(st.integers(1, MAX_TRIALS)),
+    )
+
+
+@given(runs())
+@settings(deadline=None)
+def test_what_is_written_reads_back_as_it_was(spec: RunSpec) -> None:
+    text = dump(spec)
+    assert parse(text, "dumped") == spec
+    assert parse(text.encode(), "dumped") == spec
+
+
+@given(st.text(max_size=60) | st.sampled_from(["1e5", "yes", "null", "~", "010", "a: b", "# c"]))
+def test_a_description_reads_back_as_it_was(description: str) -> None:
+    spec = load("standard_q").model_copy(update={"description": description})
+    assert parse(dump(spec), "dumped").description == description
+
+
+def test_what_is_written_is_short_and_in_order() -> None:
+    spec = load("timed", ["world.size=60", "schedule.episodes.1.at=15000", "description="])
+    assert dump(spec) == (
+        "world:\n"
+        "  size: 60\n"
+        "learner:\n"
+        "  options: [approach, circle_clockwise, avoid]\n"
+        "  alpha: 0.1\n"
+        "schedule:\n"
+        "  skills:\n"
+        "    approach: {at: 0, freeze: 300}\n"
+        "    circle_clockwise: {at: 12000, freeze: 300}\n"
+        "    avoid: {at: 14500, freeze: 300}\n"
+        "  episodes:\n"
+        "  - {skill: circle_clockwise, duration: 2000, probability: 0.95}\n"
+        "  - {skill: avoid, at: 15000, duration: 2000, probability: 0.3}\n"
+        "trials: 48000\n"
+    )
+
+
+# --- Whatever comes ------------------------------------------------------------------------------
+
+TIMED = shipped()["timed"].read_text(encoding="utf-8")
+SPLINTERS = [
+    *("[", "]", "{", "}", ": ", "- ", "\n", "\n  ", "&a ", "*a", "! ", "!!int ", "'", '"', "|\n"),
+    *("? ", "~", "---\n", "...\n", "<<: ", "%YAML 9\n", '"\\ud800"', "\ud800", "\0", "\t", "1e9"),
+]
+
+
+def outcome(text: str, *settings_: str) -> RunSpec | PresetError:
+    """A run or what is wrong with it: nothing else can become of a text."""
+    try:
+        return load(text, settings_) if settings_ else parse(text, "mine.yaml")
+    except PresetError as error:
+        return error
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, len(TIMED)),
+            st.integers(0, 9),
+            st.text(max_size=4) | st.sampled_from(SPLINTERS),
+        ),
+        max_size=4,
+    )
+)
+@settings(deadline=None, max_examples=300)
+def test_a_text_is_read_or_refused(cuts: list[tuple[int, int, str]]) -> None:
+    text = TIMED
+    for start, length, splinter in cuts:
+        text = text[:start] + splinter + text[start + length :]
+    result = outcome(text)
+    if isinstance(result, PresetError):
+        assert all(str(problem).isprintable() for problem in result.problems)
+    else:
+        assert parse(dump(result), "dumped") == result
+
+
+@given(st.binary(max_size=200))
+def test_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(PresetError):
+        parse(data, "mine.yaml")
+
+
+@given(st.text(max_size=40) | st.text("=.[]{}:0a, ", max_size=20))
+def test_a_setting_is_read_or_refused(setting: str) -> None:
+    result = outcome("timed", setting)
+    if isinstance(result, PresetError):
+        assert all(str(problem).isprintable() for problem in result.problems)
+
+
+def test_what_nothing_can_stand_in_for_ends_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(presets, "_STAND_INS", {})
+    assert set(wrong_places("trials: 0")) == {(1, "trials"), (1, "learner")}
+
+
+# --- The reference page --------------------------------------------------------------------------
+
+
+def page_rows() -> dict[str, list[str]]:
+    rows = re.findall(r"^\| `([^`]+)` \|(.*)\|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    return {key: [cell.strip() for cell in cells.split("|")] for key, cells in rows}
+
+
+def test_the_page_has_every_key_and_no_other() -> None:
+    assert page_rows().keys() - set(shipped()) - {"extends"} == KEYS.keys()
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_the_page_gives_the_default(key: str) -> None:
+    field = KEYS[key]
+    default = page_rows()[key][1]
+    if field.is_required():
+        assert default == "required"
+        return
+    expected = field.get_default(call_default_factory=True)
+    if isinstance(expected, BaseModel):
+        expected = expected.model_dump(exclude_defaults=True)
+    if isinstance(expected, tuple):
+        expected = list(expected)
+    assert yaml.safe_load(default.strip("`")) == expected
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_the_page_gives_the_limits(key: str) -> None:
+    limits = {
+        float(value)
+        for item in KEYS[key].metadata
+        for name in ("ge", "gt", "le", "lt", "multiple_of", "max_length")
+        if (value := getattr(item, name, None)) is not None
+    }
+    if not limits:
+        return
+    allowed = page_rows()[key][2]
+    assert {float(number) for number in re.findall(r"-?[0-9]+", allowed)} == limits
+
+
+def test_the_page_names_every_skill_and_every_thesis_preset() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert all(f"`{name}`" in text for name in [*SKILLS, *THE_THESIS])
+
+
+def examples() -> list[str]:
+    return re.findall(r"```yaml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_the_examples_of_the_page_are_sound(index: int) -> None:
+    assert parse(examples()[index], "README.md")
+
+
+def test_the_complete_example_is_timed_on_a_larger_grid_and_gives_every_key() -> None:
+    complete = next(text for text in examples() if "Timed, on a grid of 150" in text)
+    expected = load("timed", ["world.size=150", "description=Timed, on a grid of 150."])
+    assert parse(complete, "README.md") == expected
+    words = set(re.findall(r"[a-z_]+(?=:)", complete))
+    assert {key.rpartition(".")[2] for key in KEYS} <= words
+
+
+def test_the_settings_of_the_page_work() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    listed = [shlex.split(line)[1] for line in re.findall(r"^--set [^:\n]+$", text, re.MULTILINE)]
+    assert len(listed) == 5
+    for setting in listed:
+        preset = "hierarchical_3" if "options" in setting else "timed"
+        assert load(preset, [setting]) != load(preset)
