@@ -107,7 +107,8 @@ def take(
         preset: name of its preset.
         generation: number of the run in its session.
         former: the last snapshot of the same run, for what fades.
-        new_curve: whether the learning curve is computed anew; if not, the former one stays.
+        new_curve: whether the learning curve and the paths, which cost most, are made anew; if
+            not, the former ones stay.
     """
     state, spec = run.state, run.spec
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
@@ -144,7 +145,7 @@ def take(
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),
         ends=_ends(run),
-        paths=_paths(run),
+        paths=_paths(run) if new_curve or former is None else former.paths,
         recent=measures.endings(state, measures.RECENT_TRIALS),
         pace=measures.pace(state),
         curve=curve,

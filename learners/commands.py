@@ -6,7 +6,7 @@ with the preset and the seed replays a run bit for bit.
 
 from dataclasses import dataclass
 
-from learners.spec import ScheduleSpec
+from learners.spec import ScheduleSpec, SkillWeights
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,14 @@ class FollowSchedule:
 
 
 @dataclass(frozen=True)
+class DefineSkill:
+    """Name a skill whose local reward is a weighted sum of the four skills' rewards."""
+
+    skill: str
+    weights: SkillWeights
+
+
+@dataclass(frozen=True)
 class Remove:
     """Take a skill out of the repertoire; what the selection knew of it is put aside."""
 
@@ -104,6 +112,7 @@ Command = (
     | FreezeSelection
     | FreezeSkills
     | FollowSchedule
+    | DefineSkill
     | Remove
     | SetParameter
     | SetSchedule

@@ -317,7 +317,7 @@ def advance(
         utility_tm1 = table[row + _BEST]
         delta = backup(table, words, row, option, reward + gamma * future, alpha)
         if delta != _NOTHING:
-            change += abs(delta)
+            change += float(abs(delta))
             rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
             if rose and first_reach[s_tm1] == NOT_REACHED:
                 first_reach[s_tm1] = trial

@@ -15,6 +15,7 @@ from learners.commands import (
     PARAMETERS,
     Command,
     CommandError,
+    DefineSkill,
     Explore,
     FollowSchedule,
     FreezeSelection,
@@ -37,6 +38,7 @@ from learners.state import (
     n_options_of,
     new_state,
     return_option,
+    with_option,
     with_room_for,
 )
 from sim import rng
@@ -98,8 +100,8 @@ class Control:
     selection_frozen: bool = False
     skills_frozen: bool = False
     schedule_on: bool = True
-    begun_trial: int = -1
-    """Timers of trials up to this one are past."""
+    next_timer: int = 0
+    """Timers before this one are past."""
     history: tuple[Event, ...] = ()
 
 
@@ -187,7 +189,7 @@ class Run:
 
     def planned(self) -> tuple[Timer, ...]:
         """What the schedule will still do if it is left on."""
-        return tuple(timer for timer in self._timers if timer.trial > self.control.begun_trial)
+        return self._timers[self.control.next_timer :]
 
     def advance(self, max_steps: int = _NEVER, until_trial: int | None = None) -> int:
         """Learn for ``max_steps`` steps, or until a trial is about to start, whichever is first.
@@ -226,12 +228,13 @@ class Run:
             self._start_episodes_of(command.skill)
 
     def _begin_trial(self) -> None:
-        trial = self.trial
-        if self.state.tally[kernel.TRIAL_STEP] != 0 or self.control.begun_trial == trial:
+        if self.state.tally[kernel.TRIAL_STEP] != 0:
             return
+        trial = self.trial
         going = tuple(e for e in self.control.episodes if e.until_trial > trial)
-        due = [timer for timer in self.planned() if timer.trial == trial]
-        self.control = replace(self.control, episodes=going, begun_trial=trial)
+        due = [timer for timer in self.planned() if timer.trial <= trial]
+        past = self.control.next_timer + len(due)
+        self.control = replace(self.control, episodes=going, next_timer=past)
         for timer in due:
             if self.control.schedule_on and self._still_wanted(timer):
                 self._give(timer.command, by_hand=False)
@@ -272,6 +275,8 @@ class Run:
             case FollowSchedule(on=on):
                 self.control = replace(control, schedule_on=on)
                 return control.schedule_on
+            case DefineSkill():
+                return self._define(command)
             case Remove(skill=skill):
                 return self._remove(skill)
             case SetParameter():
@@ -304,6 +309,8 @@ class Run:
                 self.control = replace(self.control, skills_frozen=memo)
             case FollowSchedule():
                 self.control = replace(self.control, schedule_on=memo)
+            case DefineSkill(skill=skill):
+                raise CommandError(f"{skill} does nothing until it is added, so it may stay")
             case Remove():
                 self._bring_back(memo)
             case SetParameter(key=key):
@@ -357,31 +364,37 @@ class Run:
 
     def _set_schedule(self, schedule: ScheduleSpec) -> ScheduleSpec:
         """Put another plan in place; returns the one it replaces."""
-        former = self.spec.schedule
-        begun = self.control.begun_trial
+        former, former_timers, control = self.spec.schedule, self._timers, self.control
         document = self.spec.model_dump()
         document["schedule"] = schedule.model_dump()
-        former_timers, control = self._timers, self.control
         self._adopt(document)
         self._timers = timers_of(self.spec)
-        if _past(self._timers, begun) != _past(former_timers, begun):
+        past = control.next_timer
+        first = self.trial + (self.state.tally[kernel.TRIAL_STEP] > 0)
+        if self._timers[:past] != former_timers[:past] or any(
+            timer.trial < first for timer in self._timers[past:]
+        ):
             self._timers, self.control = former_timers, control
             raise CommandError(
-                f"what was to happen up to trial {begun:,} is past and cannot change;"
-                f" allowed: anything from trial {begun + 1:,} on"
+                f"what was to happen before trial {first:,} is past and cannot change;"
+                f" allowed: anything from trial {first:,} on"
             )
         return former
 
     def _introduce(self, command: Introduce) -> None:
         skill = command.skill
-        if skill not in self.spec.learner.skills:
+        learner = self.spec.learner
+        known = {*SKILLS, *learner.custom_skills} if learner.skills else set()
+        if skill not in known:
             raise CommandError(
                 f"{skill!r} is not a skill of this learner;"
-                f" allowed: {', '.join(self.spec.learner.skills) or 'none'}"
+                f" allowed: {', '.join(sorted(known)) or 'none, because its options are moves'}"
             )
         if skill in self.present:
             raise CommandError(f"{skill} has joined already")
         _check_trials("freeze", command.freeze_trials)
+        if skill not in learner.skills:
+            self._make_room_for(skill)
         trial = self.trial
         join_option(self.state, self._option(skill), self.spec.learner.initial_q)
         self.state.tally[kernel.REPERTOIRE] += 1
@@ -390,6 +403,26 @@ class Run:
             introductions=(*self.control.introductions, Introduction(skill, trial, self.step)),
             frozen_until=max(self.control.frozen_until, trial + command.freeze_trials),
         )
+
+    def _make_room_for(self, skill: str) -> None:
+        """Let a skill that the preset does not have be an option, absent as yet."""
+        former = self.spec
+        document = former.model_dump()
+        document["learner"]["options"] = (*former.learner.skills, skill)
+        # A timer that never comes: without one the skill would have joined at the start.
+        document["schedule"]["skills"][skill] = {"at": MAX_TRIALS, "freeze": 0}
+        self._adopt(document)
+        self.state = with_option(self.state, former)
+        self._timers = timers_of(self.spec)
+
+    def _define(self, command: DefineSkill) -> None:
+        document = self.spec.model_dump()
+        if command.skill in document["learner"]["custom_skills"]:
+            raise CommandError(f"there is a skill named {command.skill!r}; allowed: another name")
+        if self.spec.learner.options == MOVES:
+            raise CommandError("the options of this learner are moves; it cannot take a skill")
+        document["learner"]["custom_skills"][command.skill] = command.weights.model_dump()
+        self._adopt(document)
 
     def _start_episodes_of(self, skill: str) -> None:
         for episode in self.spec.schedule.episodes:
@@ -458,7 +491,7 @@ class Run:
         n_options = n_options_of(self.spec)
         weights = np.zeros((max(len(learner.skills), 1), 4), np.float32)
         for skill, name in enumerate(learner.skills):
-            weights[skill, :3] = SKILLS[name]
+            weights[skill, :3] = learner.reward_of(name)
         present = (1 << n_options) - 1
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
@@ -483,10 +516,6 @@ class Run:
 def _check_trials(what: str, trials: int) -> None:
     if not 0 <= trials <= MAX_TRIALS:
         raise CommandError(f"{what}: {trials} trials is not allowed; allowed: 0 to {MAX_TRIALS}")
-
-
-def _past(timers: tuple[Timer, ...], begun_trial: int) -> tuple[Timer, ...]:
-    return tuple(timer for timer in timers if timer.trial <= begun_trial)
 
 
 def replay(spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int) -> Run:

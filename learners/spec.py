@@ -7,13 +7,15 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from learners.skills import SKILLS
+from learners.rows import MAX_ACTIONS
+from learners.skills import SKILLS, LocalReward
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 
 MAX_TRIALS = 2_000_000
 """Trials a run may have: its log takes 21 bytes for each."""
 
-SkillName = Literal["approach", "avoid", "circle_clockwise", "circle_counterclockwise"]
+SkillName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=32)]
+Weight = Annotated[FiniteFloat, Field(ge=-10, le=10)]
 Rate = Annotated[FiniteFloat, Field(ge=0, le=1)]
 Trials = Annotated[int, Field(ge=0, le=MAX_TRIALS)]
 
@@ -21,16 +23,35 @@ MOVES = "moves"
 INTRODUCTION = "introduction"
 
 
+class SkillWeights(Spec):
+    """A skill of one's own: its local reward is a weighted sum of those of the four skills."""
+
+    approach: Weight = 0.0
+    avoid: Weight = 0.0
+    circle_clockwise: Weight = 0.0
+    circle_counterclockwise: Weight = 0.0
+
+    @property
+    def reward(self) -> LocalReward:
+        """The sum as weights of the three metrics."""
+        parts = [
+            [weight * part for part in SKILLS[skill]] for skill, weight in self.model_dump().items()
+        ]
+        return LocalReward(*(sum(column) for column in zip(*parts, strict=True)))
+
+
 def _options(value: object) -> object:
     if value == MOVES:
         return MOVES
     names = value if isinstance(value, list | tuple) else []
-    if not names or not all(isinstance(name, str) and name in SKILLS for name in names):
+    if not names or not all(isinstance(name, str) for name in names):
         raise ValueError(
             f"names no skills; allowed: {MOVES}, or a list of skills from {', '.join(SKILLS)}"
         )
     if len(set(names)) != len(names):
         raise ValueError("names a skill twice; allowed: each skill once")
+    if len(names) > MAX_ACTIONS:
+        raise ValueError(f"names {len(names)} skills; allowed: up to {MAX_ACTIONS}")
     return tuple(names)
 
 
@@ -58,6 +79,33 @@ class LearnerSpec(Spec):
     """Chance of a random choice, at both levels."""
     initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)] = 0.0
     """Value of everything not yet tried, at both levels."""
+    custom_skills: dict[SkillName, SkillWeights] = Field(default_factory=dict)
+    """Skills of one's own, by name; those among the options are learned."""
+
+    @model_validator(mode="after")
+    def _skills_are_known(self) -> Self:
+        problems = [
+            Problem(
+                ("custom_skills", name), name, "is the name of a built-in skill; allowed: another"
+            )
+            for name in self.custom_skills
+            if name in SKILLS
+        ]
+        allowed = ", ".join([*SKILLS, *self.custom_skills])
+        unknown = [name for name in self.skills if name not in {*SKILLS, *self.custom_skills}]
+        if unknown:
+            message = (
+                f"names no skill with {', '.join(unknown)};"
+                f" allowed: {MOVES}, or a list of skills from {allowed}"
+            )
+            problems.append(Problem(("options",), self.options, message))
+        if problems:
+            raise ProblemsError(problems)
+        return self
+
+    def reward_of(self, skill: str) -> LocalReward:
+        """Local reward of a skill by its name."""
+        return SKILLS[skill] if skill in SKILLS else self.custom_skills[skill].reward
 
     @property
     def skills(self) -> tuple[str, ...]:
@@ -92,12 +140,12 @@ class ScheduleSpec(Spec):
 
     def introduced_at(self, skill: str) -> int:
         """Trial in which a skill joins."""
-        timer = self.skills.get(skill)  # type: ignore[arg-type]
+        timer = self.skills.get(skill)
         return 0 if timer is None else timer.at
 
     def freeze_of(self, skill: str) -> int:
         """Trials for which the selection is frozen when a skill joins."""
-        timer = self.skills.get(skill)  # type: ignore[arg-type]
+        timer = self.skills.get(skill)
         return 0 if timer is None else timer.freeze
 
     def starts_at(self, episode: EpisodeSpec) -> int:
@@ -180,6 +228,3 @@ class RunSpec(Spec):
                     break
             taken.setdefault(episode.skill, []).append((first, first + episode.duration))
         return problems
-
-
-assert set(SKILLS) == set(SkillName.__args__)

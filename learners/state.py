@@ -91,6 +91,16 @@ def join_option(state: LearnerState, option: int, initial_q: float) -> None:
     rows.rescan_all(state.selection, state.selection_words)
 
 
+def with_option(state: LearnerState, former: RunSpec) -> LearnerState:
+    """The same state with room for one more skill than ``former`` has, absent as yet."""
+    n_former = len(former.learner.skills)
+    n_rows = former.world.n_skill_states
+    skills = rows.new_table((n_former + 1) * n_rows, N_MOVES, former.learner.initial_q)
+    skills[: state.skills.size] = state.skills
+    visits = np.pad(state.visits.reshape(-1, n_former), ((0, 0), (0, 1))).ravel()
+    return state._replace(skills=skills, skill_words=skills.view(np.uint32), visits=visits)
+
+
 def leave_option(state: LearnerState, option: int) -> np.ndarray:
     """Take an option's values out of the selection table; returns them, ``(state,) float32``."""
     column = rows.values(state.selection)[:, option].copy()
