@@ -1,0 +1,614 @@
+"""A run depends on its preset, its seed and its commands, and on nothing else."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app import presets
+from learners import kernel, measures, rows
+from learners.commands import (
+    Command,
+    CommandError,
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    StopExploring,
+)
+from learners.run import Run, replay
+from learners.spec import MAX_TRIALS, RunSpec
+from learners.state import copy_state, tables
+from sim.world import CAPTURE, TIMEOUT
+
+ROOT = Path(__file__).resolve().parent.parent
+SHIPPED = tuple(presets.shipped())
+SMALL_WORLD = (
+    "world.size=30",
+    "world.n_directions=16",
+    "world.n_distances=6",
+    "world.step_limit=60",
+)
+# The standard schedule, three hundred times as fast.
+QUICK_SCHEDULE = (
+    "schedule.skills.approach.freeze=2",
+    "schedule.skills.circle_clockwise.at=40",
+    "schedule.skills.circle_clockwise.freeze=5",
+    "schedule.skills.avoid.at=60",
+    "schedule.skills.avoid.freeze=5",
+    "schedule.episodes=[{skill: circle_clockwise, duration: 30, probability: 0.95},"
+    " {skill: avoid, duration: 15, probability: 0.3}]",
+)
+BY_HAND = "schedule.skills.circle_clockwise.at=1000000", "schedule.skills.avoid.at=1000000"
+"""Skills that join when they are told to."""
+
+COMMANDS: Sequence[tuple[int, Command]] = (
+    (700, Introduce("circle_clockwise", 20)),
+    (1_301, Explore("approach", 10, 0.5)),
+    (2_000, FreezeSkills(True)),
+    (2_000, Explore("circle_clockwise", 100_000, 0.2)),
+    (4_444, FollowSchedule(False)),
+    (6_001, FreezeSkills(False)),
+    (9_999, Introduce("avoid", 0)),
+    (10_000, StopExploring("circle_clockwise")),
+    (15_000, FreezeSelection(True)),
+    (20_000, FreezeSelection(False)),
+    (30_000, Explore("avoid", 100, 0.9)),
+)
+"""Commands by hand and the steps before which they are given."""
+
+
+def small(preset: str, *settings: str) -> RunSpec:
+    return presets.load(preset, [*SMALL_WORLD, *settings])
+
+
+def quick_timed(*settings: str) -> RunSpec:
+    return small("timed", *QUICK_SCHEDULE, *settings)
+
+
+def advance_to(run: Run, step: int) -> None:
+    run.advance(max_steps=step - run.step, until_trial=MAX_TRIALS)
+
+
+def drive(run: Run, cuts: Iterable[int], commands: Sequence[tuple[int, Command]] = ()) -> Run:
+    """Advance from cut to cut, giving commands at their steps."""
+    waiting = list(commands)
+    for cut in cuts:
+        while waiting and waiting[0][0] <= cut:
+            step, command = waiting.pop(0)
+            advance_to(run, step)
+            run.apply(command)
+        advance_to(run, cut)
+    return run
+
+
+def everything(run: Run) -> dict[str, bytes]:
+    """All that a run knows, by name; of the logs, what has been written."""
+    known = {
+        name: (array[: run.trial] if name.startswith("log_") else array).tobytes()
+        for name, array in run.state._asdict().items()
+    }
+    return known | {"control": repr(run.control).encode(), "journal": repr(run.journal).encode()}
+
+
+def assert_same(run: Run, other: Run) -> None:
+    known, expected = everything(run), everything(other)
+    assert [name for name in known if known[name] != expected[name]] == []
+
+
+def option_counts(run: Run) -> np.ndarray:
+    """How often each option was taken."""
+    return tables(run.spec, run.state)["visits"].sum(axis=(0, 1, 2), dtype=np.int64)
+
+
+# --- The division into calls ---------------------------------------------------------------------
+
+STEPS = 100_000
+
+
+def random_cuts(seed: int) -> list[int]:
+    cuts = np.random.default_rng(seed).integers(0, STEPS, 200)
+    return [*sorted(cuts.tolist()), STEPS]
+
+
+@pytest.mark.parametrize("preset", SHIPPED)
+def test_the_division_into_calls_makes_no_difference(preset: str) -> None:
+    spec = presets.load(preset)
+    whole = drive(Run(spec, 3), [STEPS])
+    assert whole.step == STEPS
+    assert_same(drive(Run(spec, 3), range(100, STEPS + 1, 100)), whole)
+    assert_same(drive(Run(spec, 3), random_cuts(1)), whole)
+
+
+@pytest.mark.parametrize("cuts", [range(100, STEPS + 1, 100), random_cuts(2), random_cuts(3)])
+def test_the_division_into_calls_makes_no_difference_to_commands(cuts: Sequence[int]) -> None:
+    spec = presets.load("timed", BY_HAND)
+    whole = drive(Run(spec, 3), [STEPS], COMMANDS)
+    assert len(whole.journal) == len(COMMANDS)
+    assert_same(drive(Run(spec, 3), cuts, COMMANDS), whole)
+
+
+def test_the_division_into_calls_makes_no_difference_to_the_schedule() -> None:
+    whole = drive(Run(quick_timed(), 3), [20_000])
+    assert whole.trial > 100, "all of the schedule is to be past"
+    assert_same(drive(Run(quick_timed(), 3), range(1, 20_001)), whole)
+
+
+def test_advancing_stops_where_it_is_told_to() -> None:
+    run = Run(quick_timed("trials=70"), 1)
+    assert run.advance(max_steps=0) == 0
+    assert run.advance(max_steps=123) == 123 == run.step
+    made = run.advance(until_trial=50)
+    assert (run.step, run.trial) == (123 + made, 50)
+    run.advance()
+    assert run.trial == 70
+    assert run.advance() == 0
+    run.advance(until_trial=100)
+    assert run.trial == 100
+
+
+def test_seeds_differ() -> None:
+    runs = [drive(Run(quick_timed(), seed), [5_000]) for seed in (0, 1, 2**63 - 1)]
+    assert len({everything(run)["selection"] for run in runs}) == len(runs)
+
+
+@pytest.mark.parametrize("seed", [-1, 2**63])
+def test_a_seed_out_of_range_is_refused(seed: int) -> None:
+    with pytest.raises(ValueError, match=rf"seed: {seed} is not allowed; allowed: 0 to "):
+        Run(quick_timed(), seed)
+
+
+# --- Checkpoints and journals --------------------------------------------------------------------
+
+
+@given(step=st.integers(0, 12_000))
+@settings(max_examples=20, deadline=None, derandomize=True, database=None)
+def test_a_copy_resumes_bit_for_bit(step: int) -> None:
+    run = drive(Run(quick_timed(), 5), [step])
+    checkpoint = run.copy()
+    before = everything(checkpoint)
+    drive(run, [15_000])
+    assert everything(checkpoint) == before, "a checkpoint is to be independent"
+    assert_same(drive(checkpoint, [15_000]), run)
+
+
+def test_a_copy_has_a_journal_of_its_own() -> None:
+    run = Run(small("timed", *BY_HAND), 5)
+    checkpoint = run.copy()
+    run.apply(Introduce("avoid", 0))
+    assert checkpoint.journal == []
+    assert checkpoint.present == ("approach",)
+
+
+@pytest.mark.parametrize("settings", [BY_HAND, QUICK_SCHEDULE], ids=["by hand", "scheduled"])
+def test_a_journal_replays_bit_for_bit(settings: Sequence[str]) -> None:
+    spec = small("timed", *settings)
+    commands = [
+        (step, command)
+        for step, command in COMMANDS
+        if settings is BY_HAND or not isinstance(command, Introduce)
+    ]
+    run = Run(spec, 8)
+    advance_to(run, 5_000 if settings is QUICK_SCHEDULE else 0)
+    for step, command in commands:
+        advance_to(run, max(step, run.step))
+        run.apply(command)
+    drive(run, [40_000])
+    assert_same(replay(spec, 8, run.journal, 40_000), run)
+
+
+def test_a_replay_stops_before_later_commands() -> None:
+    spec = small("timed", *BY_HAND)
+    run = drive(Run(spec, 8), [40_000], COMMANDS)
+    moment = drive(Run(spec, 8), [9_998], COMMANDS)
+    assert_same(replay(spec, 8, run.journal, 9_998), moment)
+
+
+# --- Skill timers --------------------------------------------------------------------------------
+
+
+@given(step=st.integers(0, 30_000), initial_q=st.sampled_from([0.0, -3.5, 40.0]))
+@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+def test_a_skill_that_joins_changes_no_utility(step: int, initial_q: float) -> None:
+    run = Run(small("timed", *BY_HAND, f"learner.initial_q={initial_q}"), 6)
+    advance_to(run, step)
+    before = rows.best(run.state.selection).copy()
+    old = tables(run.spec, run.state)["selection_q"]
+    run.apply(Introduce("circle_clockwise", 10))
+    new = tables(run.spec, run.state)["selection_q"]
+
+    np.testing.assert_array_equal(rows.best(run.state.selection), before)
+    np.testing.assert_array_equal(new[..., 0], old[..., 0])
+    joined = new[..., run.spec.learner.skills.index("circle_clockwise")]
+    np.testing.assert_array_equal(joined, np.minimum(np.float32(initial_q), old[..., 0]))
+    absent = run.spec.learner.skills.index("avoid")
+    assert np.isnan(new[..., absent]).all()
+
+
+def test_the_selection_rests_while_it_is_frozen_and_the_skills_learn_on() -> None:
+    run = Run(small("timed", *BY_HAND, "schedule.skills.approach.freeze=0"), 7)
+    run.advance(until_trial=50)
+    run.apply(Introduce("circle_clockwise", 20))
+    assert run.selection_is_frozen
+    before = copy_state(run.state)
+    run.advance(until_trial=70)
+    assert not run.selection_is_frozen
+    np.testing.assert_array_equal(run.state.selection, before.selection)
+    assert (run.state.skills != before.skills).any()
+    assert not run.state.log_change[50:70].any()
+    run.advance(until_trial=80)
+    assert (run.state.selection != before.selection).any()
+
+
+def test_a_freeze_given_within_a_trial_counts_that_trial() -> None:
+    run = Run(small("timed", *BY_HAND, "schedule.skills.approach.freeze=0"), 7)
+    run.advance(until_trial=50)
+    run.advance(max_steps=1)
+    run.apply(Introduce("circle_clockwise", 1))
+    assert (run.trial, run.selection_is_frozen) == (50, True)
+    run.advance(until_trial=51)
+    assert not run.selection_is_frozen
+
+
+def test_the_skills_rest_while_they_are_frozen_and_the_selection_learns_on() -> None:
+    run = Run(small("hierarchical_3"), 7)
+    run.advance(until_trial=50)
+    run.apply(FreezeSkills(True))
+    before = copy_state(run.state)
+    run.advance(until_trial=80)
+    np.testing.assert_array_equal(run.state.skills, before.skills)
+    assert (run.state.selection != before.selection).any()
+    run.apply(FreezeSkills(False))
+    run.advance(until_trial=90)
+    assert (run.state.skills != before.skills).any()
+
+
+def test_both_rest_while_both_are_frozen() -> None:
+    run = Run(small("hierarchical_3"), 7)
+    run.advance(until_trial=50)
+    run.apply(FreezeSelection(True))
+    run.apply(FreezeSkills(True))
+    before = copy_state(run.state)
+    run.advance(until_trial=80)
+    np.testing.assert_array_equal(run.state.selection, before.selection)
+    np.testing.assert_array_equal(run.state.skills, before.skills)
+    np.testing.assert_array_equal(run.state.first_reach, before.first_reach)
+    assert run.state.visits.sum() > before.visits.sum()
+
+
+def test_timers_and_commands_given_at_the_same_moments_do_the_same() -> None:
+    scheduled = Run(quick_timed(), 9)
+    scheduled.advance(until_trial=200)
+
+    by_hand = Run(small("timed", *BY_HAND, "schedule.skills.approach.freeze=2"), 9)
+    by_hand.apply(FollowSchedule(False))
+    by_hand.advance(until_trial=40)
+    by_hand.apply(Introduce("circle_clockwise", 5))
+    by_hand.apply(Explore("circle_clockwise", 30, 0.95))
+    by_hand.advance(until_trial=60)
+    by_hand.apply(Introduce("avoid", 5))
+    by_hand.apply(Explore("avoid", 15, 0.3))
+    by_hand.advance(until_trial=200)
+
+    assert scheduled.control.introductions == by_hand.control.introductions
+    ignored = {"control", "journal"}
+    ours, theirs = everything(by_hand), everything(scheduled)
+    assert [name for name in ours if name not in ignored and ours[name] != theirs[name]] == []
+
+
+def test_an_episode_at_introduction_comes_with_a_skill_that_is_introduced_by_hand() -> None:
+    run = Run(quick_timed(), 9)
+    run.advance(until_trial=10)
+    run.apply(Introduce("circle_clockwise", 0))
+    (episode,) = run.control.episodes
+    assert (episode.skill, episode.until_trial) == ("circle_clockwise", 40)
+    run.advance(until_trial=50)
+    assert [i.skill for i in run.control.introductions] == ["approach", "circle_clockwise"]
+
+
+def test_a_timer_that_was_due_while_the_schedule_was_off_stays_undone() -> None:
+    run = Run(quick_timed(), 9)
+    run.apply(FollowSchedule(False))
+    run.advance(until_trial=50)
+    run.apply(FollowSchedule(True))
+    run.advance(until_trial=100)
+    assert run.present == ("approach", "avoid")
+
+
+# --- Biased exploration episodes -----------------------------------------------------------------
+
+EXPLORED_STEPS = 40_000
+# Five standard deviations of a share over so many independent steps.
+WIDE = 5 * 0.5 / EXPLORED_STEPS**0.5
+
+
+def explored_shares(*episodes: tuple[str, float]) -> dict[str, float]:
+    """Share of each skill in the choices while episodes run, the last being the newest."""
+    run = Run(small("hierarchical_3"), 4)
+    advance_to(run, 5_000)
+    for skill, probability in episodes:
+        run.apply(Explore(skill, MAX_TRIALS, probability))
+    before = option_counts(run)
+    advance_to(run, run.step + EXPLORED_STEPS)
+    shares = (option_counts(run) - before) / EXPLORED_STEPS
+    return dict(zip(run.spec.learner.skills, shares, strict=True))
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.3, 0.95, 1.0])
+def test_an_explored_skill_is_taken_with_the_probability_and_not_otherwise(
+    probability: float,
+) -> None:
+    shares = explored_shares(("avoid", probability))
+    assert shares["avoid"] == pytest.approx(probability, abs=WIDE * (0 < probability < 1))
+    if probability < 1:
+        assert min(shares["approach"], shares["circle_clockwise"]) > 0
+
+
+def test_the_newest_episode_is_asked_first() -> None:
+    shares = explored_shares(("avoid", 0.5), ("approach", 0.4))
+    assert shares["approach"] == pytest.approx(0.4, abs=WIDE)
+    assert shares["avoid"] == pytest.approx(0.6 * 0.5, abs=WIDE)
+    assert shares["circle_clockwise"] == pytest.approx(0.6 * 0.5, abs=WIDE)
+
+
+def test_where_every_skill_is_explored_the_ordinary_choice_is_among_all() -> None:
+    shares = explored_shares(("avoid", 0.0), ("approach", 0.0), ("circle_clockwise", 0.0))
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert min(shares.values()) > 0
+
+
+def test_a_new_episode_of_a_skill_takes_the_place_of_its_old_one() -> None:
+    shares = explored_shares(("avoid", 1.0), ("avoid", 0.2))
+    assert shares["avoid"] == pytest.approx(0.2, abs=WIDE)
+
+
+def test_an_episode_lasts_for_its_trials() -> None:
+    run = Run(small("hierarchical_3"), 4)
+    run.advance(until_trial=20)
+    run.apply(Explore("avoid", 10, 1.0))
+    before = option_counts(run)
+    run.advance(until_trial=30)
+    during = option_counts(run) - before
+    assert during.tolist() == [0, 0, int(run.state.log_steps[20:30].sum())]
+    assert run.copy().advance(max_steps=1) == 1
+    run.advance(until_trial=60)
+    assert run.control.episodes == ()
+    assert (option_counts(run) - before)[:2].min() > 0
+
+
+def test_an_exploration_that_is_stopped_ends_at_once() -> None:
+    run = Run(small("hierarchical_3"), 4)
+    run.apply(Explore("avoid", 1_000, 1.0))
+    advance_to(run, 500)
+    run.apply(StopExploring("avoid"))
+    before = option_counts(run)
+    advance_to(run, 3_000)
+    assert (option_counts(run) - before)[:2].min() > 0
+
+
+# --- Commands that cannot be carried out ---------------------------------------------------------
+
+REFUSED: Sequence[tuple[Command, str]] = (
+    (Introduce("approach", 0), "approach has joined already"),
+    (Introduce("pounce", 0), "'pounce' is not a skill of this learner; allowed: approach, "),
+    (Introduce("avoid", -1), "freeze: -1 trials is not allowed; allowed: 0 to "),
+    (Introduce("avoid", MAX_TRIALS + 1), "freeze: 2000001 trials is not allowed"),
+    (Explore("avoid", 10, 0.5), "'avoid' has not joined, so it cannot be explored"),
+    (Explore("pounce", 10, 0.5), "'pounce' has not joined"),
+    (Explore("approach", 10, -0.1), "probability: -0.1 is not allowed; allowed: 0 to 1"),
+    (Explore("approach", 10, 1.1), "probability: 1.1 is not allowed"),
+    (Explore("approach", 10, float("nan")), "probability: nan is not allowed"),
+    (Explore("approach", -1, 0.5), "duration: -1 trials is not allowed"),
+    (Explore("approach", MAX_TRIALS + 1, 0.5), "duration: 2000001 trials is not allowed"),
+    (StopExploring("circle_clockwise"), "circle_clockwise is not being explored"),
+)
+
+
+@pytest.mark.parametrize(("command", "message"), REFUSED, ids=[str(c) for c, _ in REFUSED])
+def test_a_command_that_cannot_be_carried_out_changes_nothing(
+    command: Command, message: str
+) -> None:
+    run = Run(small("timed", *BY_HAND), 2)
+    run.apply(Explore("approach", 500, 0.2))
+    advance_to(run, 1_000)
+    before = everything(run)
+    with pytest.raises(CommandError) as refusal:
+        run.apply(command)
+    assert message in str(refusal.value)
+    assert everything(run) == before
+
+
+def test_a_learner_of_moves_has_no_skill_to_introduce() -> None:
+    run = Run(small("standard_q"), 2)
+    with pytest.raises(CommandError, match=r"not a skill of this learner; allowed: none"):
+        run.apply(Introduce("approach", 0))
+
+
+# --- Bookkeeping ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=[*SHIPPED, "commands"])
+def kept(request: pytest.FixtureRequest) -> Run:
+    """A run that has kept books for a while and stands within a trial."""
+    if request.param == "commands":
+        run = drive(Run(small("timed", *BY_HAND), 11), [60_000], COMMANDS)
+    else:
+        settings = QUICK_SCHEDULE if request.param == "timed" else ()
+        run = drive(Run(small(request.param, *settings), 11), [60_000])
+    while run.state.tally[kernel.TRIAL_STEP] == 0:
+        run.advance(max_steps=1)
+    return run
+
+
+def test_visits_and_logs_account_for_every_step(kept: Run) -> None:
+    state, done = kept.state, kept.trial
+    assert done > 100
+    assert int(state.visits.sum()) == kept.step
+    assert int(state.log_steps[:done].sum() + state.tally[kernel.TRIAL_STEP]) == kept.step
+    assert not state.log_steps[done:].any()
+    assert not state.log_outcome[done:].any()
+    assert sum(measures.endings(state)) == done
+    assert sum(measures.endings(state, recent=50)) == 50
+
+
+def test_trials_end_as_logged(kept: Run) -> None:
+    state, done = kept.state, kept.trial
+    limit = kept.spec.world.step_limit
+    outcome, steps = state.log_outcome[:done], state.log_steps[:done]
+    assert set(outcome.tolist()) == {1, 2, 3}
+    assert steps.min() >= 1
+    assert steps.max() == limit
+    assert (steps[outcome == TIMEOUT] == limit).all()
+    assert (state.log_cell[:done][outcome == CAPTURE] == kept.world.prey_cell).all()
+    assert (state.log_switches[:done] <= steps).all()
+    assert (state.log_switches[:done] >= 1).all(), "the first option of a trial counts"
+    assert (state.log_new_states[:done] <= steps).all()
+
+
+def test_new_states_are_those_not_visited_with_the_repertoire(kept: Run) -> None:
+    state, done = kept.state, kept.trial
+    found = int(state.log_new_states[:done].sum() + state.tally[kernel.TRIAL_NEW_STATES])
+    visited = tables(kept.spec, state)["visits"].sum(axis=-1) > 0
+    repertoires = int(state.tally[kernel.REPERTOIRE])
+    if len(kept.control.introductions) == 0:
+        assert found == visited.sum()
+    assert visited.sum() <= found <= visited.sum() * repertoires
+    np.testing.assert_array_equal(state.seen > 0, visited.ravel())
+
+
+def test_first_reach_is_where_value_has_risen(kept: Run) -> None:
+    known = tables(kept.spec, kept.state)
+    value = np.nanmax(known["selection_q"], axis=-1)
+    reached = known["first_reach"]
+    assert (reached[value > 0] >= 0).all()
+    assert (value[reached < 0] <= 0).all()
+    assert reached.max() <= kept.trial
+    assert (known["visits"].sum(axis=-1)[reached >= 0] > 0).all()
+    assert (reached >= 0).sum() > 50
+
+
+def test_first_reach_names_the_trial() -> None:
+    run = Run(small("standard_q"), 11)
+    expected = np.full(run.state.first_reach.size, kernel.NOT_REACHED)
+    while run.trial < 2_000:
+        trial = run.trial
+        run.advance(until_trial=trial + 1)
+        risen = (rows.best(run.state.selection) > 0) & (expected == kernel.NOT_REACHED)
+        expected[risen] = trial
+    # A value may rise and fall again within one trial, which only the run itself sees.
+    seen = expected != kernel.NOT_REACHED
+    assert seen.sum() > 50
+    assert (run.state.first_reach[seen] <= expected[seen]).all()
+    assert (run.state.first_reach[seen] == expected[seen]).mean() > 0.9
+
+
+def test_an_initial_value_above_0_was_there_from_the_first_trial_on() -> None:
+    run = drive(Run(small("standard_q", "learner.initial_q=1"), 11), [1_000])
+    assert not run.state.first_reach.any()
+
+
+def test_the_trail_remembers_where_the_predator_has_been(kept: Run) -> None:
+    if kept.state.tally[kernel.TRIAL_STEP] > 0:
+        here = kept.state.trail[kept.step % kernel.TRAIL_LENGTH]
+        assert here == kept.state.place[kernel.CELL]
+    run = kept.copy()
+    trail = {}
+    for _ in range(200):
+        trial = run.trial
+        run.advance(max_steps=1, until_trial=MAX_TRIALS)
+        ended = run.trial > trial
+        place = run.state.log_cell[trial] if ended else run.state.place[kernel.CELL]
+        trail[run.step % kernel.TRAIL_LENGTH] = int(place)
+    assert {slot: int(run.state.trail[slot]) for slot in trail} == trail
+
+
+def test_the_curve_is_the_mean_over_trials_that_ended_in_each_window(kept: Run) -> None:
+    window = 7_000
+    curve = measures.curve(kept.spec.world, kept.state, window)
+    ended_at = np.cumsum(kept.state.log_steps[: kept.trial])
+    rewards = np.array([0.0, 100.0, -50.0, 0.0])[kept.state.log_outcome[: kept.trial]]
+    for index, (end, reward) in enumerate(zip(curve.steps, curve.reward, strict=True)):
+        inside = (ended_at > index * window) & (ended_at <= (index + 1) * window)
+        assert reward == pytest.approx(rewards[inside].mean())
+        assert end == min((index + 1) * window, kept.step)
+    assert measures.mean_reward(kept.spec.world, kept.state, 30) == rewards[-30:].mean()
+
+
+def test_a_window_in_which_no_trial_ended_has_no_reward() -> None:
+    run = drive(Run(small("standard_q"), 11), [10_000])
+    curve = measures.curve(run.spec.world, run.state, 5)
+    assert np.isnan(curve.reward).any()
+    assert np.isfinite(curve.reward).sum() <= run.trial
+
+
+# --- What it is compiled from, and what it takes -------------------------------------------------
+
+PLAIN_STEPS = 4_000
+
+
+def _plain_run(name: str) -> Run:
+    """A short run that gets to every piece of the loop; also what the subprocess runs."""
+    if name == "commands":
+        commands = [(step // 12, command) for step, command in COMMANDS]
+        return drive(Run(small("timed", *BY_HAND), 12), [PLAIN_STEPS], commands)
+    settings = QUICK_SCHEDULE if name == "timed" else ()
+    return drive(Run(small(name, *settings), 12), [PLAIN_STEPS])
+
+
+def _fingerprint(run: Run) -> str:
+    known = everything(run)
+    return hashlib.sha256(b"".join(known[name] for name in sorted(known))).hexdigest()
+
+
+PLAIN_CASES = (*SHIPPED, "commands")
+
+
+def test_compiled_and_plain_python_agree_bit_for_bit() -> None:
+    # Unsigned words that wrap around are meant to; only plain Python warns of them.
+    plain = subprocess.run(
+        [sys.executable, "-W", "ignore", __file__, *PLAIN_CASES],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    compiled = [f"{name} {_fingerprint(_plain_run(name))}" for name in PLAIN_CASES]
+    assert plain.stdout.splitlines() == ["plain", *compiled]
+
+
+def _megabytes(arrays: Iterable[object]) -> float:
+    """Memory of arrays, each piece of it counted once."""
+    owners: dict[int, int] = {}
+    for array in arrays:
+        if isinstance(array, np.ndarray):
+            owners[array.ctypes.data] = array.nbytes
+    return sum(owners.values()) / 1e6
+
+
+@pytest.mark.parametrize("preset", SHIPPED)
+@pytest.mark.parametrize("finished", [False, True], ids=["new", "finished"])
+def test_a_learner_fits_into_5_megabytes(preset: str, finished: bool) -> None:
+    run = Run(presets.load(preset, ("trials=48000",)), 0)
+    if finished:
+        run.advance(until_trial=3_000)
+    assert 0.2 < _megabytes([*run.state, *run.world]) < 5
+
+
+def main(names: Sequence[str], say: Callable[[str], object] = sys.stdout.write) -> None:
+    """Run as plain Python, for the comparison with what is compiled."""
+    is_plain = not hasattr(kernel.advance, "py_func")
+    say("plain\n" if is_plain else "compiled\n")
+    for name in names:
+        say(f"{name} {_fingerprint(_plain_run(name))}\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
