@@ -30,7 +30,6 @@ from sim.world import (
     PREY_BIT,
     STATE_SHIFT,
     TIMEOUT,
-    VISIBLE_BITS,
     World,
     in_view,
     moved,
@@ -135,7 +134,6 @@ _N_MOVES = U(9)
 _BEST = U(rows.BEST)
 _GREEDY = U(rows.GREEDY)
 _NOTHING = np.float32(0)
-VISIBLE_OR_PREY = VISIBLE_BITS | PREY_BIT
 
 
 @piece
@@ -203,8 +201,6 @@ def backup(
     """Move Q(s, a) towards a target by the learning rate (equation 3.5); returns the change."""
     q_tm1 = table[row + action]
     q_t = q_tm1 + alpha * (target - q_tm1)
-    if q_t == q_tm1:
-        return _NOTHING
     rows.write(table, words, row, action, q_t)
     return q_t - q_tm1
 
@@ -292,7 +288,7 @@ def advance(
         outcome = ONGOING
         reward = _NOTHING
         future = table[((heading * n_skill_states + skill_state_t) << _ROW_SHIFT) + _BEST]
-        if word_t & VISIBLE_OR_PREY:
+        if word_t & (PREY_BIT | (_ONE << heading)):
             if in_view(word, word_t, heading) and distance[cell_t] < distance[cell]:
                 outcome = FLIGHT
                 reward = world.flight_reward

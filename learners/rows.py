@@ -17,8 +17,11 @@ same, to the last bit, as scanning at each step.
 """
 
 import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic, overload
 
-from sim.bits import U
+from sim.bits import U, lowest
 from sim.compiled import loop, piece
 
 WORDS = 16
@@ -72,24 +75,78 @@ def greedy(table: np.ndarray) -> np.ndarray:
     return table.view(np.uint32).reshape(-1, WORDS)[:, GREEDY]
 
 
-@loop
-def rescan(table: np.ndarray, words: np.ndarray, row: np.uint64) -> None:
-    """Find the largest value, the next smaller one and the greedy set anew."""
-    top = NO_VALUE
-    second = NO_VALUE
-    members = _ZERO
-    action = _ZERO
-    while action < _BEST:
-        value = table[row + action]
-        if value > top:
-            second = top
-            top = value
-            members = _ONE << action
-        elif value == top:
-            members |= _ONE << action
-        elif value > second:
-            second = value
-        action += _ONE
+def scan(
+    table: np.ndarray, row: np.uint64, changed: np.uint64, value: np.float32
+) -> tuple[np.uint64, np.float32, np.float32]:
+    """Greedy set, largest and next smaller value of a row, were some of its actions changed.
+
+    Args:
+        table: the values; aligned, see :func:`new_table`.
+        row: first word of the row.
+        changed: set of actions whose value is not the one in the table.
+        value: what it is instead.
+    """
+    row_values = table[row : row + _BEST].copy()
+    for action in range(MAX_ACTIONS):
+        if int(changed) >> action & 1:
+            row_values[action] = value
+    top = row_values.max()
+    is_greedy = row_values == top
+    members = U(sum(1 << action for action in range(MAX_ACTIONS) if is_greedy[action]))
+    return members, top, np.max(row_values, where=~is_greedy, initial=NO_VALUE)
+
+
+@intrinsic
+def _scan_lanes(typingctx, table, row, changed, value):
+    """``scan`` without a branch: the row is one vector. All of it is portable LLVM."""
+    found = types.Tuple((types.uint64, types.float32, types.float32))
+    n_lanes = WORDS
+
+    def codegen(context, builder, signature, args):
+        lane = ir.FloatType()
+        lanes = ir.VectorType(lane, n_lanes)
+        flags = ir.VectorType(ir.IntType(1), n_lanes)
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), n_lanes), [0] * n_lanes)
+        none = ir.Constant(lanes, [ir.Constant(lane, float("-inf"))] * n_lanes)
+        actions = ir.Constant(flags, [1] * MAX_ACTIONS + [0] * (n_lanes - MAX_ACTIONS))
+        largest = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(lane, [lanes]), "llvm.vector.reduce.fmax.v16f32"
+        )
+
+        def spread(number):
+            first = builder.insert_element(none, number, ir.Constant(ir.IntType(32), 0))
+            return builder.shuffle_vector(first, none, zeros)
+
+        array = context.make_array(signature.args[0])(context, builder, args[0])
+        pointer = builder.bitcast(builder.gep(array.data, [args[1]]), lanes.as_pointer())
+        stored = builder.select(actions, builder.load(pointer, align=_LINE_BYTES), none)
+        is_changed = builder.bitcast(builder.trunc(args[2], ir.IntType(n_lanes)), flags)
+        values = builder.select(is_changed, spread(args[3]), stored)
+        # No value is NaN; without that promise the maximum takes twice the instructions.
+        top = builder.call(largest, [values], fastmath=("nnan",))
+        is_greedy = builder.and_(builder.fcmp_ordered("==", values, spread(top)), actions)
+        others = builder.select(is_greedy, none, values)
+        second = builder.call(largest, [others], fastmath=("nnan",))
+        members = builder.zext(builder.bitcast(is_greedy, ir.IntType(n_lanes)), ir.IntType(64))
+        return context.make_tuple(builder, signature.return_type, [members, top, second])
+
+    return found(table, row, changed, value), codegen
+
+
+@overload(scan)
+def _compiled_scan(table, row, changed, value):
+    return lambda table, row, changed, value: _scan_lanes(table, row, changed, value)
+
+
+@piece
+def rescan(
+    table: np.ndarray, words: np.ndarray, row: np.uint64, changed: np.uint64, value: np.float32
+) -> None:
+    """Write the changed values of a row and find what is kept of it anew."""
+    # Reads before it writes: a vector load right after a narrow store to it has to wait.
+    members, top, second = scan(table, row, changed, value)
+    if changed != _ZERO:
+        table[row + lowest(changed)] = value
     table[row + _BEST] = top
     table[row + _SECOND] = second
     words[row + _GREEDY] = np.uint32(members)
@@ -100,7 +157,7 @@ def rescan_all(table: np.ndarray, words: np.ndarray) -> None:
     """Bring every row up to date after its values were written from outside."""
     row = _ZERO
     while row < U(table.size):
-        rescan(table, words, row)
+        rescan(table, words, row, _ZERO, NO_VALUE)
         row += _ROW
 
 
@@ -109,26 +166,29 @@ def write(
     table: np.ndarray, words: np.ndarray, row: np.uint64, action: np.uint64, value: np.float32
 ) -> None:
     """Give an action of a row a new value and keep the row up to date."""
-    table[row + action] = value
-    top = table[row + _BEST]
     members = U(words[row + _GREEDY])
     this = _ONE << action
-    if value > top:
-        if members != this:
-            table[row + _SECOND] = top
-            words[row + _GREEDY] = np.uint32(this)
-        table[row + _BEST] = value
-    elif value == top:
-        words[row + _GREEDY] = np.uint32(members | this)
-    elif members == this:
+    # The only greedy action first: whether its value rises or falls is a coin's toss that no
+    # branch predictor learns, and need not be asked while it stays above the others.
+    if members == this:
         if value > table[row + _SECOND]:
+            table[row + action] = value
             table[row + _BEST] = value
         else:
-            rescan(table, words, row)
-    else:
+            rescan(table, words, row, this, value)
+        return
+    top = table[row + _BEST]
+    table[row + action] = value
+    if value < top:
         words[row + _GREEDY] = np.uint32(members & ~this)
         if value > table[row + _SECOND]:
             table[row + _SECOND] = value
+    elif value == top:
+        words[row + _GREEDY] = np.uint32(members | this)
+    else:
+        table[row + _SECOND] = top
+        table[row + _BEST] = value
+        words[row + _GREEDY] = np.uint32(this)
 
 
 @piece

@@ -64,6 +64,8 @@ def pick(bits: np.uint64, draw16: np.uint64) -> np.uint64:
     """
     if bits & (bits - _ONE) != _ZERO:
         skip = (draw16 * count(bits)) >> _HALF
+        if bits & (bits + _ONE) == _ZERO:
+            return skip  # the first so many numbers, as in a row nothing is known of yet
         while skip != _ZERO:
             bits &= bits - _ONE
             skip -= _ONE
