@@ -15,7 +15,7 @@ import re
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,6 +25,7 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppend
 
 if TYPE_CHECKING:
     from app.headless import Output, Progress, RunResult
+    from benchmarks.compare import Rates
     from learners.spec import RunSpec
 
 EXIT_OK = 0
@@ -133,9 +134,9 @@ class Bench:
 
     presets: Annotated[
         Positional[tuple[str, ...]],
-        arg(metavar="[PRESET ...]", help_behavior_hint="(default: all)"),
+        arg(metavar="[PRESET ...]", help_behavior_hint="(default: all shipped ones)"),
     ] = ()
-    """Shipped presets to measure."""
+    """Shipped presets, or files."""
     json: _Flag = False
     """Print one JSON object and nothing else."""
     repetitions: Annotated[str, arg(metavar="N")] = "5"
@@ -472,21 +473,32 @@ def _bench(command: Bench) -> int:
     from app import presets
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
-    shipped = tuple(presets.shipped())
-    for name in command.presets:
-        if name not in shipped:
-            raise UsageError(
-                f"PRESET: {shown(name)} is not a shipped preset; allowed: {', '.join(shipped)}"
-            )
-    names = tuple(dict.fromkeys(command.presets)) or shipped
-    from benchmarks.compare import compare
+    specs = {name: _spec(name, ()) for name in command.presets or presets.shipped()}
+    from benchmarks.compare import MismatchError, compare
 
-    found = compare(names, repetitions, _complain)
-    for note in found.get("notes", ()):
-        _complain(note)
+    try:
+        with _status() as on_progress:
+            found = compare(specs, repetitions, on_progress)
+    except MismatchError as error:
+        _complain(str(error))
+        return EXIT_FAILED
+    for note in found["notes"]:
+        _complain(_filled(note))
     learners = found["learners"]
     _say(json.dumps({"learners": learners}) if command.json else _speeds(learners))
     return EXIT_OK
+
+
+@contextlib.contextmanager
+def _status() -> Iterator[Callable[[str], None]]:
+    """What shows on a terminal what is being done; nothing where there is none."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("") as status:
+        yield status.update
 
 
 # --- What is printed -----------------------------------------------------------------------------
@@ -566,17 +578,18 @@ def _mean(values: Iterable[float]) -> float:
     return sum(there) / len(there) if there else math.nan
 
 
-def _speeds(learners: dict[str, dict[str, float | None]]) -> str:
-    ratios = {"x C": "ratio_to_c", "x plain": "ratio_to_plain", "x Python": "ratio_to_python"}
+def _speeds(learners: "Mapping[str, Rates]") -> str:
     rows = [
         (
             name,
-            f"{(speed['steps_per_s'] or 0.0) / 1e6:.2f}",
-            *(_number(speed[key], ".2f") for key in ratios.values()),
+            f"{rates['steps_per_s'] / 1e6:.2f}",
+            _number(rates["ratio_to_c"], ".2f"),
+            _number(rates["ratio_to_plain"], ".2f"),
+            _number(rates["ratio_to_python"], ".0f"),
         )
-        for name, speed in learners.items()
+        for name, rates in learners.items()
     ]
-    return table(["learner", "M steps/s", *ratios], rows)
+    return table(["learner", "M steps/s", "x C", "x plain", "x Python"], rows)
 
 
 # --- The program ---------------------------------------------------------------------------------

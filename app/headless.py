@@ -236,11 +236,11 @@ class Output:
         self._name = name
         self._tables = {seed: f"{name}-seed{seed}.npz" for seed in seeds}
         try:
-            self._refuse_taken(overwrite)
             self._made = _make_folders(folder)
         except OSError as error:
             raise _unwritable(error) from error
         try:
+            self._refuse_taken(overwrite)
             self._staging = Path(tempfile.mkdtemp(prefix=".pounce-", dir=folder))
         except OSError as error:
             _remove_folders(self._made)

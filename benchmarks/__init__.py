@@ -1,0 +1,1 @@
+"""Yardsticks for the compiled loop: the same learning in C, in plain numba, and in Python."""
