@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import Any, TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -189,8 +189,11 @@ def time_kernel(spec: RunSpec, seed: int) -> tuple[Timed, Work]:
     run.advance()
     seconds = time.thread_time() - start
     outcomes = run.state.log_outcome[: spec.trials]
-    ended = [int(np.count_nonzero(outcomes == how)) for how in (CAPTURE, FLIGHT, TIMEOUT)]
-    work = Work(run.step, *ended, checksum(run.state, len(spec.learner.skills) or N_MOVES))
+    captures, flights, timeouts = (
+        int(np.count_nonzero(outcomes == how)) for how in (CAPTURE, FLIGHT, TIMEOUT)
+    )
+    table = checksum(run.state, len(spec.learner.skills) or N_MOVES)
+    work = Work(run.step, captures, flights, timeouts, table)
     return Timed(run.step, seconds), work
 
 
@@ -216,7 +219,7 @@ def checksum(state: LearnerState, n_options: int) -> str:
     values = np.ascontiguousarray(rows.values(state.selection)[:, :n_options], np.float32)
     words = values.view(np.uint32).ravel().astype(np.uint64)
     place = np.arange(1, words.size + 1, dtype=np.uint64) * GAMMA
-    mix_all = getattr(mix, "py_func", mix)
+    mix_all: Any = getattr(mix, "py_func", mix)
     return f"{int(mix_all(place ^ words).sum(dtype=np.uint64)):016x}"
 
 

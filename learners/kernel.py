@@ -325,7 +325,7 @@ def advance(
                 turn = wrapped(angle[cell_t] - angle[cell])
             r_t = local_reward(weights, skill, distance[cell], distance[cell_t], turn)
             skill_row_t = (skill * n_skill_states + skill_state_t) << _ROW_SHIFT
-            target = r_t + gamma * skill_table[skill_row_t + _BEST]
+            target = np.float32(r_t + gamma * skill_table[skill_row_t + _BEST])
             backup(skill_table, skill_words, skill_row, move, target, skill_alpha)
 
         cell = cell_t

@@ -135,7 +135,9 @@ def _scan_lanes(typingctx, table, row, changed, value):
 
 @overload(scan)
 def _compiled_scan(table, row, changed, value):
-    return lambda table, row, changed, value: _scan_lanes(table, row, changed, value)
+    return lambda table, row, changed, value: _scan_lanes(  # pyright: ignore[reportCallIssue]
+        table, row, changed, value
+    )
 
 
 @piece

@@ -3,7 +3,10 @@
 A run is a function of a :class:`RunSpec`, a seed, and the commands given while it runs.
 """
 
-from typing import Annotated, Literal, Self
+import difflib
+from collections.abc import Iterable
+from itertools import islice
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -14,13 +17,30 @@ from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 MAX_TRIALS = 2_000_000
 """Trials a run may have: its log takes 21 bytes for each."""
 
-SkillName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=32)]
+SkillName = Annotated[
+    str,
+    Field(
+        pattern=r"^[a-z][a-z0-9_]*$",
+        max_length=32,
+        description="a name of up to 32 characters from a-z, 0-9 and _ that starts with a letter",
+    ),
+]
 Weight = Annotated[FiniteFloat, Field(ge=-10, le=10)]
 Rate = Annotated[FiniteFloat, Field(ge=0, le=1)]
 Trials = Annotated[int, Field(ge=0, le=MAX_TRIALS)]
 
 MOVES = "moves"
 INTRODUCTION = "introduction"
+
+_ALLOWED_OPTIONS: Final = (
+    f"{MOVES}, or a list of skills from {', '.join(SKILLS)} and those of custom_skills"
+)
+
+
+def did_you_mean(word: object, names: Iterable[str]) -> str:
+    """A hint at the nearest of some names; empty if none is near. Looks at the first 64."""
+    nearest = difflib.get_close_matches(str(word)[:80], list(islice(names, 64)), n=1)
+    return f" (did you mean {nearest[0]}?)" if nearest else ""
 
 
 class SkillWeights(Spec):
@@ -45,9 +65,7 @@ def _options(value: object) -> object:
         return MOVES
     names = value if isinstance(value, list | tuple) else []
     if not names or not all(isinstance(name, str) for name in names):
-        raise ValueError(
-            f"names no skills; allowed: {MOVES}, or a list of skills from {', '.join(SKILLS)}"
-        )
+        raise ValueError(f"names no skills; allowed: {_ALLOWED_OPTIONS}")
     if len(set(names)) != len(names):
         raise ValueError("names a skill twice; allowed: each skill once")
     if len(names) > MAX_ACTIONS:
@@ -67,7 +85,11 @@ def _episode_start(value: object) -> object:
 class LearnerSpec(Spec):
     """Options and learning parameters (section 4.2)."""
 
-    options: Annotated[Literal["moves"] | tuple[SkillName, ...], BeforeValidator(_options)]
+    options: Annotated[
+        Literal["moves"] | tuple[str, ...],
+        BeforeValidator(_options),
+        Field(description=_ALLOWED_OPTIONS),
+    ]
     """The nine primitive moves, or the skills to select from."""
     alpha: Rate
     """Learning rate of the selection."""
@@ -91,17 +113,24 @@ class LearnerSpec(Spec):
             for name in self.custom_skills
             if name in SKILLS
         ]
-        allowed = ", ".join([*SKILLS, *self.custom_skills])
-        unknown = [name for name in self.skills if name not in {*SKILLS, *self.custom_skills}]
+        known = self.known_skills
+        unknown = [
+            f"{name[:40]!r}{did_you_mean(name, known)}" for name in self.skills if name not in known
+        ]
         if unknown:
             message = (
                 f"names no skill with {', '.join(unknown)};"
-                f" allowed: {MOVES}, or a list of skills from {allowed}"
+                f" allowed: {MOVES}, or a list of skills from {', '.join(known)}"
             )
             problems.append(Problem(("options",), self.options, message))
         if problems:
             raise ProblemsError(problems)
         return self
+
+    @property
+    def known_skills(self) -> tuple[str, ...]:
+        """Every skill that the options may name: the built-in ones and one's own."""
+        return (*SKILLS, *(name for name in self.custom_skills if name not in SKILLS))
 
     def reward_of(self, skill: str) -> LocalReward:
         """Local reward of a skill by its name."""
@@ -173,18 +202,21 @@ class RunSpec(Spec):
 
     def _unknown_skills(self) -> list[Problem]:
         allowed = ", ".join(self.learner.skills) or "none, because the options are moves"
-        message = f"is not among the learner's options; allowed: {allowed}"
-        timers = [
-            Problem(("schedule", "skills", skill), skill, message)
-            for skill in self.schedule.skills
-            if skill not in self.learner.skills
+        known = self.learner.known_skills
+        named: list[tuple[tuple[str | int, ...], str]] = [
+            *((("schedule", "skills", skill), skill) for skill in self.schedule.skills),
+            *(
+                (("schedule", "episodes", index, "skill"), episode.skill)
+                for index, episode in enumerate(self.schedule.episodes)
+            ),
         ]
-        episodes = [
-            Problem(("schedule", "episodes", index, "skill"), episode.skill, message)
-            for index, episode in enumerate(self.schedule.episodes)
-            if episode.skill not in self.learner.skills
-        ]
-        return timers + episodes
+        problems = []
+        for key, skill in named:
+            if skill not in self.learner.skills:
+                hint = "" if skill in known else did_you_mean(skill, known)
+                message = f"is not among the learner's options{hint}; allowed: {allowed}"
+                problems.append(Problem(key, skill, message))
+        return problems
 
     def _no_first_skill(self) -> list[Problem]:
         skills = self.learner.skills

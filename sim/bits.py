@@ -48,12 +48,12 @@ def _cttz(typingctx, bits):
 
 @overload(count)
 def _compiled_count(bits):
-    return lambda bits: _ctpop(bits)
+    return lambda bits: _ctpop(bits)  # pyright: ignore[reportCallIssue]
 
 
 @overload(lowest)
 def _compiled_lowest(bits):
-    return lambda bits: _cttz(bits)
+    return lambda bits: _cttz(bits)  # pyright: ignore[reportCallIssue]
 
 
 @piece

@@ -6,21 +6,34 @@ sources that take part: a change anywhere starts a new one.
 """
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 from numba import config, njit
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = sorted([*_ROOT.glob("sim/*.py"), *_ROOT.glob("learners/*.py")])
 
-if not config.CACHE_DIR:
+_CACHE_DIR = "CACHE_DIR"
+
+if not getattr(config, _CACHE_DIR):
     _digest = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
-    config.CACHE_DIR = str(_ROOT / "sim" / "__pycache__" / f"compiled-{_digest[:16]}")
+    _folder = _ROOT / "sim" / "__pycache__" / f"compiled-{_digest[:16]}"
+    setattr(config, _CACHE_DIR, str(_folder))
 
 # The loops create no arrays, and the caller holds those it passes in. Without ``_nrt=False``
 # Numba counts references to each of them at every use, atomically: five times slower.
-loop = njit(nogil=True, cache=True, error_model="numpy", _nrt=False)
-"""Compiles a loop that is called from Python, once per batch of steps."""
+_OPTIONS: dict[str, Any] = {"nogil": True, "cache": True, "error_model": "numpy", "_nrt": False}
 
-piece = njit(nogil=True, cache=True, error_model="numpy", _nrt=False, forceinline=True)
-"""Compiles a small function of its own name that becomes a part of the loops that call it."""
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def loop(function: Function) -> Function:
+    """Compile a loop that is called from Python, once per batch of steps."""
+    return njit(**_OPTIONS)(function)
+
+
+def piece(function: Function) -> Function:
+    """Compile a small function of its own name that becomes a part of the loops that call it."""
+    return njit(**_OPTIONS, forceinline=True)(function)
