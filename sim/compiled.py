@@ -8,7 +8,7 @@ sources that take part: a change anywhere starts a new one.
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from numba import config, njit
 
@@ -31,9 +31,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 def loop(function: Function) -> Function:
     """Compile a loop that is called from Python, once per batch of steps."""
-    return njit(**_OPTIONS)(function)
+    return cast(Function, njit(**_OPTIONS)(function))
 
 
 def piece(function: Function) -> Function:
     """Compile a small function of its own name that becomes a part of the loops that call it."""
-    return njit(**_OPTIONS, forceinline=True)(function)
+    return cast(Function, njit(**_OPTIONS, forceinline=True)(function))
