@@ -65,7 +65,7 @@ class SetSpeed:
 
 @dataclass(frozen=True)
 class StartAgain:
-    """Throw the run away and begin another."""
+    """Throw the run away and begin another, playing unless the last one was paused by hand."""
 
     spec: RunSpec
     preset: str
@@ -265,7 +265,9 @@ class Session:
         self._restart_pace()
 
     def _start_again(self, request: StartAgain) -> None:
+        was_over = self._run.trial >= self._until_trial or self._error is not None
         self._run = Run(request.spec, request.seed)
+        self._playing = self._playing or was_over
         self._preset = request.preset
         self._generation += 1
         self._until_trial = request.spec.trials
