@@ -10,11 +10,10 @@ A preset passes through four stages, each of which notes what is wrong and carri
   again, because they compare values with each other only once every value is fine by itself.
 """
 
-import difflib
 import os
 import re
 import stat
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -22,12 +21,14 @@ from types import UnionType
 from typing import Annotated, Any, Final, Literal, NamedTuple, Union, get_args, get_origin
 
 import yaml
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 from yaml import events
 
+from learners.rows import MAX_ACTIONS
 from learners.skills import SKILLS
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import MAX_TRIALS, RunSpec, SkillName, did_you_mean, listed
 from sim.spec import ProblemsError
 
 MAX_BYTES: Final = 64 * 1024
@@ -116,11 +117,6 @@ def _dotted(key: Key) -> str:
     return ".".join(
         str(part) if re.fullmatch(r"[\w-]{1,40}", str(part)) else _shown(part) for part in key
     )
-
-
-def _hint(word: object, choices: Iterable[str]) -> str:
-    nearest = difflib.get_close_matches(str(word)[:MAX_SHOWN], list(choices), n=1)
-    return f" (did you mean {nearest[0]}?)" if nearest else ""
 
 
 # --- Tree: values that know where they came from -------------------------------------------------
@@ -432,13 +428,13 @@ def _opened(name: str, folder: Path | None) -> _Source:
         label = f"presets/{name}.yaml"
         return _Source(label, presets[name].read_bytes(), f"shipped:{name}", None)
     if folder is None:
-        hint = _hint(name, presets)
+        hint = did_you_mean(name, presets)
         raise _UnusableError(f"is not a shipped preset{hint}; allowed: {names}")
     path = folder / name
     try:
         data = _file(path)
     except (FileNotFoundError, NotADirectoryError):
-        hint = _hint(name, presets)
+        hint = did_you_mean(name, presets)
         message = f"is neither a shipped preset nor a file{hint}; allowed: {names}, or a path"
         raise _UnusableError(message) from None
     except OSError as error:
@@ -586,6 +582,13 @@ def _inner(slot: _Slot, part: str | int) -> _Slot | None:
     return None
 
 
+def _name_of(mapping: _Slot | None) -> _Slot | None:
+    """The slot of the keys of a mapping in which they are free."""
+    if mapping is None or get_origin(mapping.kind) is not dict:
+        return None
+    return _of_type(get_args(mapping.kind)[0])
+
+
 def _of_type(
     annotation: Any, text: str | None = None, optional: bool = False, in_item: bool = False
 ) -> _Slot:
@@ -593,7 +596,11 @@ def _of_type(
     if get_origin(annotation) is Annotated:
         annotation, *metadata = get_args(annotation)
         for item in metadata:
-            limits.extend(item.metadata if isinstance(item, FieldInfo) else [item])
+            if isinstance(item, FieldInfo):
+                limits.extend(item.metadata)
+                text = text or item.description
+            else:
+                limits.append(item)
     return _Slot(annotation, tuple(limits), text, optional, in_item)
 
 
@@ -601,15 +608,15 @@ def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
+def _is_union(kind: Any) -> bool:
+    return get_origin(kind) in (Union, UnionType)
+
+
 def _names(slot: _Slot | None) -> tuple[str, ...]:
-    """Keys that a mapping may have; none where there is no mapping."""
-    if slot is None:
+    """Keys that a mapping may have; none where there is no mapping, or keys are free."""
+    if slot is None or not _is_model(slot.kind):
         return ()
-    if _is_model(slot.kind):
-        return (*((EXTENDS,) if slot.kind is RunSpec else ()), *slot.kind.model_fields)
-    if get_origin(slot.kind) is dict:
-        return get_args(get_args(slot.kind)[0])
-    return ()
+    return (*((EXTENDS,) if slot.kind is RunSpec else ()), *slot.kind.model_fields)
 
 
 _LIMITS: Final = {
@@ -647,29 +654,111 @@ def _allowed(slot: _Slot) -> str:
         return f"the keys {', '.join(names)}"
     if origin is Literal:
         return ", ".join(map(str, arguments))
-    if origin in (Union, UnionType):
+    if _is_union(slot.kind):
         return ", or ".join(_allowed(_of_type(argument)) for argument in arguments)
     if origin is tuple and arguments[-1] is Ellipsis:
         return f"a list, each item {_allowed(_of_type(arguments[0]))}"
+    if origin is dict:
+        name, value = (_allowed(_of_type(argument)) for argument in arguments)
+        return f"a mapping, each key {name}, each value {value}"
     if slot.kind is str:
         longest = next((m.max_length for m in slot.limits if hasattr(m, "max_length")), None)
         return "a text" if longest is None else f"a text of up to {longest} characters"
     return _range(slot.limits) or {int: "a whole number", float: "a number"}.get(slot.kind, "")
 
 
+# --- The skills that a tree knows ----------------------------------------------------------------
+
+_LEARNER: Final[Key] = ("learner",)
+_OPTIONS: Final[Key] = ("learner", "options")
+_CUSTOM_SKILLS: Final[Key] = ("learner", "custom_skills")
+_TIMERS: Final[Key] = ("schedule", "skills")
+_EPISODES: Final[Key] = ("schedule", "episodes")
+
+_SKILL_NAME: Final = TypeAdapter(SkillName)
+
+
+def _is_skill_name(word: object) -> bool:
+    try:
+        _SKILL_NAME.validate_python(word, strict=True)
+    except ValidationError:
+        return False
+    return True
+
+
+def _within(tree: _Node, key: Key) -> Iterator[tuple[str | int, _Node]]:
+    """What is within the place at a key; nothing if there is no such place."""
+    node, rest = _descend(tree, key)
+    if not rest:
+        yield from _children(node)
+
+
+def _defined(tree: _Node) -> list[str]:
+    """Skills of one's own that a tree defines."""
+    return [str(name) for name, _ in _within(tree, _CUSTOM_SKILLS) if _is_skill_name(name)]
+
+
+def _mentioned(tree: _Node) -> list[str]:
+    """What the options and the schedule of a tree take for the names of skills."""
+    words = [
+        *(option.value for _, option in _within(tree, _OPTIONS)),
+        *(skill for skill, _ in _within(tree, _TIMERS)),
+        *(
+            child.value
+            for _, episode in _within(tree, _EPISODES)
+            for part, child in _children(episode)
+            if part == "skill"
+        ),
+    ]
+    return list(dict.fromkeys(word for word in words if _is_skill_name(word)))
+
+
+def _could_be_had(tree: _Node) -> bool:
+    """Is nothing in the place of the custom skills, or of what they are in, but a mapping?"""
+    return isinstance(_descend(tree, _CUSTOM_SKILLS)[0].value, dict)
+
+
+def _known_skills(tree: _Node, complete: bool) -> tuple[str, ...]:
+    """The skills that a tree knows. Where some may have been lost, it may know any."""
+    names = [*SKILLS, *_defined(tree)]
+    if not complete or not _could_be_had(tree):
+        names += _mentioned(tree)
+    return tuple(dict.fromkeys(names))
+
+
+def _with_custom_skills(tree: _Node, names: Iterable[str]) -> _Node:
+    """A tree in which skills of these names are defined."""
+    defined = {*SKILLS, *_defined(tree)}
+    for name in names:
+        if name not in defined:
+            key = (*_CUSTOM_SKILLS, name)
+            tree = _placed(tree, key, _as_tree({}, key, tree.place))
+    return tree
+
+
 # --- From a tree to a run ------------------------------------------------------------------------
 
-_ALL_SKILLS: Final = list(SKILLS)
+
+def _every_skill(tree: _Node) -> list[str]:
+    """As many of the known skills as there may be options; first those that are scheduled."""
+    known = dict.fromkeys([*SKILLS, *_defined(tree)])
+    scheduled = set(_mentioned(tree))
+    chosen = sorted(known, key=lambda name: name not in scheduled)[:MAX_ACTIONS]
+    return [name for name in known if name in chosen]
+
 
 # What takes the place of a missing or wrong value that a run cannot be judged without. Each faults
 # nothing that was not wrong before: the finest grid, every skill, the longest run.
-_STAND_INS: Final[dict[Key, Any]] = {
-    ("world", "size"): 400,
-    ("learner",): {"options": _ALL_SKILLS, "alpha": 0.0},
-    ("learner", "options"): _ALL_SKILLS,
-    ("learner", "alpha"): 0.0,
-    ("trials",): MAX_TRIALS,
+_STAND_INS: Final[dict[Key, Callable[[_Node], Any]]] = {
+    ("world", "size"): lambda _: 400,
+    _LEARNER: lambda _: {},
+    ("learner", "alpha"): lambda _: 0.0,
+    _CUSTOM_SKILLS: lambda tree: {name: {} for name in _mentioned(tree) if name not in SKILLS},
+    _OPTIONS: _every_skill,
+    ("trials",): lambda _: MAX_TRIALS,
 }
+_OF_A_LEARNER: Final[set[Key]] = {("learner", "alpha"), _CUSTOM_SKILLS, _OPTIONS}
+"""What a learner that nothing is left of needs."""
 
 _WRONG: Final = {
     "missing": "is missing",
@@ -677,6 +766,7 @@ _WRONG: Final = {
     "float_type": "must be a number",
     "string_type": "must be a text",
     "string_too_long": "is too long",
+    "string_pattern_mismatch": "is not a plain name",
     "model_type": "must be a mapping",
     "dict_type": "must be a mapping",
     "tuple_type": "must be a list",
@@ -703,11 +793,11 @@ class _Fault(NamedTuple):
     is_missing: bool = False
 
 
-def _faults(error: ValidationError) -> Iterator[_Fault]:
+def _faults(error: ValidationError, skills: Collection[str]) -> Iterator[_Fault]:
+    """What the models say, with hints at the skills that a tree knows."""
     for found in error.errors(include_url=False):
         key: Key = found["loc"]
-        context = found.get("ctx", {})
-        cause = context.get("error")
+        cause = found.get("ctx", {}).get("error")
         if isinstance(cause, ProblemsError):
             for problem in cause.problems:
                 yield _Fault((*key, *problem.key), problem.message, _shown(problem.value))
@@ -715,22 +805,27 @@ def _faults(error: ValidationError) -> Iterator[_Fault]:
             text = str(cause)
             yield _Fault(key, f"cannot be used; {text}" if text.startswith("allowed:") else text)
         elif found["type"] == "extra_forbidden":
-            yield _unknown(key)
-        elif found["type"] == "literal_error" and key[-1] == "[key]":
-            yield _unknown(key[:-1])
+            yield _Fault(key, _unknown(key[-1], _names(_slot(key[:-1]))))
         else:
-            yield _malformed(found["type"], key, context)
+            yield _malformed(found, skills)
 
 
-def _unknown(key: Key) -> _Fault:
-    names = _names(_slot(key[:-1]))
-    return _Fault(key, f"is not a known key{_hint(key[-1], names)}; allowed: {', '.join(names)}")
+def _unknown(name: str | int, names: Collection[str]) -> str:
+    return f"is not a known key{did_you_mean(name, names)}; allowed: {listed(names)}"
 
 
-def _malformed(kind: str, key: Key, context: dict[str, Any]) -> _Fault:
-    numbers = {name: _number(x) for name, x in context.items() if isinstance(x, int | float)}
+def _malformed(found: ErrorDetails, skills: Collection[str]) -> _Fault:
+    kind, word, key = found["type"], found["input"], found["loc"]
+    limits = found.get("ctx", {}).items()
+    numbers = {name: _number(x) for name, x in limits if isinstance(x, int | float)}
     message = _WRONG.get(kind, "cannot be used").format_map(numbers)
     slot = _slot(key)
+    if kind.startswith("string_"):
+        if key[-1] == "[key]":
+            message, key = "is not a possible key", key[:-1]
+            slot = _name_of(_slot(key[:-1]))
+        if key[0] == "schedule" and isinstance(word, str):
+            message += did_you_mean(word, skills)
     allowed = "" if slot is None else _allowed(slot)
     return _Fault(
         key, f"{message}; allowed: {allowed}" if allowed else message, None, kind == "missing"
@@ -743,21 +838,26 @@ def _located(tree: _Node, fault: _Fault) -> PresetProblem:
     return node._replace(key=(*node.key, *rest)).problem(fault.message, value)
 
 
-def _without_nulls(node: _Node, at: Key, problems: list[PresetProblem]) -> _Node:
+def _without_nulls(
+    node: _Node, at: Key, skills: Collection[str], problems: list[PresetProblem]
+) -> _Node:
     """A key set to null is as if it had not been given, where there is such a key to leave out."""
     match node.value:
         case list():
-            items = [_without_nulls(c, (*at, i), problems) for i, c in enumerate(node.value)]
+            items = [
+                _without_nulls(child, (*at, index), skills, problems)
+                for index, child in enumerate(node.value)
+            ]
             return node._replace(value=items)
         case dict():
             entries = {}
-            names = _names(_slot(at))
+            names = skills if at == _TIMERS else _names(_slot(at))
             for name, child in node.value.items():
                 slot = _slot((*at, name))
                 if child.value is not None:
-                    entries[name] = _without_nulls(child, (*at, name), problems)
+                    entries[name] = _without_nulls(child, (*at, name), skills, problems)
                 elif names and name not in names:
-                    problems.append(child.problem(_unknown((*at, name)).message, "null"))
+                    problems.append(child.problem(_unknown(name, names), "null"))
                 elif slot is not None and not slot.optional:
                     entries[name] = child
             return node._replace(value=entries)
@@ -776,11 +876,12 @@ def _refused(node: _Node, at: Key = ()) -> Iterator[Key]:
 def _droppable(key: Key) -> Key:
     """The least part of a preset that holds a wrong value and that the rest can be judged without.
 
-    An item of a list goes as a whole: without one of its values it would mean something else.
+    An item of a list goes as a whole, and so do options: without one of their values they would
+    mean something else.
     """
     for length in range(1, len(key) + 1):
         slot = _slot(key[:length])
-        if slot is not None and slot.in_item:
+        if slot is not None and (slot.in_item or _is_union(slot.kind)):
             return key[:length]
     for length in range(len(key), 1, -1):
         slot = _slot(key[:length])
@@ -794,14 +895,18 @@ def _mended(tree: _Node, wrong: Iterable[Key]) -> _Node:
     dropped = {_droppable(key) for key in wrong}
     # When a skill joins decides when its episodes start: without its timer they would seem to
     # overlap, or not to.
-    timers = [key[2] for key in dropped if len(key) == 3 and key[:2] == ("schedule", "skills")]
-    episodes, rest = _descend(tree, ("schedule", "episodes"))
-    for index, episode in () if rest else _children(episodes):
+    timers = [key[2] for key in dropped if len(key) == 3 and key[:2] == _TIMERS]
+    for index, episode in _within(tree, _EPISODES):
         if any(part == "skill" and child.value in timers for part, child in _children(episode)):
-            dropped.add(("schedule", "episodes", index))
+            dropped.add((*_EPISODES, index))
+    if _LEARNER in dropped:
+        dropped |= _OF_A_LEARNER
     tree = _without(tree, (), dropped)
+    # A skill whose weights are wrong is one all the same.
+    skills = [str(key[2]) for key in dropped if len(key) == 3 and key[:2] == _CUSTOM_SKILLS]
+    tree = _with_custom_skills(tree, filter(_is_skill_name, skills))
     for key in sorted(dropped & _STAND_INS.keys()):
-        tree = _placed(tree, key, _as_tree(_STAND_INS[key], key, tree.place))
+        tree = _placed(tree, key, _as_tree(_STAND_INS[key](tree), key, tree.place))
     return tree
 
 
@@ -830,14 +935,18 @@ def _without(node: _Node, at: Key, dropped: set[Key]) -> _Node:
 
 def _validated(tree: _Node, complete: bool, problems: list[PresetProblem]) -> RunSpec:
     """The run that a merged tree states; raises `PresetError` if there are any problems."""
-    tree = _mended(_without_nulls(tree, (), problems), list(_refused(tree)))
+    skills = _known_skills(tree, complete)
+    tree = _without_nulls(tree, (), skills, problems)
+    if not complete and _could_be_had(tree):
+        tree = _with_custom_skills(tree, skills)
+    tree = _mended(tree, list(_refused(tree)))
     spec = None
     while spec is None:
         try:
             spec = RunSpec.model_validate(_plain(tree))
         except ValidationError as error:
             # What is missing may have been in a part that could not be had.
-            faults = list(_faults(error))
+            faults = list(_faults(error, skills))
             problems += [_located(tree, f) for f in faults if complete or not f.is_missing]
             mended = _mended(tree, [fault.key for fault in faults])
             if _plain(mended) == _plain(tree):
@@ -926,6 +1035,10 @@ def dump(spec: RunSpec) -> str:
     Keys come in the order of the reference; those at their defaults are left out.
     """
     document = spec.model_dump(exclude_defaults=True)
+    learner = document["learner"]
+    if "custom_skills" in learner:
+        custom = learner["custom_skills"]
+        learner["custom_skills"] = {skill: _Row(weights) for skill, weights in custom.items()}
     schedule = document.get("schedule", {})
     if "skills" in schedule:
         schedule["skills"] = {skill: _Row(timer) for skill, timer in schedule["skills"].items()}

@@ -32,14 +32,21 @@ Trials = Annotated[int, Field(ge=0, le=MAX_TRIALS)]
 MOVES = "moves"
 INTRODUCTION = "introduction"
 
+_MOST_NAMES: Final = 32
 _ALLOWED_OPTIONS: Final = (
     f"{MOVES}, or a list of skills from {', '.join(SKILLS)} and those of custom_skills"
 )
 
 
+def listed(names: Iterable[str]) -> str:
+    """Names in a message: all of them, or as many as anyone would read."""
+    first = list(islice(names, _MOST_NAMES + 1))
+    return ", ".join(first if len(first) <= _MOST_NAMES else [*first[:_MOST_NAMES], "…"])
+
+
 def did_you_mean(word: object, names: Iterable[str]) -> str:
-    """A hint at the nearest of some names; empty if none is near. Looks at the first 64."""
-    nearest = difflib.get_close_matches(str(word)[:80], list(islice(names, 64)), n=1)
+    """A hint at the nearest of the first names; empty if none is near."""
+    nearest = difflib.get_close_matches(str(word)[:80], list(islice(names, _MOST_NAMES)), n=1)
     return f" (did you mean {nearest[0]}?)" if nearest else ""
 
 
@@ -120,7 +127,7 @@ class LearnerSpec(Spec):
         if unknown:
             message = (
                 f"names no skill with {', '.join(unknown)};"
-                f" allowed: {MOVES}, or a list of skills from {', '.join(known)}"
+                f" allowed: {MOVES}, or a list of skills from {listed(known)}"
             )
             problems.append(Problem(("options",), self.options, message))
         if problems:

@@ -19,14 +19,17 @@ from pydantic.fields import FieldInfo
 
 from app import presets
 from app.presets import PresetError, dump, load, parse, shipped
-from learners.skills import SKILLS
+from learners.rows import MAX_ACTIONS
+from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward
 from learners.spec import (
     MAX_TRIALS,
     EpisodeSpec,
     LearnerSpec,
     RunSpec,
     ScheduleSpec,
+    SkillName,
     SkillTimer,
+    SkillWeights,
 )
 from sim.spec import WorldSpec
 
@@ -97,6 +100,7 @@ def test_shipped_presets_are_the_learners_of_the_thesis(name: str) -> None:
         gamma=0.9,
         epsilon=0.1,
         initial_q=0.0,
+        custom_skills={},
     )
     if name != "timed":
         assert spec.schedule == ScheduleSpec()
@@ -202,7 +206,12 @@ WRONG_VALUES = [
         "world: 3",
         "3: world: value 3: must be a mapping; allowed: the keys size, n_directions, n_distances,",
     ),
-    ("schedule: {skills: [avoid]}", "3: schedule.skills: value ['avoid']: must be a mapping;"),
+    (
+        "schedule: {skills: [avoid]}",
+        "3: schedule.skills: value ['avoid']: must be a mapping; allowed: a mapping, each key a"
+        " name of up to 32 characters from a-z, 0-9 and _ that starts with a letter, each value"
+        " the keys at, freeze",
+    ),
     (
         "schedule: {episodes: 3}",
         "3: schedule.episodes: value 3: must be a list; allowed: a list, each item the keys skill,"
@@ -228,8 +237,35 @@ WRONG_VALUES = [
     ),
     (
         "schedule:\n  skills:\n    avod: {at: 5}",
-        "5: schedule.skills.avod: value {'at': 5}: is not a known key (did you mean avoid?);"
+        "5: schedule.skills.avod: value {'at': 5}: is not among the learner's options (did you"
+        " mean avoid?); allowed: none, because the options are moves",
+    ),
+    (
+        "schedule:\n  skills:\n    avod: null",
+        "5: schedule.skills.avod: value null: is not a known key (did you mean avoid?);"
         " allowed: approach, avoid, circle_clockwise, circle_counterclockwise",
+    ),
+    (
+        "schedule:\n  skills:\n    circle-clockwise: {at: 5}",
+        "5: schedule.skills.circle-clockwise: value {'at': 5}: is not a possible key (did you mean"
+        " circle_clockwise?); allowed: a name of up to 32 characters from a-z, 0-9 and _ that",
+    ),
+    (
+        "schedule:\n  skills:\n    '[key]': {at: 5}",
+        "5: schedule.skills.'[key]': value {'at': 5}: is not a possible key; allowed: a name of up",
+    ),
+    (
+        "schedule:\n  episodes:\n  - {skill: Avoid, duration: 5, probability: 1}",
+        "5: schedule.episodes.0.skill: value 'Avoid': is not a plain name (did you mean avoid?);"
+        " allowed: a name of up to 32 characters from a-z, 0-9 and _ that starts with a letter",
+    ),
+    (
+        f"schedule:\n  episodes:\n  - {{skill: {'x' * 33}, duration: 5, probability: 1}}",
+        f"5: schedule.episodes.0.skill: value '{'x' * 33}': is too long; allowed: a name of up to",
+    ),
+    (
+        "schedule:\n  episodes:\n  - {skill: 3, duration: 5, probability: 1}",
+        "5: schedule.episodes.0.skill: value 3: must be a text; allowed: a name of up to 32",
     ),
     ("world:\n  sise: null", "4: world.sise: value null: is not a known key (did you mean size?)"),
     ("1: 2", "3: 1: value 2: is not a known key; allowed: extends,"),
@@ -300,11 +336,27 @@ def test_a_missing_key_is_reported_where_it_belongs(text: str, expected: str) ->
     [
         ("steps", "1: learner.options: value 'steps': "),
         ("[]", "1: learner.options: value []: "),
-        ("[approch]", "1: learner.options: value ['approch']: "),
+        (
+            "[approch]",
+            "1: learner.options: value ['approch']: names no skill with 'approch' (did you mean"
+            " approach?); allowed: moves, or a list of skills from approach, avoid,",
+        ),
+        (
+            "[Avoid, avoid, nothing]",
+            "1: learner.options: value ['Avoid', 'avoid', 'nothing']: names no skill with 'Avoid'"
+            " (did you mean avoid?), 'nothing'; allowed: ",
+        ),
+        (
+            '["a\\a"]',
+            "1: learner.options: value ['a\\x07']: names no skill with 'a\\x07'; allowed: ",
+        ),
+        (f"[{'x' * 99}]", "1: learner.options: value ['xxx"),
+        ("[true]", "1: learner.options: value [True]: names no skills; allowed: "),
         ("[avoid, avoid]", "1: learner.options: value ['avoid', 'avoid']: names a skill twice;"),
         ("[[avoid]]", "1: learner.options: value [['avoid']]: "),
         ("{avoid: 1}", "1: learner.options: value {'avoid': 1}: "),
         ("[avoid, *more]", "1: learner.options.1: value *more: aliases are not read;"),
+        ("[*more]", "1: learner.options.0: value *more: aliases are not read;"),
     ],
 )
 def test_options_are_moves_or_skills(options: str, expected: str) -> None:
@@ -328,6 +380,186 @@ def test_a_comma_for_thousands_is_not_a_small_number() -> None:
     assert (2, "schedule.skills.avoid.000") in wrong_places(text)
 
 
+# --- Skills of one's own -------------------------------------------------------------------------
+
+
+def with_custom_skills(skills: str, options: str = "moves", schedule: str = "{}") -> str:
+    """A preset that is sound but for what is given: skills on line 3, options on line 4."""
+    return (
+        f"trials: 10\nlearner:\n  custom_skills: {skills}\n  options: {options}\n  alpha: 0.1\n"
+        f"schedule: {schedule}\n"
+    )
+
+
+def test_a_skill_of_ones_own_is_a_weighted_sum() -> None:
+    spec = parse(
+        with_custom_skills(
+            "{spiral_in: {approach: 0.5, circle_clockwise: 1}, nothing: {}, x2: {avoid: -10}}",
+            "[x2, approach, spiral_in]",
+            "{skills: {spiral_in: {at: 5}},"
+            " episodes: [{skill: spiral_in, duration: 5, probability: 1}]}",
+        ),
+        "mine.yaml",
+    )
+    assert spec.learner == LearnerSpec(
+        options=("x2", "approach", "spiral_in"),
+        alpha=0.1,
+        custom_skills={
+            "spiral_in": SkillWeights(approach=0.5, circle_clockwise=1.0),
+            "nothing": SkillWeights(),
+            "x2": SkillWeights(avoid=-10.0),
+        },
+    )
+    assert spec.learner.reward_of("spiral_in") == LocalReward(0.5, -1.0, -SPIRAL_PENALTY)
+    assert spec.learner.reward_of("approach") == SKILLS["approach"]
+    assert spec.schedule.introduced_at("spiral_in") == 5
+
+
+NAME = "allowed: a name of up to 32 characters from a-z, 0-9 and _ that starts with a letter"
+WEIGHTS = "allowed: the keys approach, avoid, circle_clockwise, circle_counterclockwise"
+
+
+@pytest.mark.parametrize(
+    ("skills", "expected"),
+    [
+        ("3", f": value 3: must be a mapping; allowed: a mapping, each key {NAME[9:]}, each value"),
+        ("[orbit]", ": value ['orbit']: must be a mapping; allowed: a mapping, each key a name"),
+        ("{orbit: 3}", f".orbit: value 3: must be a mapping; {WEIGHTS}"),
+        ("{orbit: {avoid: 10.5}}", ".orbit.avoid: value 10.5: must be at most 10; allowed: -10 to"),
+        ("{orbit: {avoid: -11}}", ".orbit.avoid: value -11: must be at least -10; allowed: -10 to"),
+        ("{orbit: {avoid: .inf}}", ".orbit.avoid: value inf: must be finite; allowed: -10 to 10"),
+        ("{orbit: {avoid: much}}", ".orbit.avoid: value 'much': must be a number; allowed: -10 to"),
+        ("{orbit: {avoid: true}}", ".orbit.avoid: value true: must be a number; allowed: -10 to"),
+        (
+            "{orbit: {avod: 1}}",
+            f".orbit.avod: value 1: is not a known key (did you mean avoid?); {WEIGHTS[:9]}",
+        ),
+        ("{orbit: {avod: null}}", ".orbit.avod: value null: is not a known key (did you mean"),
+        ("{Orbit: {}}", f".Orbit: value {{}}: is not a possible key; {NAME}"),
+        ("{2_orbits: {}}", f".2_orbits: value {{}}: is not a possible key; {NAME}"),
+        ("{orbit-2: {}}", f".orbit-2: value {{}}: is not a possible key; {NAME}"),
+        ('{"orbit\\n": {}}', f".'orbit\\n': value {{}}: is not a possible key; {NAME}"),
+        ('{"": {}}', f".'': value {{}}: is not a possible key; {NAME}"),
+        ("{orbité: {}}", f".orbité: value {{}}: is not a possible key; {NAME}"),
+        (f"{{{'x' * 33}: {{}}}}", f".{'x' * 33}: value {{}}: is not a possible key; {NAME}"),
+        ("{avoid: {}}", ".avoid: value {}: is the name of a built-in skill; allowed: another"),
+        ("{orbit: {}, orbit: 1}", ".orbit: value 1: is given twice, first on line 3; allowed: "),
+        ("*mine", ": value *mine: aliases are not read; allowed: the value itself, written out"),
+        ("{orbit: *mine}", ".orbit: value *mine: aliases are not read; allowed: the value itself"),
+    ],
+)
+def test_a_wrong_skill_of_ones_own_is_reported_where_it_stands(skills: str, expected: str) -> None:
+    (line,) = complaints(with_custom_skills(skills))
+    assert line.startswith(f"3: learner.custom_skills{expected}")
+
+
+def test_the_longest_name_and_the_largest_weights_are_read() -> None:
+    text = with_custom_skills(f"{{{'x' * 32}: {{approach: 10, avoid: -10}}}}", f"[{'x' * 32}]")
+    assert parse(text, "mine.yaml").learner.skills == ("x" * 32,)
+
+
+def test_there_are_as_many_options_as_a_row_holds() -> None:
+    names = [f"s{index}" for index in range(MAX_ACTIONS + 1)]
+    skills = f"{{{', '.join(f'{name}: {{}}' for name in names)}}}"
+    assert parse(with_custom_skills(skills, f"[{', '.join(names[1:])}]"), "mine.yaml")
+    (line,) = complaints(with_custom_skills(skills, f"[{', '.join(names)}]"))
+    assert line.startswith("4: learner.options: value ['s0', ")
+    assert line.endswith(": names 13 skills; allowed: up to 12")
+
+
+@pytest.mark.parametrize(
+    "skills", ["3", "[orbit]", "*mine", "!!map {}", "{orbit: 3}", "{orbit: *mine}", "{orbit: [1]}"]
+)
+def test_a_wrong_skill_is_still_one(skills: str) -> None:
+    text = with_custom_skills(
+        skills,
+        "[orbit, avoid]",
+        "{skills: {orbit: {at: 5}}, episodes: [{skill: orbit, duration: 5, probability: 1}]}",
+    )
+    ((line, key),) = wrong_places(text)
+    assert line == 3
+    assert key.startswith("learner.custom_skills")
+
+
+@pytest.mark.parametrize("options", ["3", "[]", "[orbt]", "*mine", "[*mine]", "[approach, *mine]"])
+def test_wrong_options_do_not_make_the_timers_of_known_skills_wrong(options: str) -> None:
+    names = ["orbit", *(f"s{index}" for index in range(MAX_ACTIONS + 5))]
+    timed = ["orbit", *names[6:16]]
+    text = with_custom_skills(
+        f"{{{', '.join(f'{name}: {{}}' for name in names)}}}",
+        options,
+        f"{{skills: {{{', '.join(f'{name}: {{at: 5}}' for name in timed)}, orbti: {{at: 5}}}},"
+        " episodes: [{skill: avoid, duration: 5, probability: 1},"
+        " {skill: avod, duration: 5, probability: 1}]}",
+    )
+    first, second, third = complaints(text)
+    assert first.startswith("4: learner.options")
+    assert second.startswith(
+        "6: schedule.skills.orbti: value {'at': 5}: is not among the learner's options"
+        " (did you mean orbit?); allowed: "
+    )
+    assert third.startswith(
+        "6: schedule.episodes.1.skill: value 'avod': is not among the learner's options"
+        " (did you mean avoid?); allowed: "
+    )
+
+
+@pytest.mark.parametrize("learner", ["3", "null", "[orbit]", "*mine"])
+def test_any_skill_may_have_been_lost_with_the_learner(learner: str) -> None:
+    text = f"learner: {learner}\ntrials: 10\nschedule:\n  skills: {{orbit: {{at: 5}}, other: null}}"
+    assert wrong_places(text) == [(1, "learner")]
+
+
+@pytest.mark.parametrize(
+    "learner",
+    ["", "learner: {options: [orbit]}", "learner: {custom_skills: {mine: {}}}"],
+)
+def test_any_skill_may_have_been_lost_with_a_base(learner: str) -> None:
+    text = (
+        f"extends: nowhere\n{learner}\nschedule:\n  skills: {{orbit: {{at: 0}}, other: null}}\n"
+        "  episodes: [{skill: orbit, duration: 0, probability: 1}]"
+    )
+    assert wrong_places(text) == [(1, "extends"), (5, "schedule.episodes.0.duration")]
+
+
+def test_a_skill_is_taken_away_with_its_timer(tmp_path: Path) -> None:
+    base = with_custom_skills("{orbit: {}}", "[avoid, orbit]", "{skills: {orbit: {at: 5}}}")
+    written(tmp_path, "base.yaml", base)
+    for skills in ("{orbit: null}", "null"):
+        path = written(
+            tmp_path,
+            "mine.yaml",
+            f"extends: base.yaml\nlearner: {{custom_skills: {skills}, options: [avoid]}}\n"
+            "schedule: {skills: {orbit: null}}",
+        )
+        assert load(str(path)) == parse(with_custom_skills("{}", "[avoid]"), "mine.yaml")
+
+
+def test_a_skill_that_a_base_defines_is_changed_weight_by_weight(tmp_path: Path) -> None:
+    base = with_custom_skills("{orbit: {approach: 2, avoid: 3}}", "[orbit]")
+    written(tmp_path, "base.yaml", base)
+    mine = "extends: base.yaml\nlearner: {custom_skills: {orbit: {avoid: null}, other: {}}}"
+    path = written(tmp_path, "mine.yaml", mine)
+    settings_ = ["learner.custom_skills.orbit.circle_clockwise=-1", "learner.options.0=other"]
+    spec = load(str(path), settings_)
+    assert spec.learner.options == ("other",)
+    assert spec.learner.custom_skills == {
+        "orbit": SkillWeights(approach=2.0, circle_clockwise=-1.0),
+        "other": SkillWeights(),
+    }
+
+
+def test_many_skills_that_are_not_known_are_told_apart_in_time() -> None:
+    skills = ", ".join(f"s{index:04}_of_my_own: {{}}" for index in range(600))
+    start = time.perf_counter()
+    for value, n_timers in (("{at: 5}", 650), ("null", 1_200)):
+        timers = ", ".join(f"t{index:04}_of_my_own: {value}" for index in range(n_timers))
+        error = refusal(with_custom_skills(f"{{{skills}}}", "[s_of]", f"{{skills: {{{timers}}}}}"))
+        assert len(error.problems) == 1 + n_timers
+        assert max(map(len, str(error).splitlines())) < 2_000
+    assert time.perf_counter() - start < 10
+
+
 # --- Several at once -----------------------------------------------------------------------------
 
 FULL_OF_ERRORS = """\
@@ -341,6 +573,10 @@ learner:
   options: [approach, avoid]
   alpha: 2
   gamma: 1
+  custom_skills:
+    orbit: {avoid: 11, aproach: 1}
+    Orbit: {}
+    avoid: {}
 schedule:
   skills:
     approach: {at: 100, freeze: -3}
@@ -366,15 +602,19 @@ def test_everything_wrong_is_reported_at_once() -> None:
         (6, "world.start_radius"),
         (9, "learner.alpha"),
         (10, "learner.gamma"),
-        (13, "schedule.skills.approach.freeze"),
-        (13, "schedule.skills.approach.at"),  # nothing to do before trial 100
-        (15, "schedule.skills.circle_clockwise"),  # not an option
-        (16, "schedule.skills.avoid"),  # twice
-        (19, "schedule.episodes.1.duration"),
-        (20, "schedule.episodes.2.at"),  # overlaps the first; the one between them is left out
-        (21, "schedule.episodes.3.at"),  # before avoid joins
-        (22, "schedule.episodes.4.skill"),  # not an option
-        (23, "trials"),
+        (12, "learner.custom_skills.orbit.avoid"),
+        (12, "learner.custom_skills.orbit.aproach"),
+        (13, "learner.custom_skills.Orbit"),  # a capital
+        (14, "learner.custom_skills.avoid"),  # built in
+        (17, "schedule.skills.approach.freeze"),
+        (17, "schedule.skills.approach.at"),  # nothing to do before trial 100
+        (19, "schedule.skills.circle_clockwise"),  # not an option
+        (20, "schedule.skills.avoid"),  # twice
+        (23, "schedule.episodes.1.duration"),
+        (24, "schedule.episodes.2.at"),  # overlaps the first; the one between them is left out
+        (25, "schedule.episodes.3.at"),  # before avoid joins
+        (26, "schedule.episodes.4.skill"),  # not an option
+        (27, "trials"),
     ]
 
 
@@ -420,14 +660,16 @@ KEYS = dict(fields(RunSpec))
 
 
 def test_the_keys_of_this_test_are_those_of_a_preset() -> None:
-    assert len(KEYS) == 5 + 8 + 6 + 2 + 2 + 4
+    assert len(KEYS) == 5 + 8 + 7 + 4 + 2 + 2 + 4
     assert {"world.size", "schedule.skills.SKILL.at", "schedule.episodes.N.skill"} <= KEYS.keys()
+    assert "learner.custom_skills.SKILL.approach" in KEYS
 
 
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.parametrize("value", ["!!float 3", "{odd: [1, {two: 3}]}", "[1]", ".nan"])
 def test_a_wrong_type_is_reported_for_every_key_in_plain_words(key: str, value: str) -> None:
-    path = key.replace("SKILL", "avoid").replace(".N.", ".0.")
+    path = key.replace("custom_skills.SKILL", "custom_skills.orbit")
+    path = path.replace("SKILL", "avoid").replace(".N.", ".0.")
     setting = f"{path}={value}"
     for line in load_refusal("timed", setting):
         assert line.startswith(f"--set {setting}: {path}")
@@ -946,9 +1188,22 @@ def schedules(draw: st.DrawFn, skills: tuple[str, ...]) -> ScheduleSpec:
     )
 
 
+weights = st.floats(-10, 10)
+names = st.sampled_from(["true", "null", "e5", "nan", "on", "moves", "x" * 32]) | st.from_regex(
+    r"[a-z][a-z0-9_]{0,31}", fullmatch=True
+)
+custom_skills = st.dictionaries(
+    names.filter(lambda name: name not in SKILLS),
+    st.builds(SkillWeights, **dict.fromkeys(SKILLS, weights)) | st.just(SkillWeights()),
+    max_size=MAX_ACTIONS + 2,
+)
+
+
 @st.composite
 def runs(draw: st.DrawFn) -> RunSpec:
-    skills = tuple(draw(st.lists(st.sampled_from(list(SKILLS)), unique=True)))
+    custom = draw(st.just({}) | custom_skills)
+    known = st.sampled_from([*SKILLS, *custom])
+    skills = tuple(draw(st.lists(known, unique=True, max_size=MAX_ACTIONS)))
     return RunSpec(
         description=draw(st.text(max_size=400)),
         world=draw(st.just(WorldSpec()) | worlds()),
@@ -959,6 +1214,7 @@ def runs(draw: st.DrawFn) -> RunSpec:
             gamma=draw(st.floats(0, 1, exclude_max=True)),
             epsilon=draw(rates),
             initial_q=draw(rewards),
+            custom_skills=custom,
         ),
         schedule=draw(st.just(ScheduleSpec()) | schedules(skills)) if skills else ScheduleSpec(),
         trials=draw(st.integers(1, MAX_TRIALS)),
@@ -999,9 +1255,30 @@ def test_what_is_written_is_short_and_in_order() -> None:
     )
 
 
+def test_skills_of_ones_own_are_written_one_a_line() -> None:
+    skills = "{x2: {avoid: -2, approach: 0}, nothing: {}, 'true': {approach: .5, avoid: 1e-5}}"
+    spec = parse(with_custom_skills(skills, "['true', avoid]"), "mine.yaml")
+    assert dump(spec) == (
+        "learner:\n"
+        '  options: ["true", avoid]\n'
+        "  alpha: 0.1\n"
+        "  custom_skills:\n"
+        "    x2: {avoid: -2.0}\n"
+        "    nothing: {}\n"
+        '    "true": {approach: 0.5, avoid: 1.0e-05}\n'
+        "trials: 10\n"
+    )
+    assert parse(dump(spec), "dumped") == spec
+
+
 # --- Whatever comes ------------------------------------------------------------------------------
 
 TIMED = shipped()["timed"].read_text(encoding="utf-8")
+OWN = with_custom_skills(
+    "{orbit: {approach: 0.5, avoid: -1}, x2: {}}",
+    "[orbit, avoid]",
+    "{skills: {orbit: {at: 5}}, episodes: [{skill: orbit, duration: 5, probability: 1}]}",
+)
 SPLINTERS = [
     *("[", "]", "{", "}", ": ", "- ", "\n", "\n  ", "&a ", "*a", "! ", "!!int ", "'", '"', "|\n"),
     *("? ", "~", "---\n", "...\n", "<<: ", "%YAML 9\n", '"\\ud800"', "\ud800", "\0", "\t", "1e9"),
@@ -1016,10 +1293,11 @@ def outcome(text: str, *settings_: str) -> RunSpec | PresetError:
         return error
 
 
+@pytest.mark.parametrize("preset", [TIMED, OWN], ids=["timed", "own"])
 @given(
     st.lists(
         st.tuples(
-            st.integers(0, len(TIMED)),
+            st.integers(0, max(len(TIMED), len(OWN))),
             st.integers(0, 9),
             st.text(max_size=4) | st.sampled_from(SPLINTERS),
         ),
@@ -1027,8 +1305,8 @@ def outcome(text: str, *settings_: str) -> RunSpec | PresetError:
     )
 )
 @settings(deadline=None, max_examples=300)
-def test_a_text_is_read_or_refused(cuts: list[tuple[int, int, str]]) -> None:
-    text = TIMED
+def test_a_text_is_read_or_refused(preset: str, cuts: list[tuple[int, int, str]]) -> None:
+    text = preset
     for start, length, splinter in cuts:
         text = text[:start] + splinter + text[start + length :]
     result = outcome(text)
@@ -1102,18 +1380,43 @@ def test_the_page_names_every_skill_and_every_thesis_preset() -> None:
     assert all(f"`{name}`" in text for name in [*SKILLS, *THE_THESIS])
 
 
+def test_the_page_says_what_a_skill_may_be_called_and_how_many_options_there_are() -> None:
+    longest, pattern = get_args(SkillName)[1].metadata
+    text = " ".join(PAGE.read_text(encoding="utf-8").split())
+    assert pattern.pattern == "^[a-z][a-z0-9_]*$"
+    assert (
+        f"The name of a skill has up to {longest.max_length} characters from `a` to `z`, `0` to"
+        " `9` and `_`, and starts with a letter."
+    ) in text
+    assert re.findall("[0-9]+", page_rows()["learner.options"][2]) == [str(MAX_ACTIONS)]
+
+
 def examples() -> list[str]:
     return re.findall(r"```yaml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 
-@pytest.mark.parametrize("index", range(3))
+@pytest.mark.parametrize("index", range(4))
 def test_the_examples_of_the_page_are_sound(index: int) -> None:
+    assert len(examples()) == 4
     assert parse(examples()[index], "README.md")
+
+
+def test_the_page_has_an_example_of_a_skill_of_ones_own() -> None:
+    own = next(text for text in examples() if "options: [approach, spiral_in]" in text)
+    learner = parse(own, "README.md").learner
+    assert learner.reward_of("spiral_in") == LocalReward(0.5, -1.0, -SPIRAL_PENALTY)
 
 
 def test_the_complete_example_is_timed_on_a_larger_grid_and_gives_every_key() -> None:
     complete = next(text for text in examples() if "Timed, on a grid of 150" in text)
-    expected = load("timed", ["world.size=150", "description=Timed, on a grid of 150."])
+    expected = load(
+        "timed",
+        [
+            "world.size=150",
+            "description=Timed, on a grid of 150.",
+            "learner.custom_skills.spiral_in={approach: 0.5, circle_clockwise: 1}",
+        ],
+    )
     assert parse(complete, "README.md") == expected
     words = set(re.findall(r"[a-z_]+(?=:)", complete))
     assert {key.rpartition(".")[2] for key in KEYS} <= words
