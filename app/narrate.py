@@ -16,7 +16,9 @@ _BESIDE = np.radians(75)
 _STANDING_SHARE = 1 / 170
 """Value that lately rose in fewer of the states than this has stopped spreading."""
 _LEAN = 1 / 3
-"""A front that grows so much more on one side than on the other goes round the prey."""
+"""A front that grows so much more on one side than on the other goes round the prey, ..."""
+_ROUND = 1 / 12
+"""... if so much of it is beside the prey already."""
 
 
 class Front(NamedTuple):
@@ -28,7 +30,7 @@ class Front(NamedTuple):
     counterclockwise: int
     clockwise: int
     beside: int
-    """Those of both sides that lie more than 75 degrees from straight behind."""
+    """Those of both sides whose whole sector lies more than 75 degrees from straight behind."""
     inside: int
     """In the prey's visual field."""
 
@@ -43,11 +45,12 @@ def front(world: WorldSpec, first_reach: np.ndarray, trial: int) -> Front:
     near = middle <= world.vision_radius * world.scale
     seen = near[:, None] & (np.cos(bearing) > 1e-9)
     from_behind = bearing - np.pi
+    half = np.pi / world.n_directions
     unseen = np.where(seen, 0, fresh)
     return Front(
         counterclockwise=int(unseen[:, from_behind > 1e-9].sum()),
         clockwise=int(unseen[:, from_behind < -1e-9].sum()),
-        beside=int(unseen[:, np.abs(from_behind) > _BESIDE].sum()),
+        beside=int(unseen[:, np.abs(from_behind) - half > _BESIDE].sum()),
         inside=int(fresh[seen].sum()),
     )
 
@@ -91,7 +94,8 @@ def _spread(snapshot: Snapshot) -> str:
         )
     if lately.inside > unseen:
         return "value is spreading inwards, into the prey's visual field"
-    if lately.counterclockwise - lately.clockwise > _LEAN * unseen:
+    lean = lately.counterclockwise - lately.clockwise
+    if lean > _LEAN * unseen and lately.beside > _ROUND * unseen:
         return "value is spreading counter-clockwise from the cone, as a ring round the prey"
     if lately.beside > _LEAN * unseen:
         return "value is spreading round the prey as a ring"
@@ -110,6 +114,7 @@ def sentence(status: Status) -> str:
         f"{plain(e.skill)} is taken in {e.probability:.0%} of the steps until trial"
         f" {e.until_trial:,}"
         for e in snapshot.control.episodes
+        if e.until_trial > snapshot.trial
     ]
     clauses = []
     if exploring:

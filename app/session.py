@@ -231,8 +231,9 @@ class Session:
         except CommandError as error:
             if envelope.reply is not None:
                 envelope.reply(str(error))
-        self._answered = envelope.ticket
-        self._published_at = -math.inf
+        finally:
+            self._answered = envelope.ticket
+            self._published_at = -math.inf
 
     def _carry_out(self, request: Request) -> None:
         match request:
@@ -273,12 +274,12 @@ class Session:
         self._until_trial = request.spec.trials
         self._error = None
         self._curve_at = -math.inf
-        self._made_at.clear()
         self._restart_pace()
 
     def _restart_pace(self) -> None:
         self._paced_from = time.perf_counter()
         self._owed = 0.0
+        self._made_at.clear()
 
     def _learn(self) -> None:
         if self._preparing:

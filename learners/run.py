@@ -201,7 +201,8 @@ class Run:
             The number of steps made.
         """
         until = self.spec.trials if until_trial is None else min(until_trial, MAX_TRIALS)
-        self.state = with_room_for(self.state, until)
+        # No more trials than steps can end.
+        self.state = with_room_for(self.state, min(until, self.trial + max_steps))
         made = 0
         while made < max_steps and self.trial < until:
             self._begin_trial()
@@ -468,7 +469,7 @@ class Run:
     def _explore(self, command: Explore) -> None:
         if command.skill not in self.present:
             raise CommandError(f"{command.skill!r} has not joined, so it cannot be explored")
-        _check_trials("duration", command.duration_trials)
+        _check_trials("duration", command.duration_trials, fewest=1)
         if not 0 <= command.probability <= 1:
             raise CommandError(
                 f"probability: {command.probability} is not allowed; allowed: 0 to 1"
@@ -513,9 +514,11 @@ class Run:
         )
 
 
-def _check_trials(what: str, trials: int) -> None:
-    if not 0 <= trials <= MAX_TRIALS:
-        raise CommandError(f"{what}: {trials} trials is not allowed; allowed: 0 to {MAX_TRIALS}")
+def _check_trials(what: str, trials: int, fewest: int = 0) -> None:
+    if not fewest <= trials <= MAX_TRIALS:
+        raise CommandError(
+            f"{what}: {trials} trials is not allowed; allowed: {fewest} to {MAX_TRIALS}"
+        )
 
 
 def replay(spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int) -> Run:

@@ -6,7 +6,7 @@ import numpy as np
 
 from learners import kernel, rows
 from learners.kernel import LearnerState
-from learners.spec import RunSpec
+from learners.spec import MAX_TRIALS, RunSpec
 from sim import rng
 from sim.geometry import N_MOVES
 from sim.world import World, start_of_trial
@@ -69,7 +69,7 @@ def with_room_for(state: LearnerState, trials: int) -> LearnerState:
     room = state.log_outcome.size
     if trials <= room:
         return state
-    grown = max(trials, 2 * room)
+    grown = max(trials, min(2 * room, MAX_TRIALS))
     longer = {
         name: np.concatenate([log, np.zeros(grown - room, log.dtype)])
         for name in _LOGS

@@ -17,15 +17,20 @@ from learners import kernel, measures, rows
 from learners.commands import (
     Command,
     CommandError,
+    DefineSkill,
     Explore,
     FollowSchedule,
     FreezeSelection,
     FreezeSkills,
     Introduce,
+    Remove,
+    SetParameter,
+    SetSchedule,
     StopExploring,
+    Undo,
 )
 from learners.run import Run, replay
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
 from learners.state import copy_state, tables
 from sim.world import CAPTURE, TIMEOUT
 
@@ -64,6 +69,28 @@ COMMANDS: Sequence[tuple[int, Command]] = (
     (30_000, Explore("avoid", 100, 0.9)),
 )
 """Commands by hand and the steps before which they are given."""
+
+LATER = SkillTimer(at=1_000_000)
+STEERING: Sequence[tuple[int, Command]] = (
+    (500, DefineSkill("sneak", SkillWeights(approach=0.5, circle_clockwise=1.0))),
+    (801, Introduce("sneak", 5)),
+    (1_500, SetParameter("learner.epsilon", 0.3)),
+    (2_000, Introduce("circle_clockwise", 10)),
+    (2_503, SetParameter("world.vision_radius", 15.0)),
+    (3_000, StopExploring("circle_clockwise")),
+    (4_000, Remove("approach")),
+    (5_000, Undo(3)),
+    (6_000, Introduce("approach", 0)),
+    (7_777, Remove("sneak")),
+    (9_000, Undo(11)),
+    (10_500, SetParameter("learner.alpha", 0.4)),
+    (12_000, SetParameter("learner.alpha", 0.05)),
+    (20_000, Undo(14)),
+)
+"""Commands that change the preset on the way; ``Undo`` counts from the run's first event, and the
+exploration that comes with circling is one."""
+
+SCRIPTS = {"commands": COMMANDS, "steering": STEERING}
 
 
 def small(preset: str, *settings: str) -> RunSpec:
@@ -128,12 +155,15 @@ def test_the_division_into_calls_makes_no_difference(preset: str) -> None:
     assert_same(drive(Run(spec, 3), random_cuts(1)), whole)
 
 
+@pytest.mark.parametrize("script", SCRIPTS)
 @pytest.mark.parametrize("cuts", [range(100, STEPS + 1, 100), random_cuts(2), random_cuts(3)])
-def test_the_division_into_calls_makes_no_difference_to_commands(cuts: Sequence[int]) -> None:
+def test_the_division_into_calls_makes_no_difference_to_commands(
+    cuts: Sequence[int], script: str
+) -> None:
     spec = presets.load("timed", BY_HAND)
-    whole = drive(Run(spec, 3), [STEPS], COMMANDS)
-    assert len(whole.journal) == len(COMMANDS)
-    assert_same(drive(Run(spec, 3), cuts, COMMANDS), whole)
+    whole = drive(Run(spec, 3), [STEPS], SCRIPTS[script])
+    assert len(whole.journal) == len(SCRIPTS[script])
+    assert_same(drive(Run(spec, 3), cuts, SCRIPTS[script]), whole)
 
 
 def test_the_division_into_calls_makes_no_difference_to_the_schedule() -> None:
@@ -188,21 +218,32 @@ def test_a_copy_has_a_journal_of_its_own() -> None:
     assert checkpoint.present == ("approach",)
 
 
-@pytest.mark.parametrize("settings", [BY_HAND, QUICK_SCHEDULE], ids=["by hand", "scheduled"])
-def test_a_journal_replays_bit_for_bit(settings: Sequence[str]) -> None:
-    spec = small("timed", *settings)
-    commands = [
-        (step, command)
-        for step, command in COMMANDS
-        if settings is BY_HAND or not isinstance(command, Introduce)
-    ]
-    run = Run(spec, 8)
-    advance_to(run, 5_000 if settings is QUICK_SCHEDULE else 0)
-    for step, command in commands:
-        advance_to(run, max(step, run.step))
-        run.apply(command)
-    drive(run, [40_000])
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_a_journal_replays_bit_for_bit(script: str) -> None:
+    spec = small("timed", *BY_HAND)
+    run = drive(Run(spec, 8), [40_000], SCRIPTS[script])
     assert_same(replay(spec, 8, run.journal, 40_000), run)
+
+
+def test_a_journal_replays_beside_a_schedule() -> None:
+    commands = [
+        (max(step, 5_000), command)
+        for step, command in COMMANDS
+        if not isinstance(command, Introduce)
+    ]
+    run = drive(Run(quick_timed(), 8), [40_000], commands)
+    assert len(run.journal) == len(commands)
+    assert_same(replay(quick_timed(), 8, run.journal, 40_000), run)
+
+
+@given(step=st.integers(0, 25_000))
+@settings(max_examples=20, deadline=None, derandomize=True, database=None)
+def test_a_copy_can_be_steered_on_bit_for_bit(step: int) -> None:
+    spec = small("timed", *BY_HAND)
+    whole = drive(Run(spec, 8), [30_000], STEERING)
+    past = [(at, command) for at, command in STEERING if at <= step]
+    checkpoint = drive(Run(spec, 8), [step], past).copy()
+    assert_same(drive(checkpoint, [30_000], STEERING[len(past) :]), whole)
 
 
 def test_a_replay_stops_before_later_commands() -> None:
@@ -301,6 +342,22 @@ def test_timers_and_commands_given_at_the_same_moments_do_the_same() -> None:
     assert scheduled.control.introductions == by_hand.control.introductions
     ignored = {"control", "journal"}
     ours, theirs = everything(by_hand), everything(scheduled)
+    assert [name for name in ours if name not in ignored and ours[name] != theirs[name]] == []
+
+
+def test_another_plan_is_as_good_as_having_had_it_from_the_start() -> None:
+    planned = Run(quick_timed("schedule.skills.avoid.at=80"), 9)
+    planned.advance(until_trial=200)
+
+    changed = Run(quick_timed(), 9)
+    changed.advance(until_trial=50)
+    changed.apply(SetSchedule(planned.spec.schedule))
+    changed.advance(until_trial=200)
+
+    assert changed.control.introductions == planned.control.introductions
+    assert [entry.trial for entry in changed.control.introductions] == [0, 40, 80]
+    ignored = {"control", "journal"}
+    ours, theirs = everything(changed), everything(planned)
     assert [name for name in ours if name not in ignored and ours[name] != theirs[name]] == []
 
 
@@ -409,10 +466,26 @@ REFUSED: Sequence[tuple[Command, str]] = (
     (Explore("approach", -1, 0.5), "duration: -1 trials is not allowed"),
     (Explore("approach", MAX_TRIALS + 1, 0.5), "duration: 2000001 trials is not allowed"),
     (StopExploring("circle_clockwise"), "circle_clockwise is not being explored"),
+    (Remove("avoid"), "'avoid' has not joined, so it cannot be removed"),
+    (Remove("approach"), "approach is the only skill, and the learner needs one"),
+    (SetParameter("world.size", 60), "'world.size' cannot change while a run goes on; allowed: "),
+    (SetParameter("learner.epsilon", 1.5), "learner.epsilon: 1.5 is not allowed"),
+    (SetParameter("learner.epsilon", float("nan")), "learner.epsilon: nan is not allowed"),
+    (DefineSkill("avoid", SkillWeights()), "avoid"),
+    (DefineSkill("Not a name", SkillWeights()), "Not a name"),
+    (Undo(0), "nothing was done by hand under the number 0"),
+    (Undo(-1), "nothing was done by hand under the number -1"),
+    (Undo(2), "nothing was done by hand under the number 2"),
+    (
+        SetSchedule(ScheduleSpec(skills={"circle_clockwise": SkillTimer(at=3), "avoid": LATER})),
+        "is past and cannot change",
+    ),
+    (SetSchedule(ScheduleSpec(skills={"approach": LATER})), "is past and cannot change"),
+    (SetSchedule(ScheduleSpec(skills={"sneak": LATER})), "sneak"),
 )
 
 
-@pytest.mark.parametrize(("command", "message"), REFUSED, ids=[str(c) for c, _ in REFUSED])
+@pytest.mark.parametrize(("command", "message"), REFUSED, ids=[str(c)[:60] for c, _ in REFUSED])
 def test_a_command_that_cannot_be_carried_out_changes_nothing(
     command: Command, message: str
 ) -> None:
@@ -435,11 +508,11 @@ def test_a_learner_of_moves_has_no_skill_to_introduce() -> None:
 # --- Bookkeeping ---------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module", params=[*SHIPPED, "commands"])
+@pytest.fixture(scope="module", params=[*SHIPPED, *SCRIPTS])
 def kept(request: pytest.FixtureRequest) -> Run:
     """A run that has kept books for a while and stands within a trial."""
-    if request.param == "commands":
-        run = drive(Run(small("timed", *BY_HAND), 11), [60_000], COMMANDS)
+    if request.param in SCRIPTS:
+        run = drive(Run(small("timed", *BY_HAND), 11), [60_000], SCRIPTS[request.param])
     else:
         settings = QUICK_SCHEDULE if request.param == "timed" else ()
         run = drive(Run(small(request.param, *settings), 11), [60_000])
@@ -556,8 +629,8 @@ PLAIN_STEPS = 4_000
 
 def _plain_run(name: str) -> Run:
     """A short run that gets to every piece of the loop; also what the subprocess runs."""
-    if name == "commands":
-        commands = [(step // 12, command) for step, command in COMMANDS]
+    if name in SCRIPTS:
+        commands = [(step // 12, command) for step, command in SCRIPTS[name]]
         return drive(Run(small("timed", *BY_HAND), 12), [PLAIN_STEPS], commands)
     settings = QUICK_SCHEDULE if name == "timed" else ()
     return drive(Run(small(name, *settings), 12), [PLAIN_STEPS])
@@ -568,7 +641,7 @@ def _fingerprint(run: Run) -> str:
     return hashlib.sha256(b"".join(known[name] for name in sorted(known))).hexdigest()
 
 
-PLAIN_CASES = (*SHIPPED, "commands")
+PLAIN_CASES = (*SHIPPED, *SCRIPTS)
 
 
 def test_compiled_and_plain_python_agree_bit_for_bit() -> None:
@@ -594,11 +667,10 @@ def _megabytes(arrays: Iterable[object]) -> float:
 
 
 @pytest.mark.parametrize("preset", SHIPPED)
-@pytest.mark.parametrize("finished", [False, True], ids=["new", "finished"])
-def test_a_learner_fits_into_5_megabytes(preset: str, finished: bool) -> None:
+@pytest.mark.parametrize("until_trial", [0, 3_000])
+def test_a_learner_fits_into_5_megabytes(preset: str, until_trial: int) -> None:
     run = Run(presets.load(preset, ("trials=48000",)), 0)
-    if finished:
-        run.advance(until_trial=3_000)
+    run.advance(until_trial=until_trial)
     assert 0.2 < _megabytes([*run.state, *run.world]) < 5
 
 

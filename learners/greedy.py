@@ -1,0 +1,311 @@
+"""What a learner would do if it neither explored nor learned any more: hunts of pure greed.
+
+Works on plain arrays, as a snapshot carries them, and never on a learner at work. From each state
+the hunt takes an option of the largest value, and of that option's moves one of the largest value.
+
+Draws. Ties are broken at random, as the learner breaks them: a step takes one draw of 64 bits and
+uses the same parts of it, the second 16 bits for the option and the last 16 for the move. A hunt's
+stream is a function of the seed, its heading and its first cell, so that a single hunt goes the
+way that it goes among all those of a map.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from sim.bits import U, pick
+from sim.compiled import loop, piece
+from sim.geometry import N_MOVES, STAY
+from sim.rng import GAMMA, mix
+from sim.spec import N_HEADINGS
+from sim.world import (
+    CAPTURE,
+    FLIGHT,
+    ONGOING,
+    PREY_BIT,
+    STATE_SHIFT,
+    TIMEOUT,
+    World,
+    in_view,
+    moved,
+)
+
+SLICE_STEPS = 2_000_000
+"""Steps that one compiled call of a map makes at most, unless one hunt alone takes more."""
+
+_ONE = U(1)
+_S16 = U(16)
+_S48 = U(48)
+_LOW16 = U(0xFFFF)
+_NOWHERE = U(0)
+"""A cell of the frame, on which no hunt ever stands."""
+
+
+class Policy(NamedTuple):
+    """What is greedy where, as sets of small numbers in the bits of a word."""
+
+    moves: np.ndarray
+    """(option, distance, direction) uint16: greedy moves of each option; of a primitive move,
+    itself."""
+    options: np.ndarray
+    """(heading, distance, direction) uint16: greedy options of each state."""
+
+
+class Hunt(NamedTuple):
+    """One greedy hunt."""
+
+    cells: np.ndarray
+    """(step + 1,) int64: the way, from the start to the cell of the last step."""
+    options: np.ndarray
+    """(step,) uint8: the option of each step."""
+    moves: np.ndarray
+    """(step,) uint8: the move of each step."""
+    outcome: int
+    """``CAPTURE``, ``FLIGHT`` or ``TIMEOUT``."""
+
+    @property
+    def steps(self) -> int:
+        """How long it took."""
+        return len(self.moves)
+
+
+def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray | None) -> Policy:
+    """The greedy policy of a learner.
+
+    Args:
+        selection_q: ``(heading, distance, direction, option)``, minus infinity where not present.
+        skill_q: ``(skill, distance, direction, move)``, a skill for each option; None where the
+            options are the primitive moves.
+
+    Raises:
+        ValueError: no option is present in some state.
+    """
+    present = np.isfinite(selection_q)
+    if not present.any(axis=-1).all():
+        raise ValueError("selection_q: no option is present in some state; allowed: at least one")
+    if skill_q is None:
+        only_itself = (1 << np.arange(N_MOVES, dtype=np.uint16))[:, None, None]
+        moves = np.broadcast_to(only_itself, (N_MOVES, *selection_q.shape[1:3])).copy()
+    else:
+        moves = _largest(skill_q)
+    return Policy(moves, _largest(selection_q))
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """Set of the actions with the largest value, ``(...) uint16`` from ``(..., action)``."""
+    bit = (1 << np.arange(values.shape[-1])).astype(np.uint16)
+    greedy = values == values.max(axis=-1, keepdims=True)
+    return (greedy * bit).sum(axis=-1, dtype=np.uint16)
+
+
+@piece
+def outcome_of(world: World, cell: np.uint64, cell_t: np.uint64, heading: np.uint64) -> int:
+    """What a step from one cell to another ends in (section 4.1), the step limit aside."""
+    word_t = U(world.cell_word[cell_t])
+    if word_t & (PREY_BIT | (_ONE << heading)):
+        closer = world.distance[cell_t] < world.distance[cell]
+        if closer and in_view(U(world.cell_word[cell]), word_t, heading):
+            return FLIGHT
+        if word_t & PREY_BIT:
+            return CAPTURE
+    return ONGOING
+
+
+@piece
+def stream_of(seed: np.uint64, heading: np.uint64, cell: np.uint64) -> np.uint64:
+    """Counter from which the draws of a hunt are made."""
+    return mix(seed + (cell * U(N_HEADINGS) + heading + _ONE) * GAMMA)
+
+
+@loop
+def stepped(
+    world: World, cell: np.uint64, heading: np.uint64, move: np.uint64
+) -> tuple[np.uint64, int]:
+    """Cell after one move, and what the move ended in."""
+    cell_t = moved(world.cell_word, world.clipped, world.move_step, cell, move)
+    return cell_t, outcome_of(world, cell, cell_t, heading)
+
+
+@loop
+def follow(
+    world: World,
+    moves: np.ndarray,
+    options: np.ndarray,
+    cell: np.uint64,
+    heading: np.uint64,
+    counter: np.uint64,
+    max_steps: int,
+    way: np.ndarray,
+    ways_options: np.ndarray,
+    ways_moves: np.ndarray,
+) -> tuple[int, int]:
+    """Hunt from a cell, and note down as much of the way as there is room for.
+
+    Args:
+        world: the world.
+        moves: of the policy, flat.
+        options: of the policy, flat.
+        cell: where the hunt starts.
+        heading: of the prey.
+        counter: of the hunt's draws.
+        max_steps: step limit.
+        way: ``(step,) int64``, filled with the cell after each step.
+        ways_options: ``(step,) uint8``, filled with the option of each step.
+        ways_moves: ``(step,) uint8``, filled with the move of each step.
+
+    Returns:
+        The outcome and the number of steps.
+    """
+    room = way.size
+    base = heading * world.n_skill_states
+    landmark = _NOWHERE
+    for step in range(max_steps):
+        skill_state = U(world.cell_word[cell]) >> STATE_SHIFT
+        counter += GAMMA
+        draw = mix(counter)
+        best_options = U(options[base + skill_state])
+        option = pick(best_options, (draw >> _S16) & _LOW16)
+        best_moves = U(moves[option * world.n_skill_states + skill_state])
+        move = pick(best_moves, draw >> _S48)
+        cell_t = moved(world.cell_word, world.clipped, world.move_step, cell, move)
+        outcome = outcome_of(world, cell, cell_t, heading)
+        cell = cell_t
+        if step < room:
+            way[step] = cell
+            ways_options[step] = option
+            ways_moves[step] = move
+        if outcome != ONGOING:
+            return outcome, step + 1
+        # Where no tie was broken since the landmark, to be there again is to go round for ever.
+        if (best_options & (best_options - _ONE)) | (best_moves & (best_moves - _ONE)):
+            landmark = _NOWHERE
+        elif cell == landmark and step >= room:
+            break
+        if step & (step + 1) == 0:
+            landmark = cell
+    return TIMEOUT, max_steps
+
+
+@loop
+def follow_each(
+    world: World,
+    moves: np.ndarray,
+    options: np.ndarray,
+    heading: np.uint64,
+    seed: np.uint64,
+    first: int,
+    last: int,
+    outcomes: np.ndarray,
+    no_way: np.ndarray,
+    no_options: np.ndarray,
+) -> None:
+    """Hunt from the cells ``first`` to ``last - 1`` of the board, row by row.
+
+    Fills their places in ``outcomes``, ``(y * x,) int8``. The ``no_`` arrays are empty.
+    """
+    for place in range(first, last):
+        cell = U(place // world.size + 1) * world.width + U(place % world.size + 1)
+        counter = stream_of(seed, heading, cell)
+        outcome, _ = follow(
+            world,
+            moves,
+            options,
+            cell,
+            heading,
+            counter,
+            world.step_limit,
+            no_way,
+            no_options,
+            no_options,
+        )
+        outcomes[place] = outcome
+
+
+def hunt(
+    world: World,
+    policy: Policy,
+    cell: int,
+    heading: int,
+    seed: int = 0,
+    max_steps: int | None = None,
+) -> Hunt:
+    """One hunt with its way; ``max_steps`` is the world's step limit unless given."""
+    limit = world.step_limit if max_steps is None else max_steps
+    way = np.empty(limit, np.int64)
+    options, moves = np.empty(limit, np.uint8), np.empty(limit, np.uint8)
+    start, facing = U(cell), U(heading)
+    outcome, steps = follow(
+        world,
+        policy.moves.ravel(),
+        policy.options.ravel(),
+        start,
+        facing,
+        U(stream_of(U(seed), facing, start)),
+        limit,
+        way,
+        options,
+        moves,
+    )
+    cells = np.concatenate([[cell], way[:steps]])
+    return Hunt(cells, options[:steps].copy(), moves[:steps].copy(), int(outcome))
+
+
+def success_map(
+    world: World, policy: Policy, seed: int = 0, wanted: Callable[[], bool] = lambda: True
+) -> np.ndarray | None:
+    """How one hunt from each cell ends, for each heading of the prey.
+
+    It is worked out in slices of a few hundredths of a second, between which ``wanted`` is asked.
+
+    Returns:
+        ``(heading, y, x) int8`` of ``CAPTURE``, ``FLIGHT`` and ``TIMEOUT``; None if it was no
+        longer wanted.
+    """
+    n_cells = world.size * world.size
+    per_slice = max(SLICE_STEPS // max(world.step_limit, 1), 1)
+    outcomes = np.zeros((N_HEADINGS, n_cells), np.int8)
+    moves, options = policy.moves.ravel(), policy.options.ravel()
+    no_way, no_options = np.empty(0, np.int64), np.empty(0, np.uint8)
+    for heading in range(N_HEADINGS):
+        for first in range(0, n_cells, per_slice):
+            if not wanted():
+                return None
+            follow_each(
+                world,
+                moves,
+                options,
+                U(heading),
+                U(seed),
+                first,
+                min(first + per_slice, n_cells),
+                outcomes[heading],
+                no_way,
+                no_options,
+            )
+    return outcomes.reshape(N_HEADINGS, world.size, world.size)
+
+
+def ring_of_starts(world: World, radius: float, n: int = 16) -> np.ndarray:
+    """Cells all round the prey, from the east counter-clockwise, ``(n,) int64``.
+
+    Args:
+        world: the world.
+        radius: in cells; what lies off the grid is moved to its edge.
+        n: how many.
+    """
+    angle = 2 * math.pi * np.arange(n) / n
+    middle, last = world.size // 2, world.size - 1
+    x = np.clip(np.floor(middle + radius * np.cos(angle) + 0.5), 0, last).astype(np.int64)
+    y = np.clip(np.floor(middle + radius * np.sin(angle) + 0.5), 0, last).astype(np.int64)
+    return (y + 1) * int(world.width) + x + 1
+
+
+def prepare(world: World) -> None:
+    """Compile what hunts take, or load what was compiled before, ahead of the first one."""
+    anything = np.zeros((N_HEADINGS, 1, int(world.n_skill_states), N_MOVES))
+    policy = greedy_moves(anything, None)
+    success_map(world._replace(step_limit=0), policy)
+    hunt(world, policy, int(world.prey_cell), 0, max_steps=1)
+    stepped(world, world.prey_cell, U(0), U(STAY))

@@ -1,0 +1,78 @@
+"""What all tests share: where the browser is, and how patient property-based tests are."""
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import settings
+
+BROWSER_NAMES = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+)
+"""Programs to look for, in this order, where the environment variable CHROMIUM names none."""
+
+BROWSER_ARGS = (
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-component-update",
+    "--disable-sync",
+)
+"""WebGL in software, and a browser that talks to nobody but the page."""
+
+BROWSER_TESTS = Path(__file__).parent / "browser"
+
+# The first call of a compiled function takes seconds; a shared machine is slow at times.
+settings.register_profile("pounce", deadline=None)
+settings.load_profile("pounce")
+
+
+def find_browser() -> str | None:
+    """Path of the browser to drive, None if there is none."""
+    wanted = os.environ.get("CHROMIUM")
+    names = (wanted,) if wanted else BROWSER_NAMES
+    return next((path for name in names if (path := shutil.which(name))), None)
+
+
+def advice() -> str:
+    """How to get a browser."""
+    wanted = os.environ.get("CHROMIUM")
+    if wanted:
+        return f"CHROMIUM is {wanted!r}, which is no program that can be run."
+    return "No browser: install the package `chromium`, or set CHROMIUM to the path of one."
+
+
+@pytest.fixture(scope="session")
+def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[str, Any]:
+    """Launch the system's browser; without one, browser tests skip, or fail where CI is set."""
+    path = find_browser()
+    if path is None:
+        if os.environ.get("CI"):
+            pytest.fail(advice(), pytrace=False)
+        pytest.skip(advice())
+    return {**browser_type_launch_args, "executable_path": path, "args": list(BROWSER_ARGS)}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the browser tests, keep them on one worker, and run them after all others.
+
+    Playwright leaves an event loop running in its thread, which other tests need not meet; and
+    two browsers that draw in software at the same time are slower than one after the other.
+    """
+    group = pytest.mark.xdist_group("browser") if config.pluginmanager.hasplugin("xdist") else None
+    for item in items:
+        if BROWSER_TESTS in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+            if group is not None:
+                item.add_marker(group)
+    items.sort(key=lambda item: BROWSER_TESTS in item.path.parents)

@@ -1,0 +1,225 @@
+"""What stands beside the board: numbers, curve, marks, legend, and no markup from strangers."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from app import pictures, presets, readings, snapshot
+from app.pictures import DARK, LIGHT
+from app.session import Session, Status
+from app.snapshot import Snapshot
+from learners.commands import Introduce
+from learners.measures import Curve, Endings
+from learners.run import Run
+from learners.spec import RunSpec
+
+
+def spec_of(*settings: str, preset: str = "timed") -> RunSpec:
+    """A preset in a small world."""
+    return presets.load(preset, ["world.size=40", *settings])
+
+
+def moment(run: Run | None = None, **parts: object) -> Snapshot:
+    """The moment that a run is at, with some parts replaced."""
+    return replace(snapshot.take(run or Run(spec_of(), seed=1), "timed", 0), **parts)
+
+
+def status_of(taken: Snapshot, **parts: object) -> Status:
+    """A playing session at a moment, with some parts replaced."""
+    idle = Session(taken.spec, "timed", seed=1, speed=100.0, playing=True).status
+    return replace(idle, snapshot=taken, preparing=False, **parts)
+
+
+class Page(HTMLParser):
+    """The tags and the text of a piece of HTML."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.words: list[str] = []
+        self.feed(html)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.tags.append(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+# Headline and numbers
+
+
+def test_the_headline_carries_the_sentence() -> None:
+    assert "One skill, approach" in Page(readings.headline_html(status_of(moment()))).text
+
+
+def test_markup_in_an_error_is_shown_and_not_obeyed() -> None:
+    error = "ValueError: <img src=x onerror=alert(1)> & <script>steal()</script>"
+    harmless = readings.headline_html(status_of(moment(), error="ValueError: x"))
+    shown = Page(readings.headline_html(status_of(moment(), error=error)))
+    assert error in shown.text
+    assert shown.tags == Page(harmless).tags
+
+
+def test_an_error_is_shown_only_when_there_is_one() -> None:
+    assert "Error" not in Page(readings.headline_html(status_of(moment()))).text
+
+
+def test_numbers_are_those_of_the_moment() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_234)
+    taken = moment(run, recent=Endings(captures=3, flights=4, timeouts=5))
+    text = Page(readings.numbers_html(status_of(taken, steps_per_s=20_480.0))).text
+    reached = int((taken.value > 0).sum())
+    assert reached > 0
+    assert text == (
+        f"Trial 1,234 Steps {run.step:,} Steps/s 20 k Success 25%"
+        f" States of value {reached:,} of 3,456"
+    )
+
+
+def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
+    text = Page(readings.numbers_html(status_of(moment()))).text
+    assert "Success \N{EN DASH} States" in text
+
+
+@pytest.mark.parametrize(
+    ("rate", "shown"),
+    [
+        (0.0, "0"),
+        (999.6, "1,000"),
+        (9_999.0, "9,999"),
+        (12_345.0, "12 k"),
+        (999_400.0, "999 k"),
+        (24_560_000.0, "24.6 M"),
+    ],
+)
+def test_rates_are_short(rate: float, shown: str) -> None:
+    text = Page(readings.numbers_html(status_of(moment(), steps_per_s=rate))).text
+    assert f"Steps/s {shown} Success" in text
+
+
+# The curve
+
+
+def curve(steps: list[int], reward: list[float]) -> Curve:
+    """A learning curve."""
+    return Curve(np.array(steps, np.int64), np.array(reward, np.float64))
+
+
+def test_a_curve_without_a_window_is_a_flat_line() -> None:
+    steps, reward = readings.curve_data(moment(curve=curve([], []), step=0))
+    assert steps.tolist() == [0.0, 1.0]
+    assert reward.tolist() == [0.0, 0.0]
+
+
+def test_a_curve_of_one_window_is_a_flat_line_at_its_height() -> None:
+    steps, reward = readings.curve_data(moment(curve=curve([700], [-12.5]), step=700))
+    assert steps.tolist() == [0.0, 700.0]
+    assert reward.tolist() == [-12.5, -12.5]
+
+
+def test_windows_in_which_no_trial_ended_are_left_out() -> None:
+    nan = float("nan")
+    gaps = curve([1_000, 2_000, 3_000, 3_500], [nan, -50.0, nan, 100.0])
+    steps, reward = readings.curve_data(moment(curve=gaps, step=3_500))
+    assert steps.tolist() == [2_000.0, 3_500.0]
+    assert reward.tolist() == [-50.0, 100.0]
+
+
+def test_a_curve_of_nothing_but_gaps_is_a_flat_line() -> None:
+    gaps = curve([1_000, 2_000], [float("nan")] * 2)
+    steps, reward = readings.curve_data(moment(curve=gaps, step=2_000))
+    assert steps.tolist() == [0.0, 2_000.0]
+    assert np.isfinite(reward).all()
+
+
+def test_skills_are_marked_where_they_came_in_and_not_at_the_start() -> None:
+    run = Run(spec_of(), seed=1)
+    assert readings.curve_marks(moment(run)) == ((), ())
+    run.advance(max_steps=4_321)
+    run.apply(Introduce("circle_clockwise", 10))
+    run.advance(max_steps=1_000)
+    run.apply(Introduce("avoid", 10))
+    assert readings.curve_marks(moment(run)) == (
+        (4_321.0, 5_321.0),
+        ("circle clockwise", "avoid"),
+    )
+
+
+def test_skills_that_are_there_from_the_start_have_no_marks() -> None:
+    run = Run(spec_of(preset="hierarchical_3"), seed=1)
+    run.advance(max_steps=5_000)
+    assert readings.curve_marks(moment(run)) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("steps", "ticks"),
+    [
+        (0, [0, 500, 1_000]),
+        (1_000, [0, 500, 1_000]),
+        (4_000, [0, 1_000, 2_000, 3_000, 4_000]),
+        (286_544, [0, 100_000, 200_000]),
+        (5_500_000, [0, 2_000_000, 4_000_000]),
+    ],
+)
+def test_the_axis_of_steps_has_round_marks(steps: int, ticks: list[int]) -> None:
+    assert readings._millions(steps) == tuple(ticks)
+
+
+def test_the_axis_of_steps_has_at_most_five_marks_within_the_run() -> None:
+    for steps in np.geomspace(1_000, 2e9, 1_000):
+        ticks = readings._millions(int(steps))
+        assert 2 <= len(ticks) <= 5
+        assert ticks[-1] <= steps < 2 * ticks[-1] + 1
+        assert len(set(np.diff(ticks))) == 1
+
+
+# The legend
+
+
+def look(dark: bool = False, scale: str = "Steps to capture") -> readings.Look:
+    """How a browser with these widgets sees the board."""
+    return readings.look_of(dark, scale, True)
+
+
+def ticks_of(html: str) -> list[tuple[float, str]]:
+    """Places of a legend's labels in per cent, and the labels."""
+    found = re.findall(r"left:([\d.]+)%;[^>]*>([^<]*)<", html)
+    return [(float(at), label) for at, label in found]
+
+
+def test_the_legend_labels_distances_where_their_colours_are() -> None:
+    ticks = ticks_of(readings.legend_html(look(), moment()))
+    assert [label for _, label in ticks] == ["400", "200", "100", "50", "20", "5", "0"]
+    for at, label in ticks:
+        assert at == pytest.approx(100 * pictures.nearness(np.float64(label)), abs=0.06)
+    assert (ticks[0][0], ticks[-1][0]) == (0, 100)
+
+
+def test_the_linear_legend_ends_at_the_rewards_of_the_world() -> None:
+    run = Run(spec_of("world.capture_reward=10", "world.flight_reward=-3"), seed=1)
+    html = readings.legend_html(look(scale="Linear in value"), moment(run))
+    assert ticks_of(html) == [(0, "0"), (25, "2.5"), (50, "5"), (75, "7.5"), (100, "10")]
+    assert "0 to -3" in Page(html).text
+
+
+@pytest.mark.parametrize(("dark", "theme"), [(False, LIGHT), (True, DARK)])
+def test_the_legend_names_the_colours_that_are_drawn(dark: bool, theme: pictures.Theme) -> None:
+    html = readings.legend_html(look(dark), moment())
+    swatches = dict(re.findall(r"background:(rgb\([\d,]+\))\"></span>([a-z-]+(?: known)?)", html))
+    assert swatches == {
+        pictures.css(theme.unknown): "not known",
+        pictures.css(theme.capture): "capture",
+        pictures.css(theme.flight): "flight",
+        pictures.css(theme.timeout): "time-out",
+        pictures.css(theme.predator): "predator",
+    }
+    assert pictures.gradient_css(pictures.gain_colours()) in html

@@ -1,0 +1,549 @@
+"""The worker without a page: requests, pacing, and a run that no pace can change."""
+
+import dataclasses
+import statistics
+import threading
+import time
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app import presets, snapshot
+from app import session as session_module
+from app.session import (
+    FULL_SPEED,
+    Pause,
+    Play,
+    Request,
+    Session,
+    SetSpeed,
+    StartAgain,
+    Status,
+    StepOnce,
+    TrialOnce,
+)
+from app.snapshot import Snapshot
+from learners import run as run_module
+from learners.commands import (
+    Explore,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    StopExploring,
+)
+from learners.run import Run, replay
+from learners.spec import RunSpec
+from learners.state import digest
+
+PATIENCE_S = 30.0
+"""How long to wait for what must happen; reaching it is a failure."""
+HARMLESS = StopExploring("avoid")
+"""A request that is answered, and refused, since nothing of the kind is going on."""
+SEED = 7
+
+SessionOf = Callable[..., Session]
+
+
+def spec_of(*settings: str, preset: str = "timed") -> RunSpec:
+    """A preset in a small world."""
+    return presets.load(preset, ["world.size=40", *settings])
+
+
+LONG = spec_of("trials=1000000")
+"""Takes many seconds even at full speed."""
+
+
+@pytest.fixture
+def session_of() -> Iterator[SessionOf]:
+    """Starts sessions, paused unless told otherwise, and ends them after the test."""
+    started: list[Session] = []
+
+    def start(
+        spec: RunSpec | None = None, speed: float = FULL_SPEED, playing: bool = False
+    ) -> Session:
+        session = Session(spec or spec_of(), "timed", SEED, speed, playing)
+        session.start()
+        started.append(session)
+        return session
+
+    yield start
+    for session in started:
+        session.stop()
+
+
+def ask(session: Session, *requests: Request) -> Status:
+    """The status in which all these requests have been answered."""
+    ticket = max(session.submit(request) for request in requests)
+    return session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+
+
+def complaint(session: Session, request: Request) -> str | None:
+    """Why a request was not carried out, None if it was."""
+    complaints: list[str] = []
+    ticket = session.submit(request, complaints.append)
+    session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    return complaints[0] if complaints else None
+
+
+def same(one: Snapshot, other: Snapshot) -> bool:
+    """Whether two snapshots show the same moment of the same run."""
+    tables = ("selection_q", "skill_q", "visits", "first_reach", "trail")
+    numbers = ("step", "trial", "trial_step", "cell", "heading", "control", "ends", "recent")
+    return all(np.array_equal(getattr(one, t), getattr(other, t)) for t in tables) and all(
+        getattr(one, n) == getattr(other, n) for n in numbers
+    )
+
+
+def shows(status: Status, run: Run) -> bool:
+    """Whether a session has come exactly to where a run stands."""
+    return same(status.snapshot, snapshot.take(run, "timed", 0))
+
+
+# Play, pause, one step, one trial
+
+
+def test_a_paused_session_stands_still(session_of: SessionOf) -> None:
+    status = ask(session_of(), HARMLESS, HARMLESS)
+    assert not status.playing
+    assert shows(status, Run(spec_of(), SEED))
+
+
+def test_one_step_is_exactly_one(session_of: SessionOf) -> None:
+    session, run = session_of(), Run(spec_of(), SEED)
+    for _ in range(30):
+        run.advance(max_steps=1)
+        assert shows(ask(session, StepOnce()), run)
+
+
+def test_one_trial_goes_to_the_start_of_the_next(session_of: SessionOf) -> None:
+    session = session_of()
+    ask(session, StepOnce(), StepOnce())
+    for trial in (1, 2, 3):
+        taken = ask(session, TrialOnce()).snapshot
+        assert (taken.trial, taken.trial_step) == (trial, 0)
+
+
+@pytest.mark.parametrize("request_", [StepOnce(), TrialOnce(), Pause()])
+def test_stepping_and_pausing_stop_a_session_that_plays(
+    session_of: SessionOf, request_: Request
+) -> None:
+    session = session_of(LONG, playing=True)
+    session.wait_for(lambda status: status.snapshot.step > 1_000, PATIENCE_S)
+    status = ask(session, request_)
+    assert not status.playing
+    assert status.steps_per_s == 0
+    assert ask(session, HARMLESS).snapshot.step == status.snapshot.step
+
+
+def test_play_goes_on_and_says_so(session_of: SessionOf) -> None:
+    session = session_of()
+    assert ask(session, Play()).playing
+    session.wait_for(lambda status: status.snapshot.trial >= 100, PATIENCE_S)
+
+
+# The end of a run
+
+
+def test_a_run_ends_after_its_trials_and_goes_on_for_as_many_again(session_of: SessionOf) -> None:
+    session = session_of(spec_of("trials=150"), playing=True)
+    for total in (150, 300, 450):
+        status = session.wait_for(
+            lambda status, total=total: status.snapshot.trial == total, PATIENCE_S
+        )
+        status = ask(session, HARMLESS)
+        assert (status.finished, status.playing, status.exhausted) == (True, False, False)
+        assert (status.snapshot.trial, status.snapshot.trial_step) == (total, 0)
+        session.submit(Play())
+
+
+def test_after_all_the_trials_there_can_be_play_is_refused(
+    session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (session_module, run_module):
+        monkeypatch.setattr(module, "MAX_TRIALS", 800)
+    session = session_of(spec_of("trials=500"), playing=True)
+    session.wait_for(lambda status: status.finished, PATIENCE_S)
+    session.submit(Play())
+    status = session.wait_for(lambda status: status.exhausted, PATIENCE_S)
+    assert (status.snapshot.trial, status.finished, status.playing) == (800, True, False)
+    assert complaint(session, Play()) == "a run ends after 800 trials"
+
+
+# Tickets and replies
+
+
+def test_tickets_count_requests_from_all_threads(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    tickets: list[int] = []
+
+    def knock() -> None:
+        for _ in range(50):
+            tickets.append(session.submit(HARMLESS))
+
+    knockers = [threading.Thread(target=knock) for _ in range(8)]
+    for knocker in knockers:
+        knocker.start()
+    for knocker in knockers:
+        knocker.join()
+    assert sorted(tickets) == list(range(1, 401))
+    assert session.wait_for(lambda s: s.answered >= 400, PATIENCE_S).answered == 400
+
+
+def test_a_request_is_answered_only_once_it_is_done(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    for number in range(30):
+        frozen = number % 2 == 0
+        assert ask(session, FreezeSelection(frozen)).snapshot.control.selection_frozen == frozen
+
+
+def test_what_cannot_be_done_is_replied_and_changes_nothing(session_of: SessionOf) -> None:
+    session = session_of()
+    before = ask(session, TrialOnce())
+    why = complaint(session, Explore("avoid", 100, 0.5))
+    assert why == "'avoid' has not joined, so it cannot be explored"
+    assert complaint(session, Introduce("approach", 5)) == "approach has joined already"
+    after = ask(session, HARMLESS)
+    assert same(before.snapshot, after.snapshot)
+    assert after.error is None
+
+
+def test_what_could_be_done_gets_no_complaint(session_of: SessionOf) -> None:
+    assert complaint(session_of(), Introduce("avoid", 5)) is None
+
+
+def test_a_complaint_without_a_listener_is_dropped(session_of: SessionOf) -> None:
+    assert ask(session_of(), Explore("avoid", 100, 0.5)).error is None
+
+
+def test_waiting_for_what_does_not_happen_ends(session_of: SessionOf) -> None:
+    with pytest.raises(TimeoutError):
+        session_of().wait_for(lambda status: status.playing, timeout_s=0.01)
+
+
+def test_a_request_is_answered_at_once_even_at_full_speed(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    session.wait_for(lambda status: status.snapshot.step > 1_000_000, PATIENCE_S)
+    took = []
+    for _ in range(15):
+        asked = time.perf_counter()
+        ask(session, HARMLESS)
+        took.append(time.perf_counter() - asked)
+    assert session.status.playing
+    assert statistics.median(took) < 0.1
+
+
+# Start again
+
+
+def test_start_again_is_a_new_run(session_of: SessionOf) -> None:
+    session = session_of()
+    ask(session, *[TrialOnce()] * 40, FreezeSelection(True))
+    other = spec_of(preset="hierarchical_2")
+    status = ask(session, StartAgain(other, "hierarchical_2", 11))
+    assert shows(status, Run(other, 11))
+    taken = status.snapshot
+    assert (taken.preset, taken.seed, taken.generation) == ("hierarchical_2", 11, 1)
+    assert len(taken.curve.steps) == 0
+    assert not taken.learning_now.any()
+
+
+def test_start_again_goes_on_playing(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    session.wait_for(lambda status: status.snapshot.trial > 1_000, PATIENCE_S)
+    assert ask(session, StartAgain(LONG, "timed", 1)).playing
+    taken = session.wait_for(lambda status: status.snapshot.step > 100, PATIENCE_S).snapshot
+    assert (taken.generation, taken.seed) == (1, 1)
+
+
+def test_start_again_has_its_own_number_of_trials(session_of: SessionOf) -> None:
+    session = session_of(spec_of("trials=100"))
+    ask(session, StartAgain(spec_of("trials=60"), "timed", 1), Play())
+    assert session.wait_for(lambda status: status.finished, PATIENCE_S).snapshot.trial == 60
+
+
+# A run is the same at any speed
+
+
+@pytest.mark.parametrize("speed", [FULL_SPEED, 20_000.0, 5_000.0])
+def test_a_run_is_the_same_at_any_speed(session_of: SessionOf, speed: float) -> None:
+    spec = spec_of("trials=60", "schedule.skills.circle_clockwise.at=30")
+    headless = Run(spec, SEED)
+    headless.advance()
+    session = session_of(spec, speed=speed, playing=True)
+    status = session.wait_for(lambda status: status.finished, PATIENCE_S)
+    assert headless.control.introductions[-1].trial == 30
+    assert shows(status, headless)
+
+
+def test_a_run_is_the_same_with_its_speed_changed_all_the_time(session_of: SessionOf) -> None:
+    spec = spec_of("trials=400")
+    headless = Run(spec, SEED)
+    headless.advance()
+    session = session_of(spec, speed=2_000.0, playing=True)
+    for number in range(20):
+        ask(session, SetSpeed(3_000.0 + 100 * number), StepOnce(), Play())
+    ask(session, SetSpeed(FULL_SPEED))
+    assert shows(session.wait_for(lambda status: status.finished, PATIENCE_S), headless)
+
+
+def test_commands_given_live_are_in_the_journal_and_replay(session_of: SessionOf) -> None:
+    session = session_of(speed=30_000.0, playing=True)
+    commands = [
+        Introduce("avoid", 20),
+        Explore("avoid", 50, 0.6),
+        FreezeSkills(True),
+        FreezeSkills(False),
+        FreezeSelection(True),
+        FreezeSelection(False),
+    ]
+    for command in commands:
+        step = session.status.snapshot.step
+        session.wait_for(lambda status, step=step: status.snapshot.step > step, PATIENCE_S)
+        assert complaint(session, command) is None
+    status = ask(session, Pause())
+    session.stop()
+    run = session._run
+    assert [command for _, command in run.journal] == commands
+    steps = [step for step, _ in run.journal]
+    assert steps[0] > 0
+    assert steps == sorted(set(steps))
+    again = replay(spec_of(), SEED, run.journal, run.step)
+    assert digest(again.state) == digest(run.state)
+    assert shows(status, again)
+
+
+# Snapshots
+
+
+def test_a_published_snapshot_never_changes(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    taken = session.wait_for(lambda status: status.snapshot.trial > 1_000, PATIENCE_S).snapshot
+    arrays = {
+        field.name: value
+        for field in dataclasses.fields(taken)
+        if isinstance(value := getattr(taken, field.name), np.ndarray)
+    }
+    copies = {name: array.copy() for name, array in arrays.items()}
+    session.wait_for(
+        lambda status: status.snapshot.trial > taken.trial + 1_000 and status.playing, PATIENCE_S
+    )
+    assert {"selection_q", "value", "visits", "trail"} <= copies.keys()
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(array, copies[name], err_msg=name)
+
+
+def test_the_curve_is_made_anew_now_and_then_while_it_plays(session_of: SessionOf) -> None:
+    session = session_of(speed=20_000.0, playing=True)
+    first = session.wait_for(lambda s: len(s.snapshot.curve.steps) > 0, PATIENCE_S).snapshot
+    session.wait_for(lambda s: s.snapshot.curve.steps.size > first.curve.steps.size, PATIENCE_S)
+
+
+def test_a_pause_shows_the_newest_curve(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    session.wait_for(lambda status: status.snapshot.trial > 500, PATIENCE_S)
+    taken = ask(session, Pause()).snapshot
+    assert taken.curve.steps[-1] >= taken.step - taken.trial_step
+
+
+# Errors
+
+
+class BrokenError(Exception):
+    """What a broken learner raises."""
+
+
+def break_learner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let learning fail from now on."""
+
+    def broken(self: Run, **limits: Any) -> int:
+        raise BrokenError("the learner is broken")
+
+    monkeypatch.setattr(Run, "advance", broken)
+
+
+def test_an_error_while_playing_is_told_and_keeps_the_state(
+    session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = session_of()
+    before = ask(session, *[TrialOnce()] * 30)
+    break_learner(monkeypatch)
+    session.submit(Play())
+    status = session.wait_for(lambda status: status.error is not None, PATIENCE_S)
+    assert status.error == "BrokenError: the learner is broken"
+    assert not status.playing
+    assert same(status.snapshot, before.snapshot)
+
+
+def test_after_an_error_nothing_goes_on_until_the_next_run(
+    session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = session_of()
+    with monkeypatch.context() as patched:
+        break_learner(patched)
+        session.submit(Play())
+        session.wait_for(lambda status: status.error is not None, PATIENCE_S)
+    for request in (Play(), StepOnce(), TrialOnce()):
+        assert complaint(session, request) == (
+            "the learner has stopped: BrokenError: the learner is broken"
+        )
+    status = ask(session, StartAgain(spec_of(), "timed", SEED), StepOnce())
+    assert (status.error, status.snapshot.step, status.snapshot.generation) == (None, 1, 1)
+
+
+def test_a_run_that_cannot_be_made_is_an_error_and_keeps_the_old_one(
+    session_of: SessionOf,
+) -> None:
+    session = session_of()
+    before = ask(session, StepOnce())
+    session.submit(StartAgain(spec_of(), "timed", -1))
+    status = session.wait_for(lambda status: status.error is not None, PATIENCE_S)
+    assert status.error is not None
+    assert status.error.startswith("ValueError: seed: -1 is not allowed")
+    assert same(status.snapshot, before.snapshot)
+    assert status.snapshot.generation == 0
+
+
+def test_a_request_that_fails_is_answered_all_the_same(
+    session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = session_of()
+    break_learner(monkeypatch)
+    ticket = session.submit(StepOnce())
+    status = session.wait_for(lambda status: status.error is not None, PATIENCE_S)
+    assert status.answered == ticket
+
+
+def test_a_seed_that_is_not_allowed_is_refused_at_once() -> None:
+    with pytest.raises(ValueError, match="seed: -3 is not allowed"):
+        Session(spec_of(), "timed", -3, FULL_SPEED, playing=False)
+
+
+# The end of the worker
+
+
+@pytest.mark.parametrize("playing", [True, False])
+@pytest.mark.parametrize("speed", [1.0, FULL_SPEED])
+def test_stop_ends_the_worker(speed: float, playing: bool) -> None:
+    session = Session(LONG, "timed", SEED, speed, playing)
+    session.start()
+    ask(session, HARMLESS)
+    workers = [thread for thread in threading.enumerate() if thread.name == "learner"]
+    assert workers
+    session.stop()
+    assert not any(worker.is_alive() for worker in workers)
+
+
+def test_what_was_asked_before_the_stop_is_still_done() -> None:
+    session = Session(spec_of(), "timed", SEED, FULL_SPEED, playing=False)
+    session.start()
+    session.submit(TrialOnce())
+    session.stop()
+    assert session.status.snapshot.trial == 1
+
+
+# Pace
+
+
+class Clock:
+    """A clock that goes when it is told."""
+
+    def __init__(self) -> None:
+        self.now = 1_000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """The clock that paces sessions; all its readings here are exact as binary numbers."""
+    clock = Clock()
+    monkeypatch.setattr(session_module, "time", SimpleNamespace(perf_counter=clock))
+    return clock
+
+
+TICK_S = 3 / 32
+"""Long enough to be published, short enough to be no stall."""
+SPEED = 1024.0
+
+
+def paced(session_of: SessionOf, speed: float) -> Session:
+    """A session that plays at a speed and has made one step; the clock stands still."""
+    session = session_of(speed=speed)
+    assert ask(session, StepOnce(), Play()).snapshot.step == 1
+    return session
+
+
+def after(session: Session, clock: Clock, seconds: float) -> Status:
+    """The status when the clock has gone on, and the worker has caught up with it."""
+    clock.now += seconds
+    return ask(session, HARMLESS)
+
+
+def test_a_speed_is_kept_to_the_step(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, SPEED)
+    for tick in range(1, 21):
+        status = after(session, clock, TICK_S)
+        assert status.snapshot.step == 1 + tick * 96
+    assert status.steps_per_s == SPEED
+
+
+def test_no_time_no_step(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, SPEED)
+    assert ask(session, HARMLESS, HARMLESS).snapshot.step == 1
+
+
+def test_one_step_a_second(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, 1.0)
+    steps = [after(session, clock, 0.25).snapshot.step for _ in range(12)]
+    assert steps == [1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4]
+
+
+def test_a_stall_is_forgiven_and_not_made_up_for(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, SPEED)
+    assert after(session, clock, 3_600.0).snapshot.step == 1 + 102  # A tenth of a second.
+    assert after(session, clock, TICK_S).snapshot.step - 103 in (96, 97)
+
+
+def test_a_pause_is_not_made_up_for(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, SPEED)
+    assert ask(session, Pause()).snapshot.step == 1
+    assert after(session, clock, 60.0).snapshot.step == 1
+    assert ask(session, Play()).snapshot.step == 1
+    assert after(session, clock, TICK_S).snapshot.step == 1 + 96
+
+
+def test_a_new_speed_counts_from_when_it_was_set(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, SPEED)
+    clock.now += TICK_S / 3
+    slowed = ask(session, SetSpeed(1.0))
+    assert slowed.speed == 1.0
+    assert slowed.snapshot.step <= 1 + 32
+    assert after(session, clock, 0.75).snapshot.step == slowed.snapshot.step
+    assert after(session, clock, 0.25).snapshot.step == slowed.snapshot.step + 1
+
+
+def test_the_rate_shown_after_a_pause_is_that_since_the_pause(
+    session_of: SessionOf, clock: Clock
+) -> None:
+    session = paced(session_of, SPEED)
+    for _ in range(5):
+        after(session, clock, TICK_S)
+    ask(session, Pause())
+    clock.now += 60.0
+    ask(session, Play())
+    after(session, clock, TICK_S)
+    assert after(session, clock, TICK_S).steps_per_s == pytest.approx(SPEED, rel=0.01)
+
+
+def test_requests_are_answered_in_order(session_of: SessionOf, clock: Clock) -> None:
+    session = paced(session_of, 1.0)
+    status = ask(session, Play(), StepOnce(), Pause(), TrialOnce(), StepOnce(), SetSpeed(5.0))
+    run = Run(spec_of(), SEED)
+    run.advance(until_trial=1)
+    run.advance(max_steps=1)
+    assert shows(status, run)
+    assert (status.playing, status.speed) == (False, 5.0)
