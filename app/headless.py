@@ -108,7 +108,7 @@ def run_seeds(
     seeds: Sequence[int],
     workers: int,
     on_progress: Callable[[Progress], None] = lambda _: None,
-    on_finished: Callable[[Run], None] = lambda _: None,
+    on_finished: Callable[[Run], object] = lambda _: None,
 ) -> list[RunResult]:
     """Run a preset once for each seed; results come in the order of the seeds.
 
@@ -145,7 +145,7 @@ class _Pool:
     """Seeds still to run, and what the workers have found; shared by all of them."""
 
     def __init__(
-        self, spec: RunSpec, seeds: Sequence[int], on_finished: Callable[[Run], None]
+        self, spec: RunSpec, seeds: Sequence[int], on_finished: Callable[[Run], object]
     ) -> None:
         self.stop = threading.Event()
         self._spec = spec
