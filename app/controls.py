@@ -5,6 +5,7 @@ once a request has been answered, the render loop sets every widget to what is t
 """
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from html import escape
@@ -26,6 +27,7 @@ from app.session import (
     StepOnce,
     TrialOnce,
 )
+from app.steering import Steering
 from learners.commands import (
     Explore,
     FollowSchedule,
@@ -34,7 +36,7 @@ from learners.commands import (
     Introduce,
     StopExploring,
 )
-from learners.spec import RunSpec
+from learners.spec import MAX_TRIALS, RunSpec
 
 DEFAULT_FREEZE_TRIALS = 300
 """Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
@@ -78,7 +80,7 @@ def skill_state(status: Status, skill: str) -> str:
     snapshot = status.snapshot
     if skill not in snapshot.present:
         planned = snapshot.spec.schedule.introduced_at(skill)
-        if snapshot.control.schedule_on and planned > snapshot.trial:
+        if snapshot.control.schedule_on and snapshot.trial < planned < MAX_TRIALS:
             return f"not yet, joins at trial {planned:,}"
         return "not yet"
     index = snapshot.spec.learner.skills.index(skill)
@@ -110,32 +112,47 @@ class Controls:
         self._session = session
         self._presets = presets
         self._ticket = 0
-        self._shown: tuple[int, str] | None = None
+        self._shown: tuple[int, tuple[str, ...]] | None = None
         self._rows: list[_SkillRow] = []
         status = session.status
-        self._build_transport(status)
-        self._skills = gui.add_folder("Skills")
-        self._build_explore()
-        self._build_learning()
-        self._build_start(status)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
+            self._build_transport(status)
+            self._skills = gui.add_folder("Skills")
+            self._build_explore()
+            self._build_learning()
+            self._build_start(status)
+        with tabs.add_tab("Steer", icon=viser.Icon.ADJUSTMENTS):
+            self._steering = Steering(gui, session, self.ask)
         self._build_rows(status)
+        self._build_hotkeys()
         self.update(status)
 
     def update(self, status: Status) -> None:
         """Show what is true; not before the last request made here has been answered."""
+        self._steering.settle(time.perf_counter())
         if status.answered < self._ticket:
             return
         snapshot = status.snapshot
-        if self._shown != (snapshot.generation, snapshot.preset):
+        if self._shown != (snapshot.generation, snapshot.spec.learner.skills):
             self._build_rows(status)
+            self._presets = {**self._presets, snapshot.preset: snapshot.preset_spec}
+            if self._preset.options != tuple(self._presets):
+                self._preset.options = tuple(self._presets)
             _assign(self._preset, "value", snapshot.preset)
             _assign(self._seed, "value", snapshot.seed)
         self._show_transport(status)
         self._show_skills(status)
         self._show_explore(status)
         self._show_learning(status)
+        self._steering.update(status)
 
-    def _ask(self, event: viser.GuiEvent, request: Request) -> None:
+    def ask(self, event: Any, request: Request) -> int:
+        """Enqueue a request; the browser that made it is told if it cannot be carried out.
+
+        Returns:
+            Its ticket.
+        """
         client = event.client
 
         def refused(reason: str) -> None:
@@ -143,6 +160,7 @@ class Controls:
                 client.add_notification("That cannot be done now", reason, auto_close_seconds=6)
 
         self._ticket = self._session.submit(request, refused)
+        return self._ticket
 
     def _on(self, handle: Any, request: Callable[[Any], Request]) -> None:
         """Enqueue a request whenever a person, and not the program, changes a widget."""
@@ -150,18 +168,18 @@ class Controls:
         @guarded
         def changed(event: viser.GuiEvent) -> None:
             if event.client is not None:
-                self._ask(event, request(handle.value))
+                self.ask(event, request(handle.value))
 
         handle.on_update(changed)
 
     def _build_transport(self, status: Status) -> None:
         gui = self._gui
         self._play = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="Key: space")
-        self._play.on_click(guarded(lambda event: self._ask(event, self._play_or_pause())))
+        self._play.on_click(guarded(lambda event: self.ask(event, self._play_or_pause())))
         self._once = gui.add_button_group("Go on by", (_STEP, _TRIAL))
         self._once.on_click(
             guarded(
-                lambda event: self._ask(
+                lambda event: self.ask(
                     event, StepOnce() if self._once.value == _STEP else TrialOnce()
                 )
             )
@@ -176,8 +194,37 @@ class Controls:
             hint="Learning steps per second; max is as fast as it goes",
         )
         self._on(self._speed, lambda place: SetSpeed(speed_of(place)))
-        command = gui.add_command("Pause or play", hotkey="space")
-        command.on_trigger(guarded(lambda event: self._ask(event, self._play_or_pause())))
+
+    def _build_hotkeys(self) -> None:
+        keys: list[tuple[str, Any, Callable[[], Request]]] = [
+            ("Pause or play", "space", self._play_or_pause),
+            ("One step", "S", StepOnce),
+            ("One trial", "T", TrialOnce),
+            ("Slower", "J", lambda: SetSpeed(self._faster(-0.5))),
+            ("Faster", "K", lambda: SetSpeed(self._faster(0.5))),
+            ("Add the next skill", "N", self._next_skill),
+            ("Explore the chosen skill", "E", self._exploration),
+            ("Freeze the selection, or let it learn", "F", self._toggle_freeze),
+        ]
+        for label, key, request in keys:
+            command = self._gui.add_command(label, hotkey=key)
+            command.on_trigger(guarded(self._asker(request)))
+
+    def _asker(self, request: Callable[[], Request]) -> Callable[[Any], Any]:
+        return lambda event: self.ask(event, request())
+
+    def _faster(self, by: float) -> float:
+        return speed_of(min(max(slider_of(self._session.status.speed) + by, 0.0), _FULL))
+
+    def _next_skill(self) -> Request:
+        snapshot = self._session.status.snapshot
+        absent = [s for s in snapshot.spec.learner.skills if s not in snapshot.present]
+        if not absent:
+            raise ValueError("all skills of this learner have joined")
+        return self._introduction(absent[0])
+
+    def _toggle_freeze(self) -> Request:
+        return FreezeSelection(not self._session.status.snapshot.control.selection_frozen)
 
     def _play_or_pause(self) -> Request:
         return Pause() if self._session.status.playing else Play()
@@ -197,7 +244,6 @@ class Controls:
             self._play.icon = icon
         stuck = status.exhausted or status.error is not None
         _assign(self._play, "disabled", stuck)
-        _assign(self._once, "disabled", stuck or (status.finished and not status.playing))
         _assign(self._speed, "value", slider_of(status.speed))
         _assign(self._speed, "label", speed_label(status.speed))
 
@@ -207,7 +253,7 @@ class Controls:
             row.add.remove()
         skills = status.snapshot.spec.learner.skills
         self._rows = []
-        self._shown = (status.snapshot.generation, status.snapshot.preset)
+        self._shown = (status.snapshot.generation, skills)
         with self._skills:
             for skill in skills:
                 text = self._gui.add_html("")
@@ -217,14 +263,12 @@ class Controls:
         self._skills.visible = bool(skills)
         self._explore.visible = bool(skills)
 
-    def _adder(self, skill: str) -> Callable[[viser.GuiEvent], None]:
-        def add(event: viser.GuiEvent) -> None:
-            schedule = self._session.status.snapshot.spec.schedule
-            freeze = schedule.freeze_of(skill) if skill in schedule.skills else None
-            trials = DEFAULT_FREEZE_TRIALS if freeze is None else freeze
-            self._ask(event, Introduce(skill, trials))
+    def _adder(self, skill: str) -> Callable[[viser.GuiEvent], Any]:
+        return lambda event: self.ask(event, self._introduction(skill))
 
-        return add
+    def _introduction(self, skill: str) -> Request:
+        timer = self._session.status.snapshot.spec.schedule.skills.get(skill)
+        return Introduce(skill, DEFAULT_FREEZE_TRIALS if timer is None else timer.freeze)
 
     def _show_skills(self, status: Status) -> None:
         for row in self._rows:
@@ -243,7 +287,7 @@ class Controls:
         gui = self._gui
         self._explore = gui.add_folder("Explore a skill")
         with self._explore:
-            self._explored = gui.add_dropdown("Skill", (_NO_SKILL,))
+            self._explored: Any = gui.add_dropdown("Skill", (_NO_SKILL,))
             self._chance = gui.add_slider(
                 "Probability", min=0.0, max=1.0, step=0.05, initial_value=0.5
             )
@@ -251,19 +295,13 @@ class Controls:
             self._begin = gui.add_button("Start exploring", icon=viser.Icon.COMPASS)
             self._left = gui.add_html("")
             self._end = gui.add_button("Stop exploring", icon=viser.Icon.PLAYER_STOP)
-        self._begin.on_click(
-            guarded(
-                lambda event: self._ask(
-                    event,
-                    Explore(
-                        self._chosen_skill(), int(self._duration.value), float(self._chance.value)
-                    ),
-                )
-            )
-        )
+        self._begin.on_click(guarded(self._asker(self._exploration)))
         self._end.on_click(
-            guarded(lambda event: self._ask(event, StopExploring(self._chosen_skill())))
+            guarded(lambda event: self.ask(event, StopExploring(self._chosen_skill())))
         )
+
+    def _exploration(self) -> Request:
+        return Explore(self._chosen_skill(), int(self._duration.value), float(self._chance.value))
 
     def _chosen_skill(self) -> str:
         return str(self._explored.value).replace(" ", "_")
@@ -315,12 +353,12 @@ class Controls:
     def _build_start(self, status: Status) -> None:
         gui = self._gui
         with gui.add_folder("Start again"):
-            self._preset = gui.add_dropdown(
+            self._preset: Any = gui.add_dropdown(
                 "Preset", tuple(self._presets), initial_value=status.snapshot.preset
             )
             self._seed = gui.add_number("Seed", status.snapshot.seed, min=0, max=MAX_SEED, step=1)
             self._again = gui.add_button("Start again", icon=viser.Icon.REFRESH)
-        self._again.on_click(guarded(lambda event: self._ask(event, self._start_again())))
+        self._again.on_click(guarded(lambda event: self.ask(event, self._start_again())))
 
     def _start_again(self) -> Request:
         preset = str(self._preset.value)

@@ -1,90 +1,114 @@
 """The live page: one session, many browsers, and the loop that draws.
 
 Only this loop touches scene handles and sets widgets; it draws the latest moment there is and
-never queues any.
+never queues any. Views belong to a browser, learning to the session.
 """
 
-import logging
 import sys
 import threading
 import time
 import webbrowser
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import viser
 
-from app import pictures
-from app.board import BoardView, Look
+from app.background import SuccessFinder
+from app.board import FLAT_CAMERA, FLAT_TARGET, BoardView
+from app.clock import Drawing, Pulse
 from app.controls import Controls
 from app.door import close_server, guarded, open_server
-from app.readings import Readings
+from app.inspector import Inspector
+from app.layers import LAYERS, Extras, Picture
+from app.look import Look
+from app.planner import Planner, PresetButtons
+from app.readings import Readings, clock_html
 from app.session import Session, Status
-from app.snapshot import Snapshot
+from app.steering import saved_state
 from learners.spec import RunSpec
-
-log = logging.getLogger(__name__)
 
 DEFAULT_SPEED = 20_000.0
 """Steps per second: the cone shows within seconds, and avoid joins within a minute."""
 _FRAME_S = 1 / 12
 _READINGS_S = 0.25
-_CAMERA_HEIGHT = 11.6
 _FOV_RADIANS = np.pi / 3
+_PANEL_WIDTH = 330.0
+_TIMELINE_X, _TIMELINE_WIDTH = 8.0, 684.0
+"""Between the two docked panels on the narrowest screen."""
 
 
 class Browser:
     """What one connected browser is shown."""
 
-    def __init__(self, client: viser.ClientHandle, status: Status) -> None:
+    def __init__(self, lab: "Lab", client: viser.ClientHandle, status: Status) -> None:
         self.client = client
-        self._readings = Readings(client, status)
-        self._board = BoardView(client.scene, status.snapshot, self._readings.look)
+        self.readings = Readings(client, status)
+        self.pulse = Pulse(lab.server, client.client_id)
+        self._board = BoardView(client.scene, status.snapshot, self.readings.look)
+        self._inspector = Inspector(client, self.readings.inspect_tab, wake=lab.wake)
+        with self.readings.file_tab:
+            PresetButtons(client, lab.session, lab.ask, lab.save_dir)
+            save = client.gui.add_button("Save state", icon=viser.Icon.DEVICE_FLOPPY)
+        save.on_click(guarded(lambda _: client.send_file_download(*saved_state(lab.snapshot))))
+        client.scene.on_click()(guarded(self._clicked))
+        client.scene.on_click(modifier="shift")(guarded(self._clicked))
         self._read_at = 0.0
 
-    @property
-    def look(self) -> Look:
-        """How this browser wants to see the board."""
-        return self._readings.look
+    def _clicked(self, event: viser.SceneClickEvent) -> None:
+        self._inspector.take_click(
+            event.ray_origin, event.ray_direction, shift=event.modifier == "shift"
+        )
 
-    def update(self, status: Status, colours: np.ndarray, look: Look, now_s: float) -> None:
-        """Show a moment."""
+    def update(
+        self, status: Status, look: Look, picture: Picture, extras: Extras, now_s: float
+    ) -> None:
+        """Show a moment on the board."""
+        success = extras.success
+        outcomes = None if success is None else success.outcomes
+        if success is not None and success.generation != status.snapshot.generation:
+            outcomes = None
+        self._inspector.update(status.snapshot, look, outcomes)
         with self.client.atomic():
-            self._board.look_like(look)
-            self._board.update(status.snapshot, colours, now_s)
-        if now_s - self._read_at >= _READINGS_S or not status.playing:
-            self._readings.update(status)
+            self._board.update(status.snapshot, picture, look, now_s)
+
+    def read(self, status: Status, look: Look, extras: Extras, clock: str, now_s: float) -> None:
+        """Show a moment beside the board, a few times a second."""
+        if now_s - self._read_at >= _READINGS_S:
+            self.readings.update(status, look, extras, clock)
             self._read_at = now_s
-
-
-def board_colours(snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Colour of each cell, ``(y * x, 3) uint8``."""
-    spec = snapshot.spec
-    known = pictures.folded(snapshot.value, spec.world.capture_reward, spec.learner.gamma)
-    per_state = pictures.state_colours(
-        known, look.scale, spec.world.capture_reward, -spec.world.flight_reward, look.theme
-    )
-    return pictures.on_board(per_state, spec.world).reshape(-1, 3)
 
 
 class Lab:
     """A session with its page."""
 
     def __init__(
-        self, session: Session, presets: Mapping[str, RunSpec], host: str, port: int
+        self,
+        session: Session,
+        presets: Mapping[str, RunSpec],
+        host: str,
+        port: int,
+        save_dir: Path | None = None,
     ) -> None:
         """Open the page.
 
         Raises:
             OSError: the host is not an address of this machine, or no port is free.
         """
-        self._session = session
+        self.session = session
+        self.save_dir = save_dir
         self._browsers: dict[int, Browser] = {}
         self._lock = threading.Lock()
-        self._stop = threading.Event()
+        self._wake = threading.Event()
+        self._closed = False
+        self._drawing = Drawing()
+        self._success = SuccessFinder()
         self.server = open_server(host, port, label="pounce", on_refused=self._tell)
         self._dress_server()
         self._controls = Controls(self.server.gui, session, presets)
+        self._planner = Planner(self.server.gui, self.ask, session)
+        self._planner.panel.float(x=_TIMELINE_X, y=-8, width=_TIMELINE_WIDTH)
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
 
@@ -95,18 +119,40 @@ class Lab:
         shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
         return f"http://{shown}:{self.server.get_port()}"
 
+    @property
+    def snapshot(self) -> Any:
+        """The latest moment."""
+        return self.session.status.snapshot
+
+    def ask(self, event: Any, request: Any) -> int:
+        """Enqueue a request of a browser; returns its ticket."""
+        return self._controls.ask(event, request)
+
+    def wake(self) -> None:
+        """Draw at once, because somebody waits for an answer."""
+        self._wake.set()
+
     def serve(self) -> None:
         """Draw until :meth:`close` is called."""
-        while not self._stop.is_set():
+        while not self._closed:
             started = time.perf_counter()
-            self._draw(self._session.status, started)
-            self._stop.wait(max(_FRAME_S - (time.perf_counter() - started), 0.005))
+            with self._drawing:
+                self._draw(self.session.status, started)
+            self._wake.wait(max(_FRAME_S - (time.perf_counter() - started), 0.005))
+            self._wake.clear()
 
     def close(self) -> None:
         """End the page and the session."""
-        self._stop.set()
-        self._session.stop()
+        self._closed = True
+        self._wake.set()
+        self.session.stop()
+        self._success.stop()
         close_server(self.server)
+
+    @property
+    def n_viewers(self) -> int:
+        """Browsers that are connected."""
+        return len(self._browsers)
 
     def _dress_server(self) -> None:
         server = self.server
@@ -115,15 +161,15 @@ class Lab:
         server.scene.world_axes.visible = False
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(330.0)
+        server.gui.main_panel.set_width(_PANEL_WIDTH)
         camera = server.initial_camera
         camera.up = (0.0, 1.0, 0.0)
-        camera.look_at = (0.0, 0.0, 0.0)
-        camera.position = (0.0, 0.0, _CAMERA_HEIGHT)
+        camera.look_at = FLAT_TARGET
+        camera.position = FLAT_CAMERA
         camera.fov = _FOV_RADIANS
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        browser = Browser(client, self._session.status)
+        browser = Browser(self, client, self.session.status)
         with self._lock:
             self._browsers[client.client_id] = browser
 
@@ -143,12 +189,22 @@ class Lab:
         with self._lock:
             browsers = list(self._browsers.values())
         self._controls.update(status)
-        painted: dict[Look, np.ndarray] = {}
-        for browser in browsers:
-            look = browser.look
-            if look not in painted:
-                painted[look] = board_colours(status.snapshot, look)
-            browser.update(status, painted[look], look, now_s)
+        self._planner.update(status)
+        extras = Extras(self._success.found)
+        looks = {browser: browser.readings.look for browser in browsers}
+        if any(look.layer == "success" for look in looks.values()):
+            self._success.want(status.snapshot)
+        pictures: dict[Look, Picture] = {}
+        for browser, look in looks.items():
+            if not browser.pulse.is_ready(now_s):
+                continue
+            if look not in pictures:
+                pictures[look] = LAYERS[look.layer].paint(status.snapshot, look, extras)
+            browser.update(status, look, pictures[look], extras, now_s)
+            browser.pulse.sent(now_s)
+            reading = browser.pulse.reading(now_s, self._drawing.share)
+            clock = clock_html(reading, status, len(browsers))
+            browser.read(status, look, extras, clock, now_s)
 
 
 def run_lab(
@@ -159,10 +215,11 @@ def run_lab(
     host: str,
     port: int,
     open_browser: bool,
+    save_dir: Path | None = None,
 ) -> int:
     """Serve the live page until Ctrl-C; returns the exit code."""
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=True)
-    lab = Lab(session, {preset: spec, **presets}, host, port)
+    lab = Lab(session, {preset: spec, **presets}, host, port, save_dir)
     if port not in (0, lab.server.get_port()):
         _say(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
     _say(f"pounce is at {lab.url}  (Ctrl-C ends it)")

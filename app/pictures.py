@@ -5,6 +5,9 @@ east, unless said otherwise.
 """
 
 import functools
+import struct
+import zlib
+from collections.abc import Callable, Iterable
 from typing import Literal, NamedTuple
 
 import cmap
@@ -17,24 +20,30 @@ FARTHEST_STEPS = 400.0
 """Upper end of the scale of equivalent distances: a little more than a circle at radius 60."""
 
 Scale = Literal["steps", "linear"]
+Colour = tuple[int, int, int]
 
 
 class Theme(NamedTuple):
     """Colours of one kind of page, each ``(r, g, b)`` of 0...255."""
 
-    unknown: tuple[int, int, int]
+    unknown: Colour
     """The board where nothing is known."""
-    lines: tuple[int, int, int]
-    border: tuple[int, int, int]
-    field: tuple[int, int, int]
+    lines: Colour
+    border: Colour
+    field: Colour
     """The visual field."""
-    prey: tuple[int, int, int]
-    predator: tuple[int, int, int]
-    capture: tuple[int, int, int]
-    flight: tuple[int, int, int]
-    timeout: tuple[int, int, int]
-    loss: tuple[int, int, int]
-    ink: tuple[int, int, int]
+    prey: Colour
+    predator: Colour
+    capture: Colour
+    flight: Colour
+    timeout: Colour
+    loss: Colour
+    ink: Colour
+
+    @property
+    def is_dark(self) -> bool:
+        """Whether the page is darker than what is written on it."""
+        return sum(self.unknown) < sum(self.ink)
 
 
 LIGHT = Theme(
@@ -65,8 +74,11 @@ DARK = Theme(
 )
 
 
+# Numbers ------------------------------------------------------------------------------------
+
+
 class Known(NamedTuple):
-    """A folded value map: what the eight headings say of each place in the prey's frame."""
+    """A value map over one or more headings: what they say together of each place."""
 
     steps: np.ndarray
     """(distance, direction) float64: mean equivalent distance to capture, NaN where none."""
@@ -90,29 +102,111 @@ def equivalent_steps(value: np.ndarray, capture_reward: float, gamma: float) -> 
     return np.where(value > 0, np.clip(steps, 0.0, FARTHEST_STEPS), np.nan)
 
 
-def folded(value: np.ndarray, capture_reward: float, gamma: float) -> Known:
-    """Fold a value map ``(heading, distance, direction)`` into the prey's frame.
+def known_of(values: np.ndarray, capture_reward: float, gamma: float) -> Known:
+    """Sum up maps ``(heading, distance, direction)`` that are in one frame.
 
     Equivalent distances are averaged over the headings that have one.
     """
-    turned = geometry.fold(value, value.shape[2])
-    steps = equivalent_steps(turned, capture_reward, gamma)
-    positive, negative = turned > 0, turned < 0
+    steps = equivalent_steps(values, capture_reward, gamma)
+    positive, negative = values > 0, values < 0
     n_positive, n_negative = positive.sum(axis=0), negative.sum(axis=0)
     return Known(
-        steps=_mean_of(np.nan_to_num(steps), n_positive, np.nan),
-        gain=_mean_of(np.where(positive, turned, 0), n_positive, 0.0),
-        positive_share=n_positive / N_HEADINGS,
-        loss=_mean_of(np.where(negative, -turned, 0), n_negative, 0.0),
-        negative_share=n_negative / N_HEADINGS,
+        steps=mean_of(np.nan_to_num(steps), n_positive, np.nan),
+        gain=mean_of(np.where(positive, values, 0), n_positive, 0.0),
+        positive_share=n_positive / len(values),
+        loss=mean_of(np.where(negative, -values, 0), n_negative, 0.0),
+        negative_share=n_negative / len(values),
     )
 
 
-def _mean_of(parts: np.ndarray, count: np.ndarray, where_none: float) -> np.ndarray:
-    """Sum over the headings divided by how many took part."""
+def folded(value: np.ndarray, capture_reward: float, gamma: float) -> Known:
+    """Fold a value map ``(heading, distance, direction)`` into the prey's frame."""
+    return known_of(geometry.fold(value, value.shape[2]), capture_reward, gamma)
+
+
+def mean_of(parts: np.ndarray, count: np.ndarray, where_none: float) -> np.ndarray:
+    """Sum over the first axis divided by how many took part."""
     mean = np.full(count.shape, where_none)
     np.divide(parts.sum(axis=0, dtype=np.float64), count, out=mean, where=count > 0)
     return mean
+
+
+# Scales of colours --------------------------------------------------------------------------
+
+
+class Ruler(NamedTuple):
+    """How a quantity is laid along a bar: from 0 at ``low`` to 1 at ``high``."""
+
+    low: float
+    high: float
+    kind: Literal["linear", "root", "log"] = "linear"
+    """``root`` gives the lower end more room than ``linear``, ``log`` each decade the same."""
+
+    def place(self, quantity: np.ndarray | float) -> np.ndarray:
+        """Place of a quantity along the bar, clipped to 0...1; NaN where there is none.
+
+        In the middle, if the bar has no length.
+        """
+        quantity = np.asarray(quantity, dtype=np.float64)
+        if not self.high > self.low:
+            return np.where(np.isnan(quantity), np.nan, 0.5)
+        clipped = np.clip(quantity, self.low, self.high)
+        if self.kind == "log":
+            return np.log(clipped / self.low) / np.log(self.high / self.low)
+        part = (clipped - self.low) / (self.high - self.low)
+        return np.sqrt(part) if self.kind == "root" else part
+
+
+STEPS = Ruler(0.0, FARTHEST_STEPS, "root")
+"""Equivalent distances, by the square root: most of the board lies in the first quarter."""
+
+
+def nearness(steps: np.ndarray, ruler: Ruler = STEPS) -> np.ndarray:
+    """Place on the colour scale of an equivalent distance: 1 at the prey, 0 at the far end."""
+    return 1.0 - ruler.place(steps)
+
+
+class Shading(NamedTuple):
+    """How a value map becomes colours and heights."""
+
+    scale: Scale
+    gain: Ruler
+    """Of equivalent distances where the scale is ``steps``, of values where it is linear."""
+    penalty: float
+    """Size of the value at which the scale of losses ends."""
+
+    def level(self, known: Known) -> np.ndarray:
+        """Place of the gains on the colour scale, 0...1; NaN where there is none."""
+        if self.scale == "steps":
+            return nearness(known.steps, self.gain)
+        return self.gain.place(np.where(known.positive_share > 0, known.gain, np.nan))
+
+    def loss_level(self, known: Known) -> np.ndarray:
+        """Loss as a share of the full one, 0...1."""
+        return np.clip(known.loss / max(self.penalty, 1e-9), 0.0, 1.0)
+
+
+def fixed_shading(scale: Scale, reward: float, penalty: float) -> Shading:
+    """The shading whose limits do not depend on what has been learned."""
+    return Shading(scale, STEPS if scale == "steps" else Ruler(0.0, reward), penalty)
+
+
+def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: float) -> Shading:
+    """A shading whose limits are the least and the most that is among values, if anything is."""
+    gains, losses = values[values > 0], values[values < 0]
+    gain = fixed.gain
+    if len(gains):
+        ends = np.array([gains.min(), gains.max()], dtype=np.float64)
+        if fixed.scale == "steps":
+            farthest, nearest = equivalent_steps(ends, reward, gamma)
+            gain = Ruler(float(nearest), float(farthest), "root")
+        else:
+            gain = Ruler(float(ends[0]), float(ends[1]))
+    penalty = float(-losses.min()) if len(losses) else fixed.penalty
+    return Shading(fixed.scale, gain, penalty)
+
+
+# Colours ------------------------------------------------------------------------------------
 
 
 @functools.cache
@@ -121,19 +215,89 @@ def gain_colours() -> np.ndarray:
     return cmap.Colormap("viridis")(np.linspace(0.12, 1.0, 256))[:, :3] * 255.0
 
 
+@functools.lru_cache(maxsize=8)
+def heat_colours(theme: Theme) -> np.ndarray:
+    """(256, 3) float64: amounts, from hardly to very much; each step farther from the board."""
+    if theme.is_dark:
+        name, ends = "bids:inferno", (0.22, 0.97)
+    else:
+        name, ends = "colorbrewer:YlOrBr", (0.12, 1.0)
+    return cmap.Colormap(name)(np.linspace(*ends, 256))[:, :3] * 255.0
+
+
+COMPASS_COLOURS = np.array(
+    [
+        (251, 147, 180),
+        (236, 140, 97),
+        (165, 129, 0),
+        (66, 117, 29),
+        (0, 110, 91),
+        (0, 114, 156),
+        (104, 128, 212),
+        (199, 143, 225),
+    ],
+    dtype=np.float64,
+)
+"""(direction, 3), counter-clockwise from east: a hue that goes round with the direction.
+
+Lightness goes round with it, a quarter turn ahead of yellow and blue, so that without red or
+green the eight still form a circle (OKLCH: 0.62 + 0.16 cos t, 0.13, t).
+"""
+
+
+@functools.lru_cache(maxsize=8)
+def move_colours(theme: Theme) -> np.ndarray:
+    """(move, 3) float64: a colour for each direction, and grey for staying."""
+    eighths = np.arctan2(geometry.MOVES[:, 1], geometry.MOVES[:, 0]) / (np.pi / 4)
+    colours = COMPASS_COLOURS[np.rint(eighths).astype(np.int64) % N_HEADINGS]
+    colours[geometry.STAY] = theme.timeout
+    return colours
+
+
+OPTION_COLOURS = np.array(
+    [
+        (0, 114, 178),
+        (230, 159, 0),
+        (0, 158, 115),
+        (204, 121, 167),
+        (86, 180, 233),
+        (213, 94, 0),
+        (136, 34, 85),
+        (153, 153, 51),
+        (119, 119, 119),
+        (136, 204, 238),
+        (170, 68, 153),
+        (221, 204, 119),
+    ],
+    dtype=np.float64,
+)
+"""(option, 3): the first six by Okabe and Ito, then by Tol: apart for all kinds of sight as far
+as so many can be, and on light and dark boards."""
+
+
 def palette(colours: np.ndarray, level: np.ndarray) -> np.ndarray:
     """Colours of levels 0...1, ``(..., 3)``; NaN counts as 0."""
     index = np.nan_to_num(np.clip(level, 0, 1) * (len(colours) - 1)).astype(np.int64)
     return colours[index]
 
 
+def over_board(colours: np.ndarray, cover: np.ndarray | float, theme: Theme) -> np.ndarray:
+    """Colours that cover the empty board more or less, ``(..., 3) uint8``.
+
+    Args:
+        colours: ``(..., 3)``.
+        cover: ``(...)``, from 0, the empty board, to 1.
+        theme: colours of the page.
+    """
+    share = np.asarray(cover, dtype=np.float64)[..., None]
+    board = np.array(theme.unknown, dtype=np.float64)
+    return np.rint(board + (colours - board) * share).astype(np.uint8)
+
+
 def state_colours(
     known: Known, scale: Scale, reward: float, penalty: float, theme: Theme
 ) -> np.ndarray:
-    """Colour of each folded state, ``(distance, direction, 3) uint8``.
-
-    No colour where nothing is known; otherwise the hue says how good or bad, and how strongly it
-    covers the board says how many headings know it.
+    """Colour of each folded state, ``(distance, direction, 3) uint8``, between fixed limits.
 
     Args:
         known: the folded map.
@@ -142,20 +306,30 @@ def state_colours(
         penalty: size of the value of certain flight, the end of the scale of losses.
         theme: colours of the page.
     """
-    level = nearness(known.steps) if scale == "steps" else known.gain / max(reward, 1e-9)
+    return shaded(known, fixed_shading(scale, reward, penalty), theme)
+
+
+def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:
+    """Colour of each state, ``(distance, direction, 3) uint8``.
+
+    No colour where nothing is known; otherwise the hue says how good or bad, and how strongly it
+    covers the board says how many headings know it.
+    """
     board = np.array(theme.unknown, dtype=np.float64)
-    gain = palette(gain_colours(), level)
-    loss = loss_colours(known.loss / max(penalty, 1e-9), theme)
+    gain = palette(gain_colours(), shading.level(known))
+    loss = loss_colours(shading.loss_level(known), theme)
     up, down = known.positive_share[..., None], known.negative_share[..., None]
     return np.rint(board * (1 - up - down) + gain * up + loss * down).astype(np.uint8)
 
 
-def nearness(steps: np.ndarray) -> np.ndarray:
-    """Place on the colour scale of an equivalent distance: 1 at the prey, 0 at the far end.
+def shaded_heights(known: Known, shading: Shading) -> np.ndarray:
+    """Height of each state, ``(distance, direction) float32``: -1...1, 0 where nothing is known.
 
-    By its square root, because most of the board lies within the first quarter of the scale.
+    Gains rise as they brighten and losses sink as they darken; both by the share of headings.
     """
-    return 1.0 - np.sqrt(steps / FARTHEST_STEPS)
+    up = np.nan_to_num(shading.level(known)) * known.positive_share
+    down = np.cbrt(shading.loss_level(known)) * known.negative_share
+    return (up - down).astype(np.float32)
 
 
 def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
@@ -167,15 +341,117 @@ def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
     return np.array(theme.unknown) * (1 - cover) + np.array(theme.loss) * cover
 
 
+# The board ----------------------------------------------------------------------------------
+
+
+class Raster(NamedTuple):
+    """A square of pixels over the board, row by row from the south-west."""
+
+    side: int
+    """Pixels along each side."""
+    cells: np.ndarray
+    """(pixel,) int64: the board's cell under each pixel, ``y * size + x``."""
+    states: np.ndarray
+    """(pixel,) int64: its state, ``distance * n_directions + direction``."""
+    seams: np.ndarray
+    """(seam, 2) int64: neighbouring pixels of different states."""
+
+
+def raster(world: WorldSpec, side: int | None = None) -> Raster:
+    """The board in so many pixels along each side; one for each cell unless given."""
+    return _raster(world.size, world.n_directions, world.n_distances, side or world.size)
+
+
 @functools.lru_cache(maxsize=8)
-def _skill_states(world: WorldSpec) -> np.ndarray:
-    return geometry.skill_states(world)
+def _raster(size: int, n_directions: int, n_distances: int, side: int) -> Raster:
+    # By what it depends on alone, so that a change of the visual field finds it again.
+    world = WorldSpec(size=size, n_directions=n_directions, n_distances=n_distances)
+    nearest = (np.arange(side) * 2 + 1) * size // (2 * side)
+    cells = (nearest[:, None] * size + nearest).ravel()
+    states = geometry.skill_states(world).ravel()[cells]
+    pixels = np.arange(side * side).reshape(side, side)
+    pairs = np.concatenate(
+        [
+            np.stack([pixels[:, :-1].ravel(), pixels[:, 1:].ravel()], axis=1),
+            np.stack([pixels[:-1].ravel(), pixels[1:].ravel()], axis=1),
+        ]
+    )
+    return Raster(side, cells, states, pairs[states[pairs[:, 0]] != states[pairs[:, 1]]])
+
+
+def on_raster(per_state: np.ndarray, raster: Raster) -> np.ndarray:
+    """Spread states ``(distance, direction, ...)`` over pixels, ``(pixel, ...)``."""
+    return per_state.reshape(-1, *per_state.shape[2:]).take(raster.states, axis=0)
 
 
 def on_board(per_state: np.ndarray, world: WorldSpec) -> np.ndarray:
     """Spread folded states ``(distance, direction, ...)`` over the board, ``(y, x, ...)``."""
-    flat = per_state.reshape(-1, *per_state.shape[2:])
-    return flat[_skill_states(world)]
+    return on_raster(per_state, raster(world)).reshape(world.size, world.size, *per_state.shape[2:])
+
+
+# HTML and PNG -------------------------------------------------------------------------------
+
+_TEXT_SHARE = 0.021
+"""Width of a character of a legend as a share of its bar."""
+_DECADES = 12
+"""At most so many decades of a logarithmic bar are looked at for marks."""
+
+
+def ticks(ruler: Ruler, write: Callable[[float], str]) -> list[tuple[float, str]]:
+    """Marks along a bar, ``(place, text)`` by place: both ends, and round numbers that fit between.
+
+    Texts stand inside the bar at its ends and are centred in its middle.
+    """
+    chosen: list[tuple[float, str]] = []
+    taken: list[tuple[float, float]] = []
+    for number in (ruler.high, ruler.low, *_round_numbers(ruler)):
+        place, text = float(ruler.place(number)), write(number)
+        width = (len(text) + 2) * _TEXT_SHARE
+        left, right = place - place * width, place + (1 - place) * width
+        if all(right <= begin or left >= end for begin, end in taken):
+            chosen.append((place, text))
+            taken.append((left, right))
+    return sorted(chosen)
+
+
+def _round_numbers(ruler: Ruler) -> Iterable[float]:
+    """Numbers worth a mark between the ends of a bar, the most welcome first."""
+    low, high = ruler.low, ruler.high
+    if not high > low:
+        return []
+    if ruler.kind == "linear":
+        return [low + (high - low) * part / 4 for part in (2, 1, 3)]
+    top = int(np.ceil(np.log10(high)))
+    if ruler.kind == "log":
+        # Every other decade first, so that where not all have room the marks are even.
+        decades = [*range(top, top - _DECADES, -2), *range(top - 1, top - _DECADES, -2)]
+        numbers = [10.0**decade for decade in decades]
+    else:
+        numbers = [k * 10.0**decade for decade in range(top, top - 4, -1) for k in (5, 2, 1)]
+    return [number for number in numbers if low < number < high]
+
+
+def bar_html(gradient: str, marks: Iterable[tuple[float, str]]) -> str:
+    """A bar of colours with marks ``(place 0...1, text)`` under it."""
+    labels = "".join(
+        f'<span style="position:absolute;left:{100 * at:.1f}%;white-space:nowrap;'
+        f'transform:translateX({-100 * at:.0f}%)">{text}</span>'
+        for at, text in marks
+    )
+    return (
+        f'<div style="height:0.9em;border-radius:3px;background:{gradient}"></div>'
+        f'<div style="position:relative;height:1.5em">{labels}</div>'
+    )
+
+
+def swatch_html(background: str, text: str, width: str = "0.8em") -> str:
+    """A patch of a colour, or of a gradient, and what it means."""
+    return (
+        '<span style="white-space:nowrap;margin-right:0.6em"><span style="display:inline-block;'
+        f"width:{width};height:0.8em;margin-right:0.3em;border-radius:2px;vertical-align:-0.1em;"
+        f'background:{background};box-shadow:inset 0 0 0 1px rgba(128,128,128,0.4)"></span>'
+        f"{text}</span> "
+    )
 
 
 def gradient_css(colours: np.ndarray) -> str:
@@ -184,7 +460,52 @@ def gradient_css(colours: np.ndarray) -> str:
     return "linear-gradient(to right," + ",".join(css(stop) for stop in stops) + ")"
 
 
-def css(colour: tuple[int, int, int] | np.ndarray) -> str:
+def css(colour: Colour | np.ndarray) -> str:
     """A colour as CSS writes it."""
     red, green, blue = (round(float(part)) for part in colour)
     return f"rgb({red},{green},{blue})"
+
+
+def png(image: np.ndarray) -> bytes:
+    """A PNG file with a palette.
+
+    Where an image has more than 256 colours, those that differ least become one.
+
+    Args:
+        image: ``(row, column, 3) uint8``, the first row on top.
+    """
+    index, colours = _with_palette(image)
+    height, width = index.shape
+    header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
+    # Each row is led by the number of its filter, 0 for none.
+    lines = np.zeros((height, width + 1), np.uint8)
+    lines[:, 1:] = index
+    parts = [
+        (b"IHDR", header),
+        (b"PLTE", colours.tobytes()),
+        (b"IDAT", zlib.compress(lines.tobytes(), 6)),
+        (b"IEND", b""),
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in parts)
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def _with_palette(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """An image as indices ``(row, column) uint8`` into colours ``(index, 3) uint8``."""
+    for bits in (5, 4, 2):
+        kept = (image >> (8 - bits)).astype(np.int32)
+        code = (kept[..., 0] << 2 * bits) | (kept[..., 1] << bits) | kept[..., 2]
+        met = np.zeros(1 << 3 * bits, bool)
+        met[code] = True
+        colours_met = np.flatnonzero(met)
+        if len(colours_met) <= 256:
+            break
+    place = np.zeros(met.size, np.uint8)
+    place[colours_met] = np.arange(len(colours_met))
+    index = place[code]
+    colours = np.zeros((len(colours_met), 3), np.uint8)
+    colours[index] = image
+    return index, colours

@@ -4,30 +4,69 @@ Everything here belongs to one browser, and so does how it wants to see things.
 """
 
 import math
+from collections.abc import Callable
 from html import escape
+from typing import Any, cast
 
 import numpy as np
 import viser
 from viser import uplot
 
 from app import narrate, pictures
-from app.board import Look
+from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA
+from app.clock import Reading
 from app.door import guarded
+from app.layers import (
+    LAYERS,
+    Extras,
+    Layer,
+    all_headings_png,
+    option_names,
+    small_multiples_html,
+)
+from app.look import FOLDED, OF_TRIAL, Look
 from app.narrate import plain
 from app.pictures import DARK, LIGHT, Theme
 from app.session import Status
 from app.snapshot import Snapshot
+from app.steering import described
 from learners import measures
+from learners.commands import Introduce, Remove, SetParameter
 
 _SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
-_STEP_TICKS = (400, 200, 100, 50, 20, 5, 0)
+_FRAMES = {
+    "Folded: mean of all headings": FOLDED,
+    "Heading of the running trial": OF_TRIAL,
+    "Prey faces east": 0,
+    "Prey faces north-east": 1,
+    "Prey faces north": 2,
+    "Prey faces north-west": 3,
+    "Prey faces west": 4,
+    "Prey faces south-west": 5,
+    "Prey faces south": 6,
+    "Prey faces south-east": 7,
+}
+_LAYER_KEYS = "1234567890"
+KEYS = """
+| key | does |
+|---|---|
+| space | pause or play |
+| S, T | one step, one trial |
+| J, K | slower, faster |
+| 1 … 9, 0 | the layers, in their order |
+| N | add the next skill |
+| E | explore the chosen skill |
+| F | freeze the selection, or let it learn |
+| R | reset the camera |
+| H | this list |
+
+A click on the board inspects a cell; shift and a click sets the predator down there.
+"""
 _WIDTH = 330.0
 _MAX_MARKS = 8
-
-
-def look_of(dark: bool, scale: str, trail: bool) -> Look:
-    """The look that the widgets of a browser ask for."""
-    return Look(DARK if dark else LIGHT, _SCALES[scale], trail)
+_MARK_LINES = 3
+_MARK_SHARE = 0.4
+"""Marks closer than this share of the axis get their names on lines of their own."""
 
 
 def _rate(steps_per_s: float) -> str:
@@ -84,48 +123,32 @@ def numbers_html(status: Status) -> str:
     )
 
 
-def legend_html(look: Look, snapshot: Snapshot) -> str:
-    """What the colours mean, with the limits of the scale."""
-    theme, world = look.theme, snapshot.spec.world
-    bar = pictures.gradient_css(pictures.gain_colours())
-    if look.scale == "steps":
-        title = "Value of a state, as steps to certain capture"
-        ticks = [(float(pictures.nearness(np.float64(n))), f"{n}") for n in _STEP_TICKS]
-    else:
-        title = f"Value of a state, 0 to {world.capture_reward:g}"
-        ticks = [(k / 4, f"{world.capture_reward * k / 4:g}") for k in range(5)]
-    labels = "".join(
-        f'<span style="position:absolute;left:{100 * at:.1f}%;transform:translateX('
-        f'{-100 * at:.0f}%)">{text}</span>'
-        for at, text in ticks
-    )
-    worst = pictures.loss_colours(np.linspace(0.0, 1.0, 12), theme)
-    swatch = (
-        '<span style="display:inline-block;width:{w};height:0.8em;margin-right:0.35em;'
-        'border-radius:2px;vertical-align:-0.1em;background:{c}"></span>'
-    )
-
-    def dot(colour: tuple[int, int, int], text: str) -> str:
-        return f"{swatch.format(w='0.8em', c=pictures.css(colour))}{text} &nbsp; "
-
+def clock_html(reading: Reading, status: Status, viewers: int) -> str:
+    """The honest clock."""
+    behind = f"{reading.behind_s:.1f} s behind" if reading.behind_s > 0.05 else "up to date"
+    alone = "1 viewer" if viewers == 1 else f"{viewers} viewers"
     return (
-        f'<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5"><div>{title}</div>'
-        f'<div style="height:0.9em;border-radius:3px;background:{bar}"></div>'
-        f'<div style="position:relative;height:1.5em">{labels}</div>'
-        f"<div>{swatch.format(w='5em', c=pictures.gradient_css(worst))}expects flight, 0 to"
-        f" {world.flight_reward:g} &nbsp; {swatch.format(w='0.8em', c=pictures.css(theme.unknown))}"
-        "not known</div>"
-        f"<div>{dot(theme.capture, 'capture')}{dot(theme.flight, 'flight')}"
-        f"{dot(theme.timeout, 'time-out')}{dot(theme.predator, 'predator')}</div>"
-        '<div style="opacity:0.7">The board is turned so that the prey looks right; each place'
-        " shows the mean over its eight headings. The half-disc is what the prey sees.</div></div>"
+        '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
+        f"{_rate(status.steps_per_s)} steps/s; {reading.drawing_share:.0%} of the time is spent on"
+        f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_skipped}"
+        f" skipped in 5 s, {behind}.<br>{alone} of this session.</div>"
     )
 
 
 def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
-    """Steps at which a skill joined, and its name; none for those present from the start."""
-    joined = [entry for entry in snapshot.control.introductions if entry.step > 0][-_MAX_MARKS:]
-    return tuple(float(e.step) for e in joined), tuple(plain(e.skill) for e in joined)
+    """Steps at which a skill joined or a parameter changed, and what; none from the start."""
+    joined = [
+        (float(event.step), plain(event.command.skill))
+        for event in snapshot.control.history
+        if isinstance(event.command, Introduce) and event.step > 0
+    ]
+    changed = [
+        (float(event.step), described(event.command))
+        for event in snapshot.control.history
+        if isinstance(event.command, SetParameter | Remove) and not event.undone
+    ]
+    marks = sorted([*joined, *changed])[-_MAX_MARKS:]
+    return tuple(step for step, _ in marks), tuple(name for _, name in marks)
 
 
 def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
@@ -141,8 +164,10 @@ def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
-    ink, grid = pictures.css(theme.ink), {"show": True, "stroke": pictures.css(theme.lines)}
+    ink = pictures.css(theme.ink)
+    grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
     at, names = curve_marks(snapshot)
+    names = _staggered(at, names, snapshot.step)
     ticks = _millions(snapshot.step)
     axes = [
         uplot.Axis(
@@ -159,14 +184,26 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
             uplot.Axis(
                 scale="x",
                 side=0,
+                size=16 * _MARK_LINES,
                 splits=at,
                 values=names,
                 stroke=ink,
-                grid={"show": True, "stroke": ink, "dash": (6.0, 4.0)},
-                ticks={"show": False},
+                grid=uplot.Axis_Grid(show=True, stroke=ink, dash=(6.0, 4.0)),
+                ticks=uplot.Axis_Ticks(show=False),
             )
         )
     return tuple(axes)
+
+
+def _staggered(at: tuple[float, ...], names: tuple[str, ...], steps: int) -> tuple[str, ...]:
+    """Names a line lower than the one before where they would lie over it."""
+    lines = [0] * len(at)
+    for mark in range(1, len(at)):
+        if at[mark] - at[mark - 1] < _MARK_SHARE * max(steps, 1):
+            lines[mark] = (lines[mark - 1] + 1) % _MARK_LINES
+    return tuple(
+        "\n" * (_MARK_LINES - 1 - line) + name for line, name in zip(lines, names, strict=True)
+    )
 
 
 def _millions(steps: int) -> tuple[float, ...]:
@@ -181,46 +218,152 @@ class Readings:
     """The panel of one browser."""
 
     def __init__(self, client: viser.ClientHandle, status: Status) -> None:
-        self._gui = client.gui
+        self._client = client
+        self._gui = gui = client.gui
         self._curve_key: tuple[object, ...] = ()
-        panel = self._gui.add_panel()
+        self._options: tuple[str, ...] = ()
+        snapshot = status.snapshot
+        panel = gui.add_panel()
         panel.dock_left()
         panel.set_width(_WIDTH)
-        snapshot = status.snapshot
-        with panel.add_tab("What is going on", icon=viser.Icon.EYE):
-            self._headline = self._gui.add_html(headline_html(status))
-            self._numbers = self._gui.add_html(numbers_html(status))
-            self._curve = self._gui.add_uplot(
+        with panel.add_tab("Now", icon=viser.Icon.EYE):
+            self._headline = gui.add_html(headline_html(status))
+            self._numbers = gui.add_html(numbers_html(status))
+            self._layer = gui.add_dropdown("Layer", tuple(layer.title for layer in LAYERS.values()))
+            self._about: Any = gui.add_dropdown("of", ("approach",), visible=False)
+            self._caption = gui.add_html("")
+            self._legend = gui.add_html("")
+            self._curve = gui.add_uplot(
                 curve_data(snapshot),
                 (uplot.Series(label="steps"), self._line(LIGHT)),
                 axes=_axes(snapshot, LIGHT),
                 scales=self._scales(snapshot),
                 legend=uplot.Legend(show=False),
-                height=210,
+                height=190,
             )
-            self._legend = self._gui.add_html("")
-            self._scale = self._gui.add_dropdown("Colours", tuple(_SCALES))
-            self._dark = self._gui.add_checkbox("Dark", False)
-            self._trail = self._gui.add_checkbox("Trail", True)
-        self._dark.on_update(guarded(lambda _: self._dress()))
+        with panel.add_tab("View", icon=viser.Icon.STACK_2):
+            self._build_view()
+        self.inspect_tab = panel.add_tab("Inspect", icon=viser.Icon.ZOOM_IN)
+        """Where the inspection of a cell goes."""
+        self.file_tab = panel.add_tab("File", icon=viser.Icon.FILE)
+        """Where saving and loading goes."""
+        with self.file_tab:
+            self._clock = gui.add_html("")
+            self._build_help()
+        for key, layer in zip(_LAYER_KEYS, LAYERS.values(), strict=False):
+            command = gui.add_command(f"Layer: {layer.title}", hotkey=cast(Any, key))
+            command.on_trigger(guarded(self._chooser(layer.title)))
+        gui.add_command("Reset the camera", hotkey="R").on_trigger(
+            guarded(lambda _: self.aim_camera())
+        )
         self._dress()
+
+    def _build_view(self) -> None:
+        gui = self._gui
+        self._frame = gui.add_dropdown("Frame", tuple(_FRAMES))
+        self._scale = gui.add_dropdown("Value as", tuple(_SCALES))
+        self._fitted = gui.add_checkbox("Fit colours", False, hint="limits from what is there")
+        self._surface = gui.add_checkbox("Surface in 3-D", False)
+        self._field = gui.add_checkbox("Visual field", True)
+        self._grid = gui.add_checkbox("Grid lines", True)
+        self._sensors = gui.add_checkbox("Sensor rings", False)
+        self._zone = gui.add_checkbox("Start zone", False)
+        self._trail = gui.add_checkbox("Trail", True)
+        self._paths = gui.add_checkbox("Last 20 paths", False)
+        self._dark = gui.add_checkbox("Dark", False)
+        self._multiples = gui.add_checkbox("All headings", False)
+        self._eight = gui.add_html("", visible=False)
+        self._dark.on_update(guarded(lambda _: self._dress()))
+        self._surface.on_update(guarded(lambda _: self.aim_camera()))
+
+    def _build_help(self) -> None:
+        keys = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        keys.on_click(guarded(lambda _: self.show_keys()))
+        self._gui.add_command("Keys", hotkey="H").on_trigger(guarded(lambda _: self.show_keys()))
+
+    def show_keys(self) -> None:
+        """List the hotkeys."""
+        modal = self._gui.add_modal("Keys")
+        with modal:
+            self._gui.add_markdown(KEYS)
+            close = self._gui.add_button("Close")
+        close.on_click(guarded(lambda _: modal.close()))
+
+    def _chooser(self, title: str) -> Callable[[Any], None]:
+        def choose(_: Any) -> None:
+            self._layer.value = title
+
+        return choose
+
+    @property
+    def layer(self) -> Layer:
+        """The layer this browser looks at."""
+        return next(layer for layer in LAYERS.values() if layer.title == self._layer.value)
 
     @property
     def look(self) -> Look:
         """How this browser wants to see the board."""
-        return look_of(bool(self._dark.value), str(self._scale.value), bool(self._trail.value))
+        about = str(self._about.value)
+        return Look(
+            theme=DARK if self._dark.value else LIGHT,
+            layer=self.layer.key,
+            option=self._options.index(about) if about in self._options else 0,
+            frame=_FRAMES[str(self._frame.value)],
+            scale=_SCALES[str(self._scale.value)],
+            fitted=bool(self._fitted.value),
+            surface=bool(self._surface.value),
+            field=bool(self._field.value),
+            grid=bool(self._grid.value),
+            sensors=bool(self._sensors.value),
+            start_zone=bool(self._zone.value),
+            trail=bool(self._trail.value),
+            paths=bool(self._paths.value),
+        )
 
-    def update(self, status: Status) -> None:
+    def aim_camera(self) -> None:
+        """The whole board from above, or from the south if it is a surface."""
+        camera = self._client.camera
+        surface = bool(self._surface.value)
+        with self._client.atomic():
+            camera.up_direction = (0.0, 0.0, 1.0) if surface else (0.0, 1.0, 0.0)
+            camera.position = SURFACE_CAMERA if surface else FLAT_CAMERA
+            camera.look_at = (0.0, -0.6, 0.0) if surface else FLAT_TARGET
+
+    def update(self, status: Status, look: Look, extras: Extras, clock: str) -> None:
         """Show a moment."""
-        look = self.look
+        snapshot, layer = status.snapshot, LAYERS[look.layer]
+        self._offer_options(snapshot, layer)
         for handle, content in (
             (self._headline, headline_html(status)),
             (self._numbers, numbers_html(status)),
-            (self._legend, legend_html(look, status.snapshot)),
+            (self._caption, _captioned(layer.caption(snapshot, look, extras))),
+            (self._legend, layer.legend(snapshot, look, extras)),
+            (self._clock, clock),
         ):
             if handle.content != content:
                 handle.content = content
-        self._show_curve(status.snapshot, look.theme)
+        self._show_curve(snapshot, look.theme)
+        self._show_multiples(snapshot, look, layer, extras)
+
+    def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
+        names = tuple(plain(name) for name in option_names(snapshot))
+        if layer.about == "skill":
+            names = tuple(plain(name) for name in snapshot.spec.learner.skills)
+        wanted = layer.about != "nothing" and bool(names)
+        if names and names != self._options:
+            self._about.options = names
+            self._options = names
+        if self._about.visible != wanted:
+            self._about.visible = wanted
+
+    def _show_multiples(self, snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -> None:
+        wanted = bool(self._multiples.value)
+        if self._eight.visible != wanted:
+            self._eight.visible = wanted
+        if wanted:
+            content = small_multiples_html(all_headings_png(snapshot, look, layer, extras))
+            if self._eight.content != content:
+                self._eight.content = content
 
     def _show_curve(self, snapshot: Snapshot, theme: Theme) -> None:
         key = (snapshot.generation, id(snapshot.curve), curve_marks(snapshot), theme is DARK)
@@ -250,3 +393,7 @@ class Readings:
         self._gui.configure_theme(
             dark_mode=bool(self._dark.value), show_logo=False, show_share_button=False
         )
+
+
+def _captioned(text: str) -> str:
+    return f'<div style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{escape(text)}</div>'

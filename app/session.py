@@ -242,9 +242,11 @@ class Session:
             case Pause():
                 self._playing = False
             case StepOnce():
+                self._check_not_over()
                 self._playing = False
                 self._advance(max_steps=1)
             case TrialOnce():
+                self._check_not_over()
                 self._playing = False
                 self._advance(until_trial=self._run.trial + 1)
             case SetSpeed(steps_per_s=speed):
@@ -254,6 +256,10 @@ class Session:
                 self._start_again(request)
             case _:
                 self._run.apply(request)
+
+    def _check_not_over(self) -> None:
+        if self._run.trial >= self._until_trial:
+            raise CommandError(f"the {self._until_trial:,} trials are over; play to go on")
 
     def _play(self) -> None:
         if self._error is not None:

@@ -51,6 +51,9 @@ class Snapshot:
 
     preset: str
     spec: RunSpec
+    """The preset as commands have changed it."""
+    preset_spec: RunSpec
+    """The preset as the run started with it."""
     seed: int
     generation: int
     """Counts the runs of a session, so that a view knows when another began."""
@@ -123,6 +126,7 @@ def take(
     return Snapshot(
         preset=preset,
         spec=spec,
+        preset_spec=run.preset,
         seed=run.seed,
         generation=generation,
         world=run.world,

@@ -36,7 +36,7 @@ from learners.run import Event
 from learners.skills import SKILLS
 from learners.spec import MOVES, SkillWeights
 
-Ask = Callable[[viser.GuiEvent, Request], None]
+Ask = Callable[[viser.GuiEvent, Request], int]
 
 _REST_S = 0.35
 """A slider that has not moved for so long has come to rest."""
@@ -203,7 +203,7 @@ class Steering:
     def _build_undo(self) -> None:
         with self._gui.add_folder("Changes by hand"):
             self._changes = self._gui.add_html("")
-            self._chosen = self._gui.add_dropdown("Take back", (_NOTHING,))
+            self._chosen: Any = self._gui.add_dropdown("Take back", (_NOTHING,))
             self._undo = self._gui.add_button("Undo", icon=viser.Icon.ARROW_BACK_UP)
         self._undo.on_click(guarded(self._undo_clicked))
 
@@ -233,7 +233,7 @@ class Steering:
     def _build_skills(self) -> None:
         gui = self._gui
         with gui.add_folder("Other skills", expand_by_default=False) as folder:
-            self._other = gui.add_dropdown("Skill", (_NO_OTHER,))
+            self._other: Any = gui.add_dropdown("Skill", (_NO_OTHER,))
             self._add_other = gui.add_button("Add this skill now", icon=viser.Icon.PLUS)
             self._weights = {
                 skill: gui.add_slider(
@@ -278,7 +278,7 @@ class Steering:
 
     def _build_removal(self) -> None:
         with self._skills_folder:
-            self._leaver = self._gui.add_dropdown("Present", (_NO_SKILL,))
+            self._leaver: Any = self._gui.add_dropdown("Present", (_NO_SKILL,))
             self._remove = self._gui.add_button(
                 "Remove this skill …",
                 icon=viser.Icon.TRASH,

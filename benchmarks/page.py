@@ -1,0 +1,108 @@
+"""What the live page costs the learner: its rate with no browser, one and five, as ratios.
+
+The browsers read every frame and draw nothing. Each rate is compared with a headless run of the
+same length, measured right before and after in the same process.
+"""
+
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from app.lab import Lab
+from app.session import FULL_SPEED, Session, StartAgain
+from learners.run import Run
+from learners.spec import RunSpec
+
+CLIENTS = (0, 1, 5)
+SECONDS = 2.0
+TRIALS = 400_000
+"""Long enough that beginning again does not count."""
+_CONNECT_S = 30.0
+
+
+def headless_rate(spec: RunSpec, seed: int) -> float:
+    """Steps per second of a run without a page, over its full number of trials."""
+    run = Run(spec, seed)
+    started = time.perf_counter()
+    run.advance()
+    return run.step / (time.perf_counter() - started)
+
+
+def page_rate(session: Session, spec: RunSpec, preset: str, seed: int) -> float:
+    """Steps per second of a session at full speed, over the full number of trials.
+
+    The run begins again until ``SECONDS`` are over; the time from one run to the next counts.
+    """
+    steps = 0
+    started = time.perf_counter()
+    while time.perf_counter() - started < SECONDS:
+        generation = session.status.snapshot.generation + 1
+        session.submit(StartAgain(spec, preset, seed))
+        done = session.wait_for(
+            lambda status, wanted=generation: (
+                status.finished and status.snapshot.generation == wanted
+            ),
+            timeout_s=60.0,
+        )
+        steps += done.snapshot.step
+    return steps / (time.perf_counter() - started)
+
+
+@contextmanager
+def lab_with_clients(
+    spec: RunSpec, preset: str, presets: Mapping[str, RunSpec], n_clients: int
+) -> Iterator[Session]:
+    """A lab at full speed whose page is read by so many clients."""
+    session = Session(spec, preset, 0, FULL_SPEED, playing=False)
+    lab = Lab(session, presets, "127.0.0.1", 0)
+    session.start()
+    drawing = threading.Thread(target=lab.serve, daemon=True)
+    drawing.start()
+    readers = subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.page_client", str(lab.server.get_port()), str(n_clients)],
+        stdin=subprocess.PIPE,
+    )
+    try:
+        deadline = time.perf_counter() + _CONNECT_S
+        while lab.n_viewers < n_clients:
+            if time.perf_counter() > deadline:
+                raise TimeoutError(f"{n_clients} clients did not connect")
+            time.sleep(0.05)
+        yield session
+    finally:
+        readers.kill()
+        readers.wait()
+        lab.close()
+        drawing.join()
+
+
+def compare_page(
+    spec: RunSpec,
+    preset: str,
+    presets: Mapping[str, RunSpec],
+    repetitions: int,
+    progress: Callable[[str], None],
+) -> dict[str, dict[str, float]]:
+    """Ratio of the learner's rate beside a page to its headless rate, by number of clients.
+
+    Returns:
+        ``{"clients": {"0": ratio, "1": ratio, "5": ratio}}``, medians over the repetitions.
+    """
+    headless_rate(spec.model_copy(update={"trials": 10}), 0)
+    spec = spec.model_copy(update={"trials": TRIALS})
+    ratios: dict[str, float] = {}
+    for n_clients in CLIENTS:
+        with lab_with_clients(spec, preset, presets, n_clients) as session:
+            measured = []
+            for repetition in range(repetitions):
+                progress(f"{n_clients} clients: {repetition + 1} of {repetitions}")
+                before = headless_rate(spec, 0)
+                beside = page_rate(session, spec, preset, 0)
+                after = headless_rate(spec, 0)
+                measured.append(beside / ((before + after) / 2))
+        ratios[str(n_clients)] = statistics.median(measured)
+    return {"clients": ratios}
