@@ -64,9 +64,9 @@ A click on the board inspects a cell; shift and a click sets the predator down t
 """
 _WIDTH = 330.0
 _MAX_MARKS = 8
-_MARK_LINES = 3
 _MARK_SHARE = 0.4
-"""Marks closer than this share of the axis get their names on lines of their own."""
+"""Marks closer than this share of the axis have their names to either side."""
+_BLANK = "\N{NO-BREAK SPACE}\N{NO-BREAK SPACE}"
 
 
 def _rate(steps_per_s: float) -> str:
@@ -138,7 +138,7 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
 def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
     """Steps at which a skill joined or a parameter changed, and what; none from the start."""
     joined = [
-        (float(event.step), plain(event.command.skill))
+        (float(event.step), plain(event.command.skill).partition(" ")[0])
         for event in snapshot.control.history
         if isinstance(event.command, Introduce) and event.step > 0
     ]
@@ -167,7 +167,7 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
     ink = pictures.css(theme.ink)
     grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
     at, names = curve_marks(snapshot)
-    names = _staggered(at, names, snapshot.step)
+    names = _side_by_side(at, names, snapshot.step)
     ticks = _millions(snapshot.step)
     axes = [
         uplot.Axis(
@@ -184,7 +184,6 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
             uplot.Axis(
                 scale="x",
                 side=0,
-                size=16 * _MARK_LINES,
                 splits=at,
                 values=names,
                 stroke=ink,
@@ -195,15 +194,24 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
     return tuple(axes)
 
 
-def _staggered(at: tuple[float, ...], names: tuple[str, ...], steps: int) -> tuple[str, ...]:
-    """Names a line lower than the one before where they would lie over it."""
-    lines = [0] * len(at)
+def _side_by_side(at: tuple[float, ...], names: tuple[str, ...], steps: int) -> tuple[str, ...]:
+    """Names that do not lie over each other.
+
+    Of two close marks the first has its name to the left and the second to the right; a third
+    close to them has none. Chart labels are centred, so a name is moved by blanks of its length.
+    """
+    shown = list(names)
+    moved = False
     for mark in range(1, len(at)):
-        if at[mark] - at[mark - 1] < _MARK_SHARE * max(steps, 1):
-            lines[mark] = (lines[mark - 1] + 1) % _MARK_LINES
-    return tuple(
-        "\n" * (_MARK_LINES - 1 - line) + name for line, name in zip(lines, names, strict=True)
-    )
+        if at[mark] - at[mark - 1] >= _MARK_SHARE * max(steps, 1):
+            moved = False
+        elif moved or not shown[mark - 1]:
+            shown[mark] = ""
+        else:
+            shown[mark - 1] += _BLANK * len(names[mark - 1])
+            shown[mark] = _BLANK * len(names[mark]) + names[mark]
+            moved = True
+    return tuple(shown)
 
 
 def _millions(steps: int) -> tuple[float, ...]:
