@@ -90,6 +90,8 @@ class Lab:
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
     """Seed of the run."""
+    save_dir: Annotated[str | None, arg(metavar="DIR", help_behavior_hint=_HIDDEN_HINT)] = None
+    """Let *Save as preset* write into DIR as well."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,8 @@ class Bench:
     """Print one JSON object and nothing else."""
     repetitions: Annotated[str, arg(metavar="N")] = "5"
     """Interleaved measurements, of which the median counts."""
+    page: _Flag = False
+    """Measure what the live page costs the learner, with no browser, one and five."""
 
 
 Command = Lab | Presets | Run | Bench
@@ -160,7 +164,12 @@ EXAMPLES: dict[type[Command], Sequence[str]] = {
         "pounce run standard_q --set world.size=60 --set learner.epsilon=0.05",
         "pounce run my-preset.yaml --seeds 30 --out results",
     ),
-    Bench: ("pounce bench", "pounce bench timed --repetitions 9", "pounce bench --json"),
+    Bench: (
+        "pounce bench",
+        "pounce bench timed --repetitions 9",
+        "pounce bench --json",
+        "pounce bench --page --json",
+    ),
 }
 
 
@@ -332,6 +341,9 @@ def _lab(command: Lab) -> int:
     if not command.host.strip():
         # An empty host would mean all addresses.
         raise UsageError("--host: '' is not allowed; allowed: an address of this machine")
+    save_dir = None if command.save_dir is None else Path(command.save_dir)
+    if save_dir is not None and not save_dir.is_dir():
+        raise UsageError(f"--save-dir: {shown(str(save_dir))} is no folder; allowed: one there is")
     spec = _spec(command.preset, ())
     from app import presets
     from app.lab import run_lab
@@ -345,6 +357,7 @@ def _lab(command: Lab) -> int:
             host=command.host,
             port=port,
             open_browser=not command.no_browser,
+            save_dir=save_dir,
         )
     except OSError as error:
         raise UsageError(
@@ -474,6 +487,8 @@ def _bench(command: Bench) -> int:
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {name: _spec(name, ()) for name in command.presets or presets.shipped()}
+    if command.page:
+        return _bench_page(command, specs, repetitions)
     from benchmarks.compare import MismatchError, compare
 
     try:
@@ -486,6 +501,21 @@ def _bench(command: Bench) -> int:
         _complain(_filled(note))
     learners = found["learners"]
     _say(json.dumps({"learners": learners}) if command.json else _speeds(learners))
+    return EXIT_OK
+
+
+def _bench_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
+    from benchmarks.page import compare_page
+
+    preset = command.presets[0] if command.presets else "timed"
+    with _status() as on_progress:
+        found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
+    if command.json:
+        _say(json.dumps(found))
+        return EXIT_OK
+    _say(f"Rate of {preset} beside the page, as a share of its headless rate:")
+    for n_clients, ratio in found["clients"].items():
+        _say(f"  {n_clients} browsers  {ratio:.2f}")
     return EXIT_OK
 
 

@@ -42,6 +42,7 @@ NUDGES: Final[Mapping[str, int]] = {
 }
 """Trials to move a block by, as the buttons say it."""
 
+_NOTHING: Final = "\N{EN DASH} nothing \N{EN DASH}"
 _REFUSED: Final = "That cannot be done now"
 _REDRAW_S: Final = 0.5
 """How often the picture is sent again when nothing but the trial has changed."""
@@ -100,7 +101,7 @@ def new_id(skill: str) -> str:
 def choices_of(blocks: Sequence[Block], snapshot: Snapshot) -> dict[str, str]:
     """What can be chosen, by its label: nothing, blocks that lie ahead, and new explorations."""
     ahead = sorted((block for block in blocks if block.editable), key=lambda block: block.first)
-    choices = {"\N{EN DASH} nothing \N{EN DASH}": ""}
+    choices = {_NOTHING: ""}
     for skill in snapshot.spec.learner.skills:
         mine = [block for block in ahead if block.skill == skill]
         explorations = [block for block in mine if block.kind == "exploration"]
@@ -198,7 +199,8 @@ class Planner:
         self._ticket = 0
         self._pending: ScheduleSpec | None = None
         self._generation = -1
-        self._choices: dict[str, str] = {}
+        self._choices = {_NOTHING: ""}
+        self._shown = _NOTHING
         self._chosen = ""
         self._loaded: Form | None = None
         self._drawn: object = None
@@ -213,7 +215,7 @@ class Planner:
     def _build(self, gui: viser.GuiApi) -> None:
         gui.add_html(_LAYOUT)
         self._picture = gui.add_html("")
-        self._choice = gui.add_dropdown("Change", ("",))
+        self._choice = gui.add_dropdown("Change", tuple(self._choices))
         self._nudges = gui.add_button_group("Move by", tuple(NUDGES), visible=False)
         # A button group cannot be disabled once it is there, so there is another one that is.
         self._no_nudges = gui.add_button_group("Move by", tuple(NUDGES), disabled=True)
@@ -224,7 +226,6 @@ class Planner:
         )
         self._apply = gui.add_button("Apply", icon=viser.Icon.CHECK)
         self._delete = gui.add_button("Delete", icon=viser.Icon.TRASH, color="red")
-        self._choice.on_update(guarded(self._choose))
         self._nudges.on_click(guarded(self._nudge))
         self._apply.on_click(guarded(lambda event: self._edit(event, self._applied)))
         self._delete.on_click(guarded(lambda event: self._edit(event, self._deleted)))
@@ -232,6 +233,7 @@ class Planner:
     def update(self, status: Status) -> None:
         """Show what is true; not before the last request made here has been answered."""
         with self._lock:
+            self._take_choice()
             if status.answered < self._ticket:
                 return
             self._pending = None
@@ -247,10 +249,14 @@ class Planner:
     def _show_choices(self, choices: dict[str, str], form: Form) -> None:
         self._choices = choices
         labels = tuple(choices)
-        if self._choice.options != labels:
-            self._choice.options = labels
         label = next((label for label, id in choices.items() if id == form.chosen), labels[0])
-        _assign(self._choice, "value", label)
+        is_renewed = self._choice.options != labels
+        if is_renewed:
+            self._choice.options = labels
+        # Left alone otherwise: a person may just have chosen something else.
+        if is_renewed or label != self._shown:
+            self._shown = label
+            _assign(self._choice, "value", label)
         _assign(self._choice, "disabled", len(labels) == 1)
 
     def _show_form(self, form: Form) -> None:
@@ -302,11 +308,16 @@ class Planner:
             blocks, snapshot, None, PANEL_WIDTH - 20, form.chosen, form.caption
         )
 
-    def _choose(self, event: viser.GuiEvent) -> None:
-        if event.client is None:
-            return
-        with self._lock:
-            self._chosen = self._choices.get(str(self._choice.value), "")
+    def _take_choice(self) -> None:
+        """Go by what a person has chosen since the dropdown was last set.
+
+        It is asked and not called back: the render loop, which sets it to what is true, could come
+        between a choice and its callback, and undo the choice.
+        """
+        label = str(self._choice.value)
+        if label != self._shown:
+            self._shown = label
+            self._chosen = self._choices.get(label, "")
             self._loaded = None
 
     def _nudge(self, event: viser.GuiEvent) -> None:
@@ -343,6 +354,7 @@ class Planner:
         if event.client is None:
             return
         with self._lock:
+            self._take_choice()
             status = self._session.status
             snapshot = status.snapshot
             plan = snapshot.spec.schedule

@@ -57,13 +57,19 @@ def lab_with_clients(
     spec: RunSpec, preset: str, presets: Mapping[str, RunSpec], n_clients: int
 ) -> Iterator[Session]:
     """A lab at full speed whose page is read by so many clients."""
-    session = Session(spec, preset, 0, FULL_SPEED, playing=False)
+    session = Session(spec, preset, 0, FULL_SPEED, playing=True)
     lab = Lab(session, presets, "127.0.0.1", 0)
     session.start()
     drawing = threading.Thread(target=lab.serve, daemon=True)
     drawing.start()
     readers = subprocess.Popen(
-        [sys.executable, "-m", "benchmarks.page_client", str(lab.server.get_port()), str(n_clients)],
+        [
+            sys.executable,
+            "-m",
+            "benchmarks.page_client",
+            str(lab.server.get_port()),
+            str(n_clients),
+        ],
         stdin=subprocess.PIPE,
     )
     try:
