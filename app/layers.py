@@ -882,7 +882,7 @@ def _caption_value(snapshot: Snapshot, look: Look, extras: Extras) -> str:
         return "What each place is worth: it falls so fast with distance that little else shows."
     return (
         "How far from a capture the learner takes itself to be: the brighter, the nearer."
-        " Pink places expect to be noticed."
+        " Violet places expect to be noticed."
     )
 
 

@@ -54,9 +54,9 @@ LIGHT = Theme(
     prey=(20, 24, 32),
     predator=(213, 60, 0),
     capture=(0, 120, 180),
-    flight=(200, 30, 90),
+    flight=(80, 0, 160),
     timeout=(110, 115, 125),
-    loss=(196, 24, 110),
+    loss=(112, 0, 220),
     ink=(30, 34, 42),
 )
 DARK = Theme(
@@ -67,9 +67,9 @@ DARK = Theme(
     prey=(250, 250, 252),
     predator=(255, 140, 60),
     capture=(90, 200, 255),
-    flight=(255, 90, 150),
+    flight=(190, 120, 255),
     timeout=(160, 165, 175),
-    loss=(232, 70, 150),
+    loss=(105, 15, 255),
     ink=(232, 234, 240),
 )
 
@@ -292,21 +292,6 @@ def over_board(colours: np.ndarray, cover: np.ndarray | float, theme: Theme) -> 
     share = np.asarray(cover, dtype=np.float64)[..., None]
     board = np.array(theme.unknown, dtype=np.float64)
     return np.rint(board + (colours - board) * share).astype(np.uint8)
-
-
-def state_colours(
-    known: Known, scale: Scale, reward: float, penalty: float, theme: Theme
-) -> np.ndarray:
-    """Colour of each folded state, ``(distance, direction, 3) uint8``, between fixed limits.
-
-    Args:
-        known: the folded map.
-        scale: ``steps``, the equivalent distance to capture, or ``linear`` in value.
-        reward: value of certain capture, the upper end of the linear scale.
-        penalty: size of the value of certain flight, the end of the scale of losses.
-        theme: colours of the page.
-    """
-    return shaded(known, fixed_shading(scale, reward, penalty), theme)
 
 
 def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:

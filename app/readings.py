@@ -64,6 +64,7 @@ A click on the board inspects a cell; shift and a click sets the predator down t
 """
 _WIDTH = 330.0
 _MAX_MARKS = 8
+_SHORT = {"circle_clockwise": "circle", "circle_counterclockwise": "circle ccw"}
 _MARK_SHARE = 0.4
 """Marks closer than this share of the axis have their names to either side."""
 _BLANK = "\N{NO-BREAK SPACE}\N{NO-BREAK SPACE}"
@@ -138,7 +139,7 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
 def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
     """Steps at which a skill joined or a parameter changed, and what; none from the start."""
     joined = [
-        (float(event.step), plain(event.command.skill).partition(" ")[0])
+        (float(event.step), _SHORT.get(event.command.skill, plain(event.command.skill)))
         for event in snapshot.control.history
         if isinstance(event.command, Introduce) and event.step > 0
     ]
@@ -403,5 +404,5 @@ class Readings:
         )
 
 
-def _captioned(text: str) -> str:
-    return f'<div style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{escape(text)}</div>'
+def _captioned(html: str) -> str:
+    return f'<div style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{html}</div>'

@@ -1,14 +1,12 @@
 """What stands beside the board: numbers, curve, marks, legend, and no markup from strangers."""
 
-import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
-from app import pictures, presets, readings, snapshot
-from app.pictures import DARK, LIGHT
+from app import presets, readings, snapshot
 from app.session import Session, Status
 from app.snapshot import Snapshot
 from learners.commands import Introduce
@@ -150,7 +148,7 @@ def test_skills_are_marked_where_they_came_in_and_not_at_the_start() -> None:
     run.apply(Introduce("avoid", 10))
     assert readings.curve_marks(moment(run)) == (
         (4_321.0, 5_321.0),
-        ("circle clockwise", "avoid"),
+        ("circle", "avoid"),
     )
 
 
@@ -180,46 +178,3 @@ def test_the_axis_of_steps_has_at_most_five_marks_within_the_run() -> None:
         assert 2 <= len(ticks) <= 5
         assert ticks[-1] <= steps < 2 * ticks[-1] + 1
         assert len(set(np.diff(ticks))) == 1
-
-
-# The legend
-
-
-def look(dark: bool = False, scale: str = "Steps to capture") -> readings.Look:
-    """How a browser with these widgets sees the board."""
-    return readings.look_of(dark, scale, True)
-
-
-def ticks_of(html: str) -> list[tuple[float, str]]:
-    """Places of a legend's labels in per cent, and the labels."""
-    found = re.findall(r"left:([\d.]+)%;[^>]*>([^<]*)<", html)
-    return [(float(at), label) for at, label in found]
-
-
-def test_the_legend_labels_distances_where_their_colours_are() -> None:
-    ticks = ticks_of(readings.legend_html(look(), moment()))
-    assert [label for _, label in ticks] == ["400", "200", "100", "50", "20", "5", "0"]
-    for at, label in ticks:
-        assert at == pytest.approx(100 * pictures.nearness(np.float64(label)), abs=0.06)
-    assert (ticks[0][0], ticks[-1][0]) == (0, 100)
-
-
-def test_the_linear_legend_ends_at_the_rewards_of_the_world() -> None:
-    run = Run(spec_of("world.capture_reward=10", "world.flight_reward=-3"), seed=1)
-    html = readings.legend_html(look(scale="Linear in value"), moment(run))
-    assert ticks_of(html) == [(0, "0"), (25, "2.5"), (50, "5"), (75, "7.5"), (100, "10")]
-    assert "0 to -3" in Page(html).text
-
-
-@pytest.mark.parametrize(("dark", "theme"), [(False, LIGHT), (True, DARK)])
-def test_the_legend_names_the_colours_that_are_drawn(dark: bool, theme: pictures.Theme) -> None:
-    html = readings.legend_html(look(dark), moment())
-    swatches = dict(re.findall(r"background:(rgb\([\d,]+\))\"></span>([a-z-]+(?: known)?)", html))
-    assert swatches == {
-        pictures.css(theme.unknown): "not known",
-        pictures.css(theme.capture): "capture",
-        pictures.css(theme.flight): "flight",
-        pictures.css(theme.timeout): "time-out",
-        pictures.css(theme.predator): "predator",
-    }
-    assert pictures.gradient_css(pictures.gain_colours()) in html
