@@ -28,6 +28,7 @@ from app.session import (
     TrialOnce,
 )
 from app.steering import Steering
+from app.widgets import assign, on_change, show
 from learners.commands import (
     Explore,
     FollowSchedule,
@@ -139,8 +140,8 @@ class Controls:
             self._presets = {**self._presets, snapshot.preset: snapshot.preset_spec}
             if self._preset.options != tuple(self._presets):
                 self._preset.options = tuple(self._presets)
-            _assign(self._preset, "value", snapshot.preset)
-            _assign(self._seed, "value", snapshot.seed)
+            show(self._preset, snapshot.preset)
+            show(self._seed, snapshot.seed)
         self._show_transport(status)
         self._show_skills(status)
         self._show_explore(status)
@@ -163,14 +164,8 @@ class Controls:
         return self._ticket
 
     def _on(self, handle: Any, request: Callable[[Any], Request]) -> None:
-        """Enqueue a request whenever a person, and not the program, changes a widget."""
-
-        @guarded
-        def changed(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                self.ask(event, request(handle.value))
-
-        handle.on_update(changed)
+        """Enqueue a request whenever a person changes a widget."""
+        on_change(handle, lambda event, value: self.ask(event, request(value)))
 
     def _build_transport(self, status: Status) -> None:
         gui = self._gui
@@ -243,9 +238,9 @@ class Controls:
             self._play.label = label
             self._play.icon = icon
         stuck = status.exhausted or status.error is not None
-        _assign(self._play, "disabled", stuck)
-        _assign(self._speed, "value", slider_of(status.speed))
-        _assign(self._speed, "label", speed_label(status.speed))
+        assign(self._play, "disabled", stuck)
+        show(self._speed, slider_of(status.speed))
+        assign(self._speed, "label", speed_label(status.speed))
 
     def _build_rows(self, status: Status) -> None:
         for row in self._rows:
@@ -275,13 +270,13 @@ class Controls:
             present = row.skill in status.snapshot.present
             state = escape(skill_state(status, row.skill))
             dot = "&#9679;" if present else "&#9675;"
-            _assign(
+            assign(
                 row.text,
                 "content",
                 f'<div style="padding:0 0.6em;font-size:0.85em">{dot}'
                 f" <b>{escape(plain(row.skill))}</b>: {state}</div>",
             )
-            _assign(row.add, "visible", not present)
+            assign(row.add, "visible", not present)
 
     def _build_explore(self) -> None:
         gui = self._gui
@@ -314,8 +309,8 @@ class Controls:
         chosen = self._chosen_skill()
         running = {episode.skill for episode in snapshot.control.episodes}
         nothing = not snapshot.present
-        _assign(self._begin, "disabled", nothing)
-        _assign(self._end, "disabled", chosen not in running)
+        assign(self._begin, "disabled", nothing)
+        assign(self._end, "disabled", chosen not in running)
         lines = [
             f"{escape(plain(e.skill))} at {e.probability:.0%}:"
             f" {e.until_trial - snapshot.trial:,} trials left"
@@ -327,9 +322,7 @@ class Controls:
         elif not lines:
             lines = ["Nothing is being explored."]
         body = "<br>".join(lines)
-        _assign(
-            self._left, "content", f'<div style="padding:0 0.6em;font-size:0.85em">{body}</div>'
-        )
+        assign(self._left, "content", f'<div style="padding:0 0.6em;font-size:0.85em">{body}</div>')
 
     def _build_learning(self) -> None:
         gui = self._gui
@@ -344,11 +337,11 @@ class Controls:
     def _show_learning(self, status: Status) -> None:
         control = status.snapshot.control
         has_skills = bool(status.snapshot.spec.learner.skills)
-        _assign(self._freeze_selection, "value", control.selection_frozen)
-        _assign(self._freeze_skills, "value", control.skills_frozen)
-        _assign(self._follow, "value", control.schedule_on)
-        _assign(self._freeze_skills, "disabled", not has_skills)
-        _assign(self._follow, "disabled", not has_skills)
+        show(self._freeze_selection, control.selection_frozen)
+        show(self._freeze_skills, control.skills_frozen)
+        show(self._follow, control.schedule_on)
+        assign(self._freeze_skills, "disabled", not has_skills)
+        assign(self._follow, "disabled", not has_skills)
 
     def _build_start(self, status: Status) -> None:
         gui = self._gui
@@ -363,9 +356,3 @@ class Controls:
     def _start_again(self) -> Request:
         preset = str(self._preset.value)
         return StartAgain(self._presets[preset], preset, int(self._seed.value))
-
-
-def _assign(handle: Any, name: str, value: object) -> None:
-    """Set a property only if it differs, so that nothing is sent for nothing."""
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)

@@ -21,6 +21,7 @@ from app.inspect import HEADING_NAMES, Chain, HuntShown
 from app.look import Look, heading_shown
 from app.pictures import Theme
 from app.snapshot import Snapshot
+from app.widgets import assign
 from learners import greedy
 from sim.geometry import HEADINGS
 from sim.spec import WorldSpec
@@ -431,9 +432,9 @@ class Inspector:
                 chain = inspect.why(snapshot, *chosen, heading)
                 reasons = inspect.chain_html(chain)
         with self._client.atomic():
-            _assign(self._reading, "content", reading)
-            _assign(self._reasons, "content", reasons)
-            _assign(self._here, "disabled", chosen is None)
+            assign(self._reading, "content", reading)
+            assign(self._reasons, "content", reasons)
+            assign(self._here, "disabled", chosen is None)
             self._overlay.show_cell(snapshot.world, chosen, theme)
             self._overlay.show_chain(snapshot.world, chain, theme)
 
@@ -447,11 +448,5 @@ class Inspector:
         css = {outcome: pictures.css(rgb) for outcome, rgb in outcome_colours(theme).items()}
         results = inspect.hunts_html(hunts, css) if hunts else ""
         with self._client.atomic():
-            _assign(self._results, "content", results)
+            assign(self._results, "content", results)
             self._overlay.show_hunts(snapshot.world, hunts, heading, theme)
-
-
-def _assign(handle: Any, name: str, value: object) -> None:
-    """Set a property only if it differs, so that nothing is sent for nothing."""
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)

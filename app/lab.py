@@ -73,10 +73,18 @@ class Browser:
         with self.client.atomic():
             self._board.update(status.snapshot, picture, look, now_s)
 
-    def read(self, status: Status, look: Look, extras: Extras, clock: str, now_s: float) -> None:
+    def read(
+        self,
+        status: Status,
+        look: Look,
+        extras: Extras,
+        clock: str,
+        viewers: int,
+        now_s: float,
+    ) -> None:
         """Show a moment beside the board, a few times a second."""
         if now_s - self._read_at >= _READINGS_S:
-            self.readings.update(status, look, extras, clock)
+            self.readings.update(status, look, extras, clock, viewers)
             self._read_at = now_s
 
 
@@ -204,7 +212,7 @@ class Lab:
             browser.pulse.sent(now_s)
             reading = browser.pulse.reading(now_s, self._drawing.share)
             clock = clock_html(reading, status, len(browsers))
-            browser.read(status, look, extras, clock, now_s)
+            browser.read(status, look, extras, clock, len(browsers), now_s)
 
 
 def run_lab(

@@ -23,6 +23,7 @@ from app.presets import PresetError
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
+from app.widgets import assign
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
@@ -256,26 +257,26 @@ class Planner:
         # Left alone otherwise: a person may just have chosen something else.
         if is_renewed or label != self._shown:
             self._shown = label
-            _assign(self._choice, "value", label)
-        _assign(self._choice, "disabled", len(labels) == 1)
+            assign(self._choice, "value", label)
+        assign(self._choice, "disabled", len(labels) == 1)
 
     def _show_form(self, form: Form) -> None:
-        _assign(self._nudges, "visible", form.movable)
-        _assign(self._no_nudges, "visible", not form.movable)
-        _assign(self._no_nudges, "hint", form.caption)
+        assign(self._nudges, "visible", form.movable)
+        assign(self._no_nudges, "visible", not form.movable)
+        assign(self._no_nudges, "hint", form.caption)
         for field in (self._at, self._trials):
-            _assign(field, "disabled", not form.editable)
-        _assign(self._chance, "disabled", not form.explores)
-        _assign(self._trials, "label", form.trials_label)
-        _assign(self._apply, "label", "Add" if form.is_new else "Apply")
-        _assign(self._delete, "disabled", not form.deletable)
+            assign(field, "disabled", not form.editable)
+        assign(self._chance, "disabled", not form.explores)
+        assign(self._trials, "label", form.trials_label)
+        assign(self._apply, "label", "Add" if form.is_new else "Apply")
+        assign(self._delete, "disabled", not form.deletable)
         if self._is_news(form):
             self._loaded = form
-            _assign(self._at, "value", form.at)
-            _assign(self._trials, "value", form.trials)
-            _assign(self._chance, "value", round(form.probability, 2))
+            assign(self._at, "value", form.at)
+            assign(self._trials, "value", form.trials)
+            assign(self._chance, "value", round(form.probability, 2))
         changed = form.editable and (form.is_new or self._typed(form) != {})
-        _assign(self._apply, "disabled", not changed)
+        assign(self._apply, "disabled", not changed)
 
     def _is_news(self, form: Form) -> bool:
         """Whether the fields are to be filled: not while a person is changing them."""
@@ -368,12 +369,6 @@ class Planner:
                 return
             self._pending = plan
             self._ticket = self._ask(event, SetSchedule(plan))
-
-
-def _assign(handle: Any, name: str, value: object) -> None:
-    """Set a property only if it differs, so that nothing is sent for nothing."""
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)
 
 
 # --- Presets -------------------------------------------------------------------------------------
@@ -470,13 +465,13 @@ class PresetButtons:
     def _judge_name(self) -> None:
         """A question about another name is moot; and a name may not do at all."""
         safe = is_safe_name(str(self._name.value))
-        _assign(self._overwrite, "visible", False)
-        _assign(self._save, "disabled", not safe)
+        assign(self._overwrite, "visible", False)
+        assign(self._save, "disabled", not safe)
         self._say([] if safe else [_NAME_RULE])
 
     def _say(self, sentences: Iterable[str]) -> None:
         lines = "".join(f"<div>{escape(sentence)}</div>" for sentence in sentences)
-        _assign(
+        assign(
             self._said,
             "content",
             f'<div style="padding:0 0.7em 0.5em;font-size:0.85em">{lines}</div>' if lines else "",
@@ -500,7 +495,7 @@ class PresetButtons:
                 return
             except OSError as error:
                 said = f"Downloaded, but not written to the folder: {error.strerror or error}."
-        _assign(self._overwrite, "visible", False)
+        assign(self._overwrite, "visible", False)
         self._client.send_file_download(f"{name}.yaml", text.encode(), save_immediately=True)
         self._say([said, *left_out])
 

@@ -97,7 +97,7 @@ def headline_html(status: Status) -> str:
     )
 
 
-def numbers_html(status: Status) -> str:
+def numbers_html(status: Status, viewers: int = 1) -> str:
     """The readings."""
     snapshot = status.snapshot
     caught = narrate.success_share(snapshot)
@@ -117,6 +117,7 @@ def numbers_html(status: Status) -> str:
             f" {snapshot.value.size:,}</span>",
             "States worth more than 0",
         ),
+        _number("Viewers", str(viewers), "Browsers that see and steer this learner"),
     ]
     return (
         '<div style="display:grid;grid-template-columns:auto auto auto;gap:0.35em 0.9em;'
@@ -338,13 +339,13 @@ class Readings:
             camera.position = SURFACE_CAMERA if surface else FLAT_CAMERA
             camera.look_at = (0.0, -0.6, 0.0) if surface else FLAT_TARGET
 
-    def update(self, status: Status, look: Look, extras: Extras, clock: str) -> None:
+    def update(self, status: Status, look: Look, extras: Extras, clock: str, viewers: int) -> None:
         """Show a moment."""
         snapshot, layer = status.snapshot, LAYERS[look.layer]
         self._offer_options(snapshot, layer)
         for handle, content in (
             (self._headline, headline_html(status)),
-            (self._numbers, numbers_html(status)),
+            (self._numbers, numbers_html(status, viewers)),
             (self._caption, _captioned(layer.caption(snapshot, look, extras))),
             (self._legend, layer.legend(snapshot, look, extras)),
             (self._clock, clock),

@@ -18,6 +18,7 @@ from app.door import guarded
 from app.narrate import plain
 from app.session import Request, Session, Status
 from app.snapshot import Snapshot
+from app.widgets import assign, on_change, show
 from learners.commands import (
     Command,
     DefineSkill,
@@ -174,8 +175,8 @@ class Steering:
         for slider in SLIDERS:
             if slider.key not in self._pending:
                 value = min(max(value_of(snapshot, slider.key), slider.low), slider.high)
-                _assign(self._sliders[slider.key], "value", value)
-        _assign(self._sliders["learner.skill_alpha"], "disabled", not snapshot.spec.learner.skills)
+                show(self._sliders[slider.key], value)
+        assign(self._sliders["learner.skill_alpha"], "disabled", not snapshot.spec.learner.skills)
         self._show_undo(snapshot)
         self._show_skills(snapshot)
 
@@ -190,13 +191,12 @@ class Steering:
                     initial_value=min(max(value_of(snapshot, slider.key), slider.low), slider.high),
                     hint=f"{slider.key}; takes effect at the next step",
                 )
-                handle.on_update(guarded(self._mover(slider.key, handle)))
+                on_change(handle, self._mover(slider.key))
                 self._sliders[slider.key] = handle
 
-    def _mover(self, key: str, handle: Any) -> Callable[[viser.GuiEvent], None]:
-        def moved(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                self._pending[key] = (event, float(handle.value), time.perf_counter())
+    def _mover(self, key: str) -> Callable[[viser.GuiEvent, Any], None]:
+        def moved(event: viser.GuiEvent, value: Any) -> None:
+            self._pending[key] = (event, float(value), time.perf_counter())
 
         return moved
 
@@ -220,7 +220,7 @@ class Steering:
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
-        _assign(
+        assign(
             self._changes, "content", f'<div style="padding:0 0.6em;font-size:0.8em">{body}</div>'
         )
         open_events = undoable(snapshot.control.history)
@@ -228,7 +228,7 @@ class Steering:
         if self._chosen.options != options:
             self._chosen.options = options
             self._chosen.value = options[0]
-        _assign(self._undo, "disabled", not open_events)
+        assign(self._undo, "disabled", not open_events)
 
     def _build_skills(self) -> None:
         gui = self._gui
@@ -265,16 +265,16 @@ class Steering:
 
     def _show_skills(self, snapshot: Snapshot) -> None:
         learner = snapshot.spec.learner
-        _assign(self._skills_folder, "visible", learner.options != MOVES)
+        assign(self._skills_folder, "visible", learner.options != MOVES)
         known = [*SKILLS, *learner.custom_skills]
         others = tuple(plain(s) for s in known if s not in snapshot.present) or (_NO_OTHER,)
         if self._other.options != others:
             self._other.options = others
-        _assign(self._add_other, "disabled", others == (_NO_OTHER,))
+        assign(self._add_other, "disabled", others == (_NO_OTHER,))
         present = tuple(plain(skill) for skill in snapshot.present) or (_NO_SKILL,)
         if self._leaver.options != present:
             self._leaver.options = present
-        _assign(self._remove, "disabled", len(snapshot.present) < 2)
+        assign(self._remove, "disabled", len(snapshot.present) < 2)
 
     def _build_removal(self) -> None:
         with self._skills_folder:
@@ -304,8 +304,3 @@ class Steering:
 
         yes.on_click(guarded(removed))
         no.on_click(guarded(lambda _: modal.close()))
-
-
-def _assign(handle: Any, name: str, value: object) -> None:
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)

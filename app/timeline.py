@@ -667,8 +667,8 @@ _ROLES = {
     "line": "lines",
     "explore": "capture",
     "freeze": "field",
-    "hand": "flight",
-    "now": "predator",
+    "hand": "predator",
+    "now": "ink",
     "idle": "timeout",
 }
 """What the colours of a theme are used for here."""

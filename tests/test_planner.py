@@ -323,6 +323,21 @@ def test_two_clicks_move_a_block(desk: Desk) -> None:
     assert desk.person.told == []
 
 
+def test_the_render_loop_does_not_undo_a_choice(desk: Desk) -> None:
+    status = desk.settle()
+    desk.person.use(desk.planner._choice, "avoid: joins")
+    desk.planner.update(status)
+    assert desk.planner._choice.value == "avoid: joins"
+    assert desk.planner._at.value == 6_000
+
+
+def test_a_click_right_after_a_choice_is_about_what_was_chosen(desk: Desk) -> None:
+    desk.choose("avoid: joins")
+    desk.person.use(desk.planner._choice, "circle clockwise: joins")
+    desk.person.use(desk.planner._nudges, "+100")
+    assert desk.at == 3_100
+
+
 def test_clicks_in_quick_succession_add_up(desk: Desk) -> None:
     desk.choose("circle clockwise: joins")
     for _ in range(3):
