@@ -79,7 +79,7 @@ def test_numbers_are_those_of_the_moment() -> None:
     assert reached > 0
     assert text == (
         f"Trial 1,234 Steps {run.step:,} Steps/s 20 k Success 25%"
-        f" States of value {reached:,} of 3,456"
+        f" States of value {reached:,} of 3,456 Viewers 1"
     )
 
 
