@@ -330,6 +330,11 @@ class Controls:
             self._freeze_selection = gui.add_checkbox("Freeze selection", False)
             self._freeze_skills = gui.add_checkbox("Freeze skills", False)
             self._follow = gui.add_checkbox("Follow schedule", True)
+            self._why_not = gui.add_html(
+                '<div style="padding:0 0.6em;font-size:0.85em">The options are moves: there are no'
+                " skills to freeze and nothing to schedule.</div>",
+                visible=False,
+            )
         self._on(self._freeze_selection, FreezeSelection)
         self._on(self._freeze_skills, FreezeSkills)
         self._on(self._follow, FollowSchedule)
@@ -342,6 +347,7 @@ class Controls:
         show(self._follow, control.schedule_on)
         assign(self._freeze_skills, "disabled", not has_skills)
         assign(self._follow, "disabled", not has_skills)
+        assign(self._why_not, "visible", not has_skills)
 
     def _build_start(self, status: Status) -> None:
         gui = self._gui
