@@ -219,8 +219,10 @@ class BoardView:
         self._field = self._line("field", theme.field, 3.0)
         self._arrow = self._line("heading", theme.prey, 4.0)
         self._flow = self._line("flow", theme.ink, 2.0)
-        self._paths = self._line("paths", theme.ink, 2.0)
-        self._trail = self._line("trail", theme.predator, 3.0)
+        # Each part of these has a colour of its own; a line that starts with one takes no others.
+        of_parts = np.zeros((1, 2, 3), np.uint8)
+        self._paths = self._line("paths", of_parts, 2.0)
+        self._trail = self._line("trail", of_parts, 3.0)
         self._rims = self._dots("rims", theme.unknown, _FLASH_RADIUS * 1.5)
         self._flash = self._dots("flash", theme.unknown, _FLASH_RADIUS)
         self._prey = self._dots("prey", theme.prey, 0.13)
@@ -233,7 +235,7 @@ class BoardView:
         self._handles.append(handle)
         return handle
 
-    def _line(self, name: str, colour: tuple[int, int, int], thickness: float) -> Any:
+    def _line(self, name: str, colour: tuple[int, int, int] | np.ndarray, thickness: float) -> Any:
         return self._keep(
             self._scene.add_line_segments(
                 f"/board/{name}",
