@@ -7,6 +7,7 @@ never queues any. Views belong to a browser, learning to the session.
 import sys
 import threading
 import time
+import warnings
 import webbrowser
 from collections.abc import Mapping
 from pathlib import Path
@@ -226,6 +227,8 @@ def run_lab(
     save_dir: Path | None = None,
 ) -> int:
     """Serve the live page until Ctrl-C; returns the exit code."""
+    # A browser may go away between two lines of a frame; what was meant for it is rightly lost.
+    warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=True)
     lab = Lab(session, {preset: spec, **presets}, host, port, save_dir)
     if port not in (0, lab.server.get_port()):
