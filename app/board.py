@@ -31,6 +31,7 @@ SURFACE_CAMERA = (0.0, -14.5, 11.0)
 _GRID_EVERY = 10
 _ARC_POINTS = 48
 _CIRCLE_POINTS = 73
+_RAY_POINTS = 400
 _AWAY = (0.0, 0.0, -50.0)
 """Where things are kept that are not to be seen."""
 _FLASH_S = 0.7
@@ -309,6 +310,25 @@ class BoardView:
         if changed or now_s - self._paths_at >= _PATHS_EVERY_S:
             self._show_paths(snapshot)
             self._paths_at = now_s
+
+    def place_under(
+        self, origin: tuple[float, float, float], direction: tuple[float, float, float]
+    ) -> tuple[float, float] | None:
+        """East and north of where a ray meets the board as it is drawn, None if it does not."""
+        start, along = np.array(origin, float), np.array(direction, float)
+        if along[2] >= -1e-9:
+            return None
+        # From above everything to below everything there is.
+        highest, lowest = SURFACE_UNITS * 1.05, -SURFACE_UNITS * 1.05
+        if self._ground.height is None:
+            highest = lowest = 0.0
+        times = np.linspace(highest - start[2], lowest - start[2], _RAY_POINTS) / along[2]
+        points = start + times[:, None] * along
+        met = points[:, 2] <= self._ground.under(points[:, :2]) + 1e-9
+        if not met.any():
+            return None
+        east, north, _ = points[int(met.argmax())]
+        return float(east), float(north)
 
     def remove(self) -> None:
         """Take everything off the scene."""

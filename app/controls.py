@@ -140,8 +140,8 @@ class Controls:
             self._presets = {**self._presets, snapshot.preset: snapshot.preset_spec}
             if self._preset.options != tuple(self._presets):
                 self._preset.options = tuple(self._presets)
-            show(self._preset, snapshot.preset)
-            show(self._seed, snapshot.seed)
+            assign(self._preset, "value", snapshot.preset)
+            assign(self._seed, "value", snapshot.seed)
         self._show_transport(status)
         self._show_skills(status)
         self._show_explore(status)

@@ -58,9 +58,10 @@ class Browser:
         self._read_at = 0.0
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
-        self._inspector.take_click(
-            event.ray_origin, event.ray_direction, shift=event.modifier == "shift"
-        )
+        place = self._board.place_under(event.ray_origin, event.ray_direction)
+        if place is not None:
+            above = (*place, 1.0)
+            self._inspector.take_click(above, (0.0, 0.0, -1.0), shift=event.modifier == "shift")
 
     def update(
         self, status: Status, look: Look, picture: Picture, extras: Extras, now_s: float
@@ -108,6 +109,8 @@ class Lab:
         self.session = session
         self.save_dir = save_dir
         self._browsers: dict[int, Browser] = {}
+        self._left_early: set[int] = set()
+        """Browsers that went away before their welcome was over."""
         self._lock = threading.Lock()
         self._wake = threading.Event()
         self._closed = False
@@ -180,11 +183,14 @@ class Lab:
     def _welcome(self, client: viser.ClientHandle) -> None:
         browser = Browser(self, client, self.session.status)
         with self._lock:
-            self._browsers[client.client_id] = browser
+            if client.client_id not in self._left_early:
+                self._browsers[client.client_id] = browser
+            self._left_early.discard(client.client_id)
 
     def _forget(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            self._browsers.pop(client.client_id, None)
+            if self._browsers.pop(client.client_id, None) is None:
+                self._left_early.add(client.client_id)
 
     def _tell(self, client_id: int, reason: str) -> None:
         with self._lock:

@@ -60,6 +60,7 @@ KEYS = """
 | R | reset the camera |
 | H | this list |
 
+Keys go to the page: after typing in a field or clicking a box, click on the board first.
 A click on the board inspects a cell; shift and a click sets the predator down there.
 """
 _WIDTH = 330.0

@@ -29,6 +29,13 @@ BROWSER_ARGS = (
 )
 """WebGL in software, and a browser that talks to nobody but the page."""
 
+HARMLESS_WARNINGS = (
+    # A page may go away between two lines of a frame; what was meant for it is rightly lost.
+    "ignore:Queued a .* on a closed connection",
+    # About a fixture of pytest-base-url.
+    "ignore:Session-scoped fixtures defined as instance methods",
+)
+
 BROWSER_TESTS = Path(__file__).parent / "browser"
 
 # The first call of a compiled function takes seconds; a shared machine is slow at times.
@@ -64,15 +71,18 @@ def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[s
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the browser tests, keep them on one worker, and run them after all others.
+    """Mark the browser tests and keep them together.
 
-    Playwright leaves an event loop running in its thread, which other tests need not meet; and
-    two browsers that draw in software at the same time are slower than one after the other.
+    One after the other, because two browsers that draw in software are slower at the same time.
+    In one process they come last, after the quick tests; of several workers one begins with
+    them, since they take longest.
     """
-    group = pytest.mark.xdist_group("browser") if config.pluginmanager.hasplugin("xdist") else None
+    has_workers = config.pluginmanager.hasplugin("xdist")
     for item in items:
         if BROWSER_TESTS in item.path.parents:
             item.add_marker(pytest.mark.browser)
-            if group is not None:
-                item.add_marker(group)
-    items.sort(key=lambda item: BROWSER_TESTS in item.path.parents)
+            item.add_marker(pytest.mark.filterwarnings(*HARMLESS_WARNINGS))
+            if has_workers:
+                item.add_marker(pytest.mark.xdist_group("browser"))
+    is_worker = hasattr(config, "workerinput")
+    items.sort(key=lambda item: (BROWSER_TESTS in item.path.parents) != is_worker)

@@ -1,0 +1,650 @@
+"""The real page in a real browser: what a person does has its effect, and shows."""
+
+import contextlib
+import os
+import queue
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import viser
+from playwright.sync_api import BrowserContext, Page, expect
+
+from app import lab as lab_module
+from app import pictures
+from app.board import BOARD_UNITS, on_picture
+from app.controls import Controls
+from app.lab import Browser, Lab
+from app.look import Look
+from app.pictures import DARK, LIGHT
+from app.session import FULL_SPEED, Play, Status
+from app.snapshot import Snapshot
+from learners.run import Episode, Run
+from tests.browser.conftest import (
+    PATIENCE_S,
+    LiveLab,
+    OpenPage,
+    StartLab,
+    colours_in,
+    picture,
+    preset_of,
+)
+from tests.test_door import CAMERA
+from tests.test_door import Page as Visitor
+
+ROOT = Path(__file__).resolve().parents[2]
+LEARNED = 2_000
+"""Trials after which there is a cone in the small world."""
+
+DIFFERS_FROM = """colour => {
+    const { colors } = window.__viserSceneTree.getState()["/board/cells"].message.props;
+    return colors.some((part, i) => part !== colour[i % 3]);
+}"""
+
+
+def clear_cells(snapshot: Snapshot) -> np.ndarray:
+    """Cells that a page of this size shows between its panels, with nothing drawn over them."""
+    size = snapshot.spec.world.size
+    east, north = np.meshgrid(np.arange(size) - size // 2, np.arange(size) - size // 2)
+    away = np.hypot(east, north)
+    clear = (abs(east) <= 17) & (abs(north) <= 17) & (away > 4)
+    # Lines run along every tenth cell, across the prey, and round what it sees.
+    clear &= (east % 10 != 0) & (north % 10 != 0)
+    clear &= (east < 0) | (abs(away - 9) > 1.5)
+    here = on_picture(snapshot.world, snapshot.trail[-1:], snapshot.heading, shown=0)[0]
+    predator = here * size / BOARD_UNITS
+    clear &= np.hypot(east - predator[0], north - predator[1]) > 3
+    return np.flatnonzero(clear)
+
+
+# Loading
+
+
+def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab()
+    asked_for: list[str] = []
+    screen = open_page(live, asked_for.append)
+    expect(screen.headline).to_contain_text("pounce")
+    expect(screen.headline).to_contain_text(
+        "Paused. One skill, approach: the selection is frozen until trial 300"
+    )
+    expect(screen.reading("Trial")).to_have_text("0")
+    expect(screen.reading("Steps")).to_have_text("0")
+    expect(screen.reading("Success")).to_have_text("\N{EN DASH}")
+    expect(screen.reading("States of value")).to_have_text("0 of 3,456")
+    expect(screen.legend).to_contain_text("Value of a state, as steps to certain capture")
+    assert (screen.cell_colours() == LIGHT.unknown).all()
+    assert asked_for
+    assert [url for url in asked_for if not url.startswith((live.lab.url, "data:", "blob:"))] == []
+
+
+# The picture
+
+
+def test_the_heat_map_changes_while_the_predator_learns(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab()
+    screen = open_page(live)
+    screen.turn_to("View")
+    screen.checkbox("Trail").uncheck()
+    unknown = screen.cell_colours()
+    assert (unknown == LIGHT.unknown).all()
+    screen.button("Play").click()
+    screen.page.wait_for_function(DIFFERS_FROM, arg=unknown[0].tolist())
+    assert live.session.status.playing
+    screen.button("Pause").click()
+    status = live.wait_for(lambda status: not status.playing)
+    colours = live.colours()
+    screen.expect_cell_colours(colours)
+    clear = clear_cells(status.snapshot)
+    cell = int(clear[np.abs(colours[clear].astype(int) - LIGHT.unknown).sum(axis=1).argmax()])
+    assert colours[cell].tolist() != list(LIGHT.unknown)
+    screen.expect_pixel(screen.place_of(cell), colours[cell])
+
+
+def test_colours_on_the_screen_are_the_servers_and_the_legends(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=LEARNED)
+    screen = open_page(live)
+    colours = live.colours()
+    screen.expect_cell_colours(colours)
+    snapshot = live.session.status.snapshot
+    world = snapshot.spec.world
+    known = pictures.folded(snapshot.value, world.capture_reward, snapshot.spec.learner.gamma)
+    share = pictures.on_board(known.positive_share, world).ravel()
+    steps = pictures.on_board(known.steps, world).ravel()
+    clear = clear_cells(snapshot)
+    of_board = (colours == LIGHT.unknown).all(axis=1)
+
+    cell = int(clear[share[clear] == 1][0])
+    screen.expect_pixel(screen.place_of(cell), colours[cell])
+    bar = screen.legend.locator("div[style*=gradient]").first
+    seen = picture(bar.screenshot())
+    level = float(pictures.nearness(steps[cell]))
+    on_bar = seen[seen.shape[0] // 2, round(level * (seen.shape[1] - 1))]
+    assert np.abs(on_bar.astype(int) - colours[cell]).max() <= 6
+
+    swatch = screen.legend.locator("span[style*=background]", has_not_text=re.compile("."))
+    styles = [swatch.nth(i).get_attribute("style") or "" for i in range(swatch.count())]
+    assert list(LIGHT.unknown) in [colour for style in styles for colour in colours_in(style)]
+    nowhere = int(clear[of_board[clear]][0])
+    screen.expect_pixel(screen.place_of(nowhere), np.array(LIGHT.unknown))
+
+
+def test_two_browsers_see_one_session_each_in_its_own_way(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=LEARNED)
+    one, other = open_page(live), open_page(live)
+    other.turn_to("View")
+    other.checkbox("Dark").check()
+    other.choose("Value as", "Linear in value")
+    dark = Look(theme=DARK, scale="linear")
+    other.expect_cell_colours(live.colours(dark))
+    one.expect_cell_colours(live.colours())
+    other.turn_to("Now")
+    expect(other.legend).to_contain_text("Limits fixed: 0 to 100.")
+    expect(one.legend).to_contain_text("Limits fixed: 400 steps to 0.")
+    scheme = "() => document.documentElement.dataset.mantineColorScheme"
+    assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
+
+    other.checkbox("Freeze skills").click()
+    expect(one.checkbox("Freeze skills")).to_be_checked()
+    one.button("One trial").click()
+    live.wait_for(lambda status: status.snapshot.trial == LEARNED + 1)
+    for screen in (one, other):
+        expect(screen.reading("Trial")).to_have_text(f"{LEARNED + 1:,}")
+    other.expect_cell_colours(live.colours(dark))
+    one.expect_cell_colours(live.colours())
+    assert (live.colours()[0] == LIGHT.unknown).all()
+    assert (live.colours(dark)[0] == DARK.unknown).all()
+
+
+def test_a_reload_shows_the_present(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab()
+    screen = open_page(live)
+    screen.checkbox("Freeze skills").click()
+    live.wait_for(lambda status: status.snapshot.control.skills_frozen)
+    status = live.go_to_trial(LEARNED)
+    screen.page.reload()
+    screen.settle(live)
+    expect(screen.reading("Trial")).to_have_text(f"{LEARNED:,}")
+    expect(screen.reading("Steps")).to_have_text(f"{status.snapshot.step:,}")
+    expect(screen.headline).to_contain_text("as a cone")
+    expect(screen.checkbox("Freeze skills")).to_be_checked()
+    screen.expect_cell_colours(live.colours())
+    assert (live.colours() != LIGHT.unknown).any()
+
+
+def test_a_closed_browser_stops_nothing(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab()
+    one, other = open_page(live), open_page(live)
+    one.button("Play").click()
+    live.wait_for(lambda status: status.snapshot.step > 1_000)
+    one.page.close()
+    assert live.gone.wait(PATIENCE_S)
+    gone_at = live.session.status.snapshot.step
+    live.wait_for(lambda status: status.snapshot.step > gone_at + 10_000)
+    other.button("Pause").click()
+    status = live.wait_for(lambda status: not status.playing)
+    expect(other.reading("Steps")).to_have_text(f"{status.snapshot.step:,}")
+    other.expect_cell_colours(live.colours())
+    assert status.error is None
+
+
+def test_a_browser_that_leaves_while_it_is_welcomed_is_forgotten(
+    start_lab: StartLab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    welcoming, welcomed = threading.Event(), threading.Event()
+    drawn: queue.SimpleQueue[int] = queue.SimpleQueue()
+
+    class Hesitant(Browser):
+        """Sets itself up only once the first page has left."""
+
+        def __init__(self, lab: Lab, client: viser.ClientHandle, status: Status) -> None:
+            welcoming.set()
+            assert live.gone.wait(PATIENCE_S)
+            super().__init__(lab, client, status)
+            welcomed.set()
+
+        def update(self, *moment: Any) -> None:
+            drawn.put(self.client.client_id)
+
+        def read(self, *moment: Any) -> None:
+            """Nothing to read."""
+
+    monkeypatch.setattr(lab_module, "Browser", Hesitant)
+    live = start_lab()
+    port = live.lab.server.get_port()
+    hasty, patient = Visitor(port), Visitor(port)
+    hasty.send(CAMERA)
+    assert welcoming.wait(PATIENCE_S)
+    hasty.close()
+    assert live.gone.wait(PATIENCE_S)
+    assert welcomed.wait(PATIENCE_S)
+    patient.send(CAMERA)
+    seen = [drawn.get(timeout=PATIENCE_S)]
+    while seen.count(max(seen)) < 4 or max(seen) == 0:
+        seen.append(drawn.get(timeout=PATIENCE_S))
+    patient.close()
+    assert seen[-3:] == [1, 1, 1]
+
+
+# Play and pause
+
+
+def test_pause_play_and_single_steps(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab(trial=10)
+    screen = open_page(live)
+    start = live.session.status.snapshot.step
+    for made in (1, 2):
+        screen.button("One step").click()
+        status = live.wait_for(lambda status, made=made: status.snapshot.step >= start + made)
+        assert (status.snapshot.step, status.playing) == (start + made, False)
+    screen.button("One trial").click()
+    status = live.wait_for(lambda status: status.snapshot.trial == 11)
+    assert status.snapshot.trial_step == 0
+    expect(screen.reading("Trial")).to_have_text("11")
+
+    screen.button("Play").click()
+    live.wait_for(lambda status: status.playing and status.snapshot.trial > 30)
+    expect(screen.headline).not_to_contain_text("Paused")
+    screen.button("Pause").click()
+    paused = live.wait_for(lambda status: not status.playing).snapshot.step
+    expect(screen.headline).to_contain_text("Paused")
+    expect(screen.reading("Steps")).to_have_text(f"{paused:,}")
+    assert live.session.status.snapshot.step == paused
+
+
+def test_space_pauses_and_plays_even_after_a_click(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(speed=10.0)
+    screen = open_page(live)
+    # The clicked button keeps the focus, and space would press it as well.
+    screen.button("Play").click()
+    answered = live.wait_for(lambda status: status.playing).answered
+    screen.page.keyboard.press("Space")
+    live.wait_for(lambda status: not status.playing)
+    screen.button("One step").click()
+    status = live.wait_for(lambda status: status.answered >= answered + 2)
+    assert (status.answered, status.playing) == (answered + 2, False)
+    screen.page.keyboard.press("Space")
+    assert live.wait_for(lambda status: status.answered > answered + 2).playing
+
+
+def test_the_speed_is_set_by_its_slider(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab(speed=1_000.0)
+    screen = open_page(live)
+    slider = screen.page.get_by_role("slider").first
+    slider.press("Home")
+    live.wait_for(lambda status: status.speed == 1.0)
+    expect(screen.text("1 steps/s")).to_be_visible()
+    slider.press("ArrowRight")
+    live.wait_for(lambda status: status.speed == pytest.approx(10**0.1))
+    slider.press("End")
+    live.wait_for(lambda status: status.speed == FULL_SPEED)
+    expect(screen.text("Full speed")).to_be_visible()
+    assert live.session.status.snapshot.step == 0
+
+
+def test_a_run_that_is_over_offers_to_go_on(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab(preset_of("timed", "trials=400"), speed=FULL_SPEED)
+    live.ask(Play())
+    live.wait_for(lambda status: status.finished)
+    screen = open_page(live)
+    expect(screen.headline).to_contain_text("The 400 trials are over.")
+    screen.button("One step").click()
+    expect(screen.text("the 400 trials are over; play to go on")).to_be_visible()
+    screen.button("Go on for 400 trials more").click()
+    live.wait_for(lambda status: status.snapshot.trial == 800 and status.finished)
+    expect(screen.headline).to_contain_text("The 800 trials are over.")
+
+
+# Skills
+
+
+def test_a_skill_is_added_and_explored_and_the_predator_obeys(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=LEARNED)
+    screen = open_page(live)
+    expect(screen.text("circle clockwise: not yet, joins at trial 12,000")).to_be_visible()
+    screen.button("Add circle clockwise now").click()
+    control = live.wait_for(lambda s: len(s.snapshot.present) == 2).snapshot.control
+    added = control.introductions[-1]
+    assert (added.skill, added.trial) == ("circle_clockwise", LEARNED)
+    assert control.frozen_until == LEARNED + 300
+    expect(screen.text("circle clockwise: frozen until trial 2,300")).to_be_visible()
+    expect(screen.button("Add circle clockwise now")).to_have_count(0)
+    expect(screen.button("Add avoid now")).to_be_visible()
+    expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
+
+    chance = screen.page.get_by_role("slider").nth(1)
+    chance.press("End")
+    expect(chance).to_have_attribute("aria-valuenow", "1")
+    screen.type("Trials", "40")
+    screen.choose("Skill", "circle clockwise")
+    screen.button("Start exploring").click()
+    wanted = Episode("circle_clockwise", 1.0, LEARNED + 40)
+    before = live.wait_for(lambda s: s.snapshot.control.episodes == (wanted,)).snapshot
+    expect(screen.text("circle clockwise at 100%: 40 trials left")).to_be_visible()
+    screen.button("One trial").click()
+    after = live.wait_for(lambda status: status.snapshot.trial == LEARNED + 1).snapshot
+    taken = after.option_visits - before.option_visits
+    assert taken[1] > 0
+    assert taken.tolist() == [0, after.step - before.step, 0]
+    expect(screen.text("circle clockwise at 100%: 39 trials left")).to_be_visible()
+
+    screen.button("Stop exploring").click()
+    live.wait_for(lambda status: status.snapshot.control.episodes == ())
+    expect(screen.text("Nothing is being explored.")).to_be_visible()
+    expect(screen.button("Stop exploring")).to_be_disabled()
+
+
+# Freezing
+
+
+def tables_after(live: LiveLab, steps: int) -> tuple[Snapshot, Snapshot]:
+    """Two moments of a playing session that lie at least so many steps apart."""
+    first = live.session.status.snapshot
+    return first, live.wait_for(lambda s: s.snapshot.step >= first.step + steps).snapshot
+
+
+def test_freezing_stops_learning_while_steps_go_on(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=LEARNED)
+    screen = open_page(live)
+    screen.button("Play").click()
+    live.wait_for(lambda status: status.playing)
+
+    screen.checkbox("Freeze selection").click()
+    live.wait_for(lambda status: status.snapshot.control.selection_frozen)
+    first, later = tables_after(live, 5_000)
+    np.testing.assert_array_equal(first.selection_q, later.selection_q)
+    assert not np.array_equal(first.skill_q, later.skill_q)
+    expect(screen.headline).to_contain_text("the selection is frozen by hand")
+
+    screen.checkbox("Freeze skills").click()
+    live.wait_for(lambda status: status.snapshot.control.skills_frozen)
+    first, later = tables_after(live, 5_000)
+    np.testing.assert_array_equal(first.selection_q, later.selection_q)
+    np.testing.assert_array_equal(first.skill_q, later.skill_q)
+
+    screen.checkbox("Freeze selection").click()
+    live.wait_for(lambda status: not status.snapshot.control.selection_frozen)
+    first, later = tables_after(live, 5_000)
+    assert not np.array_equal(first.selection_q, later.selection_q)
+    np.testing.assert_array_equal(first.skill_q, later.skill_q)
+    expect(screen.checkbox("Freeze selection")).not_to_be_checked()
+    expect(screen.checkbox("Freeze skills")).to_be_checked()
+
+
+def test_the_schedule_can_be_left(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab(preset_of("timed", "schedule.skills.circle_clockwise.at=60"), trial=50)
+    screen = open_page(live)
+    expect(screen.text("circle clockwise: not yet, joins at trial 60")).to_be_visible()
+    screen.checkbox("Follow schedule").click()
+    live.wait_for(lambda status: not status.snapshot.control.schedule_on)
+    expect(screen.text("circle clockwise: not yet, joins")).to_have_count(0)
+    expect(screen.text("circle clockwise: not yet")).to_be_visible()
+    status = live.go_to_trial(70)
+    assert status.snapshot.present == ("approach",)
+    expect(screen.button("Add circle clockwise now")).to_be_visible()
+
+
+class LateExecutor(ThreadPoolExecutor):
+    """Runs what it is given only once the page has been drawn three times more."""
+
+    def __init__(self, frames: threading.Semaphore) -> None:
+        super().__init__()
+        self._frames = frames
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        def late() -> Any:
+            for _ in range(3):
+                self._frames.acquire(timeout=PATIENCE_S)
+            return fn(*args, **kwargs)
+
+        while self._frames.acquire(blocking=False):
+            pass
+        return super().submit(late)
+
+
+def test_a_click_is_not_lost_on_a_machine_that_is_slow_to_handle_it(
+    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = threading.Semaphore(0)
+    draw = Controls.update
+
+    def counted(self: Controls, status: Status) -> None:
+        draw(self, status)
+        frames.release()
+
+    monkeypatch.setattr(Controls, "update", counted)
+    live = start_lab()
+    screen = open_page(live)
+    monkeypatch.setattr(live.lab.server.gui, "_thread_executor", LateExecutor(frames))
+    answered = live.session.status.answered
+    screen.checkbox("Freeze skills").click()
+    status = live.wait_for(lambda status: status.answered > answered)
+    assert status.snapshot.control.skills_frozen
+    expect(screen.checkbox("Freeze skills")).to_be_checked()
+
+
+# Starting again, and errors
+
+
+def test_start_again_with_another_preset_and_seed(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab(trial=LEARNED)
+    screen = open_page(live)
+    screen.choose("Preset", "standard_q")
+    screen.type("Seed", "12")
+    assert live.session.status.snapshot.generation == 0
+    screen.button("Start again").click()
+    taken = live.wait_for(lambda status: status.snapshot.generation == 1).snapshot
+    assert (taken.preset, taken.seed, taken.step) == ("standard_q", 12, 0)
+    assert taken.spec == preset_of("standard_q")
+    expect(screen.headline).to_contain_text("Nine moves, no skills")
+    expect(screen.reading("Trial")).to_have_text("0")
+    expect(screen.button("Add avoid now")).to_have_count(0)
+    expect(screen.button("Start exploring")).to_have_count(0)
+    expect(screen.checkbox("Freeze skills")).to_be_disabled()
+    screen.expect_cell_colours(np.full((1600, 3), LIGHT.unknown, np.uint8))
+
+    screen.choose("Preset", "hierarchical_2")
+    screen.button("Start again").click()
+    taken = live.wait_for(lambda status: status.snapshot.generation == 2).snapshot
+    assert (taken.preset, taken.seed) == ("hierarchical_2", 12)
+    expect(screen.text("circle clockwise: active")).to_be_visible()
+    expect(screen.button("Start exploring")).to_be_enabled()
+
+
+def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
+    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    live = start_lab(trial=50)
+    before = live.session.status.snapshot
+    screen = open_page(live)
+
+    def broken(self: Run, **limits: Any) -> int:
+        raise ArithmeticError("<b>no</b> such number")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Run, "advance", broken)
+        screen.button("Play").click()
+        status = live.wait_for(lambda status: status.error is not None)
+        expect(screen.headline).to_contain_text(
+            "The learner stopped at trial 50 with an error; its state is kept."
+        )
+        expect(screen.headline).to_contain_text("ArithmeticError: <b>no</b> such number")
+        expect(screen.button("Stopped by an error: start again")).to_be_disabled()
+    assert (status.snapshot.step, status.snapshot.trial) == (before.step, 50)
+    np.testing.assert_array_equal(status.snapshot.skill_q, before.skill_q)
+
+    screen.button("Start again").click()
+    status = live.wait_for(lambda status: status.snapshot.generation == 1)
+    assert status.error is None
+    expect(screen.headline).not_to_contain_text("ArithmeticError")
+    live.wait_for(lambda status: status.snapshot.trial > 20)
+
+
+# Strangers
+
+
+def test_a_value_that_no_widget_allows_is_refused_and_said(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(speed=1_000.0)
+    screen = open_page(live)
+    box = screen.field("Trials")
+    screen.page.evaluate(
+        """uuid => window.__viserMutable.sendMessage(
+            { type: "GuiUpdateMessage", uuid, updates: { value: -5 } })""",
+        box.get_attribute("id"),
+    )
+    expect(screen.text("Trials must be at least 1.")).to_be_visible()
+    screen.button("Start exploring").click()
+    episode = live.wait_for(lambda status: bool(status.snapshot.control.episodes))
+    assert episode.snapshot.control.episodes == (Episode("approach", 0.5, 2_000),)
+
+
+@contextlib.contextmanager
+def foreign_site() -> Iterator[str]:
+    """A page of another server; yields its address."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<title>elsewhere</title>")
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Say nothing."""
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def knock(page: Page, live: LiveLab) -> str:
+    """What becomes of a websocket that a page opens to the lab."""
+    return page.evaluate(
+        """([url, protocol]) => new Promise(resolve => {
+            const socket = new WebSocket(url, [protocol]);
+            socket.onopen = () => { socket.close(); resolve("open"); };
+            socket.onerror = () => resolve("refused");
+        })""",
+        [live.lab.url.replace("http", "ws"), f"viser-v{viser.__version__}"],
+    )
+
+
+def test_a_page_of_another_origin_is_refused(
+    start_lab: StartLab, new_context: Callable[..., BrowserContext]
+) -> None:
+    live = start_lab(trial=5)
+    before = live.session.status
+    page = new_context().new_page()
+    with foreign_site() as site:
+        page.goto(site)
+        assert knock(page, live) == "refused"
+        page.goto(site.replace("127.0.0.1", "localhost"))
+        assert knock(page, live) == "refused"
+    page.goto("about:blank")
+    assert knock(page, live) == "refused"
+    assert live.session.status is before
+    # The same is welcome from the lab's own page.
+    page.goto(live.url)
+    assert knock(page, live) == "open"
+
+
+# The program
+
+
+@contextlib.contextmanager
+def pounce_lab(port: int) -> Iterator[subprocess.Popen[str]]:
+    """The lab as a program of its own, as if started on a terminal."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "app.cli", "lab", "--no-browser", "--port", str(port)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # What a shell starts in the background ignores Ctrl-C; a test may be run like that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    watchdog = threading.Timer(PATIENCE_S, process.kill)
+    watchdog.start()
+    try:
+        yield process
+    finally:
+        watchdog.cancel()
+        process.kill()
+        process.communicate()
+
+
+def said_until_ready(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """What a program said until it named its address, and the address."""
+    assert process.stdout is not None
+    said = ""
+    for line in process.stdout:
+        said += line
+        found = re.search(r"pounce is at (http://\S+)", line)
+        if found:
+            return said, found[1]
+    pytest.fail(f"it ended before it named an address: {said}")
+
+
+@contextlib.contextmanager
+def taken_port() -> Iterator[int]:
+    """A port that somebody else listens on."""
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        yield other.getsockname()[1]
+
+
+def test_ctrl_c_ends_the_program_at_once_and_cleanly(
+    new_context: Callable[..., BrowserContext],
+) -> None:
+    with taken_port() as free:
+        pass
+    with pounce_lab(free) as process:
+        _, url = said_until_ready(process)
+        page = new_context().new_page()
+        page.goto(f"{url}/?fixedDpr=1")
+        expect(page.get_by_text("One skill, approach")).to_be_visible(timeout=PATIENCE_S * 1000)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=5)
+    assert process.returncode in (os.EX_OK, 130)
+    assert errors == ""
+
+
+def test_a_busy_port_is_said_and_the_next_free_one_used() -> None:
+    with taken_port() as busy, pounce_lab(busy) as process:
+        said, url = said_until_ready(process)
+        port = int(url.rpartition(":")[2])
+        assert port > busy
+        assert f"Port {busy} is busy, so this uses {port}." in said
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S):
+            pass
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=5)
+    assert process.returncode in (os.EX_OK, 130)
