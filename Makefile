@@ -16,7 +16,7 @@ lab: setup
 setup: .venv/.installed
 
 test: .venv/.installed-test browser lint
-	$(BIN)/python -m pytest -n auto --dist loadgroup
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 lint: .venv/.installed-test
 	$(BIN)/ruff format --check .
@@ -35,13 +35,13 @@ browser:
 
 .venv/.installed: pyproject.toml .venv/bin/python
 	@echo "Installing pounce into .venv (a minute, the first time only) ..."
-	@$(BIN)/python -m pip install --quiet --editable '.[bench]'
+	@$(BIN)/python -m pip install -qq --editable '.[bench]'
 	@echo "Compiling the learner ..."
 	@$(BIN)/pounce run timed --trials 1 --json > /dev/null
 	@touch $@
 
 .venv/.installed-test: .venv/.installed
-	@$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@$(BIN)/python -m pip install -qq --editable '.[test]'
 	@touch $@
 
 clean:

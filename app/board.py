@@ -26,7 +26,8 @@ SURFACE_UNITS = 2.4
 FLAT_TARGET = (0.0, -2.65, 0.0)
 FLAT_CAMERA = (0.0, -2.65, 15.6)
 """The whole board from above, with room for the timeline below it."""
-SURFACE_CAMERA = (0.0, -14.5, 11.0)
+SURFACE_CAMERA = (0.0, -17.5, 12.5)
+SURFACE_TARGET = (0.0, -2.6, 0.0)
 
 _GRID_EVERY = 10
 _ARC_POINTS = 48
@@ -394,9 +395,10 @@ class BoardView:
         for path in snapshot.paths:
             chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
             points = on_picture(snapshot.world, path.cells[chosen], path.heading, shown)
-            parts.append(_segments(points))
+            segments = _within(_segments(points), self._spec)
+            parts.append(segments)
             colour = in_linear_light(np.array(outcome_colour(self._look.theme, path.outcome)))
-            colours.append(np.broadcast_to(colour, (len(points) - 1, 2, 3)))
+            colours.append(np.broadcast_to(colour, (len(segments), 2, 3)))
         if parts:
             lines = self._ground.lifted(np.concatenate(parts), _Z_TRAIL)
             self._set(self._paths, "paths", lines, np.concatenate(colours))
@@ -420,12 +422,14 @@ class BoardView:
         ends = [end for end, _ in self._flashes.values()]
         cells = np.array([end.cell for end in ends], np.int64)
         headings = np.array([end.heading for end in ends], np.int64)
-        points = self._ground.lifted(
-            on_picture(snapshot.world, cells, headings, shown).reshape(-1, 2), _Z_FLASH
-        )
+        places = on_picture(snapshot.world, cells, headings, shown).reshape(-1, 2)
         colours = np.array(
             [outcome_colour(self._look.theme, end.outcome) for end in ends], np.uint8
         ).reshape(-1, 3)
+        # Turned by half a quarter, the corners of another trial's board lie outside this one.
+        low, high = _edges(self._spec)
+        inside = ((places >= low) & (places <= high)).all(axis=1)
+        points, colours = self._ground.lifted(places[inside], _Z_FLASH), colours[inside]
         self._set(self._flash, "flash", points, colours)
         self._set(self._rims, "rims", points - np.array([0, 0, 0.002], np.float32))
 

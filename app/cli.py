@@ -23,6 +23,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppendAction, arg
 
+from app import report_cli
+from app.experiment_cli import Experiment
+from app.report_cli import Report
+
 if TYPE_CHECKING:
     from app.headless import Output, Progress, RunResult
     from benchmarks.compare import Rates
@@ -84,14 +88,14 @@ class Lab:
     """A shipped preset, or a file."""
     host: Annotated[str, arg(metavar="IP")] = "127.0.0.1"
     """Address to listen on."""
-    port: Annotated[str, arg(metavar="N")] = "8080"
+    port: Annotated[str, arg(metavar="PORT")] = "8080"
     """Port to listen on; if it is busy, the next free one."""
     no_browser: _Flag = False
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
     """Seed of the run."""
-    save_dir: Annotated[str | None, arg(metavar="DIR", help_behavior_hint=_HIDDEN_HINT)] = None
-    """Let *Save as preset* write into DIR as well."""
+    save_dir: Annotated[str | None, arg(metavar="FOLDER", help_behavior_hint=_HIDDEN_HINT)] = None
+    """Let *Save as preset* write into that folder as well."""
 
 
 @dataclass(frozen=True)
@@ -147,9 +151,16 @@ class Bench:
     """Measure what the live page costs the learner, with no browser, one and five."""
 
 
-Command = Lab | Presets | Run | Bench
+Command = Lab | Presets | Run | Experiment | Report | Bench
 
-COMMANDS: dict[str, type[Command]] = {"lab": Lab, "presets": Presets, "run": Run, "bench": Bench}
+COMMANDS: dict[str, type[Command]] = {
+    "lab": Lab,
+    "presets": Presets,
+    "run": Run,
+    "experiment": Experiment,
+    "report": Report,
+    "bench": Bench,
+}
 
 EXAMPLES: dict[type[Command], Sequence[str]] = {
     Lab: (
@@ -164,6 +175,12 @@ EXAMPLES: dict[type[Command], Sequence[str]] = {
         "pounce run standard_q --set world.size=60 --set learner.epsilon=0.05",
         "pounce run my-preset.yaml --seeds 30 --out results",
     ),
+    Experiment: (
+        "pounce experiment figure_4_1",
+        "pounce experiment timing_circle_avoid --seeds 10 --dry-run",
+        "pounce experiment my-experiment.yaml --out results --resume",
+    ),
+    Report: report_cli.EXAMPLES,
     Bench: (
         "pounce bench",
         "pounce bench timed --repetitions 9",
@@ -184,6 +201,8 @@ class Pounce:
         Annotated[Lab, tyro.conf.subcommand("lab")]
         | Annotated[Presets, tyro.conf.subcommand("presets")]
         | Annotated[Run, tyro.conf.subcommand("run")]
+        | Annotated[Experiment, tyro.conf.subcommand("experiment")]
+        | Annotated[Report, tyro.conf.subcommand("report")]
         | Annotated[Bench, tyro.conf.subcommand("bench")]
     ] = dataclasses.field(default_factory=Lab)
     version: _Flag = False
@@ -482,6 +501,44 @@ def _progress(spec: "RunSpec", command: Run, n_runs: int) -> "Iterator[Callable[
         yield show
 
 
+def _experiment(command: Experiment) -> int:
+    workers = available_cores()
+    if command.workers is not None:
+        workers = whole_number("--workers", command.workers, 1, MAX_WORKERS)
+    n_seeds = None
+    if command.seeds is not None:
+        n_seeds = whole_number("--seeds", command.seeds, 1, MAX_RUNS)
+    if command.out is not None and not command.out:
+        raise UsageError("--out: '' is not allowed; allowed: a folder")
+    if command.resume and command.force:
+        raise UsageError("--resume and --force exclude each other; allowed: one of them")
+    from app import experiment_cli, experiments, presets
+    from app.laboratory import FolderError
+
+    if not command.experiment:
+        names = ", ".join(experiments.shipped())
+        raise UsageError(f"EXPERIMENT is missing; allowed: {names}, or a file")
+
+    try:
+        wanted = experiment_cli.wanted(command, n_seeds)
+        folder = experiment_cli.folder_of(command, wanted)
+    except presets.PresetError as error:
+        raise WrongPresetError(str(error)) from error
+    except FolderError as error:
+        raise UsageError(str(error)) from error
+    if folder is None:
+        _say(experiment_cli.planned(command, wanted, workers))
+        return EXIT_OK
+    with folder:
+        try:
+            outcome = experiment_cli.carried_out(wanted, folder, workers)
+        except FolderError as error:
+            _complain(f"{shown(str(folder.path))} {error}")
+            return EXIT_FAILED
+        _say(experiment_cli.report(command, wanted, folder, outcome))
+    return EXIT_FAILED if outcome.failed else EXIT_OK
+
+
 def _bench(command: Bench) -> int:
     from app import presets
 
@@ -637,6 +694,10 @@ def _obey(command: Command | Pounce | None) -> int:
             return _presets()
         case Run():
             return _run(command)
+        case Experiment():
+            return _experiment(command)
+        case Report():
+            return report_cli.report(command)
         case Bench():
             return _bench(command)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import viser
 
-from app.door import guarded
+from app.door import RefusedError, guarded
 from app.narrate import plain
 from app.session import (
     FULL_SPEED,
@@ -89,7 +89,7 @@ def skill_state(status: Status, skill: str) -> str:
     share = f", {snapshot.option_visits[index] / total:.0%} of all choices" if total else ""
     newest = snapshot.control.introductions[-1].skill == skill
     if newest and snapshot.trial < snapshot.control.frozen_until:
-        return f"frozen until trial {snapshot.control.frozen_until:,}{share}"
+        return f"new, selection frozen until trial {snapshot.control.frozen_until:,}{share}"
     return f"active{share}"
 
 
@@ -215,7 +215,7 @@ class Controls:
         snapshot = self._session.status.snapshot
         absent = [s for s in snapshot.spec.learner.skills if s not in snapshot.present]
         if not absent:
-            raise ValueError("all skills of this learner have joined")
+            raise RefusedError("all skills of this learner have joined")
         return self._introduction(absent[0])
 
     def _toggle_freeze(self) -> Request:
@@ -291,9 +291,13 @@ class Controls:
             self._left = gui.add_html("")
             self._end = gui.add_button("Stop exploring", icon=viser.Icon.PLAYER_STOP)
         self._begin.on_click(guarded(self._asker(self._exploration)))
-        self._end.on_click(
-            guarded(lambda event: self.ask(event, StopExploring(self._chosen_skill())))
-        )
+        self._end.on_click(guarded(self._asker(lambda: StopExploring(self._ending()))))
+
+    def _ending(self) -> str:
+        """The exploration that a click would end: the chosen skill's, or else the newest."""
+        running = [episode.skill for episode in self._session.status.snapshot.control.episodes]
+        chosen = self._chosen_skill()
+        return chosen if chosen in running or not running else running[0]
 
     def _exploration(self) -> Request:
         return Explore(self._chosen_skill(), int(self._duration.value), float(self._chance.value))
@@ -306,11 +310,12 @@ class Controls:
         names = tuple(plain(skill) for skill in snapshot.present) or (_NO_SKILL,)
         if self._explored.options != names:
             self._explored.options = names
-        chosen = self._chosen_skill()
-        running = {episode.skill for episode in snapshot.control.episodes}
+        running = bool(snapshot.control.episodes)
         nothing = not snapshot.present
         assign(self._begin, "disabled", nothing)
-        assign(self._end, "disabled", chosen not in running)
+        assign(self._end, "disabled", not running)
+        label = f"Stop exploring {plain(self._ending())}" if running else "Stop exploring"
+        assign(self._end, "label", label)
         lines = [
             f"{escape(plain(e.skill))} at {e.probability:.0%}:"
             f" {e.until_trial - snapshot.trial:,} trials left"

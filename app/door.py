@@ -683,6 +683,10 @@ _COMPLAINTS: Final[dict[type, Callable[[Any, Any], str | None]]] = {
 # --- Callbacks -----------------------------------------------------------------------------------
 
 
+class RefusedError(ValueError):
+    """What somebody asked for makes no sense; the message says why, and what would."""
+
+
 def guarded(callback: Callable[[Event], Any]) -> Callable[[Event], Any]:
     """Make a viser callback, plain or async, tell the acting page when it fails.
 
@@ -708,14 +712,20 @@ def guarded(callback: Callable[[Event], Any]) -> Callable[[Event], Any]:
 
 @contextlib.contextmanager
 def _told_to(event: Any, callback: Callable[..., Any]) -> Iterator[None]:
+    client = event if isinstance(event, viser.ClientHandle) else getattr(event, "client", None)
     try:
         yield
+    except RefusedError as error:
+        # What was asked for makes no sense; that is between the page and its user.
+        if client is not None:
+            client.add_notification(
+                "That cannot be done now", str(error)[:400], auto_close_seconds=8.0
+            )
     except Exception as error:
         # The last place that can tell the user: beyond it lie viser's threads, which print to a
         # terminal that nobody watches. So it takes every error, whatever the callback may raise.
         text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
         log.error("%s failed: %s", getattr(callback, "__qualname__", callback), text)
         log.debug("the failure above", exc_info=True)
-        client = event if isinstance(event, viser.ClientHandle) else getattr(event, "client", None)
         if client is not None:
             client.add_notification("That did not work", text, color="red", auto_close_seconds=10.0)

@@ -26,8 +26,9 @@ from app.layers import LAYERS, Extras, Picture
 from app.look import Look
 from app.planner import Planner, PresetButtons
 from app.readings import Readings, clock_html
-from app.session import Session, Status
+from app.session import Play, Session, Status
 from app.steering import saved_state
+from learners import greedy
 from learners.spec import RunSpec
 
 DEFAULT_SPEED = 20_000.0
@@ -52,7 +53,13 @@ class Browser:
         with self.readings.file_tab:
             PresetButtons(client, lab.session, lab.ask, lab.save_dir)
             save = client.gui.add_button("Save state", icon=viser.Icon.DEVICE_FLOPPY)
-        save.on_click(guarded(lambda _: client.send_file_download(*saved_state(lab.snapshot))))
+        save.on_click(
+            guarded(
+                lambda _: client.send_file_download(
+                    *saved_state(lab.snapshot), save_immediately=True
+                )
+            )
+        )
         client.scene.on_click()(guarded(self._clicked))
         client.scene.on_click(modifier="shift")(guarded(self._clicked))
         self._read_at = 0.0
@@ -100,14 +107,16 @@ class Lab:
         host: str,
         port: int,
         save_dir: Path | None = None,
+        waits: bool = False,
     ) -> None:
-        """Open the page.
+        """Open the page; with ``waits`` the learner begins when the first browser has come.
 
         Raises:
             OSError: the host is not an address of this machine, or no port is free.
         """
         self.session = session
         self.save_dir = save_dir
+        self._waits = waits
         self._browsers: dict[int, Browser] = {}
         self._left_early: set[int] = set()
         """Browsers that went away before their welcome was over."""
@@ -116,6 +125,10 @@ class Lab:
         self._closed = False
         self._drawing = Drawing()
         self._success = SuccessFinder()
+        # Compiled beforehand, or the first click on the board would have to wait for it.
+        threading.Thread(
+            target=greedy.prepare, args=(session.status.snapshot.world,), daemon=True
+        ).start()
         self.server = open_server(host, port, label="pounce", on_refused=self._tell)
         self._dress_server()
         self._controls = Controls(self.server.gui, session, presets)
@@ -186,6 +199,9 @@ class Lab:
             if client.client_id not in self._left_early:
                 self._browsers[client.client_id] = browser
             self._left_early.discard(client.client_id)
+            begins, self._waits = self._waits, False
+        if begins and self.session.status.answered == 0:
+            self.session.submit(Play())
 
     def _forget(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -235,8 +251,8 @@ def run_lab(
     """Serve the live page until Ctrl-C; returns the exit code."""
     # A browser may go away between two lines of a frame; what was meant for it is rightly lost.
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
-    session = Session(spec, preset, seed, DEFAULT_SPEED, playing=True)
-    lab = Lab(session, {preset: spec, **presets}, host, port, save_dir)
+    session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
+    lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, waits=True)
     if port not in (0, lab.server.get_port()):
         _say(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
     _say(f"pounce is at {lab.url}  (Ctrl-C ends it)")

@@ -110,12 +110,14 @@ def sentence(status: Status) -> str:
     if status.preparing:
         return "Compiling the learner, once on this machine: a few seconds."
     lead = _repertoire(snapshot)
-    exploring = [
-        f"{plain(e.skill)} is taken in {e.probability:.0%} of the steps until trial"
-        f" {e.until_trial:,}"
-        for e in snapshot.control.episodes
-        if e.until_trial > snapshot.trial
-    ]
+    exploring = []
+    for episode in snapshot.control.episodes:
+        if episode.until_trial > snapshot.trial:
+            steps = "the other steps" if exploring else "the steps"
+            exploring.append(
+                f"{plain(episode.skill)} is taken in {episode.probability:.0%} of {steps} until"
+                f" trial {episode.until_trial:,}"
+            )
     clauses = []
     if exploring:
         clauses.append("; ".join(exploring))

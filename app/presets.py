@@ -83,7 +83,7 @@ class PresetError(ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
 
-class _UnusableError(Exception):
+class UnusableError(Exception):
     """A file, a text or a setting that nothing can be read from."""
 
     def __init__(self, message: str, line: int | None = None) -> None:
@@ -96,13 +96,13 @@ def _bounded(text: str, longest: int = MAX_SHOWN) -> str:
     return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
-def _printable(text: str, longest: int = MAX_SHOWN) -> str:
+def printable(text: str, longest: int = MAX_SHOWN) -> str:
     """A name as it may be shown in a terminal: no line breaks, no escape sequences."""
     clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
     return _bounded(clean, longest)
 
 
-def _shown(value: object) -> str:
+def quoted(value: object) -> str:
     """A value as a problem quotes it, near to how YAML writes it."""
     match value:
         case None:
@@ -113,16 +113,16 @@ def _shown(value: object) -> str:
             return _bounded(repr(value))
 
 
-def _dotted(key: Key) -> str:
+def dotted(key: Key) -> str:
     return ".".join(
-        str(part) if re.fullmatch(r"[\w-]{1,40}", str(part)) else _shown(part) for part in key
+        str(part) if re.fullmatch(r"[\w-]{1,40}", str(part)) else quoted(part) for part in key
     )
 
 
 # --- Tree: values that know where they came from -------------------------------------------------
 
 
-class _Place(NamedTuple):
+class Place(NamedTuple):
     source: str
     line: int | None
 
@@ -131,32 +131,32 @@ class _Refused:
     """Stands for a value that was not read, and whose problem has been noted."""
 
 
-_REFUSED: Final = _Refused()
+REFUSED: Final = _Refused()
 
 
-class _Node(NamedTuple):
+class Node(NamedTuple):
     """A value, a list of nodes, or a mapping to nodes."""
 
     key: Key
     """As the user wrote it: it stays when items before it are taken out of a list."""
     value: Any
-    place: _Place
+    place: Place
 
     def problem(self, message: str, value: str | None = None) -> PresetProblem:
-        return PresetProblem(*self.place, _dotted(self.key), value, message)
+        return PresetProblem(*self.place, dotted(self.key), value, message)
 
 
-def _plain(node: _Node) -> Any:
+def plain(node: Node) -> Any:
     match node.value:
         case dict():
-            return {name: _plain(child) for name, child in node.value.items()}
+            return {name: plain(child) for name, child in node.value.items()}
         case list():
-            return [_plain(child) for child in node.value]
+            return [plain(child) for child in node.value]
         case _:
             return node.value
 
 
-def _children(node: _Node) -> Iterator[tuple[str | int, _Node]]:
+def children(node: Node) -> Iterator[tuple[str | int, Node]]:
     match node.value:
         case dict():
             yield from node.value.items()
@@ -164,17 +164,17 @@ def _children(node: _Node) -> Iterator[tuple[str | int, _Node]]:
             yield from enumerate(node.value)
 
 
-def _descend(tree: _Node, key: Key) -> tuple[_Node, Key]:
+def _descend(tree: Node, key: Key) -> tuple[Node, Key]:
     """The node at a key, or the nearest one above it and what is left of the key."""
     for depth, part in enumerate(key):
-        child = dict(_children(tree)).get(part)
+        child = dict(children(tree)).get(part)
         if child is None:
             return tree, key[depth:]
         tree = child
     return tree, ()
 
 
-def _merged(base: _Node, top: _Node) -> _Node:
+def _merged(base: Node, top: Node) -> Node:
     """Mappings are merged; a list or any other value replaces what is below it."""
     if not isinstance(base.value, dict) or not isinstance(top.value, dict):
         return top
@@ -214,13 +214,13 @@ def _scalar(text: str) -> bool | int | float | str | None:
 class _TreeBuilder:
     """Builds the tree of one document out of YAML's events."""
 
-    def __init__(self, text: str, root: _Node, problems: list[PresetProblem]) -> None:
+    def __init__(self, text: str, root: Node, problems: list[PresetProblem]) -> None:
         self._events = yaml.parse(text, Loader=yaml.SafeLoader)
         self._root = root
         self._problems = problems
         self._nodes = 0
 
-    def build(self) -> _Node | None:
+    def build(self) -> Node | None:
         """The document of the text, or None if it has none."""
         self._next()  # the stream's start
         if not isinstance(self._next(), events.DocumentStartEvent):
@@ -230,24 +230,24 @@ class _TreeBuilder:
         self._next()  # the document's end
         second = self._next()
         if isinstance(second, events.DocumentStartEvent):
-            node = _Node(self._root.key, None, self._place(second.start_mark.line))
+            node = Node(self._root.key, None, self._place(second.start_mark.line))
             self._problems.append(node.problem("a second document starts; allowed: one document"))
         return root
 
     def _next(self) -> events.Event:
         return next(self._events)
 
-    def _place(self, line: int) -> _Place:
+    def _place(self, line: int) -> Place:
         place = self._root.place
         return place if place.line is None else place._replace(line=line + 1)
 
-    def _node(self, event: events.Event, key: Key, line: int) -> _Node:
+    def _node(self, event: events.Event, key: Key, line: int) -> Node:
         self._nodes += 1
         if self._nodes > MAX_NODES:
-            raise _UnusableError(f"has too many values; allowed: {MAX_NODES}", line + 1)
+            raise UnusableError(f"has too many values; allowed: {MAX_NODES}", line + 1)
         if len(key) > MAX_DEPTH:
-            raise _UnusableError(f"is nested too deeply; allowed: {MAX_DEPTH} levels", line + 1)
-        node = _Node(key, _REFUSED, self._place(line))
+            raise UnusableError(f"is nested too deeply; allowed: {MAX_DEPTH} levels", line + 1)
+        node = Node(key, REFUSED, self._place(line))
         refusal = _refusal(event)
         if refusal is not None:
             self._problems.append(node.problem(refusal.message, refusal.shown))
@@ -264,16 +264,16 @@ class _TreeBuilder:
             case events.MappingStartEvent():
                 return self._entries(key)
             case _:  # an alias, which is never followed
-                return _REFUSED
+                return REFUSED
 
-    def _items(self, key: Key) -> list[_Node]:
-        items: list[_Node] = []
+    def _items(self, key: Key) -> list[Node]:
+        items: list[Node] = []
         while not isinstance(event := self._next(), events.SequenceEndEvent):
             items.append(self._node(event, (*key, len(items)), event.start_mark.line))
         return items
 
-    def _entries(self, key: Key) -> dict[str, _Node]:
-        entries: dict[str, _Node] = {}
+    def _entries(self, key: Key) -> dict[str, Node]:
+        entries: dict[str, Node] = {}
         while not isinstance(event := self._next(), events.MappingEndEvent):
             line = event.start_mark.line
             name = self._name(event, key)
@@ -285,7 +285,7 @@ class _TreeBuilder:
                 first = entries[name].place.line
                 where = "" if first is None else f", first on line {first}"
                 message = f"is given twice{where}; allowed: once"
-                self._problems.append(child.problem(message, _shown(_plain(child))))
+                self._problems.append(child.problem(message, quoted(plain(child))))
             else:
                 entries[name] = child
         return entries
@@ -295,12 +295,12 @@ class _TreeBuilder:
         if isinstance(event, events.ScalarEvent) and not _refusal(event):
             if event.value != "<<" or _is_quoted(event):
                 return event.value
-            node = _Node((*key, "<<"), None, self._place(event.start_mark.line))
+            node = Node((*key, "<<"), None, self._place(event.start_mark.line))
             self._problems.append(node.problem(f"merges are not read; allowed: {EXTENDS}"))
             return None
         node = self._node(event, (*key, "?"), event.start_mark.line)
         if not _refusal(event):
-            self._problems.append(node.problem("is no key; allowed: a text", _shown(_plain(node))))
+            self._problems.append(node.problem("is no key; allowed: a text", quoted(plain(node))))
         return None
 
 
@@ -314,20 +314,20 @@ def _refusal(event: events.Event) -> _Refusal | None:
     """Why a value is not read, if it is not."""
     if isinstance(event, events.AliasEvent):
         message = "aliases are not read; allowed: the value itself, written out"
-        return _Refusal(_printable(f"*{event.anchor}"), message)
+        return _Refusal(printable(f"*{event.anchor}"), message)
     if tag := getattr(event, "tag", None):
-        shown = _printable(tag.replace("tag:yaml.org,2002:", "!!"))
+        shown = printable(tag.replace("tag:yaml.org,2002:", "!!"))
         return _Refusal(shown, "tags are not read; allowed: the value alone")
     if anchor := getattr(event, "anchor", None):
         message = "anchors are not read; allowed: the value alone"
-        return _Refusal(_printable(f"&{anchor}"), message, readable=True)
+        return _Refusal(printable(f"&{anchor}"), message, readable=True)
     if not isinstance(event, events.ScalarEvent):
         return None
     if _is_huge(event):
         message = f"has too many digits; allowed: at most {MAX_DIGITS}"
         return _Refusal(_bounded(event.value), message)
     if any("\ud800" <= character <= "\udfff" for character in event.value):
-        return _Refusal(_shown(event.value), "has half a character; allowed: whole ones")
+        return _Refusal(quoted(event.value), "has half a character; allowed: whole ones")
     return None
 
 
@@ -344,52 +344,50 @@ def _text(data: bytes | str) -> str:
     """The text of a preset, if it can be one."""
     size = len(data) if isinstance(data, bytes) else len(data.encode(errors="surrogatepass"))
     if size > MAX_BYTES:
-        raise _UnusableError(f"is too large; allowed: at most {MAX_BYTES} bytes")
+        raise UnusableError(f"is too large; allowed: at most {MAX_BYTES} bytes")
     if isinstance(data, str):
         return data.removeprefix("\N{BYTE ORDER MARK}")
     if b"\0" in data:
-        raise _UnusableError("is not a text: it contains a NUL byte; allowed: UTF-8")
+        raise UnusableError("is not a text: it contains a NUL byte; allowed: UTF-8")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = 1 + data.count(b"\n", 0, error.start)
-        raise _UnusableError("is not a text; allowed: UTF-8", line) from None
+        raise UnusableError("is not a text; allowed: UTF-8", line) from None
 
 
-def _built(
-    data: bytes | str, key: Key, place: _Place, problems: list[PresetProblem]
-) -> _Node | None:
-    """The tree of a text, or None if it has none; raises `_UnusableError` alone."""
+def _built(data: bytes | str, key: Key, place: Place, problems: list[PresetProblem]) -> Node | None:
+    """The tree of a text, or None if it has none; raises `UnusableError` alone."""
     text = _text(data)
     try:
-        return _TreeBuilder(text, _Node(key, None, place), problems).build()
+        return _TreeBuilder(text, Node(key, None, place), problems).build()
     except yaml.MarkedYAMLError as error:
         line = None if error.problem_mark is None else error.problem_mark.line + 1
-        raise _UnusableError(f"is not YAML: {_printable(str(error.problem))}", line) from None
+        raise UnusableError(f"is not YAML: {printable(str(error.problem))}", line) from None
     except yaml.reader.ReaderError as error:
         line = 1 + text.count("\n", 0, error.position)
         character = f"U+{error.character:04X}"
         message = f"is not YAML: it contains the control character {character}"
-        raise _UnusableError(message, line) from None
+        raise UnusableError(message, line) from None
     except (ValueError, OverflowError):
         # PyYAML converts escapes such as "\UFFFFFFFF" and version numbers without looking at them.
-        raise _UnusableError("is not YAML: an escape or a version is out of range") from None
+        raise UnusableError("is not YAML: an escape or a version is out of range") from None
 
 
-def _document(data: bytes | str, source: str, problems: list[PresetProblem]) -> _Node | None:
+def document_of(data: bytes | str, source: str, problems: list[PresetProblem]) -> Node | None:
     """The tree of a preset's text; None, with the problem noted, if it is not a mapping."""
-    place = _Place(source, 1)
+    place = Place(source, 1)
     try:
         root = _built(data, (), place, problems)
-    except _UnusableError as error:
+    except UnusableError as error:
         problems.append(PresetProblem(source, error.line, "", None, error.message))
         return None
     if root is None or root.value is None:
-        problems.append(_Node((), None, place).problem("is empty; allowed: a mapping of keys"))
+        problems.append(Node((), None, place).problem("is empty; allowed: a mapping of keys"))
         return None
     if not isinstance(root.value, dict):
-        if root.value is not _REFUSED:
-            shown = _shown(_plain(root))
+        if root.value is not REFUSED:
+            shown = quoted(plain(root))
             problems.append(root.problem("must be a mapping; allowed: a mapping of keys", shown))
         return None
     return root
@@ -421,7 +419,7 @@ class _Source(NamedTuple):
 
 
 def _opened(name: str, folder: Path | None) -> _Source:
-    """A shipped preset, or the file at a path from a folder; raises `_UnusableError` alone."""
+    """A shipped preset, or the file at a path from a folder; raises `UnusableError` alone."""
     presets = shipped()
     names = ", ".join(presets)
     if name in presets:
@@ -429,66 +427,66 @@ def _opened(name: str, folder: Path | None) -> _Source:
         return _Source(label, presets[name].read_bytes(), f"shipped:{name}", None)
     if folder is None:
         hint = did_you_mean(name, presets)
-        raise _UnusableError(f"is not a shipped preset{hint}; allowed: {names}")
+        raise UnusableError(f"is not a shipped preset{hint}; allowed: {names}")
     path = folder / name
     try:
-        data = _file(path)
+        data = file_of(path)
     except (FileNotFoundError, NotADirectoryError):
         hint = did_you_mean(name, presets)
         message = f"is neither a shipped preset nor a file{hint}; allowed: {names}, or a path"
-        raise _UnusableError(message) from None
+        raise UnusableError(message) from None
     except OSError as error:
-        raise _UnusableError(f"cannot be read: {error.strerror}") from None
+        raise UnusableError(f"cannot be read: {error.strerror}") from None
     except ValueError:
-        raise _UnusableError("is not a path: it contains a NUL character") from None
-    return _Source(_printable(str(path), MAX_NAME), data, os.path.realpath(path), path.parent)
+        raise UnusableError("is not a path: it contains a NUL character") from None
+    return _Source(printable(str(path), MAX_NAME), data, os.path.realpath(path), path.parent)
 
 
-def _file(path: Path) -> bytes:
+def file_of(path: Path) -> bytes:
     """What a file holds, if it is one and small: both are seen before anything is read."""
     status = path.stat()
     if stat.S_ISDIR(status.st_mode):
-        raise _UnusableError("is a directory; allowed: a file")
+        raise UnusableError("is a directory; allowed: a file")
     if not stat.S_ISREG(status.st_mode):
-        raise _UnusableError("is not a regular file; allowed: a file")
+        raise UnusableError("is not a regular file; allowed: a file")
     if status.st_size > MAX_BYTES:
         message = f"is too large, {status.st_size} bytes; allowed: at most {MAX_BYTES} bytes"
-        raise _UnusableError(message)
+        raise UnusableError(message)
     with path.open("rb") as file:
         return file.read(MAX_BYTES + 1)
 
 
-def _base(node: _Node, source: _Source, above: Sequence[str]) -> _Source:
-    """The preset that ``extends`` names; raises `_UnusableError` alone."""
+def _base(node: Node, source: _Source, above: Sequence[str]) -> _Source:
+    """The preset that ``extends`` names; raises `UnusableError` alone."""
     if not isinstance(node.value, str):
-        raise _UnusableError(f"must be a text; allowed: {', '.join(shipped())}, or a path")
+        raise UnusableError(f"must be a text; allowed: {', '.join(shipped())}, or a path")
     if len(above) > MAX_BASES:
-        raise _UnusableError(f"is one base too many; allowed: {MAX_BASES} below one another")
+        raise UnusableError(f"is one base too many; allowed: {MAX_BASES} below one another")
     base = _opened(node.value, source.folder)
     if base.identity in above:
-        raise _UnusableError("starts from itself; allowed: a preset that does not lead back here")
+        raise UnusableError("starts from itself; allowed: a preset that does not lead back here")
     return base
 
 
-def _layers(source: _Source | None, problems: list[PresetProblem]) -> tuple[list[_Node], bool]:
+def _layers(source: _Source | None, problems: list[PresetProblem]) -> tuple[list[Node], bool]:
     """A preset and all it starts from, topmost first, and whether all of it could be had."""
-    layers: list[_Node] = []
+    layers: list[Node] = []
     above: list[str] = []
     while source is not None:
         above.append(source.identity)
-        root = _document(source.data, source.label, problems)
+        root = document_of(source.data, source.label, problems)
         if root is None:
             return layers, False
         layers.append(root)
         extends = root.value.pop(EXTENDS, None)
         if extends is None or extends.value is None:
             return layers, True
-        if extends.value is _REFUSED:
+        if extends.value is REFUSED:
             return layers, False
         try:
             source = _base(extends, source, above)
-        except _UnusableError as error:
-            problems.append(extends.problem(error.message, _shown(_plain(extends))))
+        except UnusableError as error:
+            problems.append(extends.problem(error.message, quoted(plain(extends))))
             return layers, False
     return layers, False
 
@@ -496,27 +494,27 @@ def _layers(source: _Source | None, problems: list[PresetProblem]) -> tuple[list
 # --- Settings ------------------------------------------------------------------------------------
 
 
-def _with_setting(tree: _Node, setting: str, problems: list[PresetProblem]) -> _Node:
+def _with_setting(tree: Node, setting: str, problems: list[PresetProblem]) -> Node:
     """The tree with one ``KEY=VALUE`` on top."""
-    place = _Place(f"--set {_printable(setting, MAX_NAME)}", None)
+    place = Place(f"--set {printable(setting, MAX_NAME)}", None)
     name, equals, text = setting.partition("=")
     path = tuple(name.strip().split("."))
     if not equals or not all(path) or len(path) > MAX_DEPTH:
-        node = _Node((), None, place)
+        node = Node((), None, place)
         problems.append(node.problem("is not a setting; allowed: KEY=VALUE with a dotted KEY"))
         return tree
-    node = _Node(path, None, place)
+    node = Node(path, None, place)
     if path[0] == EXTENDS:
         problems.append(node.problem("cannot be set; allowed: in a preset's file"))
         return tree
     try:
         return _placed(tree, path, _built(text, path, place, problems) or node)
-    except _UnusableError as error:
+    except UnusableError as error:
         problems.append(node.problem(error.message))
         return tree
 
 
-def _placed(node: _Node, path: Key, top: _Node) -> _Node:
+def _placed(node: Node, path: Key, top: Node) -> Node:
     """A tree with another merged into it at a path."""
     if not path:
         return _merged(node, top)
@@ -527,16 +525,16 @@ def _placed(node: _Node, path: Key, top: _Node) -> _Node:
             index = next((i for i in range(len(items)) if str(i) == part), None)
             if index is None:
                 allowed = f"0 to {len(items) - 1}" if items else "none, for it is empty"
-                what = f"{_dotted(node.key)} has no item {_shown(part)}"
-                raise _UnusableError(f"{what}; allowed: {allowed}")
+                what = f"{dotted(node.key)} has no item {quoted(part)}"
+                raise UnusableError(f"{what}; allowed: {allowed}")
             items[index] = _placed(items[index], tuple(rest), top)
             return node._replace(value=items)
         case None | dict() | _Refused():
             entries = node.value if isinstance(node.value, dict) else {}
-            child = entries.get(part, _Node((*node.key, part), None, top.place))
+            child = entries.get(part, Node((*node.key, part), None, top.place))
             return node._replace(value={**entries, part: _placed(child, tuple(rest), top)})
         case _:
-            raise _UnusableError(f"{_dotted(node.key)} is {_shown(node.value)}, which has no keys")
+            raise UnusableError(f"{dotted(node.key)} is {quoted(node.value)}, which has no keys")
 
 
 # --- What the models allow -----------------------------------------------------------------------
@@ -686,19 +684,19 @@ def _is_skill_name(word: object) -> bool:
     return True
 
 
-def _within(tree: _Node, key: Key) -> Iterator[tuple[str | int, _Node]]:
+def _within(tree: Node, key: Key) -> Iterator[tuple[str | int, Node]]:
     """What is within the place at a key; nothing if there is no such place."""
     node, rest = _descend(tree, key)
     if not rest:
-        yield from _children(node)
+        yield from children(node)
 
 
-def _defined(tree: _Node) -> list[str]:
+def _defined(tree: Node) -> list[str]:
     """Skills of one's own that a tree defines."""
     return [str(name) for name, _ in _within(tree, _CUSTOM_SKILLS) if _is_skill_name(name)]
 
 
-def _mentioned(tree: _Node) -> list[str]:
+def _mentioned(tree: Node) -> list[str]:
     """What the options and the schedule of a tree take for the names of skills."""
     words = [
         *(option.value for _, option in _within(tree, _OPTIONS)),
@@ -706,19 +704,19 @@ def _mentioned(tree: _Node) -> list[str]:
         *(
             child.value
             for _, episode in _within(tree, _EPISODES)
-            for part, child in _children(episode)
+            for part, child in children(episode)
             if part == "skill"
         ),
     ]
     return list(dict.fromkeys(word for word in words if _is_skill_name(word)))
 
 
-def _could_be_had(tree: _Node) -> bool:
+def _could_be_had(tree: Node) -> bool:
     """Is nothing in the place of the custom skills, or of what they are in, but a mapping?"""
     return isinstance(_descend(tree, _CUSTOM_SKILLS)[0].value, dict)
 
 
-def _known_skills(tree: _Node, complete: bool) -> tuple[str, ...]:
+def _known_skills(tree: Node, complete: bool) -> tuple[str, ...]:
     """The skills that a tree knows. Where some may have been lost, it may know any."""
     names = [*SKILLS, *_defined(tree)]
     if not complete or not _could_be_had(tree):
@@ -726,7 +724,7 @@ def _known_skills(tree: _Node, complete: bool) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _with_custom_skills(tree: _Node, names: Iterable[str]) -> _Node:
+def _with_custom_skills(tree: Node, names: Iterable[str]) -> Node:
     """A tree in which skills of these names are defined."""
     defined = {*SKILLS, *_defined(tree)}
     for name in names:
@@ -739,7 +737,7 @@ def _with_custom_skills(tree: _Node, names: Iterable[str]) -> _Node:
 # --- From a tree to a run ------------------------------------------------------------------------
 
 
-def _every_skill(tree: _Node) -> list[str]:
+def _every_skill(tree: Node) -> list[str]:
     """As many of the known skills as there may be options; first those that are scheduled."""
     known = dict.fromkeys([*SKILLS, *_defined(tree)])
     scheduled = set(_mentioned(tree))
@@ -749,7 +747,7 @@ def _every_skill(tree: _Node) -> list[str]:
 
 # What takes the place of a missing or wrong value that a run cannot be judged without. Each faults
 # nothing that was not wrong before: the finest grid, every skill, the longest run.
-_STAND_INS: Final[dict[Key, Callable[[_Node], Any]]] = {
+_STAND_INS: Final[dict[Key, Callable[[Node], Any]]] = {
     ("world", "size"): lambda _: 400,
     _LEARNER: lambda _: {},
     ("learner", "alpha"): lambda _: 0.0,
@@ -800,7 +798,7 @@ def _faults(error: ValidationError, skills: Collection[str]) -> Iterator[_Fault]
         cause = found.get("ctx", {}).get("error")
         if isinstance(cause, ProblemsError):
             for problem in cause.problems:
-                yield _Fault((*key, *problem.key), problem.message, _shown(problem.value))
+                yield _Fault((*key, *problem.key), problem.message, quoted(problem.value))
         elif cause is not None:
             text = str(cause)
             yield _Fault(key, f"cannot be used; {text}" if text.startswith("allowed:") else text)
@@ -832,15 +830,15 @@ def _malformed(found: ErrorDetails, skills: Collection[str]) -> _Fault:
     )
 
 
-def _located(tree: _Node, fault: _Fault) -> PresetProblem:
+def _located(tree: Node, fault: _Fault) -> PresetProblem:
     node, rest = _descend(tree, fault.key)
-    value = fault.value if rest else _shown(_plain(node))
+    value = fault.value if rest else quoted(plain(node))
     return node._replace(key=(*node.key, *rest)).problem(fault.message, value)
 
 
 def _without_nulls(
-    node: _Node, at: Key, skills: Collection[str], problems: list[PresetProblem]
-) -> _Node:
+    node: Node, at: Key, skills: Collection[str], problems: list[PresetProblem]
+) -> Node:
     """A key set to null is as if it had not been given, where there is such a key to leave out."""
     match node.value:
         case list():
@@ -865,11 +863,11 @@ def _without_nulls(
             return node
 
 
-def _refused(node: _Node, at: Key = ()) -> Iterator[Key]:
+def _refused(node: Node, at: Key = ()) -> Iterator[Key]:
     """Where a tree holds values that were not read."""
-    if node.value is _REFUSED:
+    if node.value is REFUSED:
         yield at
-    for part, child in _children(node):
+    for part, child in children(node):
         yield from _refused(child, (*at, part))
 
 
@@ -890,14 +888,14 @@ def _droppable(key: Key) -> Key:
     return key[:1]
 
 
-def _mended(tree: _Node, wrong: Iterable[Key]) -> _Node:
+def _mended(tree: Node, wrong: Iterable[Key]) -> Node:
     """A tree without what is wrong in it, so that the rest can be judged."""
     dropped = {_droppable(key) for key in wrong}
     # When a skill joins decides when its episodes start: without its timer they would seem to
     # overlap, or not to.
     timers = [key[2] for key in dropped if len(key) == 3 and key[:2] == _TIMERS]
     for index, episode in _within(tree, _EPISODES):
-        if any(part == "skill" and child.value in timers for part, child in _children(episode)):
+        if any(part == "skill" and child.value in timers for part, child in children(episode)):
             dropped.add((*_EPISODES, index))
     if _LEARNER in dropped:
         dropped |= _OF_A_LEARNER
@@ -910,18 +908,18 @@ def _mended(tree: _Node, wrong: Iterable[Key]) -> _Node:
     return tree
 
 
-def _as_tree(value: Any, key: Key, place: _Place) -> _Node:
+def _as_tree(value: Any, key: Key, place: Place) -> Node:
     if isinstance(value, dict):
         value = {name: _as_tree(inner, (*key, name), place) for name, inner in value.items()}
     elif isinstance(value, list):
         value = [_as_tree(inner, (*key, index), place) for index, inner in enumerate(value)]
-    return _Node(key, value, place)
+    return Node(key, value, place)
 
 
-def _without(node: _Node, at: Key, dropped: set[Key]) -> _Node:
+def _without(node: Node, at: Key, dropped: set[Key]) -> Node:
     kept = [
         (part, _without(child, (*at, part), dropped))
-        for part, child in _children(node)
+        for part, child in children(node)
         if (*at, part) not in dropped
     ]
     match node.value:
@@ -933,7 +931,7 @@ def _without(node: _Node, at: Key, dropped: set[Key]) -> _Node:
             return node
 
 
-def _validated(tree: _Node, complete: bool, problems: list[PresetProblem]) -> RunSpec:
+def _validated(tree: Node, complete: bool, problems: list[PresetProblem]) -> RunSpec:
     """The run that a merged tree states; raises `PresetError` if there are any problems."""
     skills = _known_skills(tree, complete)
     tree = _without_nulls(tree, (), skills, problems)
@@ -943,32 +941,67 @@ def _validated(tree: _Node, complete: bool, problems: list[PresetProblem]) -> Ru
     spec = None
     while spec is None:
         try:
-            spec = RunSpec.model_validate(_plain(tree))
+            spec = RunSpec.model_validate(plain(tree))
         except ValidationError as error:
             # What is missing may have been in a part that could not be had.
             faults = list(_faults(error, skills))
             problems += [_located(tree, f) for f in faults if complete or not f.is_missing]
             mended = _mended(tree, [fault.key for fault in faults])
-            if _plain(mended) == _plain(tree):
+            if plain(mended) == plain(tree):
                 break
             tree = mended
     if problems or spec is None:
-        raise PresetError(_in_order(problems))
+        raise PresetError(in_order(problems))
     return spec
 
 
-def _in_order(problems: Iterable[PresetProblem]) -> list[PresetProblem]:
+def in_order(problems: Iterable[PresetProblem]) -> list[PresetProblem]:
     """By source, as each first came up, and then by line."""
     found = list(problems)
     sources = list(dict.fromkeys(problem.source for problem in found))
     return sorted(found, key=lambda problem: (sources.index(problem.source), problem.line or 0))
 
 
-def _run(source: _Source | None, settings: Iterable[str], problems: list[PresetProblem]) -> RunSpec:
+class Base(NamedTuple):
+    """A preset as it is read once, to be completed with different settings many times."""
+
+    tree: Node
+    complete: bool
+    """Whether all that it starts from could be had."""
+    problems: tuple[PresetProblem, ...]
+    """What was wrong with it before any setting."""
+
+
+def base_of(name: str, folder: Path) -> Base:
+    """A shipped preset, or a file at a path from a folder; raises `UnusableError` alone."""
+    source = _opened(name, folder)
+    problems: list[PresetProblem] = []
+    tree, complete = _stacked(source, problems)
+    return Base(tree, complete, tuple(problems))
+
+
+def completed(base: Base, settings: Iterable[Node]) -> RunSpec:
+    """A preset with settings on top, each a value that knows its key; raises `PresetError`."""
+    tree, problems = base.tree, list(base.problems)
+    for setting in settings:
+        try:
+            tree = _placed(tree, setting.key, setting)
+        except UnusableError as error:
+            problems.append(setting.problem(error.message, quoted(plain(setting))))
+    return _validated(tree, base.complete, problems)
+
+
+def _stacked(source: _Source | None, problems: list[PresetProblem]) -> tuple[Node, bool]:
+    """A preset on top of all it starts from, and whether all of it could be had."""
     layers, complete = _layers(source, problems)
-    tree = _Node((), {}, _Place("" if source is None else source.label, 1))
+    tree = Node((), {}, Place("" if source is None else source.label, 1))
     for layer in reversed(layers):
         tree = _merged(tree, layer)
+    return tree, complete
+
+
+def _run(source: _Source | None, settings: Iterable[str], problems: list[PresetProblem]) -> RunSpec:
+    tree, complete = _stacked(source, problems)
     for setting in settings:
         tree = _with_setting(tree, setting, problems)
     return _validated(tree, complete, problems)
@@ -986,8 +1019,8 @@ def load(name_or_path: str, settings: Sequence[str] = ()) -> RunSpec:
     source: _Source | None = None
     try:
         source = _opened(name_or_path, Path())
-    except _UnusableError as error:
-        label = _printable(name_or_path, MAX_NAME) or "''"
+    except UnusableError as error:
+        label = printable(name_or_path, MAX_NAME) or "''"
         problems.append(PresetProblem(label, error.line, "", None, error.message))
     return _run(source, settings, problems)
 
@@ -997,7 +1030,7 @@ def parse(text: bytes | str, source: str) -> RunSpec:
 
     It may start from shipped presets alone: no other file is looked at. Raises `PresetError`.
     """
-    return _run(_Source(_printable(source, MAX_NAME), text, "", None), (), [])
+    return _run(_Source(printable(source, MAX_NAME), text, "", None), (), [])
 
 
 class _Row(dict[str, Any]):

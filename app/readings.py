@@ -13,7 +13,7 @@ import viser
 from viser import uplot
 
 from app import narrate, pictures
-from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA
+from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.clock import Reading
 from app.door import guarded
 from app.layers import (
@@ -338,7 +338,7 @@ class Readings:
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0) if surface else (0.0, 1.0, 0.0)
             camera.position = SURFACE_CAMERA if surface else FLAT_CAMERA
-            camera.look_at = (0.0, -0.6, 0.0) if surface else FLAT_TARGET
+            camera.look_at = SURFACE_TARGET if surface else FLAT_TARGET
 
     def update(self, status: Status, look: Look, extras: Extras, clock: str, viewers: int) -> None:
         """Show a moment."""
@@ -397,7 +397,8 @@ class Readings:
         low, high = sorted((world.flight_reward, world.capture_reward))
         return {
             "x": uplot.Scale(time=False, range=(0.0, max(float(snapshot.step), 1_000.0))),
-            "y": uplot.Scale(range=(min(low, 0.0), max(high, 1.0))),
+            # Room for the topmost label.
+            "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
         }
 
     def _dress(self) -> None:

@@ -34,6 +34,7 @@ _CURVE_S = 0.4
 _MAX_DEBT_S = 0.1
 """Learning that is owed after a stall is forgiven beyond this, so that speed never bursts."""
 _RATE_WINDOW_S = 1.0
+_FAREWELL_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -149,9 +150,9 @@ class Session:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the worker and wait for it."""
+        """End the worker and wait for it, unless it is deaf because it compiles."""
         self._requests.put(None)
-        self._thread.join()
+        self._thread.join(timeout=_FAREWELL_S)
 
     def submit(self, request: Request, reply: Reply | None = None) -> int:
         """Ask for something; it is done before the next slice of learning.

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import viser
 
-from app.door import guarded
+from app.door import RefusedError, guarded
 from app.narrate import plain
 from app.session import Request, Session, Status
 from app.snapshot import Snapshot
@@ -213,10 +213,14 @@ class Steering:
             self._ask(event, Undo(int(number)))
 
     def _show_undo(self, snapshot: Snapshot) -> None:
-        changes = [event for event in snapshot.control.history if event.by_hand]
+        changes = [
+            event
+            for event in snapshot.control.history
+            if event.by_hand and not isinstance(event.command, Undo)
+        ]
         lines = [
             f"<span style='{'text-decoration:line-through;opacity:0.6' if e.undone else ''}'>"
-            f"trial {e.trial:,}: {escape(described(e.command))}</span>"
+            f"{e.number}: {escape(described(e.command))}, trial {e.trial:,}</span>"
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
@@ -235,9 +239,13 @@ class Steering:
         with gui.add_folder("Other skills", expand_by_default=False) as folder:
             self._other: Any = gui.add_dropdown("Skill", (_NO_OTHER,))
             self._add_other = gui.add_button("Add this skill now", icon=viser.Icon.PLUS)
+            gui.add_html(
+                '<div style="padding:0 0.6em;font-size:0.85em">A skill of your own is rewarded for'
+                " so much of what each of these is rewarded for:</div>"
+            )
             self._weights = {
                 skill: gui.add_slider(
-                    f"of {plain(skill)}", min=-2.0, max=2.0, step=0.1, initial_value=0.0
+                    f"× {plain(skill)}", min=-2.0, max=2.0, step=0.1, initial_value=0.0
                 )
                 for skill in SKILLS
             }
@@ -254,12 +262,12 @@ class Steering:
     def _define_clicked(self, event: viser.GuiEvent) -> None:
         name = str(self._name.value)
         if not _SKILL_NAME.fullmatch(name):
-            raise ValueError(
+            raise RefusedError(
                 f"{name[:40]!r} is not a name; allowed: small letters, digits and _, up to 32"
             )
         weights = {skill: round(float(slider.value), 3) for skill, slider in self._weights.items()}
         if not any(weights.values()):
-            raise ValueError("all weights are 0, so nothing would be rewarded; set at least one")
+            raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
         self._ask(event, DefineSkill(name, SkillWeights(**weights)))
         self._ask(event, Introduce(name, _OWN_FREEZE_TRIALS))
 
@@ -278,7 +286,7 @@ class Steering:
 
     def _build_removal(self) -> None:
         with self._skills_folder:
-            self._leaver: Any = self._gui.add_dropdown("Present", (_NO_SKILL,))
+            self._leaver: Any = self._gui.add_dropdown("To remove", (_NO_SKILL,))
             self._remove = self._gui.add_button(
                 "Remove this skill …",
                 icon=viser.Icon.TRASH,

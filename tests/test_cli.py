@@ -381,11 +381,11 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, presets, run, bench (did you mean run?)",
+        "'rnu' is not a command; allowed: lab, presets, run, experiment, bench (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, presets, run, bench"
+        "'timed' is not a command; allowed: lab, presets, run, experiment, bench"
         " (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),
@@ -569,6 +569,7 @@ def test_the_lab_is_the_default(
             "host": "127.0.0.1",
             "port": 8080,
             "open_browser": True,
+            "save_dir": None,
         }
     ]
 

@@ -1,0 +1,179 @@
+"""The command ``pounce experiment``: its words, its progress and its answers.
+
+Like the command line, it imports what takes long only once it is needed.
+"""
+
+import contextlib
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+if TYPE_CHECKING:
+    from app import experiments
+    from app.laboratory import Folder, Outcome, Progress
+
+RESULTS = "results"
+"""Folder of the results of experiments that are not told where to put them."""
+
+_HIDDEN_HINT = ""
+_Flag = Annotated[bool, arg(help_behavior_hint=_HIDDEN_HINT)]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Make all runs of an experiment on all cores, into a folder of results."""
+
+    experiment: Annotated[
+        Positional[str], arg(metavar="EXPERIMENT", help_behavior_hint=_HIDDEN_HINT)
+    ] = ""
+    """A shipped experiment, or a file."""
+    seeds: Annotated[
+        str | None, arg(metavar="N", help_behavior_hint="(default: the experiment's)")
+    ] = None
+    """Run seeds 0 to N-1."""
+    workers: Annotated[str | None, arg(metavar="N", help_behavior_hint="(default: all cores)")] = (
+        None
+    )
+    """Runs at a time; makes no difference to their results."""
+    out: Annotated[str | None, arg(metavar="DIR", help_behavior_hint="(default: results/NAME)")] = (
+        None
+    )
+    """Folder of the results."""
+    resume: _Flag = False
+    """Go on where an earlier call ended; no run is made twice."""
+    force: _Flag = False
+    """Begin again in a folder that holds results, which are lost."""
+    dry_run: _Flag = False
+    """Print what it would take, and run nothing."""
+    json: _Flag = False
+    """Print one JSON object and nothing else."""
+
+
+def wanted(command: Experiment, n_seeds: int | None) -> "experiments.Experiment":
+    """The experiment that is asked for.
+
+    Raises:
+        ExperimentError: it cannot be run.
+    """
+    from app import experiments
+
+    return experiments.load(command.experiment, n_seeds)
+
+
+def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder | None":
+    """The folder of the results, claimed; None if nothing is to be run.
+
+    Raises:
+        FolderError: it cannot be used; the message names it.
+    """
+    if command.dry_run:
+        return None
+    from app.laboratory import Folder, FolderError
+
+    path = Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
+    try:
+        return Folder(path, experiment, command.resume, command.force)
+    except FolderError as error:
+        raise FolderError(f"--out: {str(path)!r} {error}") from error
+
+
+def planned(command: Experiment, experiment: "experiments.Experiment", workers: int) -> str:
+    """What an experiment would take, in words or as JSON."""
+    from app.laboratory import plan
+
+    found = plan(experiment, workers)
+    if command.json:
+        document = {"experiment": experiment.name, **found._asdict(), "workers": workers}
+        return json.dumps(document)
+    return (
+        f"{experiment.name}: {found.runs:,} runs ({found.variants:,} variants,"
+        f" {len(experiment.seeds):,} seeds)\n"
+        f"  steps  about {found.steps / 1e6:,.0f} M\n"
+        f"  time   about {_duration(found.seconds)} with {workers} at a time\n"
+        f"  disk   about {found.disk_bytes / 1e6:,.1f} MB"
+    )
+
+
+def carried_out(experiment: "experiments.Experiment", folder: "Folder", workers: int) -> "Outcome":
+    """Make all runs, showing the progress on a terminal.
+
+    Raises:
+        FolderError: results could no longer be written.
+    """
+    from app.laboratory import run_experiment
+
+    with _progress(experiment.n_runs) as on_progress:
+        return run_experiment(experiment, folder, workers, on_progress)
+
+
+def report(
+    command: Experiment,
+    experiment: "experiments.Experiment",
+    folder: "Folder",
+    outcome: "Outcome",
+) -> str:
+    """How an experiment ended, in words or as JSON."""
+    if command.json:
+        document = {
+            "experiment": experiment.name,
+            "folder": str(folder.path),
+            "runs": outcome.total,
+            "done": outcome.done,
+            "failed": outcome.failed,
+            "steps": outcome.steps,
+            "seconds": round(outcome.seconds, 3),
+        }
+        return json.dumps(document)
+    lines = [
+        f"{experiment.name}: {outcome.done:,} of {outcome.total:,} runs done,"
+        f" {outcome.steps / 1e6:,.0f} M steps in {_duration(outcome.seconds)}",
+        f"results in {folder.path}",
+    ]
+    if outcome.failed:
+        lines.append(f"{outcome.failed:,} runs failed; the first: {folder.first_error()}")
+    return "\n".join(lines)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+
+
+@contextlib.contextmanager
+def _progress(n_runs: int) -> "Iterator[Callable[[Progress], None]]":
+    """What shows the progress on a terminal; nothing where there is none."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.fields[runs]}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[rate]}"),
+    )
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0, runs=f"0/{n_runs} runs", rate="")
+
+        def show(progress: "Progress") -> None:
+            failed = f", {progress.failed} failed" if progress.failed else ""
+            left = progress.seconds_left
+            ending = "" if left is None else f", {_duration(left)} left"
+            bar.update(
+                task,
+                completed=progress.share,
+                runs=f"{progress.done}/{n_runs} runs, {progress.running} running{failed}",
+                rate=f"{progress.steps_per_s / 1e6:.1f} M steps/s{ending}",
+            )
+
+        yield show

@@ -1,0 +1,620 @@
+"""Experiments: from a file to all the runs it asks for, with every error at once.
+
+An experiment names presets and says what is varied in them. A *variant* is one preset with one
+choice of values; each variant is run once for each seed. Values come from three kinds of axes, and
+a variant takes one choice from each:
+
+- ``grid``: keys of presets, each with its values, in every combination;
+- ``linked``: groups of keys whose values move together, first with first, second with second;
+- ``settings``: a list of choices, each with any keys, and perhaps a label.
+
+A list of values may be a range, ``{start, stop, step}`` or ``{log_start, log_stop, count}``, both
+ends included. Every value keeps the line it stands on, so that what a preset says of it can be
+said of that line.
+"""
+
+import hashlib
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from itertools import islice, product
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from app import presets
+from app.presets import (
+    EXTENDS,
+    REFUSED,
+    Key,
+    Node,
+    PresetError,
+    PresetProblem,
+    UnusableError,
+    document_of,
+    dotted,
+    in_order,
+    plain,
+    printable,
+    quoted,
+)
+from learners.measures import RECENT_TRIALS
+from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
+
+MAX_RUNS: Final = 100_000
+MAX_VARIANTS: Final = 10_000
+MAX_STEPS: Final = 10**12
+MAX_SEED: Final = 2**63 - 1
+MAX_PROBLEMS: Final = 100
+"""As many as anyone would read: where every variant is wrong, the rest is not looked at."""
+
+FIRST: Final = ("figure_4_1", "figure_4_2", "figure_4_3")
+"""Experiments of the thesis, in its order; others follow by name."""
+
+_AXES: Final = ("set", "grid", "linked", "settings")
+_KEYS: Final = (
+    "description",
+    "presets",
+    *_AXES,
+    "seeds",
+    "common_starts",
+    "trials",
+    "steps",
+    "stop",
+)
+_PRESET_KEYS: Final = ("preset", "label", *_AXES)
+_LABEL: Final = "label"
+_MAX_LABEL: Final = 200
+_RANGES: Final = (("start", "stop", "step"), ("log_start", "log_stop", "count"))
+_ALLOWED_VALUES: Final = "a list of values, {start, stop, step}, or {log_start, log_stop, count}"
+
+_Number = int | float
+
+
+class ExperimentError(PresetError):
+    """An experiment that cannot be run; carries everything that is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """When a run has learned enough: looked at every ``every`` trials."""
+
+    success: float
+    """Share of captures."""
+    trials: int = RECENT_TRIALS
+    """So many of the most recent trials count; before there are as many, a run goes on."""
+    every: int = 100
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One preset with one choice of values."""
+
+    label: str
+    """Unlike that of any other variant."""
+    preset: str
+    """As the experiment names it."""
+    spec: RunSpec
+    overrides: Mapping[str, Any]
+    """What the experiment sets in the preset, by dotted key."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Everything that is to be run, and until when."""
+
+    name: str
+    text: bytes
+    """The file as it was given."""
+    description: str
+    variants: tuple[Variant, ...]
+    seeds: Sequence[int]
+    common_starts: bool = True
+    """Whether all variants run with the same seeds, and so with the same starts of trials."""
+    trials: int | None = None
+    """Trials of each run; None where the presets say how many."""
+    steps: int | None = None
+    """Steps of each run; where ``trials`` is None they alone count."""
+    stop: Stop | None = None
+    _seeds_of: Mapping[str, Sequence[int]] = field(default_factory=dict, repr=False)
+
+    @property
+    def n_runs(self) -> int:
+        """Runs in all."""
+        return len(self.variants) * len(self.seeds)
+
+    def seeds_of(self, variant: Variant) -> Sequence[int]:
+        """The seeds of a variant: its own ones unless starts are shared."""
+        return self.seeds if self.common_starts else self._seeds_of[variant.label]
+
+    def trials_of(self, variant: Variant) -> int:
+        """Trials after which a run of a variant ends, whatever else may end it."""
+        if self.steps is not None and self.trials is None:
+            return MAX_TRIALS
+        return variant.spec.trials
+
+    def runs(self) -> "Iterator[tuple[Variant, int]]":
+        """Every run as its variant and seed: first all variants with the first seed."""
+        for index in range(len(self.seeds)):
+            for variant in self.variants:
+                yield variant, self.seeds_of(variant)[index]
+
+
+def own_seed(label: str, seed: int) -> int:
+    """Seed of a variant's own: a function of its label and of the seed it stands for."""
+    found = hashlib.sha256(f"{label}\0{seed}".encode()).digest()
+    return int.from_bytes(found[:8], "big") >> 1
+
+
+# --- Files ---------------------------------------------------------------------------------------
+
+
+def shipped() -> dict[str, Traversable]:
+    """The experiments that come with the lab, by name: first the thesis's own."""
+    found = {
+        entry.name.removesuffix(".yaml"): entry
+        for entry in (files("presets") / "experiments").iterdir()
+        if entry.name.endswith(".yaml") and entry.is_file()
+    }
+    names = [name for name in FIRST if name in found] + sorted(found.keys() - set(FIRST))
+    return {name: found[name] for name in names}
+
+
+def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
+    """Read a shipped experiment or a file; ``n_seeds`` takes the place of the file's seeds.
+
+    Raises:
+        ExperimentError: it cannot be run; with all that is wrong with it.
+    """
+    label, folder = printable(name_or_path, presets.MAX_NAME) or "''", Path()
+    own = shipped()
+    if name_or_path in own:
+        label = f"presets/experiments/{name_or_path}.yaml"
+        return parse(own[name_or_path].read_bytes(), label, folder, n_seeds)
+    path = Path(name_or_path)
+    try:
+        data = presets.file_of(path)
+    except (FileNotFoundError, NotADirectoryError):
+        message = (
+            f"is neither a shipped experiment nor a file{did_you_mean(name_or_path, own)};"
+            f" allowed: {', '.join(own)}, or a path"
+        )
+    except OSError as error:
+        message = f"cannot be read: {error.strerror}"
+    except ValueError:
+        message = "is not a path: it contains a NUL character"
+    except UnusableError as error:
+        message = error.message
+    else:
+        return parse(data, label, path.parent, n_seeds)
+    raise ExperimentError([PresetProblem(label, None, "", None, message)])
+
+
+def parse(
+    data: bytes | str, source: str, folder: Path = Path(), n_seeds: int | None = None
+) -> Experiment:
+    """Read an experiment from a text.
+
+    Args:
+        data: the text.
+        source: what its problems call it; the stem of it is the experiment's name.
+        folder: where paths of presets start.
+        n_seeds: seeds 0 to so many less one, in the place of those that it names.
+
+    Raises:
+        ExperimentError: it cannot be run; with all that is wrong with it.
+    """
+    problems: list[PresetProblem] = []
+    root = document_of(data, source, problems)
+    if root is None:
+        raise ExperimentError(problems)
+    text = data.encode() if isinstance(data, str) else data
+    reader = _Reader(root, folder, problems)
+    experiment = reader.experiment(Path(source).stem, text, n_seeds)
+    if problems or experiment is None:
+        raise ExperimentError(in_order(dict.fromkeys(problems)))
+    return experiment
+
+
+# --- Axes: what is varied ------------------------------------------------------------------------
+
+
+class _Choice(NamedTuple):
+    """Values that are taken together."""
+
+    values: tuple[Node, ...]
+    """Each knows its key in the preset, and the place of the experiment it is from."""
+    label: str | None = None
+
+
+class _Axis(NamedTuple):
+    """Choices of which a variant takes one."""
+
+    keys: tuple[Key, ...]
+    choices: tuple[_Choice, ...]
+
+
+class _Plan(NamedTuple):
+    """One preset and everything that is varied in it."""
+
+    name: str
+    label: str
+    base: presets.Base
+    fixed: tuple[Node, ...]
+    axes: tuple[_Axis, ...]
+
+    @property
+    def n_variants(self) -> int:
+        return math.prod(len(axis.choices) for axis in self.axes)
+
+
+def _with_key(node: Node, key: Key) -> Node:
+    """The same value, and all within it, under another key."""
+    match node.value:
+        case dict():
+            value = {name: _with_key(inner, (*key, name)) for name, inner in node.value.items()}
+        case list():
+            value = [_with_key(inner, (*key, index)) for index, inner in enumerate(node.value)]
+        case _:
+            value = node.value
+    return node._replace(key=key, value=value)
+
+
+# --- From a tree to an experiment ----------------------------------------------------------------
+
+
+class _Reader:
+    """Reads one experiment and notes what is wrong with it."""
+
+    def __init__(self, root: Node, folder: Path, problems: list[PresetProblem]) -> None:
+        self._root = root
+        self._folder = folder
+        self._problems = problems
+
+    def experiment(self, name: str, text: bytes, n_seeds: int | None) -> Experiment | None:
+        entries = self._mapping(self._root, _KEYS)
+        description = self._text(entries.get("description"), 400)
+        seeds = self._seeds(entries.get("seeds"))
+        if n_seeds is not None:
+            seeds = range(n_seeds)
+        common_starts = self._flag(entries.get("common_starts"), True)
+        trials = self._whole(entries.get("trials"), 1, MAX_TRIALS)
+        steps = self._whole(entries.get("steps"), 1, MAX_STEPS)
+        stop = self._stop(entries.get("stop"))
+        plans = self._plans(entries)
+        if not self._few_enough(plans, len(seeds)):
+            return None
+        variants = self._variants(plans)
+        own = {} if common_starts else self._own_seeds(variants, seeds)
+        return Experiment(
+            name=name,
+            text=text,
+            description=description,
+            variants=variants,
+            seeds=seeds,
+            common_starts=common_starts,
+            trials=trials,
+            steps=steps,
+            stop=stop,
+            _seeds_of=own,
+        )
+
+    def _fault(self, node: Node, message: str) -> None:
+        if node.value is not REFUSED:
+            value = None if isinstance(node.value, dict) and not node.key else quoted(plain(node))
+            self._problems.append(node.problem(message, value))
+
+    def _mapping(self, node: Node, names: Sequence[str] = ()) -> dict[str, Node]:
+        """Entries of a mapping that may have keys of these names; of any where none are named."""
+        if not isinstance(node.value, dict):
+            allowed = f"the keys {', '.join(names)}" if names else "keys of presets"
+            self._fault(node, f"must be a mapping; allowed: {allowed}")
+            return {}
+        for name, child in node.value.items():
+            if names and name not in names:
+                hint = did_you_mean(name, names)
+                self._fault(child, f"is not a known key{hint}; allowed: {', '.join(names)}")
+        return {name: child for name, child in node.value.items() if not names or name in names}
+
+    def _items(self, node: Node | None, what: str) -> list[Node]:
+        if node is None or node.value is None or node.value is REFUSED:
+            return []
+        if not isinstance(node.value, list) or not node.value:
+            self._fault(node, f"must be a list; allowed: {what}")
+            return []
+        return node.value
+
+    def _text(self, node: Node | None, longest: int) -> str:
+        if node is None or node.value is None or node.value is REFUSED:
+            return ""
+        if not isinstance(node.value, str) or len(node.value) > longest:
+            self._fault(node, f"must be a text; allowed: up to {longest} characters")
+            return ""
+        return node.value
+
+    def _flag(self, node: Node | None, default: bool) -> bool:
+        if node is None or node.value is None or isinstance(node.value, bool):
+            return default if node is None or node.value is None else node.value
+        self._fault(node, "must be true or false; allowed: true, false")
+        return default
+
+    def _whole(self, node: Node | None, low: int, high: int) -> int | None:
+        if node is None or node.value is None:
+            return None
+        value = node.value
+        if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+            self._fault(node, f"must be a whole number; allowed: {low} to {high}")
+            return None
+        return value
+
+    def _seeds(self, node: Node | None) -> Sequence[int]:
+        if node is None or not isinstance(node.value, list):
+            n_seeds = self._whole(node, 1, MAX_RUNS)
+            return range(1 if n_seeds is None else n_seeds)
+        seeds: dict[int, None] = {}
+        for item in self._items(node, f"seeds from 0 to {MAX_SEED}"):
+            seed = self._whole(item, 0, MAX_SEED)
+            if seed in seeds:
+                self._fault(item, "is there twice; allowed: each seed once")
+            elif seed is not None:
+                seeds[seed] = None
+        return tuple(seeds)
+
+    def _stop(self, node: Node | None) -> Stop | None:
+        if node is None or node.value is None:
+            return None
+        entries = self._mapping(node, ("success", "trials", "every"))
+        success = entries.get("success")
+        if success is None and isinstance(node.value, dict):
+            self._fault(node, "has no success; allowed: a share of captures, 0 to 1")
+        if success is None:
+            return None
+        value = success.value
+        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
+            self._fault(success, "must be a share of captures; allowed: 0 to 1")
+            return None
+        trials = self._whole(entries.get("trials"), 1, MAX_TRIALS)
+        every = self._whole(entries.get("every"), 1, MAX_TRIALS)
+        return Stop(float(value), trials or Stop.trials, every or Stop.every)
+
+    def _plans(self, entries: Mapping[str, Node]) -> list[_Plan]:
+        node = entries.get("presets")
+        if node is None:
+            self._fault(self._root, "has no presets; allowed: a list of presets")
+            return []
+        fixed, axes = self._varied(entries)
+        trials = entries.get("trials")
+        if trials is not None and isinstance(trials.value, int):
+            fixed = (*fixed, trials)
+        plans = []
+        for item in self._items(node, "presets, each a name, a path, or {preset, label, ...}"):
+            plan = self._plan(item, fixed, axes)
+            if plan is not None:
+                plans.append(plan)
+        return plans
+
+    def _plan(self, item: Node, fixed: tuple[Node, ...], axes: tuple[_Axis, ...]) -> _Plan | None:
+        name, label = item, ""
+        if isinstance(item.value, dict):
+            entries = self._mapping(item, _PRESET_KEYS)
+            label = self._text(entries.get(_LABEL), _MAX_LABEL)
+            own_fixed, own_axes = self._varied(entries)
+            fixed, axes = (*fixed, *own_fixed), (*axes, *own_axes)
+            if "preset" not in entries:
+                self._fault(item, "names no preset; allowed: preset: NAME")
+                return None
+            name = entries["preset"]
+        if not isinstance(name.value, str):
+            self._fault(name, "must be a text; allowed: a shipped preset, or a path")
+            return None
+        self._refuse_twice(axes)
+        try:
+            base = presets.base_of(name.value, self._folder)
+        except UnusableError as error:
+            self._fault(name, error.message)
+            return None
+        return _Plan(name.value, label or Path(name.value).stem, base, fixed, axes)
+
+    def _varied(self, entries: Mapping[str, Node]) -> tuple[tuple[Node, ...], tuple[_Axis, ...]]:
+        """What is set once, and the axes."""
+        fixed = self._settings(entries["set"]) if "set" in entries else ()
+        axes: list[_Axis] = []
+        if "grid" in entries:
+            for name, child in self._mapping(entries["grid"]).items():
+                axes += self._axis({name: child}, child)
+        for group in self._items(entries.get("linked"), "groups of keys that move together"):
+            axes += self._axis(self._mapping(group), group)
+        if "settings" in entries:
+            items = self._items(entries["settings"], "mappings of keys of presets to values")
+            choices = [self._choice(item) for item in items]
+            keys = dict.fromkeys(value.key for choice in choices for value in choice.values)
+            if choices:
+                axes.append(_Axis(tuple(keys), tuple(choices)))
+        return fixed, tuple(axes)
+
+    def _choice(self, item: Node) -> _Choice:
+        entries = dict(self._mapping(item))
+        label = self._text(entries.pop(_LABEL, None), _MAX_LABEL)
+        return _Choice(self._settings(item._replace(value=entries)), label or None)
+
+    def _settings(self, node: Node) -> tuple[Node, ...]:
+        found = []
+        for name, child in self._mapping(node).items():
+            key = self._key(name, child)
+            if key is not None:
+                found.append(_with_key(child, key))
+        return tuple(found)
+
+    def _axis(self, entries: Mapping[str, Node], group: Node) -> list[_Axis]:
+        """The axis of keys that move together, if they can."""
+        columns, keys = [], []
+        for name, child in entries.items():
+            key, values = self._key(name, child), self._values(child)
+            if key is not None and values:
+                columns.append([_with_key(value, key) for value in values])
+                keys.append(key)
+        if len(columns) < len(entries) or not columns:
+            return []
+        if len(set(map(len, columns))) > 1:
+            counts = zip(entries, map(len, columns), strict=True)
+            listed = ", ".join(f"{name}: {count}" for name, count in counts)
+            message = f"has values that cannot move together ({listed}); allowed: as many for each"
+            self._problems.append(group.problem(message))
+            return []
+        return [_Axis(tuple(keys), tuple(map(_Choice, zip(*columns, strict=True))))]
+
+    def _key(self, name: str, node: Node) -> Key | None:
+        key: Key = tuple(name.split("."))
+        if not all(key) or len(key) > presets.MAX_DEPTH:
+            self._fault(node, "is not a key; allowed: a dotted key of a preset")
+            return None
+        if key[0] == EXTENDS:
+            self._fault(node, "cannot be varied; allowed: in a preset's file")
+            return None
+        return key
+
+    def _values(self, node: Node) -> Sequence[Node]:
+        """Values of a key; none, with the problem noted, if they are not to be had."""
+        if isinstance(node.value, dict):
+            for names in _RANGES:
+                if set(node.value) == set(names):
+                    return self._range(node, [node.value[name] for name in names], names)
+        if not isinstance(node.value, list) or not node.value:
+            self._fault(node, f"has no values; allowed: {_ALLOWED_VALUES}")
+            return []
+        return node.value
+
+    def _range(self, node: Node, parts: Sequence[Node], names: tuple[str, ...]) -> Sequence[Node]:
+        wrong = [part for part in parts if not _is_finite(part.value)]
+        for part in wrong:
+            self._fault(part, "must be a finite number; allowed: a number")
+        if wrong:
+            return []
+        first, last, step = (part.value for part in parts)
+        is_log = names is _RANGES[1]
+        if is_log and not (0 < first < last and isinstance(step, int) and step >= 2):
+            self._fault(node, "is no range; allowed: 0 < log_start < log_stop, count 2 or more")
+            return []
+        if not is_log and not (first <= last and step > 0):
+            self._fault(node, "is no range; allowed: start up to stop, and a step above 0")
+            return []
+        if (step if is_log else (last - first) / step) >= MAX_VARIANTS:
+            self._fault(node, f"has too many values; allowed: fewer than {MAX_VARIANTS}")
+            return []
+        values = _log_range(first, last, step) if is_log else _range(first, last, step)
+        return [node._replace(value=value) for value in values]
+
+    def _refuse_twice(self, axes: Iterable[_Axis]) -> None:
+        seen: set[Key] = set()
+        for axis in axes:
+            for key in axis.keys:
+                if key in seen:
+                    message = f"{dotted(key)} is varied twice; allowed: once in each preset"
+                    self._problems.append(self._root.problem(message))
+            seen.update(axis.keys)
+
+    def _few_enough(self, plans: Sequence[_Plan], n_seeds: int) -> bool:
+        n_variants = sum(plan.n_variants for plan in plans)
+        allowed = f"up to {MAX_VARIANTS} variants and {MAX_RUNS} runs"
+        if n_variants > MAX_VARIANTS or n_variants * n_seeds > MAX_RUNS:
+            message = (
+                f"asks for {n_variants} variants with {n_seeds} seeds each,"
+                f" {n_variants * n_seeds} runs; allowed: {allowed}"
+            )
+            self._problems.append(self._root.problem(message))
+            return False
+        return True
+
+    def _variants(self, plans: Iterable[_Plan]) -> tuple[Variant, ...]:
+        found: dict[str, Variant] = {}
+        wrong: dict[PresetProblem, None] = {}
+        for plan in plans:
+            for choices in product(*(axis.choices for axis in plan.axes)):
+                if len(wrong) >= MAX_PROBLEMS:
+                    break
+                try:
+                    variant = _variant(plan, choices)
+                except PresetError as error:
+                    wrong.update(dict.fromkeys(error.problems))
+                    continue
+                if variant.label in found:
+                    message = (
+                        f"has two variants named {quoted(variant.label)}; allowed: a label each"
+                    )
+                    wrong[self._root.problem(message)] = None
+                found[variant.label] = variant
+        self._problems += islice(wrong, MAX_PROBLEMS)
+        return tuple(found.values())
+
+    def _own_seeds(
+        self, variants: Iterable[Variant], seeds: Sequence[int]
+    ) -> dict[str, tuple[int, ...]]:
+        own = {v.label: tuple(own_seed(v.label, seed) for seed in seeds) for v in variants}
+        distinct = {seed for those in own.values() for seed in those}
+        if len(distinct) < sum(map(len, own.values())):
+            message = "leads to one seed for two runs; allowed: another label, or other seeds"
+            self._problems.append(self._root.problem(message))
+        return own
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _range(first: _Number, last: _Number, step: _Number) -> list[_Number]:
+    """Numbers from the first to the last, both included; whole ones where all three are whole."""
+    # The last belongs to it even where the sum of steps misses it by a rounding error.
+    count = math.floor((last - first) / step + 1e-9) + 1
+    if all(isinstance(number, int) for number in (first, last, step)):
+        return [first + index * step for index in range(count)]
+    # Without the 0.30000000000000004 that is the sum of 0.1 and 0.2.
+    return [float(f"{first + index * step:.12g}") for index in range(count)]
+
+
+def _log_range(first: _Number, last: _Number, count: int) -> list[_Number]:
+    """Numbers that grow by a factor; where both ends are whole, whole ones, each once."""
+    factor = (last / first) ** (1 / (count - 1))
+    between = [first * factor**index for index in range(1, count - 1)]
+    if isinstance(first, int) and isinstance(last, int):
+        return list(dict.fromkeys([first, *map(round, between), last]))
+    return [float(first), *(float(f"{value:.6g}") for value in between), float(last)]
+
+
+def _variant(plan: _Plan, choices: Sequence[_Choice]) -> Variant:
+    chosen = [value for choice in choices for value in choice.values]
+    settings = [*plan.fixed, *chosen]
+    spec = presets.completed(plan.base, settings)
+    overrides = {".".join(map(str, node.key)): plain(node) for node in settings}
+    return Variant(_label(plan, choices), plan.name, spec, overrides)
+
+
+def _label(plan: _Plan, choices: Sequence[_Choice]) -> str:
+    parts = [plan.label]
+    chosen = [value.key for choice in choices for value in choice.values]
+    for choice in choices:
+        if choice.label is not None:
+            parts.append(choice.label)
+        else:
+            parts += [f"{_short(v.key, chosen)}={_written(plain(v))}" for v in choice.values]
+    return ", ".join(parts)
+
+
+def _short(key: Key, others: Iterable[Key]) -> str:
+    """The end of a key, as long as it must be to be told from the others."""
+    for length in range(min(2, len(key)), len(key)):
+        end = key[-length:]
+        is_place_in_a_list = str(end[0]).isdigit()
+        if not is_place_in_a_list and sum(other[-length:] == end for other in others) == 1:
+            return ".".join(map(str, end))
+    return ".".join(map(str, key))
+
+
+def _written(value: object) -> str:
+    match value:
+        case str():
+            return value
+        case list():
+            return f"[{', '.join(map(_written, value))}]"
+        case _:
+            return quoted(value)

@@ -1,0 +1,535 @@
+"""Pictures of results: learning curves, sweeps and comparisons, each as SVG, PNG and CSV.
+
+A picture is drawn on a figure of its own, so threads can draw at the same time; matplotlib is
+imported when the first one is. Colours are those of Okabe and Ito, which people with a colour
+vision deficiency can tell apart, and every line differs in width and dashes as well, as in the
+thesis, so that a copy in black and white still tells who is who.
+"""
+
+import csv
+import io
+import math
+import re
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from app.statistics import Axis, Band, Estimate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_INK = "#222222"
+_GREY = "#666666"
+_PNG_DPI = 160
+_SMALL_PRINT_SIZE = 6.5
+_CHARACTERS_PER_INCH = 21
+"""Of the small print."""
+_LEGEND_CHARACTERS = 46
+_AXIS_CHARACTERS = 40
+_FAINT = 0.5
+_MOST_UNEVEN = 10
+"""Times that one gap between swept values may be as wide as another on their own scale."""
+_MOST_LABELLED_CELLS = 400
+_OTHERS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#222222", "#B8A800")
+_DASHES: Sequence[tuple[float, ...]] = ((), (6, 2), (1.5, 1.5), (7, 2, 1.5, 2), (3, 1.5))
+_UNITS: Mapping[Axis, tuple[float, str]] = {
+    "steps": (1e-6, "simulation steps (millions)"),
+    "trials": (1e-3, "trials (thousands)"),
+}
+
+
+class Style(NamedTuple):
+    """How a line looks."""
+
+    colour: str
+    width: float
+    dashes: tuple[float, ...] = ()
+    """Lengths of dashes and gaps in line widths; none for a solid line."""
+
+
+THESIS_STYLES: Mapping[str, Style] = {
+    "timed": Style("#005A8F", 2.6),
+    "hierarchical_3": Style("#E69F00", 2.6, (3, 1)),
+    "standard_q": Style("#111111", 1.1),
+    "hierarchical_2": Style("#C2609A", 1.1, (5, 1.5, 1.5, 1.5)),
+}
+"""Dark and thick, light and thick, dark and thin, light and thin, as in Figure 4.1."""
+
+
+class Mark(NamedTuple):
+    """A moment that the axis shows: the introduction of a skill."""
+
+    at: float
+    label: str
+
+
+class Line(NamedTuple):
+    """A curve with its name."""
+
+    label: str
+    band: Band
+    style: Style
+    n: int
+    """Runs it began with."""
+    marks: Sequence[Mark] = ()
+
+
+class Panel(NamedTuple):
+    """Curves that share their axes."""
+
+    title: str
+    lines: Sequence[Line]
+
+
+class Dot(NamedTuple):
+    """An estimate with its name."""
+
+    label: str
+    estimate: Estimate
+
+
+class Axle(NamedTuple):
+    """A setting that was swept, and its values in order."""
+
+    key: str
+    values: Sequence[Any]
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether its values lie on a scale."""
+        return all(isinstance(v, int | float) and not isinstance(v, bool) for v in self.values)
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether its values are better seen on a scale of ratios."""
+        if len(self.values) < 3 or not self.is_numeric or min(self.values) <= 0:
+            return False
+        ratios = [b / a for a, b in zip(self.values, self.values[1:], strict=False)]
+        return min(ratios) > 1.3 and max(ratios) / min(ratios) < 1.3
+
+    @property
+    def is_crowded(self) -> bool:
+        """Whether its values, on a scale, would lie on top of one another."""
+        if len(self.values) < 2 or not self.is_numeric:
+            return False
+        gaps = [b - a for a, b in zip(self.values, self.values[1:], strict=False)]
+        return min(gaps) * _MOST_UNEVEN < max(gaps)
+
+
+class Drawing(NamedTuple):
+    """A picture and the numbers in it."""
+
+    svg: str
+    """An ``svg`` element, to stand in a page or in a file."""
+    png: bytes
+    csv: str
+
+
+def style_of(index: int) -> Style:
+    """The style of one of several lines that have none of their own."""
+    colour = _OTHERS[index % len(_OTHERS)]
+    return Style(colour, 1.2 + 0.7 * (index % 2), _DASHES[index % len(_DASHES)])
+
+
+# --- Learning curves -----------------------------------------------------------------------------
+
+
+def draw_curves(name: str, panels: Sequence[Panel], axis: Axis, small_print: str) -> Drawing:
+    """Reward against steps or trials: a panel for each world, one scale of reward for all."""
+    width = 8.0 if len(panels) == 1 else min(3.9 * len(panels), 12.5)
+    figure = _figure(width, 4.6 if len(panels) == 1 else 4.2, small_print)
+    found = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for axes, panel in zip(found, panels, strict=True):
+        _draw_panel(axes, panel, axis)
+    found[0].set_ylabel("mean reward per trial")
+    _legend(figure, panels)
+    return _saved(name, figure, _curve_rows(panels, axis))
+
+
+def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
+    scale, label = _UNITS[axis]
+    for line in panel.lines:
+        band, style = line.band, line.style
+        if not band.mean.size:
+            continue
+        x = band.middle * scale
+        all_there = _windows_of_all(line)
+        _draw_mean(axes, style, x[:all_there], band.mean[:all_there], 1)
+        # The runs that go on longest may not be typical: what they alone say is drawn faintly.
+        rest = slice(max(all_there - 1, 0), None)
+        _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
+        axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
+    axes.axhline(0, color=_GREY, linewidth=0.5, zorder=1)
+    axes.set_xlim(left=0)
+    axes.margins(x=0.02)
+    axes.set_xlabel(label)
+    axes.set_title(panel.title, fontsize=9.5, pad=22 if any(p.marks for p in panel.lines) else 6)
+    for mark in _distinct(mark for line in panel.lines for mark in line.marks):
+        at = mark.at * scale
+        axes.axvline(at, color=_GREY, linewidth=0.9, dashes=(5, 4), zorder=1)
+    _name_marks(axes, panel, scale)
+
+
+def _distinct(marks: Any) -> list[Mark]:
+    return sorted(set(marks))
+
+
+def _name_marks(axes: "Axes", panel: Panel, scale: float) -> None:
+    """Names above the axes, each to the right of its mark; the earlier of two close ones higher."""
+    names = _distinct(mark for line in panel.lines for mark in line.marks)
+    room = axes.get_xlim()[1] * 0.24
+    following, level = math.inf, 0
+    for mark in reversed(names):
+        at = mark.at * scale
+        level = level + 1 if following - at < room else 0
+        following = at
+        axes.annotate(
+            mark.label,
+            (at, 1),
+            (0, 2 + 9 * level),
+            xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points",
+            ha="left",
+            va="bottom",
+            fontsize=7,
+            color=_GREY,
+        )
+
+
+def _draw_mean(axes: "Axes", style: Style, x: np.ndarray, y: np.ndarray, alpha: float) -> None:
+    width = style.width if alpha == 1 else 0.6 * style.width
+    (drawn,) = axes.plot(x, y, color=style.colour, linewidth=width, alpha=alpha, zorder=3)
+    if style.dashes:
+        drawn.set_dashes(style.dashes)
+
+
+def _windows_of_all(line: Line) -> int:
+    """Windows from the first on in which no run is missing."""
+    fewer = np.flatnonzero(line.band.n < line.n)
+    return int(fewer[0]) if fewer.size else line.band.n.size
+
+
+def _legend(figure: "Figure", panels: Sequence[Panel]) -> None:
+    from matplotlib.lines import Line2D
+
+    counts: dict[tuple[str, Style], set[int]] = {}
+    for panel in panels:
+        for line in panel.lines:
+            counts.setdefault((line.label, line.style), set()).add(line.n)
+    handles = []
+    for (label, style), found in counts.items():
+        handle = Line2D([], [], color=style.colour, linewidth=style.width)
+        if style.dashes:
+            handle.set_dashes(style.dashes)
+        handle.set_label(_wrapped(f"{label} (n = {_span(found)})", _LEGEND_CHARACTERS))
+        handles.append(handle)
+    columns = min(len(handles), 4 if len(panels) > 1 else 2)
+    figure.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=columns,
+        frameon=False,
+        fontsize=8.5,
+        handlelength=4,
+    )
+
+
+def _span(numbers: set[int]) -> str:
+    low, high = min(numbers), max(numbers)
+    return str(low) if low == high else f"{low}–{high}"
+
+
+def _curve_rows(panels: Sequence[Panel], axis: Axis) -> list[Sequence[Any]]:
+    rows: list[Sequence[Any]] = [
+        ["panel", "line", f"from_{axis}", f"to_{axis}", "reward", "low", "high", "n"]
+    ]
+    for panel in panels:
+        for line in panel.lines:
+            columns = (column.tolist() for column in line.band)
+            rows += [
+                [panel.title, line.label, start, end, mean, low, high, n]
+                for start, end, mean, low, high, n in zip(*columns, strict=True)
+            ]
+            rows += [
+                [panel.title, f"{line.label}: introduction of {mark.label}", mark.at, mark.at]
+                for mark in line.marks
+            ]
+    return rows
+
+
+# --- Sweeps --------------------------------------------------------------------------------------
+
+Cells = Mapping[tuple[int, int], Estimate]
+"""Estimates by place: index along the first axle, and along the second."""
+
+
+def draw_plane(name: str, axles: tuple[Axle, Axle], cells: Cells, what: str, small: str) -> Drawing:
+    """Two settings swept together: a map of the plane, each cell with its value.
+
+    Cells have equal sizes whatever their values; those without runs stay hatched. In a page, the
+    interval of a cell shows under the pointer.
+    """
+    across, up = axles
+    n_across, n_up = len(across.values), len(up.values)
+    figure = _figure(
+        min(3.2 + 0.62 * n_across, 12), min(2.6 + 0.45 * n_up, 10), small, least_width=5.5
+    )
+    axes = figure.subplots()
+    norm, colours = _scale_of([cell.value for cell in cells.values()])
+    _draw_cells(axes, (n_across, n_up), cells, norm, colours)
+    axes.set_xlim(-0.5, n_across - 0.5)
+    axes.set_ylim(-0.5, n_up - 0.5)
+    crowded = max((len(shown_value(value)) for value in across.values), default=0) > 5
+    axes.set_xticks(range(n_across), [_plain(shown_value(v)) for v in across.values])
+    axes.tick_params(axis="x", rotation=45 if crowded else 0)
+    axes.set_yticks(range(n_up), [_plain(shown_value(v)) for v in up.values])
+    axes.set_xlabel(_wrapped(across.key))
+    axes.set_ylabel(_wrapped(up.key, _AXIS_CHARACTERS))
+    axes.set_facecolor("#EEEEEE")
+    from matplotlib.cm import ScalarMappable
+
+    figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=_wrapped(what, _AXIS_CHARACTERS))
+    titles = {
+        f"cell-{i}-{j}": f"{across.key} = {shown_value(across.values[i])}, "
+        f"{up.key} = {shown_value(up.values[j])}: {shown_estimate(cell)}, n = {cell.n}"
+        for (i, j), cell in cells.items()
+    }
+    rows: list[Sequence[Any]] = [[across.key, up.key, what, "low", "high", "n"]]
+    rows += [[across.values[i], up.values[j], *cell] for (i, j), cell in sorted(cells.items())]
+    return _saved(name, figure, rows, titles)
+
+
+def _scale_of(values: Sequence[float]) -> tuple[Any, Any]:
+    from matplotlib import colormaps
+    from matplotlib.colors import Normalize
+
+    there = [value for value in values if math.isfinite(value)] or [0.0]
+    low, high = min(there), max(there)
+    return Normalize(low, high if high > low else low + 1), colormaps["cividis"]
+
+
+def _draw_cells(axes: "Axes", shape: tuple[int, int], cells: Cells, norm: Any, map_: Any) -> None:
+    from matplotlib.patches import Rectangle
+
+    labelled = shape[0] * shape[1] <= _MOST_LABELLED_CELLS
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            cell = cells.get((i, j))
+            value = math.nan if cell is None else cell.value
+            here = math.isfinite(value)
+            face = map_(norm(value)) if here else "#EEEEEE"
+            patch = Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=face, edgecolor="white")
+            patch.set_linewidth(0.6)
+            if not here:
+                patch.set(hatch="////", edgecolor="#BBBBBB")
+            patch.set_gid(f"cell-{i}-{j}")
+            axes.add_patch(patch)
+            if here and labelled:
+                dark = norm(value) < 0.55
+                ink = "white" if dark else "black"
+                axes.text(i, j, f"{value:.3g}", ha="center", va="center", fontsize=7, color=ink)
+
+
+class Series(NamedTuple):
+    """Estimates along a swept setting; None where nothing was run."""
+
+    label: str
+    estimates: Sequence[Estimate | None]
+
+
+def draw_points(name: str, axle: Axle, series: Sequence[Series], what: str, small: str) -> Drawing:
+    """One setting swept: points with intervals."""
+    figure = _figure(7.2, 4.2, small)
+    axes = figure.subplots()
+    on_scale = axle.is_numeric and (axle.is_logarithmic or not axle.is_crowded)
+    x = np.asarray(axle.values if on_scale else range(len(axle.values)), np.float64)
+    rows: list[Sequence[Any]] = [["line", axle.key, what, "low", "high", "n"]]
+    for index, (label, estimates) in enumerate(series):
+        there = [k for k, estimate in enumerate(estimates) if estimate is not None]
+        found = [estimate for estimate in estimates if estimate is not None]
+        style = style_of(index)
+        middle = np.asarray([estimate.value for estimate in found])
+        axes.errorbar(
+            x[there],
+            middle,
+            _arms(found),
+            color=style.colour,
+            linewidth=style.width,
+            linestyle=(0, style.dashes) if style.dashes else "-",
+            elinewidth=1,
+            marker="osD^v"[index % 5],
+            markersize=5,
+            capsize=3,
+            label=_plain(f"{label} (n = {_span({e.n for e in found} or {0})})"),
+        )
+        rows += [[label, axle.values[k], *e] for k, e in zip(there, found, strict=True)]
+    if axle.is_logarithmic:
+        axes.set_xscale("log")
+        axes.minorticks_off()
+    if axle.is_logarithmic or not on_scale:
+        axes.set_xticks(x, [_plain(shown_value(value)) for value in axle.values])
+    axes.set_xlabel(_wrapped(axle.key))
+    axes.set_ylabel(_wrapped(what, _AXIS_CHARACTERS))
+    figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+    return _saved(name, figure, rows)
+
+
+def draw_dots(
+    name: str, columns: Mapping[str, Sequence[Dot]], small: str, zero: Sequence[str] = ()
+) -> Drawing:
+    """Estimates under one another, one column for each quantity, rows shared by their order.
+
+    Args:
+        name: of the drawing.
+        columns: the rows of each quantity, by its name with unit.
+        small: small print.
+        zero: quantities that are differences, whose zero is marked.
+    """
+    n_rows = max(len(dots) for dots in columns.values())
+    figure = _figure(4.2 + 3.2 * len(columns), 1.6 + 0.34 * n_rows, small, least_width=7)
+    found = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
+    rows: list[Sequence[Any]] = [["quantity", "row", "value", "low", "high", "n"]]
+    for index, (axes, (what, dots)) in enumerate(zip(found, columns.items(), strict=True)):
+        there = [(k, dot) for k, dot in enumerate(dots) if math.isfinite(dot.estimate.value)]
+        if what in zero:
+            axes.axvline(0, color=_INK, linewidth=0.8, dashes=(4, 3), zorder=1)
+        axes.errorbar(
+            [dot.estimate.value for _, dot in there],
+            [k for k, _ in there],
+            xerr=_arms([dot.estimate for _, dot in there]),
+            color=_OTHERS[index % 2 * 3],
+            linestyle="none",
+            marker="os"[index % 2],
+            markersize=5.5,
+            capsize=3,
+            elinewidth=1.3,
+        )
+        axes.set_xlabel(_wrapped(what, _AXIS_CHARACTERS))
+        axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
+        rows += [[what, dot.label, *dot.estimate] for dot in dots]
+    first = next(iter(columns.values()))
+    labels = [_plain(f"{_wrapped(dot.label, 44)}  (n = {dot.estimate.n})") for dot in first]
+    found[0].set_yticks(range(len(labels)), labels)
+    found[0].set_ylim(n_rows - 0.5, -0.5)
+    return _saved(name, figure, rows)
+
+
+def _arms(estimates: Sequence[Estimate]) -> np.ndarray:
+    """Lengths of error bars, (2, estimate); zero where there is no interval."""
+    arms = [(e.value - e.low, e.high - e.value) for e in estimates]
+    # A bootstrap interval may, through rounding, end a hair on the wrong side of the mean.
+    return np.maximum(np.nan_to_num(np.asarray(arms, np.float64).reshape(-1, 2).T), 0)
+
+
+# --- Numbers in words ----------------------------------------------------------------------------
+
+
+def shown_value(value: Any) -> str:
+    """The value of a setting."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def shown_estimate(estimate: Estimate, form: str = ".3g") -> str:
+    """A value with its interval; without, where a single run gives none."""
+    if math.isnan(estimate.value):
+        return "–"
+    value = _number(estimate.value, form)
+    if math.isnan(estimate.low):
+        return value
+    return f"{value} [{_number(estimate.low, form)}, {_number(estimate.high, form)}]"
+
+
+def _number(value: float, form: str) -> str:
+    if math.isinf(value):
+        return "never"
+    if abs(value) >= 1000:
+        form = ",.0f"
+    return format(value, form).replace("-", "\N{MINUS SIGN}")
+
+
+# --- Figures in general --------------------------------------------------------------------------
+
+
+def _figure(width: float, height: float, small_print: str, least_width: float = 0) -> "Figure":
+    from matplotlib.figure import Figure
+
+    width = max(width, least_width)
+    lines = [
+        line
+        for paragraph in small_print.splitlines()
+        for line in textwrap.wrap(paragraph, int(width * _CHARACTERS_PER_INCH))
+    ]
+    foot = (len(lines) * _SMALL_PRINT_SIZE * 1.35 + 5) / 72
+    figure = Figure((width, height + foot), facecolor="white")
+    share = foot / (height + foot)
+    figure.set_layout_engine("constrained", rect=(0, share, 1, 1 - share))
+    figure.text(
+        0.012,
+        share * 0.94,
+        _plain("\n".join(lines)),
+        fontsize=_SMALL_PRINT_SIZE,
+        color=_GREY,
+        va="top",
+        linespacing=1.3,
+    )
+    return figure
+
+
+def _wrapped(text: str, width: int = 60) -> str:
+    return _plain("\n".join(textwrap.wrap(text, width, break_on_hyphens=False)))
+
+
+def _plain(text: str) -> str:
+    """A text that matplotlib does not take for mathematics, and that has a picture."""
+    return _written(text).replace("$", r"\$")
+
+
+def _written(text: str) -> str:
+    """A text without characters that no document may have."""
+    return re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+
+
+def _saved(
+    name: str, figure: "Figure", rows: Sequence[Sequence[Any]], titles: Mapping[str, str] = {}
+) -> Drawing:
+    for axes in figure.axes:
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(labelsize=8)
+    png = io.BytesIO()
+    figure.savefig(png, format="png", dpi=_PNG_DPI)
+    svg = io.StringIO()
+    # The date and the maker's address have no place in a page that is to be the same every time.
+    nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    figure.savefig(svg, format="svg", metadata=nothing)
+    return Drawing(_as_element(name, svg.getvalue(), titles), png.getvalue(), _as_csv(rows))
+
+
+def _as_element(name: str, document: str, titles: Mapping[str, str]) -> str:
+    """An SVG document as an element whose names are its own, whatever else is in the page."""
+    element = re.sub(r"<!--.*?-->\n?", "", document[document.index("<svg") :], flags=re.DOTALL)
+    names = dict.fromkeys(re.findall(r'\bid="([^"]+)"', element))
+    own = {old: f"{name}-{index}" for index, old in enumerate(names)}
+
+    def renamed(match: re.Match[str]) -> str:
+        return f"{match[1]}{own.get(match[2], match[2])}{match[3]}"
+
+    def titled(match: re.Match[str]) -> str:
+        title = titles.get(match[1])
+        return match[0] + (f"<title>{escape(_written(title))}</title>" if title else "")
+
+    element = re.sub(r'<g id="([^"]+)">', titled, element)
+    return re.sub(r'(\bid="|href="#|url\(#)([^")]+)("|\))', renamed, element)
+
+
+def _as_csv(rows: Sequence[Sequence[Any]]) -> str:
+    """Rows as text; numbers that are not there stay empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    for row in rows:
+        writer.writerow(["" if isinstance(x, float) and math.isnan(x) else x for x in row])
+    return out.getvalue()

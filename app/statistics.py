@@ -1,0 +1,301 @@
+"""Averages over seeds, and how sure they are. Pure: numbers in, numbers out.
+
+Every interval is a percentile bootstrap over *runs*, which are independent of one another (the
+trials of a run are not). The plain percentile interval is too narrow for few runs, so its level
+is raised as Hesterberg proposes (2015, "What teachers should know about the bootstrap", the
+expanded percentile interval): the tail is that of ``t * sqrt(n / (n - 1))`` under the normal
+distribution. Below five runs even the whole range of the data covers too little; whoever draws
+conclusions has to look at ``n``.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+CONFIDENCE = 0.95
+RESAMPLES = 4_999
+LEAST_SHARE = 0.5
+"""Share of runs that must still go on for their average to be shown."""
+
+_BATCH_NUMBERS = 4_000_000
+"""Numbers that are resampled at a time: 32 MB."""
+
+Axis = Literal["steps", "trials"]
+
+
+class Estimate(NamedTuple):
+    """A quantity of a population of runs, from a few of them."""
+
+    value: float
+    low: float
+    """Lower end of the interval; NaN where there is none."""
+    high: float
+    n: int
+    """Runs, or pairs of runs, that it rests on."""
+
+
+class Band(NamedTuple):
+    """A curve averaged over runs, with its pointwise interval."""
+
+    start: np.ndarray
+    """(window,) int64: first step or trial of each window, from 0."""
+    end: np.ndarray
+    """(window,) int64: the one after its last."""
+    mean: np.ndarray
+    """(window,) float64."""
+    low: np.ndarray
+    high: np.ndarray
+    n: np.ndarray
+    """(window,) int64: runs that the mean is over."""
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Where a window's mean belongs on the axis, (window,) float64."""
+        return (self.start + self.end) / 2
+
+
+class Contrast(NamedTuple):
+    """A weighted sum of the means of several groups of runs."""
+
+    estimate: Estimate
+    paired: bool
+    """Whether runs were paired by seed, and not resampled group by group."""
+
+
+class Comparison(NamedTuple):
+    """How much larger one group of runs is than another."""
+
+    difference: Estimate
+    improvement: float
+    """Chance that a run of the first exceeds one of the second, ties counted half."""
+    paired: bool
+
+
+class Reached(NamedTuple):
+    """Steps until something was reached, by runs of which some may never have reached it."""
+
+    median: Estimate
+    """Infinite where at least half of the runs never did."""
+    reached: int
+    """Runs that did."""
+
+
+# --- The bootstrap -------------------------------------------------------------------------------
+
+
+def expanded_level(n: int) -> float:
+    """Level of the percentile interval that covers ``CONFIDENCE`` with ``n`` runs."""
+    from scipy import stats
+
+    tail = (1 - CONFIDENCE) / 2
+    quantile = stats.t.ppf(tail, n - 1) * math.sqrt(n / (n - 1))
+    return 1 - 2 * float(stats.norm.cdf(quantile))
+
+
+def _interval(
+    samples: Sequence[np.ndarray], statistic: Callable[..., Any], rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Interval of a statistic of samples with runs along their first axis; NaN below two runs.
+
+    The columns of a sample are resampled together, as they are columns of the same runs.
+    """
+    from scipy import stats
+
+    fewest = min(sample.shape[0] for sample in samples)
+    if fewest < 2:
+        nothing = np.full(samples[0].shape[1:], np.nan)
+        return nothing, nothing
+    size = max(sample.size for sample in samples)
+    found = stats.bootstrap(
+        tuple(samples),
+        statistic,
+        n_resamples=RESAMPLES,
+        batch=max(1, _BATCH_NUMBERS // size),
+        vectorized=True,
+        axis=0,
+        confidence_level=expanded_level(fewest),
+        method="percentile",
+        rng=rng,
+    ).confidence_interval
+    return found.low, found.high
+
+
+def _estimate(
+    values: Sequence[float], statistic: Callable[..., Any], rng: np.random.Generator
+) -> Estimate:
+    there = np.asarray([value for value in values if not math.isnan(value)], np.float64)
+    if not there.size:
+        return Estimate(math.nan, math.nan, math.nan, 0)
+    low, high = _interval([there], statistic, rng)
+    return Estimate(float(statistic(there, axis=0)), float(low), float(high), there.size)
+
+
+# --- Scalars -------------------------------------------------------------------------------------
+
+
+def mean(values: Sequence[float], rng: np.random.Generator) -> Estimate:
+    """Mean over runs; those without a value (NaN) are left out, and ``n`` says so."""
+    return _estimate(values, np.mean, rng)
+
+
+def interquartile_mean(values: Sequence[float], rng: np.random.Generator) -> Estimate:
+    """Mean of the middle half of the runs: hardly moved by a few wild ones."""
+    return _estimate(values, _middle_half, rng)
+
+
+def _middle_half(values: np.ndarray, axis: int) -> Any:
+    from scipy import stats
+
+    return stats.trim_mean(values, 0.25, axis=axis)
+
+
+def reached(steps: Sequence[float | None], rng: np.random.Generator) -> Reached:
+    """Median of the steps until something was reached; None, for never, counts as infinite."""
+    never = sum(value is None for value in steps)
+    n = len(steps)
+    if not n:
+        return Reached(Estimate(math.nan, math.nan, math.nan, 0), 0)
+    order = np.sort([math.inf if value is None else value for value in steps])
+    # The lower median is a run's own value, so that nothing is averaged with infinity; resampling
+    # ranks in place of values keeps infinity out of the bootstrap's own arithmetic.
+    low, high = _interval([np.arange(n, dtype=np.float64)], _lower_median, rng)
+    value = float(order[(n - 1) // 2])
+    if math.isnan(float(low)):
+        return Reached(Estimate(value, math.nan, math.nan, n), n - never)
+    ends = float(order[math.floor(low)]), float(order[math.ceil(high)])
+    return Reached(Estimate(value, *ends, n), n - never)
+
+
+def _lower_median(values: np.ndarray, axis: int) -> Any:
+    middle = (values.shape[axis] - 1) // 2
+    return np.take(np.partition(values, middle, axis=axis), middle, axis=axis)
+
+
+# --- Comparisons ---------------------------------------------------------------------------------
+
+Term = tuple[float, Mapping[int, float]]
+"""A weight, and the values of a group of runs by seed."""
+
+
+def contrast(terms: Sequence[Term], rng: np.random.Generator) -> Contrast:
+    """Weighted sum of group means: by seed where at least two are shared by all, else by group.
+
+    Runs of the same seed share their trial starts, so their differences vary less.
+    """
+    groups = [(weight, _there(values)) for weight, values in terms]
+    shared = sorted(set.intersection(*(set(values) for _, values in groups)))
+    if len(shared) >= 2:
+        by_seed = [sum(weight * values[seed] for weight, values in groups) for seed in shared]
+        return Contrast(mean(by_seed, rng), paired=True)
+    weights = [weight for weight, _ in groups]
+    samples = [np.asarray(list(values.values()), np.float64) for _, values in groups]
+    fewest = min(sample.size for sample in samples)
+    if not fewest:
+        return Contrast(Estimate(math.nan, math.nan, math.nan, 0), paired=False)
+
+    def weighted(*samples: np.ndarray, axis: int) -> Any:
+        means = (sample.mean(axis=axis) for sample in samples)
+        return sum(weight * m for weight, m in zip(weights, means, strict=True))
+
+    low, high = _interval(samples, weighted, rng)
+    value = float(weighted(*samples, axis=0))
+    return Contrast(Estimate(value, float(low), float(high), fewest), paired=False)
+
+
+def compare(
+    first: Mapping[int, float], second: Mapping[int, float], rng: np.random.Generator
+) -> Comparison:
+    """How much larger the first group is than the second; values are by seed."""
+    found = contrast([(1.0, first), (-1.0, second)], rng)
+    return Comparison(
+        found.estimate, improvement(_there(first), _there(second), found.paired), found.paired
+    )
+
+
+def improvement(first: Mapping[int, float], second: Mapping[int, float], paired: bool) -> float:
+    """P(first > second) with ties half: over shared seeds, or over all pairs of runs."""
+    if paired:
+        shared = [seed for seed in first if seed in second]
+        pairs = [(first[seed], second[seed]) for seed in shared]
+    else:
+        pairs = [(x, y) for x in first.values() for y in second.values()]
+    if not pairs:
+        return math.nan
+    return sum((x > y) + (x == y) / 2 for x, y in pairs) / len(pairs)
+
+
+def _there(values: Mapping[int, float]) -> dict[int, float]:
+    return {seed: value for seed, value in values.items() if not math.isnan(value)}
+
+
+# --- Curves --------------------------------------------------------------------------------------
+
+
+def windowed(reward: np.ndarray, steps: np.ndarray, width: int, axis: Axis) -> np.ndarray:
+    """Mean reward of the trials that ended in each window, ``(window,) float64``.
+
+    Only windows that the run went through wholly are there, so a run that ended in the middle of
+    one says nothing about it. NaN where no trial ended.
+
+    Args:
+        reward: (trial,) of each trial.
+        steps: (trial,) that each trial took.
+        width: of a window, in steps or trials.
+        axis: what windows are counted in.
+    """
+    ends = np.cumsum(steps, dtype=np.int64) if axis == "steps" else np.arange(1, reward.size + 1)
+    if not ends.size:
+        return np.zeros(0)
+    n_windows = int(ends[-1]) // width
+    window = (ends - 1) // width
+    whole = window < n_windows
+    count = np.bincount(window[whole], minlength=n_windows)
+    total = np.bincount(window[whole], reward[whole], minlength=n_windows)
+    return np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
+
+
+def band(curves: Sequence[np.ndarray], width: int, rng: np.random.Generator) -> Band:
+    """Average of the curves of several runs, aligned at their first window.
+
+    In each window the mean is over the runs that went through it, and ``n`` says how many those
+    are; the curve is cut where fewer than ``LEAST_SHARE`` of the runs are left. Nothing is
+    extrapolated.
+    """
+    longest = max((curve.size for curve in curves), default=0)
+    values = np.full((len(curves), longest), np.nan)
+    for row, curve in zip(values, curves, strict=True):
+        row[: curve.size] = curve
+    lengths = np.asarray([curve.size for curve in curves])
+    going = (lengths[:, np.newaxis] > np.arange(longest)).sum(axis=0)
+    n_windows = int((going >= LEAST_SHARE * len(curves)).sum())
+    values = values[:, :n_windows]
+    averages, low, high = _averages(values, rng)
+    start = np.arange(n_windows, dtype=np.int64) * width
+    return Band(start, start + width, averages, low, high, np.isfinite(values).sum(axis=0))
+
+
+def _averages(
+    values: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean and interval of each column over the rows that have a value in it."""
+    out = np.full((3, values.shape[1]), np.nan)
+    there = np.isfinite(values)
+    # Neighbouring windows are mostly over the same runs, and are resampled together.
+    changes = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
+    for columns in np.split(np.arange(values.shape[1]), changes):
+        rows = there[:, columns[0]] if columns.size else np.zeros(0, bool)
+        if rows.any():
+            sample = values[np.ix_(rows, columns)]
+            out[0, columns] = sample.mean(axis=0)
+            out[1, columns], out[2, columns] = _interval([sample], np.mean, rng)
+    return out[0], out[1], out[2]
+
+
+def window_width(longest: int, widest: int, fewest_windows: int = 40) -> int:
+    """A round width (1, 2 or 5 times a power of ten) that divides a run into enough windows."""
+    wanted = max(longest / fewest_windows, 1.0)
+    power = 10 ** math.floor(math.log10(wanted))
+    width = max(factor * power for factor in (1, 2, 5) if factor * power <= wanted)
+    return min(int(width), widest)
