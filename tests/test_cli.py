@@ -381,11 +381,12 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, presets, run, experiment, bench (did you mean run?)",
+        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        " (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, presets, run, experiment, bench"
+        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench"
         " (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),

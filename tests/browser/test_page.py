@@ -327,7 +327,7 @@ def test_a_skill_is_added_and_explored_and_the_predator_obeys(
     added = control.introductions[-1]
     assert (added.skill, added.trial) == ("circle_clockwise", LEARNED)
     assert control.frozen_until == LEARNED + 300
-    expect(screen.text("circle clockwise: frozen until trial 2,300")).to_be_visible()
+    expect(screen.text("circle clockwise: new, selection frozen until trial 2,300")).to_be_visible()
     expect(screen.button("Add circle clockwise now")).to_have_count(0)
     expect(screen.button("Add avoid now")).to_be_visible()
     expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
@@ -348,7 +348,7 @@ def test_a_skill_is_added_and_explored_and_the_predator_obeys(
     assert taken.tolist() == [0, after.step - before.step, 0]
     expect(screen.text("circle clockwise at 100%: 39 trials left")).to_be_visible()
 
-    screen.button("Stop exploring").click()
+    screen.button("Stop exploring circle clockwise").click()
     live.wait_for(lambda status: status.snapshot.control.episodes == ())
     expect(screen.text("Nothing is being explored.")).to_be_visible()
     expect(screen.button("Stop exploring")).to_be_disabled()
