@@ -944,7 +944,9 @@ def _caption_reach(snapshot: Snapshot, look: Look, extras: Extras) -> str:
 
 def _caption_now(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     if _in_frame(snapshot.learning_now, snapshot, look).any():
-        return "Where values are changing right now; the glow fades within seconds."
+        return (
+            "Where values are changing right now; while it learns, the glow fades within seconds."
+        )
     if _folds(look):
         return "Where values are changing right now: nowhere."
     facing = _facing(snapshot, look)

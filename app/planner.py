@@ -130,7 +130,9 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     if chosen:
         return Form("", "What was chosen has begun or is gone.")
     if not any(block.editable for block in blocks):
-        return Form("", "All that was planned is past; plan a new exploration.")
+        running = bool(snapshot.control.episodes)
+        what = "All that was planned has begun" if running else "All that was planned is past"
+        return Form("", f"{what}; plan a new exploration.")
     return Form("", _if_followed("Choose below what to change; the past is locked.", snapshot))
 
 
