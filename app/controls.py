@@ -313,7 +313,7 @@ class Controls:
         running = bool(snapshot.control.episodes)
         nothing = not snapshot.present
         assign(self._begin, "disabled", nothing)
-        assign(self._end, "disabled", not running)
+        assign(self._end, "visible", running)
         label = f"Stop exploring {plain(self._ending())}" if running else "Stop exploring"
         assign(self._end, "label", label)
         lines = [
