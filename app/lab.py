@@ -4,6 +4,7 @@ Only this loop touches scene handles and sets widgets; it draws the latest momen
 never queues any. Views belong to a browser, learning to the session.
 """
 
+import signal
 import sys
 import threading
 import time
@@ -35,6 +36,7 @@ DEFAULT_SPEED = 20_000.0
 """Steps per second: the cone shows within seconds, and avoid joins within a minute."""
 _FRAME_S = 1 / 12
 _READINGS_S = 0.25
+_FAREWELL_S = 2.0
 _FOV_RADIANS = np.pi / 3
 _PANEL_WIDTH = 330.0
 _TIMELINE_X, _TIMELINE_WIDTH = 8.0, 684.0
@@ -123,6 +125,8 @@ class Lab:
         self._lock = threading.Lock()
         self._wake = threading.Event()
         self._closed = False
+        self._at_rest = threading.Event()
+        self._at_rest.set()
         self._drawing = Drawing()
         self._success = SuccessFinder()
         # Compiled beforehand, or the first click on the board would have to wait for it.
@@ -159,17 +163,27 @@ class Lab:
 
     def serve(self) -> None:
         """Draw until :meth:`close` is called."""
-        while not self._closed:
-            started = time.perf_counter()
-            with self._drawing:
-                self._draw(self.session.status, started)
-            self._wake.wait(max(_FRAME_S - (time.perf_counter() - started), 0.005))
-            self._wake.clear()
+        self._at_rest.clear()
+        try:
+            while not self._closed:
+                started = time.perf_counter()
+                with self._drawing:
+                    self._draw(self.session.status, started)
+                self._wake.wait(max(_FRAME_S - (time.perf_counter() - started), 0.005))
+                self._wake.clear()
+        finally:
+            self._at_rest.set()
+
+    def end(self) -> None:
+        """Let :meth:`serve` end after the frame it is at; may be called from a signal's handler."""
+        self._closed = True
 
     def close(self) -> None:
         """End the page and the session."""
         self._closed = True
         self._wake.set()
+        # Not while a frame is being sent over the connections that this takes away.
+        self._at_rest.wait(timeout=_FAREWELL_S)
         self.session.stop()
         self._success.stop()
         close_server(self.server)
@@ -253,6 +267,8 @@ def run_lab(
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
     lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, waits=True)
+    # Between two frames and not within one, where it would leave things half done.
+    signal.signal(signal.SIGINT, lambda *_: lab.end())
     if port not in (0, lab.server.get_port()):
         _say(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
     _say(f"pounce is at {lab.url}  (Ctrl-C ends it)")
@@ -261,10 +277,9 @@ def run_lab(
         webbrowser.open(lab.url)
     try:
         lab.serve()
-    except KeyboardInterrupt:
-        _say("\nEnded.")
     finally:
         lab.close()
+    _say("\nEnded.")
     return 0
 
 
