@@ -12,7 +12,7 @@ import numpy as np
 import viser
 
 from app.layers import Picture
-from app.look import Look, heading_shown
+from app.look import OF_TRIAL, Look, heading_shown
 from app.pictures import Theme
 from app.snapshot import Snapshot, TrialEnd
 from sim import geometry
@@ -303,7 +303,7 @@ class BoardView:
             self._cells.point_size = unit if look.surface else unit / 2
         self._spec, self._look = snapshot.spec.world, look
         self._show_cells(picture)
-        if changed or now_s - self._lines_at >= _LINES_EVERY_S or look.frame != 0:
+        if changed or now_s - self._lines_at >= _LINES_EVERY_S or look.frame == OF_TRIAL:
             self._show_overlays(snapshot, picture)
             self._lines_at = now_s
         self._show_predator(snapshot)

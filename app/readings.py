@@ -133,8 +133,8 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
     return (
         '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
         f"{_rate(status.steps_per_s)} steps/s; {reading.drawing_share:.0%} of the time is spent on"
-        f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_skipped}"
-        f" skipped in 5 s, {behind}.<br>{alone} of this session.</div>"
+        f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_sent} sent"
+        f" and {reading.frames_skipped} skipped in 5 s, {behind}.<br>{alone} of this session.</div>"
     )
 
 

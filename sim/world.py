@@ -16,7 +16,6 @@ from sim.compiled import piece
 from sim.rng import GAMMA, mix
 from sim.spec import N_HEADINGS, WorldSpec
 
-VISIBLE_BITS = U(0xFF)
 PREY_BIT = U(1 << 8)
 FRAME_BIT = U(1 << 9)
 STATE_SHIFT = U(16)
