@@ -513,7 +513,7 @@ def _experiment(command: Experiment) -> int:
     if command.resume and command.force:
         raise UsageError("--resume and --force exclude each other; allowed: one of them")
     from app import experiment_cli, experiments, presets
-    from app.laboratory import FolderError
+    from app.results import FolderError
 
     if not command.experiment:
         names = ", ".join(experiments.shipped())

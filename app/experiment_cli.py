@@ -15,7 +15,8 @@ from tyro.conf import Positional, arg
 
 if TYPE_CHECKING:
     from app import experiments
-    from app.laboratory import Folder, Outcome, Progress
+    from app.laboratory import Outcome, Progress
+    from app.results import Folder
 
 RESULTS = "results"
 """Folder of the results of experiments that are not told where to put them."""
@@ -73,7 +74,7 @@ def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Fol
     """
     if command.dry_run:
         return None
-    from app.laboratory import Folder, FolderError
+    from app.results import Folder, FolderError
 
     path = Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
     try:
@@ -84,7 +85,7 @@ def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Fol
 
 def planned(command: Experiment, experiment: "experiments.Experiment", workers: int) -> str:
     """What an experiment would take, in words or as JSON."""
-    from app.laboratory import plan
+    from app.cost import plan
 
     found = plan(experiment, workers)
     if command.json:
@@ -105,10 +106,10 @@ def carried_out(experiment: "experiments.Experiment", folder: "Folder", workers:
     Raises:
         FolderError: results could no longer be written.
     """
-    from app.laboratory import run_experiment
+    from app.laboratory import Threads, run_experiment
 
     with _progress(experiment.n_runs) as on_progress:
-        return run_experiment(experiment, folder, workers, on_progress)
+        return run_experiment(experiment, folder, Threads(workers), on_progress)
 
 
 def report(

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from app import presets
+from app.metrics import METRICS, NAMES
 from app.presets import (
     EXTENDS,
     REFUSED,
@@ -61,6 +62,7 @@ _KEYS: Final = (
     "common_starts",
     "trials",
     "steps",
+    "metrics",
     "stop",
 )
 _PRESET_KEYS: Final = ("preset", "label", *_AXES)
@@ -116,6 +118,8 @@ class Experiment:
     """Trials of each run; None where the presets say how many."""
     steps: int | None = None
     """Steps of each run; where ``trials`` is None they alone count."""
+    metrics: tuple[str, ...] = NAMES
+    """Columns of :mod:`app.metrics` that are measured; charts show the first of them."""
     stop: Stop | None = None
     _seeds_of: Mapping[str, Sequence[int]] = field(default_factory=dict, repr=False)
 
@@ -281,6 +285,7 @@ class _Reader:
         common_starts = self._flag(entries.get("common_starts"), True)
         trials = self._whole(entries.get("trials"), 1, MAX_TRIALS)
         steps = self._whole(entries.get("steps"), 1, MAX_STEPS)
+        metrics = self._metrics(entries.get("metrics"))
         stop = self._stop(entries.get("stop"))
         plans = self._plans(entries)
         if not self._few_enough(plans, len(seeds)):
@@ -296,6 +301,7 @@ class _Reader:
             common_starts=common_starts,
             trials=trials,
             steps=steps,
+            metrics=metrics,
             stop=stop,
             _seeds_of=own,
         )
@@ -360,6 +366,21 @@ class _Reader:
             elif seed is not None:
                 seeds[seed] = None
         return tuple(seeds)
+
+    def _metrics(self, node: Node | None) -> tuple[str, ...]:
+        found: dict[str, None] = {}
+        for item in self._items(node, f"names from {', '.join(NAMES)}"):
+            if not isinstance(item.value, str) or item.value not in NAMES:
+                hint = did_you_mean(item.value, NAMES)
+                self._fault(item, f"is not measured{hint}; allowed: {', '.join(NAMES)}")
+            elif item.value in found:
+                self._fault(item, "is there twice; allowed: each once")
+            else:
+                found[item.value] = None
+        means = [metric.column for metric in METRICS]
+        if found and not found.keys() & set(means) and node is not None:
+            self._fault(node, f"has nothing to chart; allowed: also one of {', '.join(means)}")
+        return tuple(found) or NAMES
 
     def _stop(self, node: Node | None) -> Stop | None:
         if node is None or node.value is None:

@@ -1,4 +1,6 @@
-"""What a run's log says: learning curve, success, and how much is still being learned."""
+"""What a run's log and tables say: learning curve, success, how much is still being learned, and
+how far value has spread.
+"""
 
 from typing import NamedTuple
 
@@ -6,6 +8,7 @@ import numpy as np
 
 from learners import kernel
 from learners.kernel import LearnerState
+from sim import geometry
 from sim.spec import WorldSpec
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
@@ -40,6 +43,19 @@ class Pace(NamedTuple):
     """Share of steps in a state not visited before with the repertoire of the time."""
     switches_per_step: float
     """Share of steps whose option differed from that of the step before."""
+
+
+class FoldedValue(NamedTuple):
+    """Values of states in the prey's own frame, over its headings.
+
+    Direction 0 is straight ahead of the prey, and directions count counter-clockwise.
+    """
+
+    distance: np.ndarray
+    """(ring, direction) float64: mean equivalent distance to capture in steps, over the headings
+    that have one; NaN where none has."""
+    share: np.ndarray
+    """(ring, direction) float64: share of the headings whose value is above 0."""
 
 
 def trials_done(state: LearnerState) -> int:
@@ -96,3 +112,34 @@ def pace(state: LearnerState, recent: int = RECENT_TRIALS) -> Pace:
         new_state_share=float(state.log_new_states[window].sum()) / steps,
         switches_per_step=float(state.log_switches[window].sum()) / steps,
     )
+
+
+def folded_value(utility: np.ndarray, capture_reward: float, gamma: float) -> FoldedValue:
+    """Values turned into the prey's own frame and averaged over its headings.
+
+    A state n steps from certain capture is worth ``capture_reward * gamma**n``, which falls over
+    so many powers of ten that values are averaged as the n they stand for, their equivalent
+    distance to capture.
+
+    Args:
+        utility: (heading, ring, direction): value of each state, the largest over its present
+            options; NaN where there is none.
+        capture_reward: what a capture is worth.
+        gamma: discount per step.
+
+    Returns:
+        Distances and shares. No state has a distance if ``capture_reward`` or ``gamma`` is not
+        above 0.
+    """
+    positive = utility > 0
+    distance = np.full(utility.shape, np.nan)
+    if capture_reward > 0 and gamma > 0:
+        worth = utility[positive].astype(np.float64) / capture_reward
+        distance[positive] = np.log(worth) / np.log(gamma)
+    n_directions = utility.shape[2]
+    turned = geometry.fold(distance, n_directions)
+    known = np.isfinite(turned)
+    count = known.sum(axis=0)
+    total = np.where(known, turned, 0).sum(axis=0)
+    mean = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+    return FoldedValue(mean, geometry.fold(positive, n_directions).mean(axis=0))

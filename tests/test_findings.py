@@ -27,7 +27,6 @@ from app import presets
 from learners import measures
 from learners.run import Run
 from learners.state import tables
-from sim import geometry
 
 SEEDS = range(4)
 MEASURED_SEEDS = range(30)
@@ -85,25 +84,9 @@ def window(index: int) -> Quantity:
     return mean
 
 
-def folded_distance(utility: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Equivalent distance to capture in the prey's own frame.
-
-    A state n steps from certain capture is worth 100 * 0.9**n. Direction 0 is ahead of the prey,
-    and directions count counter-clockwise.
-
-    Returns:
-        The mean over the headings that have one, NaN where none has, and the share of headings
-        that have one; each ``(ring, direction)``.
-    """
-    distance = np.full(utility.shape, np.nan)
-    known = utility > 0
-    distance[known] = np.log(utility[known] / 100) / np.log(0.9)
-    folded = geometry.fold(distance, utility.shape[2])
-    there = np.isfinite(folded)
-    total = np.where(there, folded, 0).sum(axis=0)
-    count = there.sum(axis=0)
-    mean = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
-    return mean, there.mean(axis=0)
+def folded_value(course: Course, trial: int) -> measures.FoldedValue:
+    """How far value has spread when a trial is to start, in a world of the standard settings."""
+    return measures.folded_value(course.utility[trial], 100, 0.9)
 
 
 # Rings 10 to 13 lie wholly outside of the visual field, at 35 to 58 cells from the prey.
@@ -116,7 +99,7 @@ def reach(trial: int, directions: Sequence[int], rings: slice = RING) -> Quantit
     """Share of states with a positive value in some directions."""
 
     def share(course: Course) -> float:
-        _, there = folded_distance(course.utility[trial])
+        there = folded_value(course, trial).share
         return float(there[rings][:, list(directions)].mean())
 
     return share
@@ -126,7 +109,7 @@ def share_behind(trial: int) -> Quantity:
     """Share of the states with a positive value that lie behind the prey."""
 
     def share(course: Course) -> float:
-        _, there = folded_distance(course.utility[trial])
+        there = folded_value(course, trial).share
         return float(there[:, BEHIND].sum() / there.sum())
 
     return share
@@ -136,7 +119,7 @@ def thinnest(trial: int) -> Quantity:
     """Share of states with a positive value in the direction of the ring that has fewest."""
 
     def share(course: Course) -> float:
-        _, there = folded_distance(course.utility[trial])
+        there = folded_value(course, trial).share
         return float(there[RING].mean(axis=0).min())
 
     return share
@@ -146,7 +129,7 @@ def distance_at(trial: int, direction: int, rings: slice = RING) -> Quantity:
     """Mean equivalent distance to capture in a direction, in steps."""
 
     def mean(course: Course) -> float:
-        distance, _ = folded_distance(course.utility[trial])
+        distance = folded_value(course, trial).distance
         return float(np.nanmean(distance[rings, direction]))
 
     return mean

@@ -1,0 +1,242 @@
+"""The folder that the results of one experiment are written to, whatever happens.
+
+It holds ``experiment.yaml`` as it was given, ``results.sqlite``, and for each finished run
+``arrays/KEY.npz``. The arrays of a run are moved into place before its row is written: a row says
+that everything is there, and whatever ends the program loses at most the runs in flight.
+"""
+
+import contextlib
+import importlib.metadata
+import json
+import os
+import sqlite3
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Self
+
+from app.experiments import Experiment
+from app.replicate import DONE, FAILED, settings_of
+
+SCHEMA_VERSION: Final = 1
+
+COLUMNS: Final = {
+    "key": "TEXT PRIMARY KEY",
+    "variant": "TEXT NOT NULL",
+    "preset": "TEXT NOT NULL",
+    "overrides": "TEXT NOT NULL",
+    "settings": "TEXT NOT NULL",
+    "seed": "INTEGER NOT NULL",
+    "status": "TEXT NOT NULL",
+    "error": "TEXT",
+    "version": "TEXT NOT NULL",
+    "digest": "TEXT",
+    "seconds": "REAL",
+    "trials": "INTEGER",
+    "steps": "INTEGER",
+    "captures": "INTEGER",
+    "flights": "INTEGER",
+    "timeouts": "INTEGER",
+    "final_reward": "REAL",
+    "final_success": "REAL",
+    "greedy_success": "REAL",
+    "area": "REAL",
+    "steps_to_50": "INTEGER",
+    "steps_to_70": "INTEGER",
+    "mean_hunt_length": "REAL",
+    "switches_per_step": "REAL",
+}
+"""Of the table ``runs``. ``overrides`` and ``settings`` are JSON."""
+
+
+class FolderError(Exception):
+    """Results cannot be kept in that folder; the message says why."""
+
+
+class Folder:
+    """Where the results of one experiment are. Used as a context, by one thread."""
+
+    def __init__(self, path: Path, experiment: Experiment, resume: bool, force: bool) -> None:
+        """Claim the folder before any work is done.
+
+        Raises:
+            FolderError: it cannot be used; nothing in it has changed.
+        """
+        self.path = path
+        self.arrays = path / "arrays"
+        try:
+            is_new = not path.exists() or not any(path.iterdir())
+            if is_new or force:
+                self._refuse_stranger(is_new)
+                self._begin(experiment)
+            elif resume:
+                self._go_on(experiment)
+            else:
+                raise FolderError(
+                    "is there already and not empty; allowed: another folder, --resume to go on,"
+                    " or --force to begin again"
+                )
+        except sqlite3.Error as error:
+            raise FolderError(f"holds a results.sqlite that cannot be used: {error}") from error
+        except OSError as error:
+            raise _unwritable(error) from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._database.close()
+
+    @property
+    def table(self) -> Path:
+        """The results table."""
+        return self.path / "results.sqlite"
+
+    def finished(self) -> set[str]:
+        """Keys of the runs that are done."""
+        rows = self._database.execute("SELECT key FROM runs WHERE status = ?", (DONE,))
+        return {key for (key,) in rows}
+
+    def first_error(self) -> str:
+        """Last line of what the first failed run said."""
+        query = "SELECT variant, seed, error FROM runs WHERE status = ? ORDER BY rowid LIMIT 1"
+        row = self._database.execute(query, (FAILED,)).fetchone()
+        if row is None:
+            return ""
+        variant, seed, error = row
+        return f"{variant}, seed {seed}: {error.strip().splitlines()[-1]}"
+
+    def write(self, row: Mapping[str, Any]) -> None:
+        """Add a run, or replace one that failed.
+
+        Raises:
+            FolderError: the row could not be written.
+        """
+        names = ", ".join(COLUMNS)
+        places = ", ".join("?" * len(COLUMNS))
+        values = [row.get(name) for name in COLUMNS]
+        try:
+            with self._database:
+                self._database.execute(
+                    f"INSERT OR REPLACE INTO runs ({names}) VALUES ({places})", values
+                )
+        except sqlite3.Error as error:
+            raise FolderError(f"cannot be written to: {error}; --resume goes on later") from error
+
+    def save(self, key: str, arrays: bytes) -> None:
+        """Put the arrays of a run into place, whole.
+
+        Raises:
+            FolderError: they could not be written.
+        """
+        passing = self.arrays / f".{key}.tmp"
+        try:
+            passing.write_bytes(arrays)
+            os.replace(passing, self.arrays / f"{key}.npz")
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                passing.unlink(missing_ok=True)
+            raise _unwritable(error) from error
+
+    def _refuse_stranger(self, is_new: bool) -> None:
+        """--force begins results again; it clears nothing that is not results."""
+        if not is_new and not self.table.is_file() and not (self.path / "experiment.yaml").exists():
+            raise FolderError("holds something else than results; allowed: another folder")
+
+    def _begin(self, experiment: Experiment) -> None:
+        self.arrays.mkdir(parents=True, exist_ok=True)
+        for name in ("", "-journal", "-wal", "-shm"):
+            self.table.with_name(self.table.name + name).unlink(missing_ok=True)
+        self._clear("*.npz", ".*.tmp")
+        _write(self.path / "experiment.yaml", experiment.text)
+        self._database = self._opened()
+        columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
+        with self._database:
+            self._database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
+            self._database.execute(f"CREATE TABLE runs ({columns})")
+        self._note(
+            schema_version=str(SCHEMA_VERSION),
+            name=experiment.name,
+            description=experiment.description,
+            common_starts=json.dumps(experiment.common_starts),
+            metrics=json.dumps(experiment.metrics),
+            version=version(),
+        )
+        self._note(seeds=json.dumps(_seeds(experiment)))
+
+    def _go_on(self, experiment: Experiment) -> None:
+        if not self.table.is_file():
+            raise FolderError("holds no results to go on with; allowed: --force to begin again")
+        self._database = self._opened()
+        try:
+            self._refuse_other(experiment)
+            self._clear(".*.tmp")
+            self._note(seeds=json.dumps(_seeds(experiment)))
+        except BaseException:
+            self._database.close()
+            raise
+
+    def _refuse_other(self, experiment: Experiment) -> None:
+        again = "allowed: another folder, or --force to begin again"
+        found = schema_version(self._database)
+        if found != str(SCHEMA_VERSION):
+            written = "without a version" if found is None else f"of version {found}"
+            raise FolderError(
+                f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}; {again}"
+            )
+        if (self.path / "experiment.yaml").read_bytes() != experiment.text:
+            raise FolderError(f"holds the results of another experiment; {again}")
+        specs = {variant.label: settings_of(variant) for variant in experiment.variants}
+        rows = self._database.execute("SELECT DISTINCT variant, settings FROM runs")
+        for label, settings in rows:
+            if specs.get(label, settings) != settings:
+                raise FolderError(
+                    f"holds runs of {label!r} with other settings, of a preset that has changed"
+                    f" since; {again}"
+                )
+
+    def _opened(self) -> sqlite3.Connection:
+        # A reader, such as the page, may hold the table for a moment.
+        return sqlite3.connect(self.table, timeout=30)
+
+    def _note(self, **values: str) -> None:
+        with self._database:
+            self._database.executemany(
+                "INSERT OR REPLACE INTO meta VALUES (?, ?)", list(values.items())
+            )
+
+    def _clear(self, *patterns: str) -> None:
+        for pattern in patterns:
+            for path in self.arrays.glob(pattern):
+                path.unlink()
+
+
+def schema_version(database: sqlite3.Connection) -> str | None:
+    """Version of the schema of a results table, None if it has none."""
+    with contextlib.suppress(sqlite3.OperationalError):
+        row = database.execute("SELECT value FROM meta WHERE key = 'schema_version'").fetchone()
+        return None if row is None else str(row[0])
+    return None
+
+
+def version() -> str:
+    """Version of this package."""
+    try:
+        return importlib.metadata.version("pounce-lab")
+    except importlib.metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def _seeds(experiment: Experiment) -> list[int]:
+    return list(experiment.seeds)
+
+
+def _write(path: Path, data: bytes) -> None:
+    passing = path.with_name(f".{path.name}.tmp")
+    passing.write_bytes(data)
+    os.replace(passing, path)
+
+
+def _unwritable(error: OSError) -> FolderError:
+    return FolderError(
+        f"cannot be written to: {error.strerror or error}; allowed: a folder that can"
+    )
