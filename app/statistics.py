@@ -95,7 +95,10 @@ def expanded_level(n: int) -> float:
 
 
 def _interval(
-    samples: Sequence[np.ndarray], statistic: Callable[..., Any], rng: np.random.Generator
+    samples: Sequence[np.ndarray],
+    statistic: Callable[..., Any],
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Interval of a statistic of samples with runs along their first axis; NaN below two runs.
 
@@ -111,7 +114,7 @@ def _interval(
     found = stats.bootstrap(
         tuple(samples),
         statistic,
-        n_resamples=RESAMPLES,
+        n_resamples=resamples,
         batch=max(1, _BATCH_NUMBERS // size),
         vectorized=True,
         axis=0,
@@ -123,21 +126,24 @@ def _interval(
 
 
 def _estimate(
-    values: Sequence[float], statistic: Callable[..., Any], rng: np.random.Generator
+    values: Sequence[float],
+    statistic: Callable[..., Any],
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
 ) -> Estimate:
     there = np.asarray([value for value in values if not math.isnan(value)], np.float64)
     if not there.size:
         return Estimate(math.nan, math.nan, math.nan, 0)
-    low, high = _interval([there], statistic, rng)
+    low, high = _interval([there], statistic, rng, resamples)
     return Estimate(float(statistic(there, axis=0)), float(low), float(high), there.size)
 
 
 # --- Scalars -------------------------------------------------------------------------------------
 
 
-def mean(values: Sequence[float], rng: np.random.Generator) -> Estimate:
+def mean(values: Sequence[float], rng: np.random.Generator, resamples: int = RESAMPLES) -> Estimate:
     """Mean over runs; those without a value (NaN) are left out, and ``n`` says so."""
-    return _estimate(values, np.mean, rng)
+    return _estimate(values, np.mean, rng, resamples)
 
 
 def interquartile_mean(values: Sequence[float], rng: np.random.Generator) -> Estimate:
@@ -256,7 +262,12 @@ def windowed(reward: np.ndarray, steps: np.ndarray, width: int, axis: Axis) -> n
     return np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
 
 
-def band(curves: Sequence[np.ndarray], width: int, rng: np.random.Generator) -> Band:
+def band(
+    curves: Sequence[np.ndarray],
+    width: int,
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
+) -> Band:
     """Average of the curves of several runs, aligned at their first window.
 
     In each window the mean is over the runs that went through it, and ``n`` says how many those
@@ -271,13 +282,13 @@ def band(curves: Sequence[np.ndarray], width: int, rng: np.random.Generator) -> 
     going = (lengths[:, np.newaxis] > np.arange(longest)).sum(axis=0)
     n_windows = int((going >= LEAST_SHARE * len(curves)).sum())
     values = values[:, :n_windows]
-    averages, low, high = _averages(values, rng)
+    averages, low, high = _averages(values, rng, resamples)
     start = np.arange(n_windows, dtype=np.int64) * width
     return Band(start, start + width, averages, low, high, np.isfinite(values).sum(axis=0))
 
 
 def _averages(
-    values: np.ndarray, rng: np.random.Generator
+    values: np.ndarray, rng: np.random.Generator, resamples: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean and interval of each column over the rows that have a value in it."""
     out = np.full((3, values.shape[1]), np.nan)
@@ -289,7 +300,7 @@ def _averages(
         if rows.any():
             sample = values[np.ix_(rows, columns)]
             out[0, columns] = sample.mean(axis=0)
-            out[1, columns], out[2, columns] = _interval([sample], np.mean, rng)
+            out[1, columns], out[2, columns] = _interval([sample], np.mean, rng, resamples)
     return out[0], out[1], out[2]
 
 
