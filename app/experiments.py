@@ -69,6 +69,7 @@ _PRESET_KEYS: Final = ("preset", "label", *_AXES)
 _LABEL: Final = "label"
 _MAX_LABEL: Final = 200
 _RANGES: Final = (("start", "stop", "step"), ("log_start", "log_stop", "count"))
+_ALLOWED_PRESETS: Final = "a shipped preset, a path, or a whole preset with a label"
 _ALLOWED_VALUES: Final = "a list of values, {start, stop, step}, or {log_start, log_stop, count}"
 
 _Number = int | float
@@ -96,7 +97,7 @@ class Variant:
     label: str
     """Unlike that of any other variant."""
     preset: str
-    """As the experiment names it."""
+    """As the experiment names it; the label of one that is written there as a whole."""
     spec: RunSpec
     overrides: Mapping[str, Any]
     """What the experiment sets in the preset, by dotted key."""
@@ -426,11 +427,18 @@ class _Reader:
                 self._fault(item, "names no preset; allowed: preset: NAME")
                 return None
             name = entries["preset"]
-        if not isinstance(name.value, str):
-            self._fault(name, "must be a text; allowed: a shipped preset, or a path")
+        is_written_here = isinstance(name.value, dict)
+        if is_written_here and not label:
+            self._fault(item, "has no label; allowed: a label for a preset that has no name")
+            return None
+        if not is_written_here and not isinstance(name.value, str):
+            self._fault(name, f"must be a text; allowed: {_ALLOWED_PRESETS}")
             return None
         self._refuse_twice(axes)
         try:
+            if is_written_here:
+                base = presets.base_within(_with_key(name, ()), self._folder)
+                return _Plan(label, label, base, fixed, axes)
             base = presets.base_of(name.value, self._folder)
         except UnusableError as error:
             self._fault(name, error.message)

@@ -980,6 +980,18 @@ def base_of(name: str, folder: Path) -> Base:
     return Base(tree, complete, tuple(problems))
 
 
+def base_within(node: Node, folder: Path) -> Base:
+    """A preset that is written within another file; raises `UnusableError` alone."""
+    entries = dict(node.value)
+    extends = entries.pop(EXTENDS, None)
+    below = Base(Node((), {}, node.place), True, ())
+    if extends is not None:
+        if not isinstance(extends.value, str):
+            raise UnusableError(f"must be a text; allowed: {', '.join(shipped())}, or a path")
+        below = base_of(extends.value, folder)
+    return below._replace(tree=_merged(below.tree, node._replace(value=entries)))
+
+
 def completed(base: Base, settings: Iterable[Node]) -> RunSpec:
     """A preset with settings on top, each a value that knows its key; raises `PresetError`."""
     tree, problems = base.tree, list(base.problems)

@@ -6,6 +6,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import textwrap
 import threading
 import time
 from pathlib import Path
@@ -179,10 +180,25 @@ def test_a_preset_is_looked_for_beside_the_experiment(tmp_path: Path) -> None:
     assert [(v.label, v.spec.trials) for v in experiment.variants] == [("mein Räuber", 30)]
 
 
+def test_a_whole_preset_may_be_written_in_an_experiment() -> None:
+    mine = presets.load("timed", ["schedule.skills.avoid.at=20000", "trials=30000"])
+    written = textwrap.indent(presets.dump(mine), "      ")
+    text = (
+        f"presets:\n  - preset:\n{written}    label: mine\n"
+        "  - preset: {extends: timed, trials: 90}\n    label: short\n"
+        "grid: {learner.epsilon: [0.1, 0.2]}\n"
+    )
+    first, second, third, _ = parse(text, "my.yaml").variants
+    assert first.spec == mine
+    assert (first.label, first.preset) == ("mine, learner.epsilon=0.1", "mine")
+    assert second.spec.learner.epsilon == 0.2
+    assert third.spec == presets.load("timed", ["trials=90"])
+
+
 def test_the_example_of_the_reference_is_sound() -> None:
     page = (ROOT / "presets" / "experiments" / "README.md").read_text(encoding="utf-8")
     experiment = parse(page.split("```yaml\n")[1].split("```")[0], "README.md")
-    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2
+    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 1
 
 
 # --- Wrong files ---------------------------------------------------------------------------------
@@ -232,6 +248,15 @@ trails: 4
         ("seeds: 3", "my.yaml:1: has no presets; allowed: a list of presets"),
         ("presets: timed", "my.yaml:1: presets: value 'timed': must be a list; allowed:"),
         ("presets: [3]", "my.yaml:1: presets.0: value 3: must be a text; allowed:"),
+        ("presets: [{preset: {extends: timed}}]", "my.yaml:1: presets.0: value {'preset': {"),
+        (
+            "presets: [{preset: {extends: timd}, label: a}]",
+            "my.yaml:1: presets.0.preset: value {'extends': 'timd'}: is neither a shipped preset",
+        ),
+        (
+            "presets:\n  - label: a\n    preset:\n      extends: timed\n      learner: {alpha: 7}",
+            "my.yaml:5: learner.alpha: value 7: must be at most 1; allowed: 0 to 1",
+        ),
         ("presets: [{label: x}]", "my.yaml:1: presets.0: value {'label': 'x'}: names no preset;"),
         ("presets: [timed]\nset: 3", "my.yaml:2: set: value 3: must be a mapping; allowed:"),
         ("presets: [timed]\ntrials: 0", "my.yaml:2: trials: value 0: must be"),
