@@ -10,6 +10,11 @@ nor at the `Origin` of a request, and it stores whatever a page sends as a widge
 - *the message*: only what a page has reason to send, for a widget that is there, shown and enabled,
   with a value that this very widget allows. All else is dropped before viser sees it.
 
+The door is also a way back out of HTML, which viser does not have: a link to `address_of(...)` in
+an HTML widget is a call, answered here with "204 No Content", at which a browser stays on its page.
+Such links are best aimed at a hidden frame (`target`), so that a call that nobody takes, which is
+answered with a text, does not take the page's place either.
+
 Private parts of viser are used in this module alone (viser>=1.1.1,<1.2). The one function that it
 replaces, while a server is being made, is `websockets.asyncio.server.serve`: viser passes its
 request handler and size limit through that call, and offers no other way in.
@@ -27,10 +32,12 @@ import logging
 import math
 import numbers
 import re
+import secrets
 import socket
 import threading
 import types
 import typing
+import urllib.parse
 from collections.abc import Callable, Iterator, Sequence
 from http import HTTPStatus
 from typing import Any, Final, Literal, NamedTuple, TypeVar
@@ -49,6 +56,9 @@ MAX_MESSAGE_BYTES: Final = 4 * 2**20
 MAX_TEXT_CHARACTERS: Final = 2_000
 MAX_FILE_NAME_CHARACTERS: Final = 255
 
+MAX_CALL_CHARACTERS: Final = 512
+"""Longest words that a link may call, with the secret before them, in plain characters."""
+
 GRACE_S: Final = 1.5
 """How long a page may take to mend a wrong value itself before it is set right and told.
 
@@ -59,6 +69,7 @@ as 15; putting the old value back in between would make typing impossible.
 _LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "[::1]"})
 _AUTHORITY: Final = re.compile(r"(?P<name>\[[0-9a-f:.]+\]|[^\[\]:/@?#\s]+)(:(?P<port>\d{1,5}))?")
 _DEFAULT_HTTP_PORT: Final = 80
+_CALL_PATH: Final = "/call/"
 
 _SECURITY_HEADERS: Final = {
     # No other page may frame this one and have the user click in it unawares. Both spellings, since
@@ -70,6 +81,7 @@ _SECURITY_HEADERS: Final = {
 
 Event = TypeVar("Event")
 OnRefused = Callable[[int, str], None]
+OnCall = Callable[[str], bool]
 
 log = logging.getLogger(__name__)
 
@@ -83,6 +95,7 @@ def open_server(
     *,
     label: str | None = None,
     on_refused: OnRefused | None = None,
+    on_call: OnCall | None = None,
     max_clients: int = 64,
     max_upload_bytes: int = 256 * 1024,
 ) -> viser.ViserServer:
@@ -91,6 +104,8 @@ def open_server(
     `on_refused(client_id, reason)` is called when a page has sent something that was dropped, so
     that the page can be told (for a widget's value after `GRACE_S`, unless the page mends it
     first). It runs on the server's event loop and must return at once.
+    `on_call(words)` is called when a link of the page to `/call/<words>` was followed, and says
+    whether it took the call (see `Calls`). It runs there too and must return at once.
     `host` "0.0.0.0" or "::" opens the lab to the network; then it answers to any IP address and to
     the machine's own names.
 
@@ -102,7 +117,7 @@ def open_server(
     if host == "localhost":
         # The name may stand for two addresses, and port 0 would give each a port of its own.
         host = "127.0.0.1"
-    door = _Door(host, on_refused, max_clients, max_upload_bytes)
+    door = _Door(host, on_refused, on_call, max_clients, max_upload_bytes)
     free_port = _first_free_port(host, port)
     # viser greets on standard output whatever `verbose` says; the lab speaks for itself.
     with _serving_through(door), contextlib.redirect_stdout(io.StringIO()):
@@ -199,6 +214,12 @@ def _same_place(one: _Authority, other: _Authority) -> bool:
     return same_name and one.port == other.port
 
 
+def _source(origin: str) -> _Authority | None:
+    """The place that an origin speaks of; None if it is none that the lab's page can have."""
+    scheme, _, rest = origin.partition("://")
+    return _authority(rest) if scheme == "http" else None
+
+
 def _is_address(name: str) -> bool:
     try:
         ipaddress.ip_address(name.strip("[]"))
@@ -220,24 +241,64 @@ def _machine_names() -> frozenset[str]:
 def _harden(_: ServerConnection, request: Request, response: Response) -> None:
     for name, value in _SECURITY_HEADERS.items():
         response.headers[name] = value
+    if _is_call(request):
+        # Each call has to arrive, however often it was made before.
+        response.headers["Cache-Control"] = "no-store"
+
+
+def _is_call(request: Request) -> bool:
+    return request.path.startswith(_CALL_PATH)
+
+
+def _called_words(request: Request) -> str | None:
+    """What a call says; None if that is too long, or no text."""
+    quoted = request.path.removeprefix(_CALL_PATH).partition("?")[0]
+    try:
+        words = urllib.parse.unquote_to_bytes(quoted.encode("ascii")).decode()
+    except UnicodeError:
+        return None
+    return words if len(words) <= MAX_CALL_CHARACTERS else None
+
+
+def _is_from_page_of(host: _Authority, request: Request) -> bool:
+    """Whether a page of `host` made the browser send this request; in doubt, it did not.
+
+    A picture or a link on a foreign page has no `Origin`. Browsers send `Sec-Fetch-Site` to https
+    and to the loopback interface alone; in a lab on the network the `Referer` has to tell. A page
+    can withhold the latter, and forge neither.
+    """
+    sites = request.headers.get_all("Sec-Fetch-Site")
+    if sites:
+        return set(sites) == {"same-origin"}
+    referers = request.headers.get_all("Referer")
+    if len(referers) != 1:
+        return False
+    source = _source("/".join(referers[0].split("/")[:3]))
+    return source is not None and _same_place(source, host)
 
 
 class _Door:
     """What is asked of a request, and the settings for the connections that it lets in."""
 
     def __init__(
-        self, host: str, on_refused: OnRefused | None, max_clients: int, max_upload_bytes: int
+        self,
+        host: str,
+        on_refused: OnRefused | None,
+        on_call: OnCall | None,
+        max_clients: int,
+        max_upload_bytes: int,
     ) -> None:
         self.on_refused = on_refused
         self.max_upload_bytes = max_upload_bytes
         self.in_place = False
         self.server: viser.ViserServer | None = None
+        self._on_call: OnCall = on_call or (lambda words: False)
         self._max_clients = max_clients
         self._to_network = _is_address(host) and ipaddress.ip_address(host).is_unspecified
         self._names = _own_names(host) | (_machine_names() if self._to_network else frozenset())
 
     def answer(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
-        """Refuse the request, or let viser answer it (with None: go on with the handshake)."""
+        """Refuse the request, take a call, or let viser answer (None: go on with the handshake)."""
         if self.server is None:
             # A page left open reconnects as soon as the port answers, before viser is complete.
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "The lab is starting.\n")
@@ -245,6 +306,8 @@ class _Door:
         if fault is not None:
             log.info("refused a request: %s", fault)
             return connection.respond(HTTPStatus.FORBIDDEN, f"{fault}\n")
+        if _is_call(request):
+            return self._answer_call(connection, request)
         answer = viser_answer(connection, request)
         if answer is None and len(connection.server.connections) >= self._max_clients:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "Too many open pages.\n")
@@ -263,14 +326,88 @@ class _Door:
             return "This is not a name of this server."
         origins = request.headers.get_all("Origin")
         for origin in origins:
-            scheme, _, rest = origin.partition("://")
-            source = _authority(rest) if scheme == "http" else None
+            source = _source(origin)
             if source is None or not _same_place(source, host):
                 return "This page belongs to another site."
+        # A call has effects, so more is asked of it than of what only reads.
+        if _is_call(request) and not _is_from_page_of(host, request):
+            return "This call does not come from a page of this server."
         return None
+
+    def _answer_call(self, connection: ServerConnection, request: Request) -> Response:
+        status = HTTPStatus.INTERNAL_SERVER_ERROR
+        # What the callback raises is logged, not raised again, and leaves this status as it is.
+        with _told_to(None, self._on_call):
+            words = _called_words(request)
+            taken = words is not None and self._on_call(words)
+            status = HTTPStatus.NO_CONTENT if taken else HTTPStatus.NOT_FOUND
+        if status != HTTPStatus.NO_CONTENT:
+            return connection.respond(status, f"{status.phrase}.\n")
+        response = connection.respond(status, "")
+        # HTTP allows no length of what is not there (RFC 9110, section 8.6).
+        del response.headers["Content-Length"]
+        del response.headers["Content-Type"]
+        return response
 
     def _is_own(self, name: str) -> bool:
         return name in self._names or (self._to_network and _is_address(name))
+
+
+# --- Calls ---------------------------------------------------------------------------------------
+
+
+class Calls:
+    """Addresses that a page's links may call, each good for one browser only.
+
+    Its `take` is what `open_server` wants as `on_call`. All methods may be called on any thread.
+    """
+
+    def __init__(self) -> None:
+        self._takers: dict[str, Callable[[str], object]] = {}
+        self._lock = threading.Lock()
+
+    def enter(self, take: Callable[[str], object]) -> str:
+        """Have `take(words)` called for whoever knows the secret that this returns.
+
+        It runs on the server's event loop and must return at once.
+        """
+        secret = secrets.token_urlsafe(16)
+        with self._lock:
+            self._takers[secret] = take
+        return secret
+
+    def leave(self, secret: str) -> None:
+        """Take no more calls under a secret; nothing happens if there is none."""
+        with self._lock:
+            self._takers.pop(secret, None)
+
+    def take(self, words: str) -> bool:
+        """Hand on what follows the secret; whether there was somebody to hand it to."""
+        secret, _, rest = words.partition("/")
+        with self._lock:
+            take = self._takers.get(secret)
+        if take is None:
+            return False
+        take(rest)
+        return True
+
+
+def address_of(secret: str, words: str) -> str:
+    """What a link of the page refers to (`href`) to call these words; needs no escaping in HTML.
+
+    It is relative to the page, so it holds behind a forwarded port and below a path as well.
+    A click is lost when the HTML around the link is replaced while the mouse button is down, so
+    links belong in a widget whose content rests.
+
+    Raises:
+        ValueError: No such call could arrive.
+    """
+    if len(secret) + 1 + len(words) > MAX_CALL_CHARACTERS:
+        raise ValueError(f"with its secret a call has at most {MAX_CALL_CHARACTERS} characters")
+    if words in (".", ".."):
+        # A browser takes them for steps along the path, even when they are percent-encoded.
+        raise ValueError(f"{words!r} cannot be called")
+    return f"call/{secret}/{urllib.parse.quote(words, safe='')}"
 
 
 # --- Frames --------------------------------------------------------------------------------------
