@@ -4,13 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.session import Status
+from app.session import Opened, Status
 from app.snapshot import Snapshot
 from learners.spec import MOVES
 from sim import geometry
 from sim.spec import WorldSpec
 
 RECENT_REACH_TRIALS = 1_000
+_DIGEST_SHOWN = 8
+"""Characters of a digest that tell it from others at a glance."""
 _BESIDE = np.radians(75)
 """Farther than this from straight behind the prey is beside the cone."""
 _STANDING_SHARE = 1 / 170
@@ -134,3 +136,16 @@ def sentence(status: Status) -> str:
     if status.finished:
         return f"The {snapshot.trial:,} trials are over. {text}"
     return text if status.playing else f"Paused. {text}"
+
+
+def provenance(opened: Opened) -> str:
+    """Which run of an experiment this is, and whether it came out as in the results."""
+    recorded, found = opened.digest[:_DIGEST_SHOWN], opened.found[:_DIGEST_SHOWN]
+    if opened.same is None:
+        return f"Making {opened.name} again …"
+    if opened.same:
+        return f"This is {opened.name}, as it ended: digest {found}, as in the results."
+    return (
+        f"This is {opened.name}, made again, but its tables differ from the results (digest"
+        f" {recorded} there, {found} here): another version of pounce made them."
+    )

@@ -87,14 +87,22 @@ def _number(label: str, value: str, hint: str) -> str:
 
 
 def headline_html(status: Status) -> str:
-    """Title and the one sentence."""
+    """Title, the one sentence, and where a run of an experiment is from."""
     text = escape(narrate.sentence(status))
+    origin = ""
+    if status.opened is not None:
+        # A name may be long, and without a blank.
+        origin = (
+            '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
+            f"{escape(narrate.provenance(status.opened))}</div>"
+        )
     error = f"<br><b>{escape(status.error)}</b>" if status.error else ""
     return (
         '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
         ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'
         " what is learned</span></div>"
-        f'<div style="min-height:5.6em;margin-top:0.3em;line-height:1.35">{text}{error}</div></div>'
+        f'<div style="min-height:5.6em;margin-top:0.3em;line-height:1.35">{text}{error}{origin}'
+        "</div></div>"
     )
 
 

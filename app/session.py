@@ -12,13 +12,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app import snapshot
 from app.snapshot import Snapshot
 from learners.commands import Command, CommandError
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
+from learners.state import digest
 
 log = logging.getLogger(__name__)
 
@@ -73,9 +74,40 @@ class StartAgain:
     seed: int
 
 
-Request = Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | Command
+@dataclass(frozen=True)
+class OpenRun:
+    """Make a run of an experiment again, up to where it ended, and pause there."""
+
+    spec: RunSpec
+    preset: str
+    """As shown."""
+    seed: int
+    step: int
+    """Where it ended."""
+    digest: str
+    """Of its tables there."""
+    name: str
+    """What it is called: "figure_4_1: timed, seed 3"."""
+
+
+Request = Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | OpenRun | Command
 Reply = Callable[[str], None]
 """Told why a request could not be carried out."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A run of an experiment, made again."""
+
+    name: str
+    step: int
+    """Where it ended."""
+    digest: str
+    """Of its tables there, as the results have it."""
+    same: bool | None
+    """Whether the tables made here have that digest; None while they are being made."""
+    found: str = ""
+    """The digest of the tables made here, once they are."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +130,8 @@ class Status:
     """What stopped the worker; the state is kept."""
     answered: int
     """Requests answered so far: the ticket of the last one."""
+    opened: Opened | None = None
+    """The run of an experiment that is made again, or that stands as it ended."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +164,7 @@ class Session:
         self._playing = playing
         self._preparing = True
         self._error: str | None = None
+        self._opened: Opened | None = None
         self._stopping = False
         self._slice_steps = 1_000
         self._paced_from = time.perf_counter()
@@ -187,16 +222,25 @@ class Session:
                 log.exception("the learner stopped")
                 self._error = f"{type(error).__name__}: {error}"
                 self._playing = False
+                if self._is_made_again():
+                    self._claim_no_more()
                 self._publish()
 
     def _is_learning(self) -> bool:
         return self._playing and self._error is None and self._run.trial < self._until_trial
 
+    def _is_made_again(self) -> bool:
+        return self._opened is not None and self._opened.same is None
+
+    def _aim(self) -> float:
+        """Steps per second to make now: the set speed is for watching, not for catching up."""
+        return FULL_SPEED if self._is_made_again() else self._speed
+
     def _pause_s(self) -> float | None:
         """How long to wait for a request before it is time to learn; None is for ever."""
         if not self._is_learning():
             return None
-        if self._speed == FULL_SPEED:
+        if self._aim() == FULL_SPEED:
             return 0.0
         self._accrue()
         return max((self._quantum() - self._owed) / self._speed, 0.0)
@@ -242,21 +286,28 @@ class Session:
                 self._play()
             case Pause():
                 self._playing = False
+                if self._is_made_again():
+                    self._claim_no_more()
             case StepOnce():
                 self._check_not_over()
                 self._playing = False
                 self._advance(max_steps=1)
+                self._claim_no_more()
             case TrialOnce():
                 self._check_not_over()
                 self._playing = False
                 self._advance(until_trial=self._run.trial + 1)
+                self._claim_no_more()
             case SetSpeed(steps_per_s=speed):
                 self._speed = speed
                 self._restart_pace()
             case StartAgain():
                 self._start_again(request)
+            case OpenRun():
+                self._open(request)
             case _:
                 self._run.apply(request)
+                self._claim_no_more()
 
     def _check_not_over(self) -> None:
         if self._run.trial >= self._until_trial:
@@ -274,14 +325,44 @@ class Session:
 
     def _start_again(self, request: StartAgain) -> None:
         was_over = self._run.trial >= self._until_trial or self._error is not None
+        # A run that was made again paused by itself, wherever in its trials it ended.
+        goes_on = self._playing or was_over or self._opened is not None
+        self._begin(request)
+        self._playing = goes_on
+
+    def _begin(self, request: StartAgain | OpenRun) -> None:
         self._run = Run(request.spec, request.seed)
-        self._playing = self._playing or was_over
         self._preset = request.preset
         self._generation += 1
         self._until_trial = request.spec.trials
+        self._opened = None
         self._error = None
         self._curve_at = -math.inf
         self._restart_pace()
+
+    def _open(self, request: OpenRun) -> None:
+        self._begin(request)
+        self._opened = Opened(request.name, request.step, request.digest, same=None)
+        # The step alone says where it ended: an experiment may run more trials than a preset has.
+        self._until_trial = MAX_TRIALS
+        self._playing = True
+
+    def _compare_at_end(self, opened: Opened) -> None:
+        """If the run is where it ended, or can go no further, stand still and compare."""
+        if self._run.step < opened.step and self._run.trial < self._until_trial:
+            return
+        found = digest(self._run.state)
+        self._playing = False
+        self._claim_no_more()
+        self._opened = replace(opened, same=found == opened.digest, found=found)
+
+    def _claim_no_more(self) -> None:
+        """From here on it is a run like any other, with the trials it was to have."""
+        if self._is_made_again():
+            self._until_trial = max(self._run.spec.trials, self._run.trial)
+            self._playing = self._playing and self._run.trial < self._until_trial
+            self._restart_pace()
+        self._opened = None
 
     def _restart_pace(self) -> None:
         self._paced_from = time.perf_counter()
@@ -292,20 +373,32 @@ class Session:
         if self._preparing:
             # The first call compiles, or loads what was compiled before.
             self._publish()
-            self._advance(max_steps=1)
+            self._go_on(1)
             self._restart_pace()
+            if not self._is_learning():
+                self._publish()
             return
         started = time.perf_counter()
         steps = self._slice_steps
-        if self._speed != FULL_SPEED:
+        if self._aim() != FULL_SPEED:
             self._accrue()
             steps = min(int(self._owed), steps)
             self._owed -= steps
         if steps > 0:
-            made = self._advance(max_steps=steps)
+            made = self._go_on(steps)
             self._fit_slice(made, time.perf_counter() - started)
         if time.perf_counter() - self._published_at >= _PUBLISH_S or not self._is_learning():
             self._publish()
+
+    def _go_on(self, steps: int) -> int:
+        """Learn, but not past the step up to which a run is made again."""
+        opened = self._opened
+        if opened is None or opened.same is not None:
+            self._opened = None
+            return self._advance(max_steps=steps)
+        made = self._advance(max_steps=min(steps, opened.step - self._run.step))
+        self._compare_at_end(opened)
+        return made
 
     def _advance(self, max_steps: int = 2**62, until_trial: int | None = None) -> int:
         if self._error is not None:
@@ -354,6 +447,7 @@ class Session:
             steps_per_s=self._steps_per_s(),
             error=self._error,
             answered=self._answered,
+            opened=self._opened,
         )
 
     def _publish(self) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from app import narrate, presets, snapshot
 from app.narrate import RECENT_REACH_TRIALS, Front
-from app.session import Session, Status
+from app.session import Opened, Session, Status
 from app.snapshot import Snapshot
 from learners.commands import Explore, FreezeSelection, Introduce, StopExploring
 from learners.measures import Endings
@@ -248,6 +248,32 @@ def test_a_success_share_is_not_a_number_before_the_first_trial_has_ended() -> N
     taken = snapshot.take(Run(spec_of(), seed=1), "timed", 0)
     assert np.isnan(narrate.success_share(taken))
     assert narrate.success_share(replace(taken, recent=Endings(1, 2, 1))) == 0.25
+
+
+# Where a run of an experiment is from
+
+NAME = "figure_4_1: timed, seed 3"
+RECORDED = "3fa9c1d2" + "0" * 56
+
+
+def test_a_run_that_is_being_made_again_is_said_to_be() -> None:
+    opened = Opened(NAME, 1_000, RECORDED, same=None)
+    assert narrate.provenance(opened) == "Making figure_4_1: timed, seed 3 again …"
+
+
+def test_a_run_that_came_out_as_in_the_results_is_said_to_be_that_run() -> None:
+    opened = Opened(NAME, 1_000, RECORDED, same=True, found=RECORDED)
+    assert narrate.provenance(opened) == (
+        "This is figure_4_1: timed, seed 3, as it ended: digest 3fa9c1d2, as in the results."
+    )
+
+
+def test_a_run_that_came_out_otherwise_is_said_with_both_digests() -> None:
+    opened = Opened(NAME, 1_000, RECORDED, same=False, found="0b1c2d3e" + "f" * 56)
+    assert narrate.provenance(opened) == (
+        "This is figure_4_1: timed, seed 3, made again, but its tables differ from the results"
+        " (digest 3fa9c1d2 there, 0b1c2d3e here): another version of pounce made them."
+    )
 
 
 # Sentences on real runs

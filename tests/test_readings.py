@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from app import presets, readings, snapshot
-from app.session import Session, Status
+from app import narrate, presets, readings, snapshot
+from app.session import Opened, Session, Status
 from app.snapshot import Snapshot
 from learners.commands import Introduce
 from learners.measures import Curve, Endings
@@ -68,6 +68,27 @@ def test_markup_in_an_error_is_shown_and_not_obeyed() -> None:
 
 def test_an_error_is_shown_only_when_there_is_one() -> None:
     assert "Error" not in Page(readings.headline_html(status_of(moment()))).text
+
+
+@pytest.mark.parametrize("same", [None, True, False])
+def test_a_run_of_an_experiment_is_named_under_the_sentence(same: bool | None) -> None:
+    digest = "3fa9c1d2" + "0" * 56
+    found = "" if same is None else digest if same else "f" * 64
+    opened = Opened("figure_4_1: timed, seed 3", 1_000, digest, same, found)
+    page = Page(readings.headline_html(status_of(moment(), opened=opened)))
+    sentence = Page(readings.headline_html(status_of(moment()))).text
+    assert page.text == f"{sentence} {narrate.provenance(opened)}"
+
+
+@pytest.mark.parametrize("same", [None, True, False])
+def test_markup_in_the_name_of_a_run_is_shown_and_not_obeyed(same: bool | None) -> None:
+    name = "<img src=x onerror=alert(1)> & <script>steal()</script>"
+    hostile = Opened(name, 1_000, "<b>3f</b>", same, "<b>3f</b>")
+    harmless = Opened("timed", 1_000, "3f", same, "3f")
+    shown = Page(readings.headline_html(status_of(moment(), opened=hostile)))
+    assert name in shown.text
+    expected = Page(readings.headline_html(status_of(moment(), opened=harmless)))
+    assert shown.tags == expected.tags
 
 
 def test_numbers_are_those_of_the_moment() -> None:

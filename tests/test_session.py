@@ -15,6 +15,8 @@ from app import presets, snapshot
 from app import session as session_module
 from app.session import (
     FULL_SPEED,
+    Opened,
+    OpenRun,
     Pause,
     Play,
     Request,
@@ -35,7 +37,7 @@ from learners.commands import (
     StopExploring,
 )
 from learners.run import Run, replay
-from learners.spec import RunSpec
+from learners.spec import MAX_TRIALS, RunSpec
 from learners.state import digest
 
 PATIENCE_S = 30.0
@@ -264,6 +266,236 @@ def test_start_again_has_its_own_number_of_trials(session_of: SessionOf) -> None
     assert session.wait_for(lambda status: status.finished, PATIENCE_S).snapshot.trial == 60
 
 
+# A run of an experiment, made again
+
+
+NAME = "figure_4_1: timed, seed 3"
+REFUSED = Introduce("approach", 5)
+"""A request that is refused at any trial."""
+FAR = 10**12
+"""A step that no run gets to while a test lasts."""
+
+
+def ended(spec: RunSpec, step: int | None = None, seed: int = 3) -> Run:
+    """A plain run at a step, or after its preset's trials."""
+    run = Run(spec, seed)
+    if step is None:
+        run.advance()
+    else:
+        run.advance(max_steps=step, until_trial=MAX_TRIALS)
+    return run
+
+
+def opening(run: Run) -> OpenRun:
+    """The request for a run that ended like this one."""
+    return OpenRun(run.preset, "timed", run.seed, run.step, digest(run.state), NAME)
+
+
+def arrived(session: Session) -> Status:
+    """The status in which a run has been made again."""
+    return session.wait_for(
+        lambda status: status.opened is not None and status.opened.same is not None, PATIENCE_S
+    )
+
+
+def on_the_way(session: Session, spec: RunSpec = LONG) -> Status:
+    """The status in which a run is being made again, its end far away."""
+    session.submit(OpenRun(spec, "timed", 3, FAR, "0" * 64, NAME))
+    beyond = min(spec.trials, 1_000) + 10
+    status = session.wait_for(
+        lambda status: status.opened is not None and status.snapshot.trial > beyond, PATIENCE_S
+    )
+    assert status.opened == Opened(NAME, FAR, "0" * 64, same=None)
+    assert status.playing
+    return status
+
+
+@pytest.mark.parametrize("preset", ["timed", "hierarchical_2", "standard_q"])
+def test_a_run_is_made_again_up_to_its_end(session_of: SessionOf, preset: str) -> None:
+    session = session_of()
+    run = ended(spec_of("trials=300", preset=preset))
+    session.submit(opening(run))
+    status = arrived(session)
+    assert shows(status, run)
+    recorded = digest(run.state)
+    assert status.opened == Opened(NAME, run.step, recorded, same=True, found=recorded)
+    assert (status.playing, status.finished, status.error) == (False, True, None)
+    taken = status.snapshot
+    assert (taken.preset, taken.seed, taken.generation) == ("timed", 3, 1)
+    assert taken.preset_spec == run.preset
+
+
+@pytest.mark.parametrize("step", [1_000, 1_001, 4_321])
+def test_a_run_is_made_again_up_to_the_very_step(session_of: SessionOf, step: int) -> None:
+    session, run = session_of(), ended(spec_of("trials=300"), step)
+    session.submit(opening(run))
+    status = arrived(session)
+    assert status.snapshot.trial_step > 0
+    assert shows(status, run)
+    assert status.opened is not None
+    assert status.opened.same
+    assert (status.playing, status.finished) == (False, False)
+
+
+@pytest.mark.parametrize("step", [0, 1])
+def test_a_run_that_ended_as_it_began_is_made_again(session_of: SessionOf, step: int) -> None:
+    session = session_of()
+    session.submit(opening(ended(LONG, step)))
+    status = arrived(session)
+    assert (status.snapshot.step, status.playing, status.preparing) == (step, False, False)
+    assert status.opened is not None
+    assert status.opened.same
+
+
+def test_a_run_of_more_trials_than_its_preset_has_is_made_again(session_of: SessionOf) -> None:
+    session, spec = session_of(), spec_of("trials=50")
+    run = ended(spec, 20_000)
+    assert run.trial > 60
+    session.submit(opening(run))
+    status = arrived(session)
+    assert shows(status, run)
+    assert status.finished
+    assert ask(session, Play()).opened is None
+    status = session.wait_for(lambda status: status.finished, PATIENCE_S)
+    assert status.snapshot.trial == run.trial + 50
+
+
+def test_another_digest_is_told_and_the_state_is_kept(session_of: SessionOf) -> None:
+    session, run = session_of(), ended(spec_of("trials=300"))
+    session.submit(dataclasses.replace(opening(run), digest="f" * 64))
+    status = arrived(session)
+    found = digest(run.state)
+    assert status.opened == Opened(NAME, run.step, "f" * 64, same=False, found=found)
+    assert shows(status, run)
+    assert status.error is None
+
+
+def test_a_run_that_never_gets_to_its_step_is_not_the_same(
+    session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (session_module, run_module):
+        monkeypatch.setattr(module, "MAX_TRIALS", 800)
+    session = session_of()
+    session.submit(OpenRun(spec_of("trials=500"), "timed", 3, FAR, "0" * 64, NAME))
+    status = arrived(session)
+    assert status.opened is not None
+    assert not status.opened.same
+    assert (status.snapshot.trial, status.playing, status.exhausted) == (800, False, True)
+
+
+@pytest.mark.parametrize("request_", [Pause(), StepOnce(), TrialOnce()])
+def test_a_person_may_stop_it_on_the_way(session_of: SessionOf, request_: Request) -> None:
+    session = session_of()
+    on_the_way(session)
+    status = ask(session, request_)
+    assert (status.playing, status.opened, status.finished) == (False, None, False)
+    assert shows(status, ended(LONG, status.snapshot.step))
+    assert ask(session, HARMLESS).snapshot.step == status.snapshot.step
+    assert ask(session, Play()).opened is None
+    session.wait_for(lambda later: later.snapshot.step > status.snapshot.step, PATIENCE_S)
+
+
+@pytest.mark.parametrize("request_", [Pause(), StepOnce(), TrialOnce(), FreezeSelection(True)])
+def test_given_up_beyond_the_trials_of_its_preset_they_are_over(
+    session_of: SessionOf, request_: Request
+) -> None:
+    session, spec = session_of(), spec_of("trials=50")
+    on_the_way(session, spec)
+    status = ask(session, request_)
+    assert (status.playing, status.opened, status.finished) == (False, None, True)
+    session.submit(Play())
+    later = session.wait_for(lambda later: later.snapshot.step > status.snapshot.step, PATIENCE_S)
+    later = session.wait_for(lambda later: later.finished, PATIENCE_S)
+    assert later.snapshot.trial == status.snapshot.trial + 50
+
+
+def test_a_command_on_the_way_makes_it_a_run_like_any_other(session_of: SessionOf) -> None:
+    session = session_of()
+    on_the_way(session, spec_of("trials=1000000", f"schedule.skills.avoid.at={MAX_TRIALS}"))
+    status = ask(session, Introduce("avoid", 5))
+    assert (status.playing, status.opened) == (True, None)
+
+
+@pytest.mark.parametrize("request_", [Play(), SetSpeed(5.0), REFUSED])
+def test_what_changes_nothing_on_the_way_does_not_stop_it(
+    session_of: SessionOf, request_: Request
+) -> None:
+    session = session_of()
+    step = on_the_way(session).snapshot.step
+    status = ask(session, request_)
+    assert status.playing
+    assert status.opened is not None
+    session.wait_for(lambda later: later.snapshot.step > step + 10_000, PATIENCE_S)
+
+
+def test_another_run_takes_the_place_of_one_on_the_way(session_of: SessionOf) -> None:
+    session = session_of()
+    on_the_way(session)
+    run = ended(spec_of("trials=300"))
+    session.submit(opening(run))
+    status = arrived(session)
+    assert shows(status, run)
+    assert status.snapshot.generation == 2
+    on_the_way(session)
+    status = ask(session, StartAgain(LONG, "timed", 1))
+    assert (status.opened, status.playing) == (None, True)
+
+
+def test_an_error_on_the_way_gives_it_up(
+    session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = session_of()
+    on_the_way(session)
+    break_learner(monkeypatch)
+    status = session.wait_for(lambda status: status.error is not None, PATIENCE_S)
+    assert (status.opened, status.playing) == (None, False)
+
+
+def test_a_run_that_cannot_be_made_again_keeps_what_is_there(session_of: SessionOf) -> None:
+    session, request_ = session_of(), opening(ended(spec_of("trials=300")))
+    session.submit(request_)
+    before = arrived(session)
+    session.submit(dataclasses.replace(request_, seed=-1))
+    status = session.wait_for(lambda status: status.error is not None, PATIENCE_S)
+    assert same(status.snapshot, before.snapshot)
+    assert status.opened == before.opened
+
+
+@pytest.mark.parametrize(
+    "request_", [Introduce("avoid", 5), FreezeSelection(True), StepOnce(), TrialOnce()]
+)
+def test_what_is_done_after_its_end_is_no_longer_of_the_experiment(
+    session_of: SessionOf, request_: Request
+) -> None:
+    session = session_of()
+    session.submit(opening(ended(LONG, 5_000)))
+    arrived(session)
+    status = ask(session, HARMLESS, Pause())
+    assert status.opened is not None
+    assert status.opened.same
+    status = ask(session, request_)
+    assert (status.opened, status.playing) == (None, False)
+
+
+def test_after_its_end_it_plays_on(session_of: SessionOf) -> None:
+    session, run = session_of(), ended(spec_of("trials=300"))
+    session.submit(opening(run))
+    arrived(session)
+    session.submit(Play())
+    status = session.wait_for(lambda status: status.snapshot.trial == 600, PATIENCE_S)
+    run.advance(until_trial=600)
+    assert shows(status, run)
+    assert status.opened is None
+
+
+def test_start_again_after_its_end_plays(session_of: SessionOf) -> None:
+    session = session_of()
+    session.submit(opening(ended(LONG, 5_000)))
+    arrived(session)
+    status = ask(session, StartAgain(LONG, "timed", 1))
+    assert (status.opened, status.playing, status.snapshot.generation) == (None, True, 2)
+
+
 # A run is the same at any speed
 
 
@@ -480,7 +712,7 @@ def paced(session_of: SessionOf, speed: float) -> Session:
 def after(session: Session, clock: Clock, seconds: float) -> Status:
     """The status when the clock has gone on, and the worker has caught up with it."""
     clock.now += seconds
-    return ask(session, HARMLESS)
+    return ask(session, REFUSED)
 
 
 def test_a_speed_is_kept_to_the_step(session_of: SessionOf, clock: Clock) -> None:
@@ -547,3 +779,29 @@ def test_requests_are_answered_in_order(session_of: SessionOf, clock: Clock) -> 
     run.advance(max_steps=1)
     assert shows(status, run)
     assert (status.playing, status.speed) == (False, 5.0)
+
+
+def test_a_set_speed_holds_again_once_a_run_has_been_made_again(
+    session_of: SessionOf, clock: Clock
+) -> None:
+    session, run = session_of(speed=1.0), ended(LONG, 20_000)
+    session.submit(opening(run))
+    # The clock stands still, so at any set speed there would be no step.
+    status = arrived(session)
+    assert (status.snapshot.step, status.speed) == (run.step, 1.0)
+    assert ask(session, Play()).opened == status.opened
+    made = [after(session, clock, 0.25).snapshot.step - run.step for _ in range(8)]
+    assert made == [0, 0, 0, 1, 1, 1, 1, 2]
+    assert session.status.opened is None
+
+
+def test_a_set_speed_holds_again_once_a_run_is_given_up(
+    session_of: SessionOf, clock: Clock
+) -> None:
+    session = paced(session_of, 1.0)
+    ask(session, OpenRun(LONG, "timed", 3, FAR, "0" * 64, NAME))
+    assert after(session, clock, 0.25).steps_per_s > 1_000
+    status = ask(session, FreezeSkills(True))
+    assert (status.playing, status.opened, status.steps_per_s) == (True, None, 0.0)
+    made = [after(session, clock, 0.25).snapshot.step - status.snapshot.step for _ in range(8)]
+    assert made == [0, 0, 0, 1, 1, 1, 1, 2]
