@@ -1,4 +1,4 @@
-"""Pictures of results: learning curves, sweeps and comparisons, each as SVG, PNG and CSV.
+"""Pictures of results: curves, sweeps, comparisons and value maps, each as SVG, PNG and CSV.
 
 A picture is drawn on a figure of its own, so threads can draw at the same time; matplotlib is
 imported when the first one is. Colours are those of Okabe and Ito, which people with a colour
@@ -17,7 +17,9 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from app.pictures import LIGHT, Ruler, gain_colours, nearness, over_board, palette
 from app.statistics import Axis, Band, Estimate
+from learners.measures import FoldedValue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,6 +39,14 @@ _MOST_UNEVEN = 10
 _MOST_LABELLED_CELLS = 400
 _OTHERS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#222222", "#B8A800")
 _DASHES: Sequence[tuple[float, ...]] = ((), (6, 2), (1.5, 1.5), (7, 2, 1.5, 2), (3, 1.5))
+_VALUE_SCALE = Ruler(0, 200, "root")
+"""Equivalent distances; hardly a state is farther."""
+_VALUE_TICKS = (0, 10, 25, 50, 100, 150, 200)
+_PARTS_OF_SECTOR = 6
+"""Straight pieces that an arc of a sector is drawn as."""
+_TITLE_ROOM = 0.34
+"""Height above a map, in its radii."""
+_LEGEND_PIXELS = 256
 _UNITS: Mapping[Axis, tuple[float, str]] = {
     "steps": (1e-6, "simulation steps (millions)"),
     "trials": (1e-3, "trials (thousands)"),
@@ -426,6 +436,126 @@ def _arms(estimates: Sequence[Estimate]) -> np.ndarray:
     return np.maximum(np.nan_to_num(np.asarray(arms, np.float64).reshape(-1, 2).T), 0)
 
 
+# --- Maps of value -------------------------------------------------------------------------------
+
+
+class ValueMap(NamedTuple):
+    """How far value had spread at a moment, averaged over runs, in the prey's own frame."""
+
+    title: str
+    value: FoldedValue
+    n: int
+    """Runs that it is over."""
+
+
+def draw_values(
+    name: str, maps: Sequence[ValueMap], edges: np.ndarray, vision: float, small: str
+) -> Drawing:
+    """Maps of value beside one another, the prey in the middle of each and facing right.
+
+    The colour is the equivalent distance to capture; it covers the paper by the share of headings
+    and runs that have a value. The maps are pixels in the SVG, as their sectors are many.
+
+    Args:
+        name: of the drawing.
+        maps: what to draw, all with the same rings and directions.
+        edges: (ring,): outer edge of each ring, in cells.
+        vision: radius of the visual field, in cells.
+        small: small print.
+    """
+    figure = _figure(2.9 * len(maps) + 1.3, 3.75, small, least_width=5.5)
+    grid = figure.add_gridspec(1, len(maps) + 1, width_ratios=[*[1] * len(maps), 0.13])
+    for index, map_ in enumerate(maps):
+        _draw_value(figure.add_subplot(grid[0, index]), map_, edges, vision)
+    _draw_value_scale(figure.add_subplot(grid[0, -1]))
+    return _saved(name, figure, _value_rows(maps, edges))
+
+
+def _draw_value(axes: "Axes", map_: ValueMap, edges: np.ndarray, vision: float) -> None:
+    from matplotlib.patches import Wedge
+
+    n_directions = map_.value.share.shape[1]
+    turn = np.arange(n_directions * _PARTS_OF_SECTOR + 1) / (n_directions * _PARTS_OF_SECTOR)
+    # The first sector is centred on straight ahead.
+    angle = 2 * np.pi * (turn - 0.5 / n_directions)
+    radius = np.concatenate([[0], edges])[:, np.newaxis]
+    colours = np.repeat(value_colours(*map_.value), _PARTS_OF_SECTOR, axis=1)
+    mesh = axes.pcolormesh(
+        radius * np.cos(angle), radius * np.sin(angle), colours, antialiased=False
+    )
+    mesh.set_rasterized(True)
+    field = Wedge((0, 0), vision, -90, 90, fill=False, edgecolor=_INK, linewidth=1)
+    axes.add_patch(field)
+    axes.plot([0], [0], marker="o", markersize=4.5, color=_INK)
+    axes.annotate(
+        "",
+        (0.62 * vision, 0),
+        (0, 0),
+        arrowprops={"arrowstyle": "-|>", "color": _INK, "linewidth": 1.3, "shrinkA": 0},
+    )
+    far = float(edges[-1])
+    axes.set_xlim(-far, far)
+    axes.set_ylim(-far, (1 + _TITLE_ROOM) * far)
+    axes.set_aspect("equal")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.spines[:].set_visible(False)
+    # Inside of the axes: the layout does not make room above axes whose aspect is fixed.
+    title = _plain(f"{map_.title}\nn = {map_.n}")
+    axes.text(0, 1.05 * far, title, fontsize=9, ha="center", va="bottom")
+
+
+def value_colours(distance: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Colours as on the page of the lab, ``(..., 3) uint8``.
+
+    Args:
+        distance: ``(...)``: equivalent distances to capture in steps, NaN where there is none.
+        share: ``(...)``: share of headings and runs that have one, 0 to 1.
+    """
+    gain = palette(gain_colours(), nearness(distance, _VALUE_SCALE))
+    return over_board(gain, np.where(np.isfinite(distance), share, 0), LIGHT)
+
+
+def _draw_value_scale(axes: "Axes") -> None:
+    """The scale of colours: upwards the distance, from left to right the share of headings."""
+    place, share = np.meshgrid(
+        (np.arange(_LEGEND_PIXELS) + 0.5) / _LEGEND_PIXELS, np.linspace(0, 1, 24), indexing="ij"
+    )
+    low, high = _VALUE_SCALE.low, _VALUE_SCALE.high
+    distance = low + (high - low) * place**2
+    axes.imshow(value_colours(distance, share), origin="lower", extent=(0, 1, 0, 1), aspect="auto")
+    axes.set_xticks([0, 1], ["0", "1"])
+    axes.set_xlabel("share with\na value", fontsize=8)
+    axes.yaxis.tick_right()
+    axes.yaxis.set_label_position("right")
+    shown = [str(tick) for tick in _VALUE_TICKS[:-1]] + [f"≥ {_VALUE_TICKS[-1]}"]
+    axes.set_yticks([float(_VALUE_SCALE.place(tick)) for tick in _VALUE_TICKS], shown)
+    axes.set_ylabel("equivalent distance to capture (steps)", fontsize=8)
+
+
+def _value_rows(maps: Sequence[ValueMap], edges: np.ndarray) -> list[Sequence[Any]]:
+    inner = [0.0, *edges[:-1].tolist()]
+    rows: list[Sequence[Any]] = [
+        ["moment", "from_cells", "to_cells", "degrees_from_ahead", "share", "steps", "n"]
+    ]
+    for title, (distance, share), n in maps:
+        n_rings, n_directions = share.shape
+        rows += [
+            [
+                title,
+                inner[ring],
+                float(edges[ring]),
+                360 * direction / n_directions,
+                float(share[ring, direction]),
+                float(distance[ring, direction]),
+                n,
+            ]
+            for ring in range(n_rings)
+            for direction in range(n_directions)
+        ]
+    return rows
+
+
 # --- Numbers in words ----------------------------------------------------------------------------
 
 
@@ -505,7 +635,7 @@ def _saved(
     svg = io.StringIO()
     # The date and the maker's address have no place in a page that is to be the same every time.
     nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    figure.savefig(svg, format="svg", metadata=nothing)
+    figure.savefig(svg, format="svg", metadata=nothing, dpi=_PNG_DPI)
     return Drawing(_as_element(name, svg.getvalue(), titles), png.getvalue(), _as_csv(rows))
 
 

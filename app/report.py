@@ -6,725 +6,77 @@ other variants give curves, and are set against the first of them.
 """
 
 import contextlib
-import html
 import json
 import math
 import os
 import re
 import shlex
-import sqlite3
 import tempfile
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from app import experiments, presets, statistics
+from app import statistics, thesis
 from app.figures import (
     THESIS_STYLES,
     Axle,
     Dot,
-    Drawing,
     Line,
     Mark,
     Panel,
     Series,
+    Style,
+    ValueMap,
     draw_curves,
     draw_dots,
     draw_plane,
     draw_points,
+    draw_values,
     shown_estimate,
     shown_value,
     style_of,
 )
+from app.markup import Markup, Page, details, document, element, escaped, joined, minor, table
+from app.metrics import (
+    AREA,
+    BEHAVIOUR,
+    ENDINGS,
+    FINAL_REWARD,
+    METRICS,
+    MILESTONES,
+    PERFORMANCE,
+    Metric,
+)
+from app.readout import (
+    AXES,
+    Folder,
+    Group,
+    Reader,
+    ResultsError,
+    RunRow,
+    Trace,
+    Widths,
+    groups_of,
+    read_folder,
+    widths_of,
+)
 from app.statistics import Axis, Contrast, Estimate
-from learners import measures
+from app.thesis import Finding, Placed
+from sim import geometry
 from sim.spec import WorldSpec
 
-SCHEMA_VERSION = 1
 PAGE_NAME = "report.html"
-LEAST_SEEDS = 5
-"""Runs below which no finding is decided."""
-WIDE = 15.0
-"""Reward per trial: a tenth of the range from flight to capture."""
 
 _BOOTSTRAP_SEED = 20
 _MOST_LINES = 8
 _MOST_ROWS = 60
 _MOST_OPEN_ROWS = 16
 _LEAST_FOR_QUARTILES = 4
-_WINDOW_STEPS = 500_000
-_FINAL = "last 2,000 trials"
-_CURVE_AXES: tuple[Axis, ...] = ("steps", "trials")
-_TRIALS_WINDOW = 1_000
 
 
-class ReportError(Exception):
-    """There is nothing to report on, or nowhere to write to; the message says why."""
-
-
-# --- Results as they lie on disk -----------------------------------------------------------------
-
-
-class Metric(NamedTuple):
-    """A number that the table of results holds for each run."""
-
-    column: str
-    title: str
-    unit: str = ""
-
-    @property
-    def label(self) -> str:
-        return f"{self.title} ({self.unit})" if self.unit else self.title
-
-
-FINAL_REWARD = Metric("final_reward", "final reward", "mean per trial, last 2,000 trials")
-AREA = Metric("area", "area under the curve", "mean reward per trial over all steps")
-METRICS = (
-    FINAL_REWARD,
-    Metric("final_success", "final success as learned", "share of captures, last 2,000 trials"),
-    Metric("greedy_success", "greedy success", "share of captures"),
-    AREA,
-    Metric("captures", "captures"),
-    Metric("flights", "flights"),
-    Metric("timeouts", "time-outs"),
-    Metric("mean_hunt_length", "mean hunt", "steps"),
-    Metric("switches_per_step", "option switches", "per step"),
-)
-_PERFORMANCE = {"final_reward", "final_success", "greedy_success", "area"}
-_ENDINGS = {"captures", "flights", "timeouts"}
-_BEHAVIOUR = {"mean_hunt_length", "switches_per_step"}
-_MILESTONES = {"steps_to_50": "50 %", "steps_to_70": "70 %"}
-_COLUMNS = (
-    "key",
-    "variant",
-    "preset",
-    "overrides",
-    "settings",
-    "seed",
-    "status",
-    "error",
-    "version",
-    "digest",
-    "trials",
-    "steps",
-    *(metric.column for metric in METRICS),
-    *_MILESTONES,
-)
-
-
-@dataclass(frozen=True)
-class RunRow:
-    """One run as the table of results has it."""
-
-    folder: Path
-    key: str
-    variant: str
-    preset: str
-    """Its name, without the folder and the ending of a file."""
-    overrides: Mapping[str, Any]
-    settings: Mapping[str, Any]
-    seed: int
-    error: str
-    """Why it failed; empty if it did not."""
-    version: str
-    digest: str
-    trials: int
-    steps: int
-    scalars: Mapping[str, float]
-    milestones: Mapping[str, float | None]
-
-    @property
-    def identity(self) -> str:
-        """What a run is a function of, as a text."""
-        settings = {key: self.settings[key] for key in self.settings if key != "description"}
-        return json.dumps([self.preset, settings, self.seed], sort_keys=True)
-
-
-@dataclass(frozen=True)
-class Folder:
-    """A folder of results."""
-
-    path: Path
-    rows: Sequence[RunRow]
-    command: str
-    """That made the results."""
-
-
-@dataclass
-class Group:
-    """Runs that differ in nothing but their seeds."""
-
-    label: str
-    preset: str
-    overrides: Mapping[str, Any]
-    runs: list[RunRow] = field(default_factory=list)
-
-    def by_seed(self, column: str) -> dict[int, float]:
-        """A scalar of each run."""
-        return {run.seed: run.scalars[column] for run in self.runs}
-
-    def values(self, column: str) -> list[float]:
-        return [run.scalars[column] for run in self.runs]
-
-
-def read_folder(path: Path) -> Folder:
-    """Read the table of results in a folder.
-
-    Raises:
-        ReportError: it is missing, of another version, or damaged.
-    """
-    shown = repr(str(path))
-    if not path.is_dir():
-        raise ReportError(f"{shown} is no folder; allowed: one that pounce experiment has written")
-    file = path / "results.sqlite"
-    if not file.is_file():
-        raise ReportError(f"{shown} holds no results: there is no results.sqlite in it")
-    try:
-        with contextlib.closing(
-            sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
-        ) as db:
-            db.row_factory = sqlite3.Row
-            meta = _meta_of(db, shown)
-            found = db.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY rowid").fetchall()
-        rows = _in_order(path, [_row(path, row) for row in found])
-    except (sqlite3.Error, ValueError, TypeError) as error:
-        raise ReportError(f"{shown} holds a damaged results.sqlite: {error}") from error
-    return Folder(path, rows, _command_of(path, meta))
-
-
-def _in_order(path: Path, rows: Iterable[RunRow]) -> list[RunRow]:
-    """Runs by variant and seed; in the table they stand in the order in which they ended.
-
-    Variants are in the order of the experiment, if it can still be read, else by name.
-    """
-    labels: list[str] = []
-    with contextlib.suppress(OSError, presets.PresetError):
-        text = (path / "experiment.yaml").read_bytes()
-        labels = [variant.label for variant in experiments.parse(text, "", path).variants]
-    places = {label: place for place, label in enumerate(labels)}
-
-    def place(run: RunRow) -> tuple[int, int, str, str, int]:
-        known = places.get(run.variant, len(places))
-        return known, len(run.overrides), run.variant, run.key if run.error else "", run.seed
-
-    return sorted(rows, key=place)
-
-
-def _meta_of(db: sqlite3.Connection, shown: str) -> dict[str, Any]:
-    """Names and values of the meta table, whether it has them as rows or as columns."""
-    found = db.execute("SELECT * FROM meta").fetchall()
-    if found and set(found[0].keys()) == {"key", "value"}:
-        meta = {row["key"]: row["value"] for row in found}
-    else:
-        meta = dict(found[0]) if found else {}
-    version = meta.get("schema_version")
-    if str(version) != str(SCHEMA_VERSION):
-        raise ReportError(
-            f"{shown} holds results of version {version}, and this program reads version"
-            f" {SCHEMA_VERSION}; allowed: a report by the program that wrote them"
-        )
-    return meta
-
-
-def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
-    """What made the results, as far as the table says."""
-    seeds = json.loads(meta.get("seeds") or "[]")
-    counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) and seeds else []
-    name = str(meta.get("name") or path / "experiment.yaml")
-    return shlex.join(["pounce", "experiment", name, *counted, "--out", str(path)])
-
-
-def _row(folder: Path, row: sqlite3.Row) -> RunRow:
-    failed = row["status"] != "done"
-    return RunRow(
-        folder=folder,
-        key=str(row["key"]),
-        variant=str(row["variant"] or ""),
-        preset=Path(str(row["preset"])).stem,
-        overrides=_mapping(row["overrides"]),
-        settings=_mapping(row["settings"]),
-        seed=int(row["seed"]),
-        error=str(row["error"] or row["status"]) if failed else "",
-        version=str(row["version"] or ""),
-        digest=str(row["digest"] or ""),
-        trials=int(row["trials"] or 0),
-        steps=int(row["steps"] or 0),
-        scalars={metric.column: _float(row[metric.column]) for metric in METRICS},
-        milestones={name: None if row[name] is None else float(row[name]) for name in _MILESTONES},
-    )
-
-
-def _mapping(text: str) -> dict[str, Any]:
-    found = json.loads(text)
-    if not isinstance(found, dict):
-        raise ValueError("settings are not a mapping")
-    return found
-
-
-def _float(value: Any) -> float:
-    return math.nan if value is None else float(value)
-
-
-# --- What a run's log says -----------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Widths:
-    """Windows of the learning curves."""
-
-    steps: int
-    trials: int
-
-    def of(self, axis: Axis) -> int:
-        return self.steps if axis == "steps" else self.trials
-
-
-@dataclass(frozen=True)
-class Trace:
-    """What is kept of a run's log, which is a thousand times as large."""
-
-    seed: int
-    curves: Mapping[Axis, np.ndarray]
-    quantities: Mapping[str, float]
-    introductions: Mapping[str, tuple[int, int]]
-    """Trial and step of each skill that joined after the start."""
-
-
-def trace_of(run: RunRow, widths: Widths) -> Trace:
-    """Read the log of a run.
-
-    Raises:
-        OSError, ValueError, KeyError, zipfile.BadZipFile: it is missing or damaged.
-    """
-    with np.load(run.folder / "arrays" / f"{run.key}.npz") as arrays:
-        outcome, steps = arrays["outcome"], arrays["steps"].astype(np.int64)
-        moments = arrays["introductions"].reshape(-1, 2).tolist()
-        names = arrays["introduced"].tolist()
-    if outcome.shape != steps.shape or not outcome.size:
-        raise ValueError("its arrays do not fit together")
-    reward = measures.rewards(WorldSpec.model_validate(run.settings["world"]), outcome)
-    curves: dict[Axis, np.ndarray] = {
-        axis: statistics.windowed(reward, steps, widths.of(axis), axis) for axis in _CURVE_AXES
-    }
-    joined = {
-        name: (trial, step) for name, (trial, step) in zip(names, moments, strict=True) if trial > 0
-    }
-    return Trace(run.seed, curves, quantities_of(run, reward, steps), joined)
-
-
-def quantities_of(run: RunRow, reward: np.ndarray, steps: np.ndarray) -> dict[str, float]:
-    """Mean rewards that the findings speak of; those the run did not get to are not there."""
-    ends = np.cumsum(steps, dtype=np.int64)
-    found = {
-        name: _mean(reward[(ends > first) & (ends <= last)])
-        for name, (first, last) in _windows().items()
-        if ends[-1] >= last
-    }
-    if reward.size == run.settings["trials"]:
-        found[_FINAL] = _mean(reward[-measures.FINAL_TRIALS :])
-    for name, (first, last) in _phases(run.settings).items():
-        if reward.size >= last > first:
-            found[name] = _mean(reward[first:last])
-    return found
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean()) if values.size else math.nan
-
-
-@cache
-def _windows() -> dict[str, tuple[int, int]]:
-    """Windows by name, each with the steps before which and with which it ends."""
-    half = {
-        f"{k / 2:g}–{(k + 1) / 2:g} M": (k * _WINDOW_STEPS, (k + 1) * _WINDOW_STEPS)
-        for k in (0, 1, 2, 3, 7)
-    }
-    return {**half, "0–1 M": (0, 1_000_000), "1–2 M": (1_000_000, 2_000_000)}
-
-
-_TABLE_WINDOWS = ("0–0.5 M", "0.5–1 M", "1–1.5 M", "1.5–2 M", "3.5–4 M", _FINAL)
-
-
-def _phases(settings: Mapping[str, Any]) -> dict[str, tuple[int, int]]:
-    """Phases of the timed schedule by name, each with its first trial and the one after it."""
-    schedule = settings.get("schedule", {})
-    starts = {skill: timer["at"] for skill, timer in schedule.get("skills", {}).items()}
-    length = {e["skill"]: e["duration"] for e in schedule.get("episodes", ())}
-    circle, avoid = starts.get("circle_clockwise", 0), starts.get("avoid", 0)
-    if not 0 < circle < avoid or not {"circle_clockwise", "avoid"} <= set(length):
-        return {}
-    circled, avoided = circle + length["circle_clockwise"], avoid + length["avoid"]
-    return {
-        "before circle": (max(circle - 2_000, 0), circle),
-        "circle explored": (circle, circled),
-        "circle mastered": (circled, avoid),
-        "avoid explored": (avoid, avoided),
-        "avoid mastered": (avoided, avoided + 3_500),
-    }
-
-
-# --- The thesis's experiments --------------------------------------------------------------------
-
-WORLDS: Mapping[str, tuple[int, int, int]] = {
-    "120": (120, 24, 18),
-    "60": (60, 24, 18),
-    "150": (150, 24, 18),
-    "16×11": (120, 16, 11),
-    "8×6": (120, 8, 6),
-}
-"""Size, directions and distances."""
-_WORLD_TITLES = {
-    "120": "grid 120 × 120, sensors 24 × 18",
-    "60": "grid 60 × 60, sensors 24 × 18",
-    "150": "grid 150 × 150, sensors 24 × 18",
-    "16×11": "grid 120 × 120, sensors 16 × 11",
-    "8×6": "grid 120 × 120, sensors 8 × 6",
-}
-_FIGURES: Mapping[str, tuple[str, Sequence[str]]] = {
-    "figure_4_1": ("Figure 4.1: performance in the standard environment", ("120",)),
-    "figure_4_2": ("Figure 4.2: scaling with environment size", ("60", "120", "150")),
-    "figure_4_3": ("Figure 4.3: scaling with state resolution", ("120", "16×11", "8×6")),
-}
-_LEARNER_TITLES = {
-    "timed": "timed hierarchical Q, 3 skills",
-    "hierarchical_3": "hierarchical Q, 3 skills",
-    "standard_q": "standard Q",
-    "hierarchical_2": "hierarchical Q, 2 skills",
-}
-
-Place = tuple[str, str]
-"""A world and a learner of the thesis."""
-
-
-@cache
-def _shipped(preset: str) -> dict[str, Any]:
-    return presets.load(preset).model_dump(mode="json")
-
-
-def place_of(run: RunRow) -> Place | None:
-    """Where in the thesis's experiments a run belongs, if it is one of them."""
-    if run.preset not in THESIS_STYLES:
-        return None
-    shipped = _shipped(run.preset)
-    if any(run.settings.get(key) != shipped[key] for key in ("learner", "schedule", "trials")):
-        return None
-    world = dict(run.settings.get("world", {}))
-    for name, (size, directions, distances) in WORLDS.items():
-        changes = {"size": size, "n_directions": directions, "n_distances": distances}
-        if world == {**shipped["world"], **changes}:
-            return name, run.preset
-    return None
-
-
-class Term(NamedTuple):
-    """A quantity with a weight."""
-
-    weight: float
-    world: str
-    learner: str
-    quantity: str = _FINAL
-
-
-class Finding(NamedTuple):
-    """A statement of the thesis as a sum of quantities and a bound."""
-
-    topic: str
-    claim: str
-    terms: Sequence[Term]
-    bound: float
-    within: bool = False
-    """Whether the sum is to lie between the bound and its negative, and not above it."""
-
-    @property
-    def condition(self) -> str:
-        return f"between ±{self.bound:g}" if self.within else f"above {self.bound:g}"
-
-
-def _ahead(
-    topic: str, claim: str, larger: Term, smaller: Term, bound: float = 0, within: bool = False
-) -> Finding:
-    return Finding(topic, claim, (larger, smaller._replace(weight=-1)), bound, within)
-
-
-def _at(world: str, learner: str, quantity: str = _FINAL) -> Term:
-    return Term(1, world, learner, quantity)
-
-
-def _lead(learner: str, wide: str, narrow: str) -> tuple[Term, ...]:
-    """How much timed's lead over a learner grows from one world to another."""
-    return (
-        Term(1, wide, "timed"),
-        Term(-1, wide, learner),
-        Term(-1, narrow, "timed"),
-        Term(1, narrow, learner),
-    )
-
-
-_STANDARD, _SIZE, _RESOLUTION = "Standard world (4.3.1)", "Size (4.3.2)", "Resolution (4.3.3)"
-_OTHER_LEARNERS = {"standard_q": "standard Q", "hierarchical_3": "three skills from the start"}
-
-FINDINGS: Sequence[Finding] = (
-    *(
-        _ahead(
-            _STANDARD,
-            f"timed ends above {name} by a wide margin",
-            _at("120", "timed"),
-            _at("120", other),
-            WIDE,
-        )
-        for other, name in _OTHER_LEARNERS.items()
-    ),
-    *(
-        _ahead(
-            _STANDARD,
-            f"timed learns a good deal faster than {name}: from 1.5 to 2 M steps",
-            _at("120", "timed", "1.5–2 M"),
-            _at("120", other, "1.5–2 M"),
-            WIDE,
-        )
-        for other, name in _OTHER_LEARNERS.items()
-    ),
-    *(
-        _ahead(
-            _STANDARD,
-            f"two skills are fast: ahead of {name} from 0.5 to 1 M steps",
-            _at("120", "hierarchical_2", "0.5–1 M"),
-            _at("120", other, "0.5–1 M"),
-            WIDE,
-        )
-        for other, name in _OTHER_LEARNERS.items()
-    ),
-    _ahead(
-        _STANDARD,
-        "two skills stop: they end close to where they are from 0.5 to 1 M steps",
-        _at("120", "hierarchical_2"),
-        _at("120", "hierarchical_2", "0.5–1 M"),
-        WIDE,
-        within=True,
-    ),
-    _ahead(
-        _STANDARD,
-        "two skills stop low: they end below timed",
-        _at("120", "timed"),
-        _at("120", "hierarchical_2"),
-        WIDE,
-    ),
-    *(
-        _ahead(_STANDARD, claim, _at("120", "timed", larger), _at("120", "timed", smaller))
-        for claim, larger, smaller in (
-            ("timed dips when circle comes in", "before circle", "circle explored"),
-            ("timed recovers from circle", "circle mastered", "before circle"),
-            ("timed dips when avoid comes in", "circle mastered", "avoid explored"),
-            ("timed recovers from avoid", "avoid mastered", "avoid explored"),
-        )
-    ),
-    *(
-        _ahead(
-            _SIZE,
-            f"at 60 the full learners end close together: {claim}",
-            _at("60", larger),
-            _at("60", smaller),
-            WIDE,
-            within=True,
-        )
-        for claim, larger, smaller in (
-            ("standard Q and timed", "standard_q", "timed"),
-            ("timed and three skills from the start", "timed", "hierarchical_3"),
-            ("standard Q and three skills from the start", "standard_q", "hierarchical_3"),
-        )
-    ),
-    *(
-        _ahead(
-            _SIZE,
-            f"at 60 standard Q is ahead of timed early: from {window.replace('–', ' to ')} steps",
-            _at("60", "standard_q", window),
-            _at("60", "timed", window),
-        )
-        for window in ("0–1 M", "1–2 M")
-    ),
-    *(
-        Finding(
-            _SIZE,
-            f"timed's lead over {name} grows from {narrow} to {wide}",
-            _lead(other, wide, narrow),
-            0,
-        )
-        for narrow, wide in (("60", "120"), ("120", "150"))
-        for other, name in _OTHER_LEARNERS.items()
-    ),
-    *(
-        _ahead(
-            _RESOLUTION,
-            f"lower resolution breaks standard Q: it ends lower by a wide margin at {world}",
-            _at("120", "standard_q"),
-            _at(world, "standard_q"),
-            WIDE,
-        )
-        for world in ("16×11", "8×6")
-    ),
-    *(
-        _ahead(
-            _RESOLUTION,
-            f"lower resolution hurts three skills from the start: they end lower at {world}",
-            _at("120", "hierarchical_3"),
-            _at(world, "hierarchical_3"),
-        )
-        for world in ("16×11", "8×6")
-    ),
-    *(
-        _ahead(
-            _RESOLUTION,
-            f"lower resolution leaves timed working: it ends close to 24×18 at {world}",
-            _at("120", "timed"),
-            _at(world, "timed"),
-            WIDE,
-            within=True,
-        )
-        for world in ("16×11", "8×6")
-    ),
-    *(
-        _ahead(
-            _RESOLUTION,
-            f"timed ends above {name} by a wide margin at {world}",
-            _at(world, "timed"),
-            _at(world, other),
-            WIDE,
-        )
-        for world in ("16×11", "8×6")
-        for other, name in _OTHER_LEARNERS.items()
-    ),
-)
-
-HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
-
-
-def verdict(finding: Finding, effect: Estimate) -> str:
-    """Whether an effect bears a finding out: only where the whole interval says the same."""
-    if effect.n < LEAST_SEEDS:
-        return UNDECIDED
-    low, high, bound = effect.low, effect.high, finding.bound
-    if finding.within:
-        if -bound < low and high < bound:
-            return HOLDS
-        return FAILS if low > bound or high < -bound else UNDECIDED
-    if low > bound:
-        return HOLDS
-    return FAILS if high < bound else UNDECIDED
-
-
-# --- A page in the making ------------------------------------------------------------------------
-
-
-class Markup(str):
-    """A text that is markup already, and is not to be escaped again."""
-
-
-def _escaped(text: object) -> Markup:
-    if isinstance(text, Markup):
-        return text
-    # Control characters and halves of characters have no place in a page, however written.
-    plain = re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", str(text))
-    return Markup(html.escape(plain))
-
-
-def _element(tag: str, content: object, **attributes: str) -> Markup:
-    shown = "".join(f' {key.rstrip("_")}="{_escaped(v)}"' for key, v in attributes.items())
-    return Markup(f"<{tag}{shown}>{_escaped(content)}</{tag}>")
-
-
-def _joined(parts: Iterable[object], between: str = "\n") -> Markup:
-    return Markup(between.join(_escaped(part) for part in parts))
-
-
-def _table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
-    """A table whose first column names the rows."""
-    head = _element("tr", _joined((_element("th", cell, scope="col") for cell in header), ""))
-    lines = [
-        _element(
-            "tr",
-            _joined(
-                [_element("th", row[0], scope="row"), *(_element("td", cell) for cell in row[1:])],
-                "",
-            ),
-        )
-        for row in rows
-    ]
-    table = _element("table", _joined([_element("thead", head), _element("tbody", _joined(lines))]))
-    return _element("div", table, class_="scroll")
-
-
-def _details(summary: str, content: object) -> Markup:
-    return _element("details", _joined([_element("summary", summary), content]))
-
-
-@dataclass
-class Page:
-    """What a report says, and the pictures it has so far."""
-
-    commands: Sequence[str]
-    figures: str
-    """Name of the folder of pictures, as the page calls it."""
-    sections: list[Markup] = field(default_factory=list)
-    drawings: dict[str, Drawing] = field(default_factory=dict)
-
-    def say(self, title: str, *parts: object) -> None:
-        """Add a section."""
-        self.sections.append(_element("section", _joined([_element("h2", title), *parts])))
-
-    def small_print(self, *notes: str) -> str:
-        return "\n".join([*notes, f"Made by: {' && '.join(self.commands)}"])
-
-    def picture(self, name: str, caption: str, drawing: Drawing) -> Markup:
-        """Keep a picture, and return it as it stands in the page."""
-        self.drawings[name] = drawing
-        files = ", ".join(f"{self.figures}/{name}.{kind}" for kind in ("svg", "png", "csv"))
-        text = _joined([caption, _element("span", f"Files: {files}", class_="files")], " ")
-        svg = drawing.svg.replace("<svg ", f'<svg role="img" aria-label="{_escaped(caption)}" ', 1)
-        return _element("figure", _joined([Markup(svg), _element("figcaption", text)]))
-
-
-_STYLE = """
-:root { color-scheme: light; }
-body { font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff;
-  max-width: 76rem; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { font-size: 1.7rem; line-height: 1.2; margin-bottom: .3rem; }
-h2 { font-size: 1.2rem; margin: 2.4rem 0 .6rem; border-bottom: 1px solid #ccc; }
-p { max-width: 50rem; }
-figure { margin: 1.2rem 0; } figure svg { max-width: 100%; height: auto; }
-figcaption { color: #333; max-width: 50rem; } .files { color: #666; font-size: .8em; }
-.scroll { overflow-x: auto; margin: .8rem 0; }
-table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .28rem .6rem .28rem 0; border-bottom: 1px solid #e2e2e2; text-align: left;
-  vertical-align: top; }
-thead th { border-bottom: 1px solid #555; } th { font-weight: 600; }
-tbody th { font-weight: 400; min-width: 11rem; } td { white-space: nowrap; }
-.holds { color: #00603f; font-weight: 600; } .fails { color: #9c2b00; font-weight: 600; }
-.undecided { color: #555; font-style: italic; } .minor { color: #666; }
-code { font-size: .9em; overflow-wrap: anywhere; } summary { cursor: pointer; margin: .6rem 0; }
-@media print { body { margin: 0; max-width: none; } section { break-inside: auto; } }
-"""
-
-
-def _document(title: str, page: Page) -> str:
-    head = _joined(
-        [
-            Markup('<meta charset="utf-8"/>'),
-            Markup('<meta name="viewport" content="width=device-width, initial-scale=1"/>'),
-            _element("title", title),
-            _element("style", Markup(_STYLE)),
-        ]
-    )
-    body = _joined([_element("h1", title), *page.sections])
-    content = _joined([_element("head", head), _element("body", _element("main", body))])
-    return f"<!DOCTYPE html>\n{_element('html', content, lang='en')}\n"
-
-
-# --- Groups and their curves ---------------------------------------------------------------------
+# --- Curves --------------------------------------------------------------------------------------
 
 
 def _rng() -> np.random.Generator:
@@ -732,59 +84,11 @@ def _rng() -> np.random.Generator:
     return np.random.default_rng(_BOOTSTRAP_SEED)
 
 
-def groups_of(rows: Iterable[RunRow]) -> list[Group]:
-    """Runs that are over, together with those of the same variant and settings."""
-    found: dict[str, Group] = {}
-    for run in rows:
-        if not run.error:
-            key = json.dumps([run.variant, run.preset, run.overrides], sort_keys=True)
-            label = run.variant or _label(run.preset, run.overrides)
-            found.setdefault(key, Group(label, run.preset, run.overrides)).runs.append(run)
-    return list(found.values())
-
-
-def _label(preset: str, overrides: Mapping[str, Any]) -> str:
-    return ", ".join([preset, *(f"{key}={shown_value(v)}" for key, v in overrides.items())])
-
-
-@dataclass
-class Reader:
-    """Reads logs, each once, and notes those that cannot be read."""
-
-    widths: Widths
-    unreadable: dict[str, str] = field(default_factory=dict)
-    _traces: dict[tuple[Path, str], Trace | None] = field(default_factory=dict)
-
-    def traces(self, runs: Iterable[RunRow]) -> list[Trace]:
-        found = (self._trace(run) for run in runs)
-        return [trace for trace in found if trace is not None]
-
-    def _trace(self, run: RunRow) -> Trace | None:
-        place = run.folder, run.key
-        if place not in self._traces:
-            try:
-                self._traces[place] = trace_of(run, self.widths)
-            except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-                self._traces[place] = None
-                name = f"{run.variant or run.preset}, seed {run.seed}"
-                self.unreadable[name] = f"its log cannot be read: {error}"
-        return self._traces[place]
-
-    def line(self, label: str, runs: Iterable[RunRow], axis: Axis, style: Any) -> Line:
-        traces = self.traces(runs)
-        curves = [trace.curves[axis] for trace in traces]
-        found = statistics.band(curves, self.widths.of(axis), _rng())
-        return Line(label, found, style, len(traces), _marks(traces, axis))
-
-
-def _widths(rows: Iterable[RunRow]) -> Widths:
-    runs = [run for run in rows if not run.error]
-    steps = max((run.steps for run in runs), default=1)
-    trials = max((run.trials for run in runs), default=1)
-    return Widths(
-        statistics.window_width(steps, measures.CURVE_WINDOW_STEPS),
-        statistics.window_width(trials, _TRIALS_WINDOW),
-    )
+def _line(reader: Reader, label: str, runs: Iterable[RunRow], axis: Axis, style: Style) -> Line:
+    traces = reader.traces(runs)
+    curves = [trace.curves[axis] for trace in traces]
+    found = statistics.band(curves, reader.widths.of(axis), _rng())
+    return Line(label, found, style, len(traces), _marks(traces, axis))
 
 
 def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
@@ -825,31 +129,16 @@ def _curve_pictures(
                 page.small_print(_curve_notes(reader.widths, axis)),
             ),
         )
-        for axis in _CURVE_AXES
+        for axis in AXES
     )
-    return _joined([by_steps, _details("The same against trials", by_trials)])
+    return joined([by_steps, details("The same against trials", by_trials)])
 
 
 # --- Sections: the thesis ------------------------------------------------------------------------
 
-Placed = Mapping[Place, Sequence[RunRow]]
-
-
-def _placed(groups: Iterable[Group]) -> dict[Place, list[RunRow]]:
-    found: dict[Place, list[RunRow]] = {}
-    seen: set[tuple[Place, int]] = set()
-    for group in groups:
-        for run in group.runs:
-            place = place_of(run)
-            # The standard world is in all three experiments, with the same seeds.
-            if place is not None and (place, run.seed) not in seen:
-                seen.add((place, run.seed))
-                found.setdefault(place, []).append(run)
-    return found
-
 
 def _thesis_figures(page: Page, reader: Reader, placed: Placed) -> None:
-    for name, (title, worlds) in _FIGURES.items():
+    for name, (title, worlds) in thesis.FIGURES.items():
         here = [world for world in worlds if any(place[0] == world for place in placed)]
         if not here or (len(worlds) > 1 and len(here) < 2):
             continue
@@ -862,80 +151,127 @@ def _thesis_figures(page: Page, reader: Reader, placed: Placed) -> None:
 
 def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Panel:
     lines = [
-        reader.line(_LEARNER_TITLES[learner], placed[world, learner], axis, style)
+        _line(reader, thesis.LEARNER_TITLES[learner], placed[world, learner], axis, style)
         for learner, style in THESIS_STYLES.items()
         if (world, learner) in placed
     ]
-    return Panel(_WORLD_TITLES[world], lines)
+    return Panel(thesis.WORLD_TITLES[world], lines)
 
 
-def effect_of(finding: Finding, reader: Reader, placed: Placed) -> Contrast | None:
-    """The sum that a finding speaks of; None where a part of it was not run."""
-    terms = []
-    for weight, world, learner, quantity in finding.terms:
-        traces = reader.traces(placed.get((world, learner), ()))
-        values = {t.seed: t.quantities[quantity] for t in traces if quantity in t.quantities}
-        if not values:
-            return None
-        terms.append((weight, values))
-    return statistics.contrast(terms, _rng())
+def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
+    """Where the timed learner knew of a way to capture, at the moments that the thesis names."""
+    runs = placed.get(thesis.TIMED, ())
+    pictures = [trace.pictures for trace in reader.traces(runs) if trace.pictures is not None]
+    if not pictures:
+        return
+    maps = []
+    for name, trial in thesis.moments_of(runs[0].settings).items():
+        found = [value for picture in pictures if (value := picture.at(trial)) is not None]
+        if found:
+            title = f"{name}: after {trial:,} trials"
+            maps.append(ValueMap(title, thesis.averaged(found), len(found)))
+    world = WorldSpec.model_validate(runs[0].settings["world"])
+    edges, vision = geometry.ring_edges(world), world.vision_radius * world.scale
+    reward, gamma = world.capture_reward, runs[0].settings["learner"]["gamma"]
+    small = page.small_print(
+        "Mean over the prey's eight headings and n runs (seeds), turned so that the prey (dot)"
+        f" looks to the right (arrow). Half-disc: its visual field, {vision:g} cells; the outermost"
+        f" ring ends {edges[-1]:.0f} cells away, in the corners of the grid. Colour: equivalent"
+        f" distance to capture, the steps k that a value of {reward:g} · {gamma:g}ᵏ stands for; the"
+        " paler, the fewer of the headings and runs have a value above 0 there."
+    )
+    drawing = draw_values("value_spread", maps, edges, vision, small)
+    caption = (
+        "Where the timed learner knows of a way to capture, as its skills come in. The thesis sees"
+        " value spread in a cone behind the prey while there is only approach; when it circles,"
+        " counter-clockwise in a ring around the prey; and with avoid, from this ring inwards"
+    )
+    page.say("How value spreads (4.3.1)", page.picture("value_spread", caption, drawing))
 
 
-_CLASSES = {HOLDS: "holds", FAILS: "fails", UNDECIDED: "undecided"}
+_CLASSES = {
+    thesis.HOLDS: "holds",
+    thesis.FAILS: "fails",
+    thesis.UNDECIDED: "undecided",
+}
+
+
+def _paired(finding: Finding, effect: Contrast) -> str:
+    """Whether the runs of a difference were paired; a quantity on its own has none to pair."""
+    if len(finding.terms) == 1:
+        return "–"
+    return "by seed" if effect.paired else "no"
 
 
 def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
-    found = verdict(finding, effect.estimate)
+    found = thesis.verdict(finding, effect.estimate)
     words = f"{found} at {effect.estimate.n} seed{'s' if effect.estimate.n != 1 else ''}"
     return (
         finding.claim,
         finding.topic,
-        finding.condition,
-        shown_estimate(effect.estimate, ".1f"),
-        "by seed" if effect.paired else "no",
-        _element("span", words, class_=_CLASSES[found]),
+        finding.wanted,
+        shown_estimate(effect.estimate, finding.unit.form),
+        _paired(finding, effect),
+        element("span", words, class_=_CLASSES[found]),
     )
-
-
-def _minor(text: str) -> Markup:
-    return _element("span", text, class_="minor")
 
 
 def _findings(page: Page, reader: Reader, placed: Placed) -> None:
-    effects = [(finding, effect_of(finding, reader, placed)) for finding in FINDINGS]
+    effects = [(f, thesis.effect_of(f, reader, placed, _rng())) for f in thesis.FINDINGS]
     rows = [_finding_row(finding, effect) for finding, effect in effects if effect is not None]
     absent = [(f.topic, f.claim) for f, effect in effects if effect is None]
     rule = (
-        "Each finding is a difference of mean rewards per trial and a condition on it. A wide"
-        f" margin is {WIDE:g}, a tenth of the range from a flight (\N{MINUS SIGN}50) to a capture"
-        " (100); two learners are close if they differ by less than that. A finding holds if the"
-        " whole 95 % interval of the difference meets the condition, does not hold if none of it"
-        f" does, and is undecided otherwise, and whenever there are fewer than {LEAST_SEEDS} seeds,"
-        " where no bootstrap interval is wide enough. Differences are of runs of the same seed,"
-        f" where seeds are shared. The intervals are not corrected for there being {len(rows)}."
+        "Each finding is a quantity, or a difference of quantities, and a condition on it. Rewards"
+        f" are means per trial: a wide margin is {thesis.WIDE:g}, a tenth of the range from a"
+        " flight (\N{MINUS SIGN}50) to a capture (100), and two learners are close if they differ"
+        " by less than that. A finding holds if the whole 95 % interval meets the condition, does"
+        " not hold if none of it does, and is undecided otherwise, and whenever there are fewer"
+        f" than {thesis.LEAST_SEEDS} seeds, where no bootstrap interval is wide enough. Differences"
+        " are of runs of the same seed, where seeds are shared. The intervals are not corrected"
+        f" for there being {len(rows)}."
     )
-    values = (
-        "How value spreads, the thesis's last finding in the standard world, shows in the tables of"
-        " a run, which results do not keep. python -m tests.test_findings measures it: first a cone"
-        " behind the prey, then counter-clockwise a ring, then inwards into the visual field."
-    )
-    header = ("finding", "part", "condition", "difference [95 %]", "paired", "verdict")
-    parts = [_element("p", rule), _table(header, rows)] if rows else []
+    measured = "measured [95\N{NO-BREAK SPACE}%]"
+    header = ("finding", "part", "condition", measured, "paired", "verdict")
+    parts = [element("p", rule), table(header, rows)] if rows else []
+    if _has_pictures(reader, placed):
+        parts.append(element("p", _SPREAD_RULE))
+    elif thesis.TIMED in placed:
+        parts.append(element("p", _NO_PICTURES, class_="minor"))
     if absent:
-        table = _table(("part", "finding"), absent)
-        parts.append(
-            _details(f"{len(absent)} findings whose worlds or learners were not run", table)
-        )
-    page.say("Findings", *parts, _element("p", values, class_="minor"))
+        summary = f"{len(absent)} findings of which a part was not run"
+        parts.append(details(summary, table(("part", "finding"), absent)))
+    page.say("Findings", *parts)
+
+
+_SPREAD_RULE = (
+    "The spread of value is measured in the timed learner, in the prey's own frame, which takes"
+    " the eight headings together. A state has a value if it is worth more than nothing: if some"
+    " way to a capture has been found from it. Value has reached a place if more than half of its"
+    " states have one, and has not if fewer than a quarter have. The ring lies"
+    f" {thesis.RIGHT_FLANK.cells} from the prey, outside of its visual field; it is open if there"
+    " is a sector of it that value has not reached, and closed if there is none. A flank is the"
+    " sector of 15 degrees at a right angle to where the prey looks, and the one behind it; ahead"
+    " to the right are the four sectors next to the one straight ahead. The equivalent distance to"
+    " capture is the number of steps that a value stands for."
+)
+_NO_PICTURES = (
+    "How value spreads, a finding in the standard world, cannot be seen in these results: they"
+    " hold no pictures of the value. Running the experiment again gives results that do."
+)
+
+
+def _has_pictures(reader: Reader, placed: Placed) -> bool:
+    traces = reader.traces(placed.get(thesis.TIMED, ()))
+    return any(trace.pictures is not None for trace in traces)
 
 
 def _window_means(page: Page, reader: Reader, placed: Placed) -> None:
     rows = []
-    for world in WORLDS:
-        for learner in THESIS_STYLES:
+    for world in thesis.WORLDS:
+        for learner in thesis.LEARNER_TITLES:
             traces = reader.traces(placed.get((world, learner), ()))
             if traces:
-                cells = [_window_cell(traces, window) for window in _TABLE_WINDOWS]
+                cells = [_window_cell(traces, window) for window in thesis.TABLE_WINDOWS]
                 rows.append((f"{world}: {learner}", len(traces), *cells))
     text = (
         "Mean reward per trial over the trials that ended in a window of simulation steps, with"
@@ -945,8 +281,8 @@ def _window_means(page: Page, reader: Reader, placed: Placed) -> None:
     )
     page.say(
         "Means over windows of steps",
-        _element("p", text),
-        _table(("world and learner", "n", *_TABLE_WINDOWS), rows),
+        element("p", text),
+        table(("world and learner", "n", *thesis.TABLE_WINDOWS), rows),
     )
 
 
@@ -963,7 +299,7 @@ def _window_cell(traces: Sequence[Trace], window: str) -> str:
 def _curves(page: Page, reader: Reader, groups: Sequence[Group]) -> None:
     def panels(axis: Axis) -> list[Panel]:
         lines = [
-            reader.line(group.label, group.runs, axis, style_of(index))
+            _line(reader, group.label, group.runs, axis, style_of(index))
             for index, group in enumerate(groups)
         ]
         return [Panel("", _with_clear_marks(lines))]
@@ -988,20 +324,20 @@ def _scalars(page: Page, groups: Sequence[Group]) -> None:
     )
     how_well, how, endings = (
         [metric for metric in METRICS if metric.column in names & there]
-        for names in (_PERFORMANCE, _BEHAVIOUR, _ENDINGS)
+        for names in (PERFORMANCE, BEHAVIOUR, ENDINGS)
     )
     shown = groups[:_MOST_ROWS]
-    tables = _joined(
+    tables = joined(
         [
             _scalar_table(shown, how_well, _scalar_cell, ()),
-            _scalar_table(shown, how, _mean_cell, tuple(_MILESTONES)),
+            _scalar_table(shown, how, _mean_cell, tuple(MILESTONES)),
             _scalar_table(shown, endings, _mean_cell, ()),
             _left_out(len(groups)),
         ]
     )
     if len(groups) > _MOST_OPEN_ROWS:
-        tables = _details(f"The scalars of {len(shown)} variants", tables)
-    page.say("Scalars", _element("p", text), tables)
+        tables = details(f"The scalars of {len(shown)} variants", tables)
+    page.say("Scalars", element("p", text), tables)
 
 
 def _scalar_table(
@@ -1010,7 +346,7 @@ def _scalar_table(
     cell: Callable[[Sequence[float]], str],
     milestones: Sequence[str],
 ) -> Markup:
-    titles = [f"steps to {_MILESTONES[column]} success" for column in milestones]
+    titles = [MILESTONES[column] for column in milestones]
     header = ("variant", "n", *titles, *(metric.label for metric in metrics))
     rows = [
         (
@@ -1021,7 +357,7 @@ def _scalar_table(
         )
         for group in groups
     ]
-    return _table(header, rows)
+    return table(header, rows)
 
 
 def _all_values(groups: Iterable[Group], metric: Metric) -> Iterable[float]:
@@ -1032,7 +368,7 @@ def _left_out(n_groups: int) -> str | Markup:
     if n_groups <= _MOST_ROWS:
         return Markup()
     text = f"The first {_MOST_ROWS} of {n_groups} variants; results.sqlite has all of them."
-    return _element("p", text, class_="minor")
+    return element("p", text, class_="minor")
 
 
 def _mean_cell(values: Sequence[float]) -> str:
@@ -1042,9 +378,9 @@ def _mean_cell(values: Sequence[float]) -> str:
 def _scalar_cell(values: Sequence[float]) -> Markup:
     middle = statistics.interquartile_mean(values, _rng())
     if middle.n < _LEAST_FOR_QUARTILES:
-        return _escaped(_mean_cell(values))
-    below = _minor(f"IQM {shown_estimate(middle)}")
-    return _joined([_mean_cell(values), Markup("<br/>"), below], "")
+        return escaped(_mean_cell(values))
+    below = minor(f"IQM {shown_estimate(middle)}")
+    return joined([_mean_cell(values), Markup("<br/>"), below], "")
 
 
 def _reached_cell(group: Group, column: str) -> Markup:
@@ -1052,8 +388,8 @@ def _reached_cell(group: Group, column: str) -> Markup:
     median = found.median
     value, low, high = (_steps(value) for value in (median.value, median.low, median.high))
     interval = "" if math.isnan(median.low) or low == high else f" [{low}, {high}]"
-    share = _minor(f"by {found.reached} of {median.n} runs")
-    return _joined([f"{value}{interval}", Markup("<br/>"), share], "")
+    share = minor(f"by {found.reached} of {median.n} runs")
+    return joined([f"{value}{interval}", Markup("<br/>"), share], "")
 
 
 def _steps(value: float) -> str:
@@ -1180,8 +516,8 @@ def _plane_section(page: Page, number: int, preset: str, sweep: Sweep) -> None:
             (shown_value(across.values[i]), shown_value(up.values[j]), shown_estimate(cell), cell.n)
             for (i, j), cell in sorted(cells.items())
         ]
-        table = _table((across.key, up.key, f"{metric.label} [95 %]", "n"), rows)
-        parts += [page.picture(name, caption, drawing), _details("The intervals", table)]
+        intervals = table((across.key, up.key, f"{metric.label} [95 %]", "n"), rows)
+        parts += [page.picture(name, caption, drawing), details("The intervals", intervals)]
     page.say(f"Sweep of {preset}", *parts)
 
 
@@ -1254,7 +590,7 @@ def _ablation(page: Page, groups: Sequence[Group]) -> None:
     page.say(
         "Variants beside one another",
         page.picture("variants", caption, drawing),
-        _table(header, rows),
+        table(header, rows),
         _left_out(len(groups)),
     )
 
@@ -1299,7 +635,7 @@ def _overrides_key(group: Group) -> str:
 def _comparison(page: Page, reader: Reader, first: Folder, second: Folder) -> None:
     pairs, alone = pairs_of(groups_of(first.rows), groups_of(second.rows))
     if not pairs:
-        raise ReportError(
+        raise ResultsError(
             f"{str(first.path)!r} and {str(second.path)!r} have no variant in common;"
             " allowed: folders whose variants set the same keys to the same values"
         )
@@ -1308,7 +644,7 @@ def _comparison(page: Page, reader: Reader, first: Folder, second: Folder) -> No
     for number, pair in enumerate(pairs[:_MOST_LINES], 1):
         _pair_curves(page, reader, number, pair)
     if alone:
-        names = _element("ul", _joined(_element("li", group.label) for group in alone))
+        names = element("ul", joined(element("li", group.label) for group in alone))
         page.say("In one folder only", names)
 
 
@@ -1364,8 +700,8 @@ def _comparison_tables(pairs: Sequence[Pair]) -> list[Markup]:
                         "by seed" if found.paired else "no",
                     )
                 )
-        text = _element("p", _identical(pair), class_="minor")
-        tables.append(_joined([_element("h3", _pair_name(pair)), _table(header, rows), text]))
+        text = element("p", _identical(pair), class_="minor")
+        tables.append(joined([element("h3", _pair_name(pair)), table(header, rows), text]))
     return tables
 
 
@@ -1379,7 +715,7 @@ def _identical(pair: Pair) -> str:
 def _pair_curves(page: Page, reader: Reader, number: int, pair: Pair) -> None:
     def panels(axis: Axis) -> list[Panel]:
         lines = [
-            reader.line(f"{side}: {group.label}", group.runs, axis, style_of(index))
+            _line(reader, f"{side}: {group.label}", group.runs, axis, style_of(index))
             for index, (side, group) in enumerate(zip("AB", pair, strict=True))
         ]
         return [Panel(_pair_name(pair), _with_clear_marks(lines))]
@@ -1404,10 +740,10 @@ def write_report(folders: Sequence[Path], out: Path | None, compare: bool) -> Pa
         The page.
 
     Raises:
-        ReportError: nothing can be reported, or nothing be written.
+        ResultsError: nothing can be reported, or nothing be written.
     """
     if compare and len(folders) != 2:
-        raise ReportError(f"a comparison needs two folders, and there are {len(folders)}")
+        raise ResultsError(f"a comparison needs two folders, and there are {len(folders)}")
     read = [read_folder(folder) for folder in folders]
     place = folders[0] / PAGE_NAME if out is None else out
     commands = [*(folder.command for folder in read), _command(folders, compare)]
@@ -1417,28 +753,29 @@ def write_report(folders: Sequence[Path], out: Path | None, compare: bool) -> Pa
         rows = _without_copies(rows)
     if all(row.error for row in rows):
         shown = ", ".join(repr(str(folder)) for folder in folders)
-        raise ReportError(f"no run is over in {shown}: there is nothing to report yet")
-    reader = Reader(_widths(rows))
+        raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
+    reader = Reader(widths_of(rows), thesis.quantities_of)
     title = _overview(page, read, rows, compare)
     if compare:
         _comparison(page, reader, *read)
     else:
         _everything(page, reader, groups_of(rows))
     _missing_runs(page, reader, rows)
-    _write_all(page, place, _document(title, page))
+    _write_all(page, place, document(title, page))
     return place
 
 
 def _everything(page: Page, reader: Reader, groups: Sequence[Group]) -> None:
-    placed = _placed(groups)
+    placed = thesis.placed_of(groups)
     # One learner alone in a world replicates nothing; it is a variant like any other.
     if len({learner for _, learner in placed}) < 2:
         placed = {}
     if placed:
         _thesis_figures(page, reader, placed)
+        _value_spread(page, reader, placed)
         _findings(page, reader, placed)
         _window_means(page, reader, placed)
-    others = [g for g in groups if not placed or place_of(g.runs[0]) not in placed]
+    others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
     swept = _sweeps(page, groups)
     rest = [group for group in others if group.preset not in swept]
     if len(rest) > 1:
@@ -1472,10 +809,10 @@ def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compar
     ]
     if compare:
         lines.append(f"A is {read[0].path}, B is {read[1].path}.")
-    commands = [_element("code", command) for command in page.commands]
-    content = [_element("p", line) for line in lines]
-    content.append(_element("p", _joined(["Made by", *commands], Markup("<br/>"))))
-    page.sections.append(_joined(content))
+    commands = [element("code", command) for command in page.commands]
+    content = [element("p", line) for line in lines]
+    content.append(element("p", joined(["Made by", *commands], Markup("<br/>"))))
+    page.sections.append(joined(content))
     return " and ".join(names) if compare else ", ".join(names)
 
 
@@ -1483,11 +820,11 @@ def _missing_runs(page: Page, reader: Reader, rows: Iterable[RunRow]) -> None:
     failed = {f"{r.variant or r.preset}, seed {r.seed}": r.error for r in rows if r.error}
     missing = {**failed, **reader.unreadable}
     if missing:
-        cells = [(name, _element("span", why)) for name, why in missing.items()]
-        page.say("Runs that are left out", _table(("run", "why"), cells))
+        cells = [(name, element("span", why)) for name, why in missing.items()]
+        page.say("Runs that are left out", table(("run", "why"), cells))
 
 
-def _write_all(page: Page, place: Path, document: str) -> None:
+def _write_all(page: Page, place: Path, text: str) -> None:
     folder = place.with_name(page.figures)
     header = '<?xml version="1.0" encoding="utf-8"?>\n'
     try:
@@ -1497,9 +834,9 @@ def _write_all(page: Page, place: Path, document: str) -> None:
             _write(folder / f"{name}.png", drawing.png)
             _write(folder / f"{name}.csv", drawing.csv.encode("utf-8", "replace"))
         # The page comes last: where it is, its pictures are.
-        _write(place, document.encode())
+        _write(place, text.encode())
     except OSError as error:
-        raise ReportError(
+        raise ResultsError(
             f"{str(place)!r} cannot be written: {error.strerror or error};"
             " allowed: a place that can"
         ) from error

@@ -43,12 +43,13 @@ def report(command: Report) -> int:
     if problem:
         return _refuse(problem, EXIT_USAGE)
     # Here, so that the lab starts without the libraries that draw.
-    from app.report import ReportError, write_report
+    from app.readout import ResultsError
+    from app.report import write_report
 
     out = None if command.out is None else Path(command.out)
     try:
         page = write_report([Path(folder) for folder in command.folders], out, command.compare)
-    except ReportError as error:
+    except ResultsError as error:
         return _refuse(str(error), EXIT_FAILED)
     sys.stdout.write(f"{page}\n")
     return EXIT_OK

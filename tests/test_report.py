@@ -1,81 +1,20 @@
 """The report: from folders of results to a page that stands for itself."""
 
 import csv
-import json
-import sqlite3
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from app import figures, presets, report, statistics
-from app.laboratory import COLUMNS
+from app import figures, metrics, report
+from app.readout import ResultsError
 from app.report_cli import Report
 from app.report_cli import report as obey
-from app.statistics import Estimate
-from sim.world import CAPTURE, FLIGHT
+from tests.test_readout import N_TRIALS, add_run, new_folder, pictures
 
-N_TRIALS = 300
 HOSTILE = '<script>alert("x")</script> & \x00 $\\frac$ http\ud800'
-
-
-def add_run(
-    folder: Path,
-    seed: int,
-    preset: str = "timed",
-    variant: str = "",
-    overrides: Mapping[str, Any] = {},
-    share: float = 0.5,
-    **columns: Any,
-) -> None:
-    """Add a run of 300 trials of ten steps; a share of the trials, drawn by seed, are captures."""
-    settings = presets.load(preset if preset in presets.shipped() else "timed")
-    draw = np.random.default_rng(seed)
-    outcome = np.where(draw.random(N_TRIALS) < share, CAPTURE, FLIGHT).astype(np.int8)
-    key = f"k{len(list((folder / 'arrays').iterdir()))}"
-    reward = float(np.where(outcome == CAPTURE, 100, -50).mean())
-    row: dict[str, Any] = {
-        "key": key,
-        "variant": variant or preset,
-        "preset": preset,
-        "overrides": json.dumps(overrides),
-        "settings": json.dumps({**settings.model_dump(mode="json"), "overrides": dict(overrides)}),
-        "seed": seed,
-        "status": "done",
-        "version": "1",
-        "digest": f"{variant}{preset}{overrides}{seed}{share}",
-        "trials": N_TRIALS,
-        "steps": 10 * N_TRIALS,
-        "final_reward": reward,
-        "area": reward / 2,
-        "steps_to_50": 100 * seed + 100,
-        **columns,
-    }
-    np.savez(
-        folder / "arrays" / f"{key}.npz",
-        outcome=outcome,
-        steps=np.full(N_TRIALS, 10, np.int32),
-        introductions=np.array([[0, 0], [100, 1000]]),
-        introduced=np.array(["approach", "avoid"]),
-    )
-    places = ", ".join("?" * len(row))
-    with sqlite3.connect(folder / "results.sqlite") as database:
-        database.execute(f"INSERT INTO runs ({', '.join(row)}) VALUES ({places})", [*row.values()])
-    database.close()
-
-
-def new_folder(path: Path, version: str = "1", name: str = "an experiment") -> Path:
-    (path / "arrays").mkdir(parents=True)
-    with sqlite3.connect(path / "results.sqlite") as database:
-        database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
-        database.execute(f"CREATE TABLE runs ({', '.join(f'{k} {v}' for k, v in COLUMNS.items())})")
-        values = {"schema_version": version, "name": name, "seeds": "[0, 1, 2]"}
-        database.executemany("INSERT INTO meta VALUES (?, ?)", [*values.items()])
-    database.close()
-    return path
 
 
 @pytest.fixture
@@ -149,16 +88,6 @@ def test_failed_runs_and_unreadable_logs_are_listed_and_do_not_count(folder: Pat
     assert {row["n"] for row in rows_of(folder, "curves") if row["low"]} == {"2"}
 
 
-def test_variants_are_in_the_order_of_the_experiment_whichever_ended_first(folder: Path) -> None:
-    text = "presets: [timed, standard_q, {preset: timed, label: another}]\nseeds: 2\n"
-    (folder / "experiment.yaml").write_text(text)
-    for preset, variant in (("timed", "another"), ("standard_q", ""), ("timed", "")):
-        for seed in (1, 0):
-            add_run(folder, seed, preset=preset, variant=variant)
-    found = [(run.variant, run.seed) for run in report.read_folder(folder).rows]
-    assert found == [(v, s) for v in ("timed", "standard_q", "another") for s in (0, 1)]
-
-
 def test_copies_of_a_run_count_once(tmp_path: Path) -> None:
     folders = [new_folder(tmp_path / name) for name in "ab"]
     for folder in folders:
@@ -221,7 +150,7 @@ def test_a_plane_has_each_cell_with_its_interval_under_the_pointer(folder: Path)
         ("1", "0.3", "2"),
         ("2", "0.1", "2"),
     ]
-    label = report.FINAL_REWARD.label
+    label = metrics.FINAL_REWARD.label
     assert [float(row[label]) for row in rows] == [2.5, 4.5, 3.5]
     assert "<title>at = 2, p = 0.1: 3.5 [3, 4], n = 2</title>" in page
 
@@ -234,6 +163,42 @@ def test_settings_that_move_together_are_one_axis(folder: Path) -> None:
     page_of(folder)
     rows = rows_of(folder, "sweep_1_final_reward")
     assert [row["{approach, avoid}.freeze"] for row in rows] == ["0", "30", "300"]
+
+
+def spread_runs(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    for seed in range(2):
+        add_run(folder, seed, arrays=arrays)
+        add_run(folder, seed, preset="standard_q", share=0.2)
+
+
+def test_the_spread_of_value_is_drawn_and_its_findings_are_listed(folder: Path) -> None:
+    share = np.zeros((2, 18, 24))
+    share[:, :12, 8:17] = 0.5
+    steps = np.where(share > 0, 12.0, np.nan)
+    spread_runs(folder, pictures([12_000, 14_500], share, steps))
+    page = page_of(folder)
+    text = text_of(page)
+    assert "no pictures of the value" not in text
+    assert "above 0.9 of the states" in text
+    assert "1.00 [1.00, 1.00]" in text
+    rows = rows_of(folder, "value_spread")
+    assert len(rows) == 2 * 18 * 24
+    (row,) = (
+        row
+        for row in rows
+        if row["moment"].startswith("circling")
+        and row["from_cells"] == "0.0"
+        and row["degrees_from_ahead"] == "180.0"
+    )
+    assert (row["share"], row["steps"], row["n"]) == ("0.5", "12.0", "2")
+    assert (folder / "report_figures" / "value_spread.svg").stat().st_size < 300_000
+    assert "<image" in page
+
+
+def test_results_without_pictures_of_the_value_say_so(folder: Path) -> None:
+    spread_runs(folder, {})
+    assert "no pictures of the value" in text_of(page_of(folder))
+    assert not (folder / "report_figures" / "value_spread.svg").exists()
 
 
 def test_variants_with_settings_of_their_own_are_set_against_the_first(folder: Path) -> None:
@@ -254,95 +219,6 @@ def test_values_on_a_scale_of_ratios() -> None:
     assert not figures.Axle("x", ("a", "b", "c")).is_logarithmic
     assert figures.Axle("x", (0, 30, 100, 1000)).is_crowded
     assert not figures.Axle("x", (0.1, 0.3, 0.95)).is_crowded
-
-
-# --- Findings ------------------------------------------------------------------------------------
-
-ABOVE = report.Finding("", "", (), 15)
-CLOSE = report.Finding("", "", (), 15, within=True)
-
-
-@pytest.mark.parametrize(
-    ("finding", "low", "high", "n", "expected"),
-    [
-        (ABOVE, 16, 30, 5, report.HOLDS),
-        (ABOVE, 0, 14, 5, report.FAILS),
-        (ABOVE, 14, 16, 30, report.UNDECIDED),
-        (ABOVE, 16, 30, 4, report.UNDECIDED),
-        (CLOSE, -14, 14, 5, report.HOLDS),
-        (CLOSE, 16, 30, 5, report.FAILS),
-        (CLOSE, -30, -16, 5, report.FAILS),
-        (CLOSE, -16, 0, 5, report.UNDECIDED),
-    ],
-)
-def test_the_rule(finding: report.Finding, low: float, high: float, n: int, expected: str) -> None:
-    assert report.verdict(finding, Estimate((low + high) / 2, low, high, n)) == expected
-
-
-def placed_runs(folder: Path, seeds: Sequence[int]) -> tuple[report.Reader, report.Placed]:
-    """Full runs of two learners, one of which captures always and one never."""
-    found: dict[report.Place, list[report.RunRow]] = {}
-    for preset, share in (("timed", 1.0), ("standard_q", 0.0)):
-        spec = presets.load(preset)
-        for seed in seeds:
-            add_run(folder, seed, preset=preset, share=share)
-            key = f"k{len(list((folder / 'arrays').iterdir())) - 1}"
-            np.savez(
-                folder / "arrays" / f"{key}.npz",
-                outcome=np.full(spec.trials, CAPTURE if share else FLIGHT, np.int8),
-                steps=np.full(spec.trials, 50, np.int32),
-                introductions=np.zeros((0, 2), np.int64),
-                introduced=np.zeros(0, "U32"),
-            )
-    database = folder / "results.sqlite"
-    assert database.is_file()
-    for row in report.read_folder(folder).rows:
-        settings = {k: v for k, v in row.settings.items() if k != "overrides"}
-        run = report.RunRow(**{**row.__dict__, "settings": settings})
-        place = report.place_of(run)
-        assert place is not None
-        found.setdefault(place, []).append(run)
-    return report.Reader(report.Widths(100_000, 1_000)), found
-
-
-def test_a_finding_is_measured_by_seed(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(5))
-    effect = report.effect_of(report.FINDINGS[0], reader, placed)
-    assert effect is not None
-    assert effect == statistics.Contrast(Estimate(150.0, 150.0, 150.0, 5), paired=True)
-    assert report.verdict(report.FINDINGS[0], effect.estimate) == report.HOLDS
-
-
-def test_with_few_seeds_nothing_is_decided(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(3))
-    effect = report.effect_of(report.FINDINGS[0], reader, placed)
-    assert effect is not None
-    assert report.verdict(report.FINDINGS[0], effect.estimate) == report.UNDECIDED
-
-
-def test_a_finding_whose_learners_were_not_run_is_not_measured(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(2))
-    assert report.effect_of(report.FINDINGS[1], reader, placed) is None
-
-
-def test_windows_that_a_run_did_not_get_through_are_not_there(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(1))
-    (trace,) = reader.traces(placed["120", "standard_q"])
-    # 24,000 trials of 50 steps are 1.2 million steps.
-    assert {"0–0.5 M", "0.5–1 M", "0–1 M", "last 2,000 trials"} <= set(trace.quantities)
-    assert "1–1.5 M" not in trace.quantities
-
-
-def test_a_changed_learner_is_not_the_thesiss(folder: Path) -> None:
-    _, placed = placed_runs(folder, range(1))
-    run = placed["120", "timed"][0]
-    settings = json.loads(json.dumps(run.settings))
-    settings["learner"]["alpha"] = 0.2
-    assert report.place_of(report.RunRow(**{**run.__dict__, "settings": settings})) is None
-    settings = json.loads(json.dumps(run.settings))
-    settings["world"]["size"] = 60
-    moved = report.RunRow(**{**run.__dict__, "settings": settings})
-    assert report.place_of(moved) == ("60", "timed")
 
 
 # --- Two folders ---------------------------------------------------------------------------------
@@ -366,33 +242,16 @@ def test_folders_without_a_variant_in_common_are_refused(tmp_path: Path) -> None
     first, second = (new_folder(tmp_path / name) for name in "ab")
     add_run(first, 0, overrides={"x": 1})
     add_run(second, 0, overrides={"x": 2})
-    with pytest.raises(report.ReportError, match="no variant in common"):
+    with pytest.raises(ResultsError, match="no variant in common"):
         report.write_report([first, second], None, True)
 
 
 # --- What cannot be reported ---------------------------------------------------------------------
 
 
-def test_unusable_folders_are_refused_in_clear_words(tmp_path: Path) -> None:
-    (tmp_path / "empty").mkdir()
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "results.sqlite").write_text("nothing of the kind" * 100)
-    new_folder(tmp_path / "later", version="2")
-    new_folder(tmp_path / "nothing yet")
-    for name, message in (
-        ("missing", "is no folder"),
-        ("empty", "no results.sqlite"),
-        ("damaged", "damaged"),
-        ("later", "version 2"),
-        ("nothing yet", "no run is over"),
-    ):
-        with pytest.raises(report.ReportError, match=message):
-            report.write_report([tmp_path / name], None, False)
-
-
-def test_settings_that_are_no_json_are_refused(folder: Path) -> None:
-    add_run(folder, 0, settings="{")
-    with pytest.raises(report.ReportError, match="damaged"):
+def test_results_without_a_run_that_is_over_are_refused(folder: Path) -> None:
+    add_run(folder, 0, status="failed", error="out of luck")
+    with pytest.raises(ResultsError, match="no run is over"):
         report.write_report([folder], None, False)
 
 
@@ -407,7 +266,7 @@ def test_a_failed_write_leaves_the_old_page_and_nothing_else(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full)
-    with pytest.raises(report.ReportError, match="No space left"):
+    with pytest.raises(ResultsError, match="No space left"):
         report.write_report([folder], None, False)
     assert (folder / "report.html").read_text(encoding="utf-8") == old
     assert sorted(path.name for path in folder.iterdir()) == before

@@ -1,0 +1,122 @@
+"""A page in the making: texts that are escaped once, and pictures that stand in the page."""
+
+import html
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from app.figures import Drawing
+
+_STYLE = """
+:root { color-scheme: light; }
+body { font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff;
+  max-width: 76rem; margin: 2rem auto; padding: 0 1.2rem; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin-bottom: .3rem; }
+h2 { font-size: 1.2rem; margin: 2.4rem 0 .6rem; border-bottom: 1px solid #ccc; }
+p { max-width: 50rem; }
+figure { margin: 1.2rem 0; } figure svg { max-width: 100%; height: auto; }
+figcaption { color: #333; max-width: 50rem; } .files { color: #666; font-size: .8em; }
+.scroll { overflow-x: auto; margin: .8rem 0; }
+table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .28rem .6rem .28rem 0; border-bottom: 1px solid #e2e2e2; text-align: left;
+  vertical-align: top; }
+thead th { border-bottom: 1px solid #555; } th { font-weight: 600; }
+tbody th { font-weight: 400; min-width: 11rem; } td { white-space: nowrap; }
+.holds { color: #00603f; font-weight: 600; } .fails { color: #9c2b00; font-weight: 600; }
+.undecided { color: #555; font-style: italic; } .minor { color: #666; }
+code { font-size: .9em; overflow-wrap: anywhere; } summary { cursor: pointer; margin: .6rem 0; }
+@media print { body { margin: 0; max-width: none; } section { break-inside: auto; } }
+"""
+
+
+class Markup(str):
+    """A text that is markup already, and is not to be escaped again."""
+
+
+def escaped(text: object) -> Markup:
+    """A text as it may stand in a page; what is markup already stays as it is."""
+    if isinstance(text, Markup):
+        return text
+    # Control characters and halves of characters have no place in a page, however written.
+    plain = re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", str(text))
+    return Markup(html.escape(plain))
+
+
+def element(tag: str, content: object, **attributes: str) -> Markup:
+    """An element; attributes that are words of Python end in an underscore."""
+    shown = "".join(f' {key.rstrip("_")}="{escaped(v)}"' for key, v in attributes.items())
+    return Markup(f"<{tag}{shown}>{escaped(content)}</{tag}>")
+
+
+def joined(parts: Iterable[object], between: str = "\n") -> Markup:
+    """Parts one after another, each escaped unless it is markup."""
+    return Markup(between.join(escaped(part) for part in parts))
+
+
+def table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
+    """A table whose first column names the rows."""
+    head = element("tr", joined((element("th", cell, scope="col") for cell in header), ""))
+    lines = [
+        element(
+            "tr",
+            joined(
+                [element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])],
+                "",
+            ),
+        )
+        for row in rows
+    ]
+    content = element("table", joined([element("thead", head), element("tbody", joined(lines))]))
+    return element("div", content, class_="scroll")
+
+
+def details(summary: str, content: object) -> Markup:
+    """Content that shows when its summary is opened."""
+    return element("details", joined([element("summary", summary), content]))
+
+
+def minor(text: str) -> Markup:
+    """A text that steps back."""
+    return element("span", text, class_="minor")
+
+
+@dataclass
+class Page:
+    """What a report says, and the pictures it has so far."""
+
+    commands: Sequence[str]
+    figures: str
+    """Name of the folder of pictures, as the page calls it."""
+    sections: list[Markup] = field(default_factory=list)
+    drawings: dict[str, Drawing] = field(default_factory=dict)
+
+    def say(self, title: str, *parts: object) -> None:
+        """Add a section."""
+        self.sections.append(element("section", joined([element("h2", title), *parts])))
+
+    def small_print(self, *notes: str) -> str:
+        """Notes of a picture, and the commands that made it."""
+        return "\n".join([*notes, f"Made by: {' && '.join(self.commands)}"])
+
+    def picture(self, name: str, caption: str, drawing: Drawing) -> Markup:
+        """Keep a picture, and return it as it stands in the page."""
+        self.drawings[name] = drawing
+        files = ", ".join(f"{self.figures}/{name}.{kind}" for kind in ("svg", "png", "csv"))
+        text = joined([caption, element("span", f"Files: {files}", class_="files")], " ")
+        svg = drawing.svg.replace("<svg ", f'<svg role="img" aria-label="{escaped(caption)}" ', 1)
+        return element("figure", joined([Markup(svg), element("figcaption", text)]))
+
+
+def document(title: str, page: Page) -> str:
+    """The whole page, to be written to a file."""
+    head = joined(
+        [
+            Markup('<meta charset="utf-8"/>'),
+            Markup('<meta name="viewport" content="width=device-width, initial-scale=1"/>'),
+            element("title", title),
+            element("style", Markup(_STYLE)),
+        ]
+    )
+    body = joined([element("h1", title), *page.sections])
+    content = joined([element("head", head), element("body", element("main", body))])
+    return f"<!DOCTYPE html>\n{element('html', content, lang='en')}\n"

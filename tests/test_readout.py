@@ -1,0 +1,153 @@
+"""Results read back from disk, and the folders of results that tests make up."""
+
+import json
+import sqlite3
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app import presets, readout, thesis
+from app.results import COLUMNS
+from sim.world import CAPTURE, FLIGHT
+
+N_TRIALS = 300
+
+
+def add_run(
+    folder: Path,
+    seed: int,
+    preset: str = "timed",
+    variant: str = "",
+    overrides: Mapping[str, Any] = {},
+    share: float = 0.5,
+    arrays: Mapping[str, np.ndarray] = {},
+    **columns: Any,
+) -> None:
+    """Add a run of 300 trials of ten steps; a share of the trials, drawn by seed, are captures."""
+    settings = presets.load(preset if preset in presets.shipped() else "timed")
+    draw = np.random.default_rng(seed)
+    outcome = np.where(draw.random(N_TRIALS) < share, CAPTURE, FLIGHT).astype(np.int8)
+    key = f"k{len(list((folder / 'arrays').iterdir()))}"
+    reward = float(np.where(outcome == CAPTURE, 100, -50).mean())
+    row: dict[str, Any] = {
+        "key": key,
+        "variant": variant or preset,
+        "preset": preset,
+        "overrides": json.dumps(overrides),
+        "settings": json.dumps({**settings.model_dump(mode="json"), "overrides": dict(overrides)}),
+        "seed": seed,
+        "status": "done",
+        "version": "1",
+        "digest": f"{variant}{preset}{overrides}{seed}{share}",
+        "trials": N_TRIALS,
+        "steps": 10 * N_TRIALS,
+        "final_reward": reward,
+        "area": reward / 2,
+        "steps_to_50": 100 * seed + 100,
+        **columns,
+    }
+    np.savez(
+        folder / "arrays" / f"{key}.npz",
+        outcome=outcome,
+        steps=np.full(N_TRIALS, 10, np.int32),
+        introductions=np.array([[0, 0], [100, 1000]]),
+        introduced=np.array(["approach", "avoid"]),
+        **arrays,
+    )
+    places = ", ".join("?" * len(row))
+    with sqlite3.connect(folder / "results.sqlite") as database:
+        database.execute(f"INSERT INTO runs ({', '.join(row)}) VALUES ({places})", [*row.values()])
+    database.close()
+
+
+def new_folder(path: Path, version: str = "1", name: str = "an experiment") -> Path:
+    (path / "arrays").mkdir(parents=True)
+    with sqlite3.connect(path / "results.sqlite") as database:
+        database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
+        database.execute(f"CREATE TABLE runs ({', '.join(f'{k} {v}' for k, v in COLUMNS.items())})")
+        values = {"schema_version": version, "name": name, "seeds": "[0, 1, 2]"}
+        database.executemany("INSERT INTO meta VALUES (?, ?)", [*values.items()])
+    database.close()
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return new_folder(tmp_path / "results with blanks, ünicode # and ?")
+
+
+def test_variants_are_in_the_order_of_the_experiment_whichever_ended_first(folder: Path) -> None:
+    text = "presets: [timed, standard_q, {preset: timed, label: another}]\nseeds: 2\n"
+    (folder / "experiment.yaml").write_text(text)
+    for preset, variant in (("timed", "another"), ("standard_q", ""), ("timed", "")):
+        for seed in (1, 0):
+            add_run(folder, seed, preset=preset, variant=variant)
+    found = [(run.variant, run.seed) for run in readout.read_folder(folder).rows]
+    assert found == [(v, s) for v in ("timed", "standard_q", "another") for s in (0, 1)]
+
+
+def test_unusable_folders_are_refused_in_clear_words(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "results.sqlite").write_text("nothing of the kind" * 100)
+    new_folder(tmp_path / "later", version="2")
+    for name, message in (
+        ("missing", "is no folder"),
+        ("empty", "no results.sqlite"),
+        ("damaged", "damaged"),
+        ("later", "version 2"),
+    ):
+        with pytest.raises(readout.ResultsError, match=message):
+            readout.read_folder(tmp_path / name)
+
+
+def test_settings_that_are_no_json_are_refused(folder: Path) -> None:
+    add_run(folder, 0, settings="{")
+    with pytest.raises(readout.ResultsError, match="damaged"):
+        readout.read_folder(folder)
+
+
+def pictures(
+    trials: Sequence[int], share: np.ndarray, distance: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Arrays of pictures of the value, ``share`` and ``distance (moment, ring, direction)``."""
+    return {
+        "moments": np.array(trials, np.int64),
+        "value_share": share.astype(np.float32),
+        "value_distance": distance.astype(np.float32),
+    }
+
+
+def reader() -> readout.Reader:
+    return readout.Reader(readout.Widths(100, 50), thesis.quantities_of)
+
+
+def test_pictures_of_the_value_are_found_by_their_trial(folder: Path) -> None:
+    share = np.zeros((2, 18, 24))
+    share[1, 3, 4] = 0.25
+    add_run(folder, 0, arrays=pictures([100, 200], share, np.where(share > 0, 7, np.nan)))
+    (trace,) = reader().traces(readout.read_folder(folder).rows)
+    assert trace.pictures is not None
+    value = trace.pictures.at(200)
+    assert value is not None
+    assert value.share[3, 4] == 0.25
+    assert value.distance[3, 4] == 7
+    assert np.isfinite(value.distance).sum() == 1
+    assert trace.pictures.at(300) is None
+
+
+def test_results_without_pictures_are_read(folder: Path) -> None:
+    add_run(folder, 0)
+    (trace,) = reader().traces(readout.read_folder(folder).rows)
+    assert trace.pictures is None
+
+
+def test_pictures_of_another_world_are_refused(folder: Path) -> None:
+    nothing = np.zeros((1, 6, 8))
+    add_run(folder, 0, arrays=pictures([100], nothing, nothing))
+    reading = reader()
+    assert reading.traces(readout.read_folder(folder).rows) == []
+    assert "do not fit its world" in reading.unreadable["timed, seed 0"]
