@@ -197,14 +197,14 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
 
 
 def parse(
-    data: bytes | str, source: str, folder: Path = Path(), n_seeds: int | None = None
+    data: bytes | str, source: str, folder: Path | None = Path(), n_seeds: int | None = None
 ) -> Experiment:
     """Read an experiment from a text.
 
     Args:
         data: the text.
         source: what its problems call it; the stem of it is the experiment's name.
-        folder: where paths of presets start.
+        folder: where paths of presets start; None if only shipped presets may be named.
         n_seeds: seeds 0 to so many less one, in the place of those that it names.
 
     Raises:
@@ -272,7 +272,7 @@ def _with_key(node: Node, key: Key) -> Node:
 class _Reader:
     """Reads one experiment and notes what is wrong with it."""
 
-    def __init__(self, root: Node, folder: Path, problems: list[PresetProblem]) -> None:
+    def __init__(self, root: Node, folder: Path | None, problems: list[PresetProblem]) -> None:
         self._root = root
         self._folder = folder
         self._problems = problems

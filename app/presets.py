@@ -972,15 +972,18 @@ class Base(NamedTuple):
     """What was wrong with it before any setting."""
 
 
-def base_of(name: str, folder: Path) -> Base:
-    """A shipped preset, or a file at a path from a folder; raises `UnusableError` alone."""
+def base_of(name: str, folder: Path | None) -> Base:
+    """A shipped preset, or a file at a path from a folder; raises `UnusableError` alone.
+
+    Without a folder, shipped presets alone.
+    """
     source = _opened(name, folder)
     problems: list[PresetProblem] = []
     tree, complete = _stacked(source, problems)
     return Base(tree, complete, tuple(problems))
 
 
-def base_within(node: Node, folder: Path) -> Base:
+def base_within(node: Node, folder: Path | None) -> Base:
     """A preset that is written within another file; raises `UnusableError` alone."""
     entries = dict(node.value)
     extends = entries.pop(EXTENDS, None)

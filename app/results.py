@@ -6,7 +6,9 @@ that everything is there, and whatever ends the program loses at most the runs i
 """
 
 import contextlib
+import csv
 import importlib.metadata
+import io
 import json
 import os
 import sqlite3
@@ -95,6 +97,27 @@ class Folder:
         """Keys of the runs that are done."""
         rows = self._database.execute("SELECT key FROM runs WHERE status = ?", (DONE,))
         return {key for (key,) in rows}
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Rows of the runs that are done, in the order in which they ended."""
+        names = ", ".join(COLUMNS)
+        query = f"SELECT {names} FROM runs WHERE status = ? ORDER BY rowid"
+        rows = self._database.execute(query, (DONE,)).fetchall()
+        return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+
+    def arrays_of(self, key: str) -> bytes:
+        """The archive of the arrays of a run that is done.
+
+        Raises:
+            FolderError: it cannot be read.
+        """
+        try:
+            return (self.arrays / f"{key}.npz").read_bytes()
+        except OSError as error:
+            raise FolderError(
+                f"lacks the arrays of {key}: {error.strerror or error};"
+                " allowed: --force to begin again"
+            ) from error
 
     def first_error(self) -> str:
         """Last line of what the first failed run said."""
@@ -208,6 +231,56 @@ class Folder:
         for pattern in patterns:
             for path in self.arrays.glob(pattern):
                 path.unlink()
+
+
+def holds(path: Path, experiment: Experiment) -> bool:
+    """Whether a folder holds results of this very experiment, whatever its seeds.
+
+    Raises:
+        OSError: it cannot be looked into.
+    """
+    text = path / "experiment.yaml"
+    return (
+        (path / "results.sqlite").is_file()
+        and text.is_file()
+        and text.stat().st_size == len(experiment.text)
+        and text.read_bytes() == experiment.text
+    )
+
+
+def finished_in(path: Path) -> set[str]:
+    """Keys of the runs that are done in a folder, which may not be there.
+
+    Raises:
+        FolderError: its table cannot be read.
+    """
+    if not (path / "results.sqlite").is_file():
+        return set()
+    return {key for (key,) in _read(path, f"SELECT key FROM runs WHERE status = '{DONE}'")}
+
+
+def table_csv(path: Path) -> str:
+    """The results table of a folder as comma-separated values.
+
+    Raises:
+        FolderError: it cannot be read.
+    """
+    out = io.StringIO(newline="")
+    writer = csv.writer(out)
+    writer.writerow(COLUMNS)
+    writer.writerows(_read(path, f"SELECT {', '.join(COLUMNS)} FROM runs ORDER BY rowid"))
+    return out.getvalue()
+
+
+def _read(path: Path, query: str) -> list[tuple[Any, ...]]:
+    """What a table answers, while somebody else may be writing to it."""
+    file = path / "results.sqlite"
+    try:
+        uri = f"{file.resolve().as_uri()}?mode=ro"
+        with contextlib.closing(sqlite3.connect(uri, uri=True, timeout=30)) as database:
+            return database.execute(query).fetchall()
+    except sqlite3.Error as error:
+        raise FolderError(f"{str(file)!r} cannot be read: {error}") from error
 
 
 def schema_version(database: sqlite3.Connection) -> str | None:

@@ -1,0 +1,181 @@
+"""Experiments that are run from the page: one at a time, beside the live learner.
+
+A thread of its own hands out the runs and writes them down, as the command line does; whoever
+wants to see how far it has come reads the latest :class:`Standing`.
+"""
+
+import logging
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from app.cost import Plan, plan
+from app.experiments import Experiment, Variant
+from app.gathered import Gatherer
+from app.laboratory import Progress, Switch, Threads, run_experiment
+from app.replicate import tasks_of
+from app.results import Folder, FolderError, finished_in, holds
+
+log = logging.getLogger(__name__)
+
+MOST_FOLDERS: Final = 1_000
+"""Folders of one name that are looked at before one gives up."""
+
+
+class BusyError(Exception):
+    """An experiment is running already."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How an experiment stands."""
+
+    experiment: Experiment
+    folder: Path
+    gatherer: Gatherer
+    progress: Progress | None
+    """None before the first run was handed out."""
+    running: bool
+    """Whether it goes on, or waits to; otherwise it is over, or was stopped."""
+    paused: bool
+    error: str
+    """What stopped it; empty if nothing did."""
+
+
+class Quote(NamedTuple):
+    """What an experiment would take, and what is there already."""
+
+    plan: Plan
+    folder: Path
+    done: int
+    """Runs that the folder holds."""
+
+
+class Workbench:
+    """Runs experiments for the page. All methods may be called from any thread."""
+
+    def __init__(self, root: Path) -> None:
+        """Results go into folders below ``root``, which is made when it is needed."""
+        self.root = root
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self._switch = Switch()
+        self._standing: Standing | None = None
+
+    @property
+    def standing(self) -> Standing | None:
+        """How the latest experiment stands; None if there was none yet."""
+        return self._standing
+
+    def quote(self, experiment: Experiment, workers: int) -> Quote:
+        """What an experiment would take; measures for a moment how fast this machine is.
+
+        Raises:
+            FolderError: no folder could be found for it.
+        """
+        path = folder_for(self.root, experiment)
+        finished = finished_in(path)
+        done = sum(task.key in finished for _, task in tasks_of(experiment)) if finished else 0
+        return Quote(plan(experiment, workers), path, done)
+
+    def start(self, experiment: Experiment, workers: int) -> Path:
+        """Begin an experiment, or go on with one whose results are there in part.
+
+        Returns:
+            The folder of its results.
+
+        Raises:
+            BusyError: another one is running.
+            FolderError: no folder could be found for it.
+        """
+        with self._lock:
+            if self._thread is not None and self._thread.is_alive():
+                raise BusyError("another experiment is running: stop it first, or wait")
+            path = folder_for(self.root, experiment)
+            self._switch = Switch()
+            gatherer = Gatherer(experiment)
+            self._standing = Standing(experiment, path, gatherer, None, True, False, "")
+            arguments = (self._standing, self._switch, workers)
+            self._thread = threading.Thread(target=self._run, args=arguments, daemon=True)
+            self._thread.start()
+        return path
+
+    def pause(self) -> None:
+        """Let all runs wait where they stand."""
+        self._switch.pause()
+        self._note(paused=self._switch.paused)
+
+    def go_on(self) -> None:
+        """Let them go on."""
+        self._switch.go_on()
+        self._note(paused=False)
+
+    def stop(self) -> None:
+        """End the experiment; what is finished is kept, and starting it again goes on there."""
+        self._switch.end()
+
+    def close(self) -> None:
+        """End the experiment and wait until it has."""
+        self._switch.end()
+        thread = self._thread
+        if thread is not None:
+            thread.join()
+
+    def _note(self, **changes: Any) -> None:
+        with self._lock:
+            if self._standing is not None and self._standing.running:
+                self._standing = replace(self._standing, **changes)
+
+    def _run(self, standing: Standing, switch: Switch, workers: int) -> None:
+        experiment, path, gatherer = standing.experiment, standing.folder, standing.gatherer
+
+        def take(variant: Variant, row: dict[str, Any], arrays: bytes) -> None:
+            gatherer.add(variant.label, row, arrays)
+
+        error = ""
+        try:
+            with Folder(path, experiment, resume=holds(path, experiment), force=False) as folder:
+                for label, row, arrays in _finished_before(experiment, folder, switch):
+                    gatherer.add(label, row, arrays)
+                crew = Threads(workers, switch)
+                run_experiment(
+                    experiment, folder, crew, lambda p: self._note(progress=p), on_row=take
+                )
+        except FolderError as problem:
+            error = f"{path}: {problem}"
+        except Exception as problem:
+            # Whatever went wrong, the page must say so; what is finished is on disk.
+            log.exception("the experiment stopped")
+            error = f"{type(problem).__name__}: {problem}"
+        self._note(running=False, paused=False, error=error)
+
+
+def _finished_before(
+    experiment: Experiment, folder: Folder, switch: Switch
+) -> Iterator[tuple[str, dict[str, Any], bytes]]:
+    """Runs of the experiment that the folder holds, each with its label and its arrays."""
+    labels = {task.key: variant.label for variant, task in tasks_of(experiment)}
+    for row in folder.rows():
+        if not switch.wanted():
+            return
+        if row["key"] in labels:
+            yield labels[row["key"]], row, folder.arrays_of(row["key"])
+
+
+def folder_for(root: Path, experiment: Experiment) -> Path:
+    """Where an experiment's results go: where they are already, or a folder that is free.
+
+    Raises:
+        FolderError: there are too many of its name.
+    """
+    for number in range(1, MOST_FOLDERS + 1):
+        path = root / (experiment.name if number == 1 else f"{experiment.name}-{number}")
+        try:
+            is_free = not path.exists() or (path.is_dir() and not any(path.iterdir()))
+            if is_free or holds(path, experiment):
+                return path
+        except OSError as error:
+            raise FolderError(f"{str(path)!r} cannot be used: {error.strerror or error}") from error
+    raise FolderError(f"{str(root)!r} holds too many results of {experiment.name}")
