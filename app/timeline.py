@@ -544,7 +544,11 @@ def schedule_of(snapshot: Snapshot) -> Carried:
     episodes.sort(
         key=lambda e: (skills[e.skill].at if e.at == INTRODUCTION else e.at, places[e.skill])
     )
-    schedule = ScheduleSpec(skills=skills, episodes=tuple(episodes))
+    schedule = ScheduleSpec(
+        safe_introduction=snapshot.spec.schedule.safe_introduction,
+        skills=skills,
+        episodes=tuple(episodes),
+    )
     return Carried(schedule, tuple(_left_out(snapshot, blocks, skills)))
 
 

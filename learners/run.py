@@ -384,7 +384,7 @@ class Run:
 
     def _introduce(self, command: Introduce) -> None:
         skill = command.skill
-        learner = self.spec.learner
+        learner, schedule = self.spec.learner, self.spec.schedule
         known = {*SKILLS, *learner.custom_skills} if learner.skills else set()
         if skill not in known:
             raise CommandError(
@@ -397,7 +397,12 @@ class Run:
         if skill not in learner.skills:
             self._make_room_for(skill)
         trial = self.trial
-        join_option(self.state, self._option(skill), self.spec.learner.initial_q)
+        join_option(
+            self.state,
+            self._option(skill),
+            learner.initial_q,
+            safely=schedule.safe_introduction,
+        )
         self.state.tally[kernel.REPERTOIRE] += 1
         self.control = replace(
             self.control,

@@ -89,6 +89,12 @@ def _episode_start(value: object) -> object:
     return value
 
 
+def _truth(value: object) -> object:
+    if not isinstance(value, bool):
+        raise ValueError("must be true or false; allowed: true, false")
+    return value
+
+
 class LearnerSpec(Spec):
     """Options and learning parameters (section 4.2)."""
 
@@ -171,6 +177,8 @@ class EpisodeSpec(Spec):
 class ScheduleSpec(Spec):
     """Skill timers and exploration episodes. A skill without a timer is present from trial 0."""
 
+    safe_introduction: Annotated[bool, BeforeValidator(_truth)] = True
+    """Whether a skill joins without changing the utility of any state (section 3.3.4)."""
     skills: dict[SkillName, SkillTimer] = Field(default_factory=dict)
     episodes: Annotated[tuple[EpisodeSpec, ...], Field(strict=False)] = ()
 

@@ -78,15 +78,22 @@ def with_room_for(state: LearnerState, trials: int) -> LearnerState:
     return state._replace(**longer)
 
 
-def join_option(state: LearnerState, option: int, initial_q: float) -> None:
-    """Give an option its first values: Q(s, new) = min(initial, max of the present) for every s.
+def join_option(state: LearnerState, option: int, initial_q: float, *, safely: bool) -> None:
+    """Give an option its first values.
 
-    So no state's utility changes (section 3.3.4).
+    Args:
+        state: that of the learner whose selection it joins.
+        option: column of the selection table; absent so far.
+        initial_q: value of everything not yet tried.
+        safely: Q(s, new) = min(initial, max of the present) for every s, so that no state's utility
+            changes (section 3.3.4); otherwise Q(s, new) = initial, which raises the utility of
+            states that are known to be worth less.
     """
     utility = rows.best(state.selection)
     column = np.full_like(utility, initial_q)
-    present = np.isfinite(utility)
-    column[present] = np.minimum(column[present], utility[present])
+    if safely:
+        present = np.isfinite(utility)
+        column[present] = np.minimum(column[present], utility[present])
     rows.values(state.selection)[:, option] = column
     rows.rescan_all(state.selection, state.selection_words)
 

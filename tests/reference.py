@@ -238,6 +238,8 @@ class SlowSettings:
     timers: dict[str, SlowTimer] = field(default_factory=dict)
     """A skill without a timer is there from the first trial."""
     episodes: tuple[SlowEpisode, ...] = ()
+    safe_introduction: bool = True
+    """Whether a skill that joins leaves the utility of every state as it is."""
 
     @property
     def options(self) -> list[Option]:
@@ -322,15 +324,20 @@ class SlowLearner:
         return Step(option, move, after, heading, outcome)
 
     def _let_skills_join(self) -> None:
-        """On joining, Q(s, new) = min(initial, max over present options of Q(s, .)) for every s."""
+        """On joining, Q(s, new) = min(initial, max over present options of Q(s, .)) for every s.
+
+        If the introduction is not to be safe, Q(s, new) = initial.
+        """
         for skill in self.settings.skills:
             if skill in self.present or self.settings.timer(skill).at != self.trial:
                 continue
             for values in self.selection.values():
                 initial = float32(self.settings.initial_q)
-                joined = min(initial, max(values.values(), default=initial))
+                utility = max(values.values(), default=initial)
+                joined = min(initial, utility) if self.settings.safe_introduction else initial
                 values[skill] = joined
                 self.happened["joined below the initial value"] += bool(joined < initial)
+                self.happened["raised a utility by joining"] += bool(joined > utility)
             self.present.append(skill)
 
     def _decide(self) -> tuple[Option, Move]:

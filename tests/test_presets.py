@@ -121,6 +121,7 @@ def test_the_world_is_that_of_the_thesis() -> None:
 
 def test_the_timed_schedule_is_that_of_section_4_3_1() -> None:
     assert load("timed").schedule == ScheduleSpec(
+        safe_introduction=True,
         skills={
             "approach": SkillTimer(at=0, freeze=300),
             "circle_clockwise": SkillTimer(at=12_000, freeze=300),
@@ -211,6 +212,14 @@ WRONG_VALUES = [
         "3: schedule.skills: value ['avoid']: must be a mapping; allowed: a mapping, each key a"
         " name of up to 32 characters from a-z, 0-9 and _ that starts with a letter, each value"
         " the keys at, freeze",
+    ),
+    (
+        "schedule: {safe_introduction: no}",
+        "3: schedule.safe_introduction: value 'no': must be true or false; allowed: true, false",
+    ),
+    (
+        "schedule: {safe_introduction: 0}",
+        "3: schedule.safe_introduction: value 0: must be true or false; allowed: true, false",
     ),
     (
         "schedule: {episodes: 3}",
@@ -660,7 +669,7 @@ KEYS = dict(fields(RunSpec))
 
 
 def test_the_keys_of_this_test_are_those_of_a_preset() -> None:
-    assert len(KEYS) == 5 + 8 + 7 + 4 + 2 + 2 + 4
+    assert len(KEYS) == 5 + 8 + 7 + 4 + 3 + 2 + 4
     assert {"world.size", "schedule.skills.SKILL.at", "schedule.episodes.N.skill"} <= KEYS.keys()
     assert "learner.custom_skills.SKILL.approach" in KEYS
 
@@ -1184,7 +1193,11 @@ def schedules(draw: st.DrawFn, skills: tuple[str, ...]) -> ScheduleSpec:
             )
     timers = {skill: {"at": at, "freeze": draw(st.integers(0, 9))} for skill, at in joins.items()}
     return ScheduleSpec.model_validate(
-        {"skills": timers, "episodes": draw(st.permutations(episodes))}
+        {
+            "safe_introduction": draw(st.booleans()),
+            "skills": timers,
+            "episodes": draw(st.permutations(episodes)),
+        }
     )
 
 
@@ -1253,6 +1266,15 @@ def test_what_is_written_is_short_and_in_order() -> None:
         "  - {skill: avoid, at: 15000, duration: 2000, probability: 0.3}\n"
         "trials: 48000\n"
     )
+
+
+def test_an_introduction_that_is_not_safe_is_written_first_in_its_schedule() -> None:
+    spec = load("hierarchical_2", ["schedule.safe_introduction=false"])
+    assert not spec.schedule.safe_introduction
+    assert "schedule:\n  safe_introduction: false\ntrials: 48000\n" in dump(spec)
+    timed = load("timed", ["schedule.safe_introduction=false"])
+    assert "schedule:\n  safe_introduction: false\n  skills:\n" in dump(timed)
+    assert "safe" not in dump(load("timed", ["schedule.safe_introduction=true"]))
 
 
 def test_skills_of_ones_own_are_written_one_a_line() -> None:

@@ -105,6 +105,37 @@ CASES = {
             "joined below the initial value": 20,
         },
     ),
+    "timers without safe introduction": Case(
+        SlowSettings(
+            SMALL,
+            THREE_SKILLS,
+            timers={
+                "approach": SlowTimer(0, 20),
+                "circle_clockwise": SlowTimer(90, 15),
+                "avoid": SlowTimer(140, 10),
+            },
+            episodes=(
+                SlowEpisode("circle_clockwise", 90, 60, 0.95),
+                SlowEpisode("avoid", 140, 60, 0.30),
+            ),
+            safe_introduction=False,
+        ),
+        12_000,
+        15,
+        {"frozen": 500, "imposed": 1_000, "raised a utility by joining": 20},
+    ),
+    "without safe introduction, every state is worth less than the initial value": Case(
+        SlowSettings(
+            CLOSE,
+            ("avoid", "approach", "circle_counterclockwise"),
+            timers={"approach": SlowTimer(40), "circle_counterclockwise": SlowTimer(40, 5)},
+            initial_q=2.5,
+            safe_introduction=False,
+        ),
+        6_000,
+        16,
+        {"frozen": 20, "raised a utility by joining": 100},
+    ),
     "a skill that joins first explores alone": Case(
         SlowSettings(
             COARSE,
@@ -156,6 +187,7 @@ def spec_of(settings: SlowSettings) -> RunSpec:
                 "initial_q": settings.initial_q,
             },
             "schedule": {
+                "safe_introduction": settings.safe_introduction,
                 "skills": {skill: timer._asdict() for skill, timer in settings.timers.items()},
                 "episodes": [
                     {
@@ -254,8 +286,9 @@ def test_every_step_and_every_value_is_that_of_the_reference(name: str) -> None:
         (SlowSettings(CLOSE, alpha=0.6), 60_000),
         (SlowSettings(CLOSE, THREE_SKILLS), 60_000),
         (CASES["timers, freeze and overlapping episodes"].settings, 40_000),
+        (CASES["timers without safe introduction"].settings, 40_000),
     ],
-    ids=["moves", "three skills", "timed"],
+    ids=["moves", "three skills", "timed", "timed without safe introduction"],
 )
 def test_a_longer_run_made_in_few_calls_learns_the_same(settings: SlowSettings, steps: int) -> None:
     slow = SlowLearner(settings, seed=21)

@@ -29,10 +29,11 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.kernel import LearnerState
 from learners.run import Run, replay
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
-from learners.state import copy_state, tables
-from sim.world import CAPTURE, TIMEOUT
+from learners.state import copy_state, join_option, new_state, tables
+from sim.world import CAPTURE, TIMEOUT, compile_world
 
 ROOT = Path(__file__).resolve().parent.parent
 SHIPPED = tuple(presets.shipped())
@@ -54,6 +55,7 @@ QUICK_SCHEDULE = (
 )
 BY_HAND = "schedule.skills.circle_clockwise.at=1000000", "schedule.skills.avoid.at=1000000"
 """Skills that join when they are told to."""
+UNSAFE = "schedule.safe_introduction=false"
 
 COMMANDS: Sequence[tuple[int, Command]] = (
     (700, Introduce("circle_clockwise", 20)),
@@ -218,9 +220,10 @@ def test_a_copy_has_a_journal_of_its_own() -> None:
     assert checkpoint.present == ("approach",)
 
 
+@pytest.mark.parametrize("safety", [(), (UNSAFE,)], ids=["safe", "unsafe"])
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_a_journal_replays_bit_for_bit(script: str) -> None:
-    spec = small("timed", *BY_HAND)
+def test_a_journal_replays_bit_for_bit(script: str, safety: Sequence[str]) -> None:
+    spec = small("timed", *BY_HAND, *safety)
     run = drive(Run(spec, 8), [40_000], SCRIPTS[script])
     assert_same(replay(spec, 8, run.journal, 40_000), run)
 
@@ -256,6 +259,60 @@ def test_a_replay_stops_before_later_commands() -> None:
 # --- Skill timers --------------------------------------------------------------------------------
 
 
+def assert_rows_are_up_to_date(state: LearnerState) -> None:
+    """What the selection table keeps of each row is what a look at all of its values finds."""
+    values = rows.values(state.selection)
+    best = values.max(axis=1)
+    is_greedy = values == best[:, None]
+    members = (is_greedy << np.arange(rows.MAX_ACTIONS)).sum(axis=1)
+    np.testing.assert_array_equal(rows.best(state.selection), best)
+    np.testing.assert_array_equal(rows.greedy(state.selection), members)
+    others = np.max(values, axis=1, where=~is_greedy, initial=rows.NO_VALUE)
+    assert (state.selection.reshape(-1, rows.WORDS)[:, rows.SECOND] >= others).all()
+
+
+def assert_same_selection(run: Run, expected: Run) -> None:
+    """Values and utilities are those of another run, though a bound may be nearer."""
+    ours, theirs = run.state.selection, expected.state.selection
+    np.testing.assert_array_equal(rows.values(ours), rows.values(theirs))
+    assert_rows_are_up_to_date(run.state)
+
+
+KNOWN = {0: (-5.0, -2.0), 1: (-5.0, 0.0), 2: (3.0, 7.0), 3: (0.0, 0.0)}
+"""Values of the first two options, by state; those of all other states are the initial ones."""
+
+
+@pytest.mark.parametrize(
+    ("safely", "initial_q", "joined", "best", "greedy"),
+    [
+        (True, 0.0, [-2, 0, 0, 0], [-2, 0, 7, 0], [0b110, 0b110, 0b010, 0b111]),
+        (False, 0.0, [0, 0, 0, 0], [0, 0, 7, 0], [0b100, 0b110, 0b010, 0b111]),
+        (True, 5.0, [-2, 0, 5, 0], [-2, 0, 7, 0], [0b110, 0b110, 0b010, 0b111]),
+        (False, 5.0, [5, 5, 5, 5], [5, 5, 7, 5], [0b100, 0b100, 0b010, 0b100]),
+    ],
+)
+def test_the_first_values_of_an_option_and_the_maxima_that_follow(
+    safely: bool, initial_q: float, joined: list[float], best: list[float], greedy: list[int]
+) -> None:
+    spec = small("timed", f"learner.initial_q={initial_q}")
+    state = new_state(spec, compile_world(spec.world), 1)
+    for option in (0, 1):
+        join_option(state, option, initial_q, safely=safely)
+    assert (rows.values(state.selection)[:, :2] == initial_q).all(), "there was nothing to go by"
+    for row, known in KNOWN.items():
+        rows.values(state.selection)[row, :2] = known
+    rows.rescan_all(state.selection, state.selection_words)
+
+    join_option(state, 2, initial_q, safely=safely)
+
+    column = rows.values(state.selection)[:, 2]
+    assert column[: len(KNOWN)].tolist() == joined
+    assert (column[len(KNOWN) :] == initial_q).all()
+    assert rows.best(state.selection)[: len(KNOWN)].tolist() == best
+    assert rows.greedy(state.selection)[: len(KNOWN)].tolist() == greedy
+    assert_rows_are_up_to_date(state)
+
+
 @given(step=st.integers(0, 30_000), initial_q=st.sampled_from([0.0, -3.5, 40.0]))
 @settings(max_examples=40, deadline=None, derandomize=True, database=None)
 def test_a_skill_that_joins_changes_no_utility(step: int, initial_q: float) -> None:
@@ -266,12 +323,79 @@ def test_a_skill_that_joins_changes_no_utility(step: int, initial_q: float) -> N
     run.apply(Introduce("circle_clockwise", 10))
     new = tables(run.spec, run.state)["selection_q"]
 
+    assert_rows_are_up_to_date(run.state)
     np.testing.assert_array_equal(rows.best(run.state.selection), before)
     np.testing.assert_array_equal(new[..., 0], old[..., 0])
     joined = new[..., run.spec.learner.skills.index("circle_clockwise")]
     np.testing.assert_array_equal(joined, np.minimum(np.float32(initial_q), old[..., 0]))
     absent = run.spec.learner.skills.index("avoid")
     assert np.isnan(new[..., absent]).all()
+
+
+@given(step=st.integers(0, 30_000), initial_q=st.sampled_from([0.0, -3.5, 40.0]))
+@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+def test_without_safe_introduction_utility_rises_to_the_initial_value(
+    step: int, initial_q: float
+) -> None:
+    run = Run(small("timed", *BY_HAND, UNSAFE, f"learner.initial_q={initial_q}"), 6)
+    safe = Run(small("timed", *BY_HAND, f"learner.initial_q={initial_q}"), 6)
+    for each in (run, safe):
+        advance_to(each, step)
+    np.testing.assert_array_equal(run.state.selection, safe.state.selection)
+    before = rows.best(run.state.selection).copy()
+    run.apply(Introduce("circle_clockwise", 10))
+
+    joined = tables(run.spec, run.state)["selection_q"][..., 1]
+    assert (joined == np.float32(initial_q)).all()
+    expected = np.maximum(before, np.float32(initial_q))
+    np.testing.assert_array_equal(rows.best(run.state.selection), expected)
+    assert_rows_are_up_to_date(run.state)
+
+
+def test_an_introduction_that_is_not_safe_is_taken_back_and_repeated() -> None:
+    run = drive(Run(small("timed", *BY_HAND, UNSAFE), 6), [20_000])
+    before = run.copy()
+    introduction = len(run.control.history)
+    run.apply(Introduce("avoid", 0))
+    assert (rows.best(run.state.selection) > rows.best(before.state.selection)).sum() > 20
+    run.apply(Undo(introduction))
+    assert_same_selection(run, before)
+
+    run.apply(Introduce("avoid", 0))
+    advance_to(run, 30_000)
+    learned = run.copy()
+    removal = len(run.control.history)
+    run.apply(Remove("avoid"))
+    returned = run.copy()
+    returned.apply(Undo(removal))
+    assert_same_selection(returned, learned)
+    run.apply(Introduce("avoid", 0))
+    assert not tables(run.spec, run.state)["selection_q"][..., 2].any()
+    assert_rows_are_up_to_date(run.state)
+
+
+def test_another_plan_says_whether_the_introductions_ahead_are_safe() -> None:
+    run = drive(Run(small("timed", *BY_HAND), 6), [20_000])
+    before = rows.best(run.state.selection).copy()
+    plan = run.spec.schedule
+    change = len(run.control.history)
+    run.apply(SetSchedule(plan.model_copy(update={"safe_introduction": False})))
+    np.testing.assert_array_equal(rows.best(run.state.selection), before)
+    unsafe, safe = run.copy(), run.copy()
+    unsafe.apply(Introduce("avoid", 0))
+    assert (rows.best(unsafe.state.selection) > before).any()
+    safe.apply(Undo(change))
+    safe.apply(Introduce("avoid", 0))
+    assert safe.spec.schedule == plan
+    np.testing.assert_array_equal(rows.best(safe.state.selection), before)
+
+
+def test_a_skill_that_the_preset_does_not_have_joins_as_the_schedule_says() -> None:
+    run = drive(Run(small("timed", *BY_HAND, UNSAFE), 6), [20_000])
+    before = rows.best(run.state.selection).copy()
+    run.apply(Introduce("circle_counterclockwise", 0))
+    assert not run.spec.schedule.safe_introduction
+    np.testing.assert_array_equal(rows.best(run.state.selection), np.maximum(before, 0))
 
 
 def test_the_selection_rests_while_it_is_frozen_and_the_skills_learn_on() -> None:
