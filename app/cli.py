@@ -96,6 +96,8 @@ class Lab:
     """Seed of the run."""
     save_dir: Annotated[str | None, arg(metavar="FOLDER", help_behavior_hint=_HIDDEN_HINT)] = None
     """Let *Save as preset* write into that folder as well."""
+    results: Annotated[str, arg(metavar="FOLDER")] = "results"
+    """Where experiments that are started in the page put their folders."""
 
 
 @dataclass(frozen=True)
@@ -363,6 +365,9 @@ def _lab(command: Lab) -> int:
     save_dir = None if command.save_dir is None else Path(command.save_dir)
     if save_dir is not None and not save_dir.is_dir():
         raise UsageError(f"--save-dir: {shown(str(save_dir))} is no folder; allowed: one there is")
+    results = Path(command.results)
+    if not command.results or (results.exists() and not results.is_dir()):
+        raise UsageError(f"--results: {shown(command.results)} is not allowed; allowed: a folder")
     spec = _spec(command.preset, ())
     from app import presets
     from app.lab import run_lab
@@ -377,6 +382,7 @@ def _lab(command: Lab) -> int:
             port=port,
             open_browser=not command.no_browser,
             save_dir=save_dir,
+            results=results,
         )
     except OSError as error:
         raise UsageError(

@@ -116,14 +116,15 @@ class Controls:
         self._shown: tuple[int, tuple[str, ...]] | None = None
         self._rows: list[_SkillRow] = []
         status = session.status
-        tabs = gui.add_tab_group()
-        with tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
+        self.tabs = gui.add_tab_group()
+        """Where other tabs go."""
+        with self.tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
             self._build_transport(status)
             self._skills = gui.add_folder("Skills")
             self._build_explore()
             self._build_learning()
             self._build_start(status)
-        with tabs.add_tab("Steer", icon=viser.Icon.ADJUSTMENTS):
+        with self.tabs.add_tab("Steer", icon=viser.Icon.ADJUSTMENTS):
             self._steering = Steering(gui, session, self.ask)
         self._build_rows(status)
         self._build_hotkeys()

@@ -21,14 +21,18 @@ from app.background import SuccessFinder
 from app.board import FLAT_CAMERA, FLAT_TARGET, BoardView
 from app.clock import Drawing, Pulse
 from app.controls import Controls
-from app.door import close_server, guarded, open_server
+from app.door import Calls, close_server, guarded, open_server
+from app.experimenter import Experimenter
 from app.inspector import Inspector
 from app.layers import LAYERS, Extras, Picture
 from app.look import Look
-from app.planner import Planner, PresetButtons
+from app.planner import Planner, PresetButtons, show_problems
+from app.presets import PresetError
 from app.readings import Readings, clock_html
+from app.results_panel import ResultsPanel
 from app.session import Play, Session, Status
 from app.steering import saved_state
+from app.workbench import Workbench
 from learners import greedy
 from learners.spec import RunSpec
 
@@ -48,6 +52,7 @@ class Browser:
 
     def __init__(self, lab: "Lab", client: viser.ClientHandle, status: Status) -> None:
         self.client = client
+        self._lab = lab
         self.readings = Readings(client, status)
         self.pulse = Pulse(lab.server, client.client_id)
         self._board = BoardView(client.scene, status.snapshot, self.readings.look)
@@ -55,6 +60,11 @@ class Browser:
         with self.readings.file_tab:
             PresetButtons(client, lab.session, lab.ask, lab.save_dir)
             save = client.gui.add_button("Save state", icon=viser.Icon.DEVICE_FLOPPY)
+            self._load_experiment = client.gui.add_upload_button(
+                "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
+            )
+        self.results = ResultsPanel(client, lab.calls, lab.bench, lab.ask)
+        self._load_experiment.on_upload(guarded(self._take_experiment))
         save.on_click(
             guarded(
                 lambda _: client.send_file_download(
@@ -71,6 +81,17 @@ class Browser:
         if place is not None:
             above = (*place, 1.0)
             self._inspector.take_click(above, (0.0, 0.0, -1.0), shift=event.modifier == "shift")
+
+    def _take_experiment(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+        file = event.target.value
+        try:
+            name = self._lab.experimenter.take(file.content, file.name)
+        except PresetError as error:
+            show_problems(self.client, "This experiment cannot be run; nothing has changed", error)
+            return
+        self.client.add_notification(
+            "Loaded", f"{name} is chosen under Experiments.", auto_close_seconds=6.0
+        )
 
     def update(
         self, status: Status, look: Look, picture: Picture, extras: Extras, now_s: float
@@ -110,6 +131,7 @@ class Lab:
         port: int,
         save_dir: Path | None = None,
         waits: bool = False,
+        results: Path = Path("results"),
     ) -> None:
         """Open the page; with ``waits`` the learner begins when the first browser has come.
 
@@ -118,6 +140,8 @@ class Lab:
         """
         self.session = session
         self.save_dir = save_dir
+        self.calls = Calls()
+        self.bench = Workbench(results)
         self._waits = waits
         self._browsers: dict[int, Browser] = {}
         self._left_early: set[int] = set()
@@ -133,9 +157,15 @@ class Lab:
         threading.Thread(
             target=greedy.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
-        self.server = open_server(host, port, label="pounce", on_refused=self._tell)
+        self.server = open_server(
+            host, port, label="pounce", on_refused=self._tell, on_call=self.calls.take
+        )
         self._dress_server()
         self._controls = Controls(self.server.gui, session, presets)
+        with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
+            self.experimenter = Experimenter(
+                self.server.gui, session, self.bench, self._show_results
+            )
         self._planner = Planner(self.server.gui, self.ask, session)
         self._planner.panel.float(x=_TIMELINE_X, y=-8, width=_TIMELINE_WIDTH)
         self.server.on_client_connect(guarded(self._welcome))
@@ -184,6 +214,7 @@ class Lab:
         self._wake.set()
         # Not while a frame is being sent over the connections that this takes away.
         self._at_rest.wait(timeout=_FAREWELL_S)
+        self.bench.close()
         self.session.stop()
         self._success.stop()
         close_server(self.server)
@@ -212,6 +243,8 @@ class Lab:
         with self._lock:
             if client.client_id not in self._left_early:
                 self._browsers[client.client_id] = browser
+            else:
+                browser.results.leave()
             self._left_early.discard(client.client_id)
             begins, self._waits = self._waits, False
         if begins and self.session.status.answered == 0:
@@ -219,8 +252,17 @@ class Lab:
 
     def _forget(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            if self._browsers.pop(client.client_id, None) is None:
+            browser = self._browsers.pop(client.client_id, None)
+            if browser is None:
                 self._left_early.add(client.client_id)
+        if browser is not None:
+            browser.results.leave()
+
+    def _show_results(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            browser = self._browsers.get(client.client_id)
+        if browser is not None:
+            browser.results.open()
 
     def _tell(self, client_id: int, reason: str) -> None:
         with self._lock:
@@ -235,6 +277,7 @@ class Lab:
             browsers = list(self._browsers.values())
         self._controls.update(status)
         self._planner.update(status)
+        self.experimenter.update(status)
         extras = Extras(self._success.found)
         looks = {browser: browser.readings.look for browser in browsers}
         if any(look.layer == "success" for look in looks.values()):
@@ -246,6 +289,7 @@ class Lab:
             if look not in pictures:
                 pictures[look] = LAYERS[look.layer].paint(status.snapshot, look, extras)
             browser.update(status, look, pictures[look], extras, now_s)
+            browser.results.update(now_s)
             browser.pulse.sent(now_s)
             reading = browser.pulse.reading(now_s, self._drawing.share)
             clock = clock_html(reading, status, len(browsers))
@@ -261,12 +305,13 @@ def run_lab(
     port: int,
     open_browser: bool,
     save_dir: Path | None = None,
+    results: Path = Path("results"),
 ) -> int:
     """Serve the live page until Ctrl-C; returns the exit code."""
     # A browser may go away between two lines of a frame; what was meant for it is rightly lost.
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
-    lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, waits=True)
+    lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, True, results)
     # Between two frames and not within one, where it would leave things half done.
     signal.signal(signal.SIGINT, lambda *_: lab.end())
     if port not in (0, lab.server.get_port()):

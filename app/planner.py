@@ -507,24 +507,25 @@ class PresetButtons:
         try:
             spec = presets.parse(file.content, file.name)
         except PresetError as error:
-            self._show_problems(error)
+            show_problems(self._client, "This preset cannot be used; nothing has changed", error)
             return
         name = loaded_name(file.name)
         self._ask(event, StartAgain(spec, name, self._session.status.snapshot.seed))
         self._say([f"Started again with {name}."])
 
-    def _show_problems(self, error: PresetError) -> None:
-        gui = self._client.gui
-        lines = "".join(
-            f'<div style="margin-bottom:0.5em">{escape(str(problem))}</div>'
-            for problem in error.problems
+
+def show_problems(client: viser.ClientHandle, title: str, error: PresetError) -> None:
+    """Show all that is wrong with a file."""
+    lines = "".join(
+        f'<div style="margin-bottom:0.5em">{escape(str(problem))}</div>'
+        for problem in error.problems
+    )
+    modal = client.gui.add_modal(title)
+    with modal:
+        client.gui.add_html(
+            '<div style="font-family:monospace;font-size:0.85em;line-height:1.5;'
+            'max-height:55vh;overflow:auto;padding:0 0.7em;overflow-wrap:anywhere">'
+            f"{lines}</div>"
         )
-        modal = gui.add_modal("This preset cannot be used; nothing has changed")
-        with modal:
-            gui.add_html(
-                '<div style="font-family:monospace;font-size:0.85em;line-height:1.5;'
-                'max-height:55vh;overflow:auto;padding:0 0.7em;overflow-wrap:anywhere">'
-                f"{lines}</div>"
-            )
-            close = gui.add_button("Close")
-        close.on_click(guarded(lambda _: modal.close()))
+        close = client.gui.add_button("Close")
+    close.on_click(guarded(lambda _: modal.close()))

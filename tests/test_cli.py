@@ -571,6 +571,7 @@ def test_the_lab_is_the_default(
             "port": 8080,
             "open_browser": True,
             "save_dir": None,
+            "results": Path("results"),
         }
     ]
 
