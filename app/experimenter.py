@@ -190,7 +190,7 @@ class Experimenter:
         self._show_cost(status.snapshot)
         standing = self._bench.standing
         running = standing is not None and standing.running
-        assign(self._start, "visible", not running)
+        assign(self._start, "visible", not running and not self._is_shown_whole(standing))
         assign(self._pause, "visible", running)
         assign(self._stop, "visible", running)
         assign(self._results, "visible", standing is not None)
@@ -203,6 +203,15 @@ class Experimenter:
         assign(self._bar, "visible", running)
         assign(self._bar, "value", share)
         assign(self._said, "content", small(progress_html(standing)))
+
+    def _is_shown_whole(self, standing: Standing | None) -> bool:
+        """Whether what is chosen is what was made last, and nothing of it is missing."""
+        offer = self._offer.found
+        if standing is None or not isinstance(offer, tuple):
+            return False
+        quote = offer[1]
+        n_shown = len(standing.gatherer.gathering().runs)
+        return quote.folder == standing.folder and quote.done == quote.plan.runs == n_shown
 
     def _options(self) -> tuple[str, ...]:
         return (THIS_SESSION, *experiments.shipped(), *self._loaded)

@@ -25,7 +25,7 @@ from learners.run import Run
 from learners.spec import RunSpec
 from learners.state import digest, tables
 from sim import rng
-from sim.world import CAPTURE, start_of_trial
+from sim.world import CAPTURE
 
 DONE: Final = "done"
 FAILED: Final = "failed"
@@ -236,12 +236,7 @@ def greedy_success(run: Run) -> float:
     skill_q = found["skill_q"] if run.spec.learner.skills else None
     policy = greedy.greedy_moves(selection_q, skill_q)
     starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    captures = 0
-    for hunt in range(GREEDY_HUNTS):
-        cell, heading = start_of_trial(run.world, starts, hunt)
-        outcome = greedy.hunt(run.world, policy, int(cell), int(heading), seed=hunt).outcome
-        captures += outcome == CAPTURE
-    return captures / GREEDY_HUNTS
+    return greedy.success_share(run.world, policy, starts, GREEDY_HUNTS)
 
 
 def steps_to(outcomes: np.ndarray, steps: np.ndarray, success: float) -> int | None:

@@ -24,6 +24,8 @@ CALLS_FRAME: Final = "pounce-calls"
 
 _X, _Y, _WIDTH, _HEIGHT = 8.0, 8.0, 684.0, 752.0
 """Over the board and the schedule on the smallest screen, over the board alone on others."""
+_MARGINS = 34.0
+"""What the panel's frame and the space within take of its width."""
 _REFRESH_S = 1.0
 """How often the content may be replaced: a click is lost whose link is replaced beneath it."""
 _RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"
@@ -85,6 +87,8 @@ class ResultsPanel:
         found = self._painted.found
         if isinstance(found, Exception):
             found = f'<div style="padding:0.9em">{escape(f"{type(found).__name__}: {found}")}</div>'
+        elif found is not None:
+            found = f'<div style="padding:0 0.9em">{found}</div>'
         if found is not None and self._content.content != found:
             self._content.content = found
             self._painted_at = now_s
@@ -98,7 +102,7 @@ class ResultsPanel:
         self._painted.want(
             of,
             lambda: results_view.results_html(
-                gatherer, gathering, view, self._address, int(_WIDTH) - 24
+                gatherer, gathering, view, self._address, _WIDTH - _MARGINS
             ),
         )
 

@@ -30,6 +30,7 @@ from sim.world import (
     World,
     in_view,
     moved,
+    start_of_trial,
 )
 
 SLICE_STEPS = 2_000_000
@@ -223,6 +224,39 @@ def follow_each(
         outcomes[place] = outcome
 
 
+@loop
+def count_captures(
+    world: World,
+    moves: np.ndarray,
+    options: np.ndarray,
+    starts: np.uint64,
+    n_hunts: int,
+    no_way: np.ndarray,
+    no_options: np.ndarray,
+) -> int:
+    """Captures of hunts that start as the first trials of a stream of starts would.
+
+    The ``no_`` arrays are empty.
+    """
+    captures = 0
+    for number in range(n_hunts):
+        cell, heading = start_of_trial(world, starts, number)
+        outcome, _ = follow(
+            world,
+            moves,
+            options,
+            cell,
+            heading,
+            stream_of(U(number), heading, cell),
+            world.step_limit,
+            no_way,
+            no_options,
+            no_options,
+        )
+        captures += outcome == CAPTURE
+    return captures
+
+
 def hunt(
     world: World,
     policy: Policy,
@@ -250,6 +284,17 @@ def hunt(
     )
     cells = np.concatenate([[cell], way[:steps]])
     return Hunt(cells, options[:steps].copy(), moves[:steps].copy(), int(outcome))
+
+
+def success_share(world: World, policy: Policy, starts: np.uint64, n_hunts: int) -> float:
+    """Share of captures among hunts that start as the first trials of a stream of starts would.
+
+    Each breaks its ties by a seed of its own, its number.
+    """
+    no_way, no_options = np.empty(0, np.int64), np.empty(0, np.uint8)
+    moves, options = policy.moves.ravel(), policy.options.ravel()
+    captures = count_captures(world, moves, options, starts, n_hunts, no_way, no_options)
+    return captures / n_hunts
 
 
 def success_map(

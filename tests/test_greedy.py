@@ -10,15 +10,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app import presets
 from learners import greedy
 from learners.commands import FreezeSelection, FreezeSkills, SetParameter
 from learners.greedy import Hunt, Policy, greedy_moves, ring_of_starts, success_map
 from learners.run import Run
 from learners.spec import RunSpec
 from learners.state import tables
+from sim import rng
 from sim.geometry import HEADINGS, MOVES, N_MOVES, STAY
 from sim.spec import N_HEADINGS, WorldSpec
-from sim.world import CAPTURE, FLIGHT, TIMEOUT, World, board_xy, cell_at, compile_world
+from sim.world import (
+    CAPTURE,
+    FLIGHT,
+    TIMEOUT,
+    World,
+    board_xy,
+    cell_at,
+    compile_world,
+    start_of_trial,
+)
 from tests.reference import MOVES as SLOW_MOVES
 from tests.reference import SlowWorld, SplitMix64
 
@@ -377,3 +388,19 @@ def test_compiled_hunts_equal_plain_ones() -> None:
 if __name__ == "__main__":
     is_compiled = hasattr(greedy.follow, "py_func")
     sys.stdout.write(f"{'compiled' if is_compiled else 'plain'} {fingerprint()}")
+
+
+@pytest.mark.parametrize("preset", ["timed", "standard_q"])
+def test_the_share_of_captures_is_that_of_single_hunts(preset: str) -> None:
+    run = Run(presets.load(preset, ["world.size=40", "schedule=null"]), 3)
+    run.advance(until_trial=2_000)
+    found = tables(run.spec, run.state)
+    selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
+    policy = greedy.greedy_moves(selection_q, found["skill_q"] if run.spec.learner.skills else None)
+    starts, captures = rng.streams(11)[rng.STARTS], 0
+    for number in range(300):
+        cell, heading = start_of_trial(run.world, starts, number)
+        hunted = greedy.hunt(run.world, policy, int(cell), int(heading), seed=number)
+        captures += hunted.outcome == CAPTURE
+    assert 0 < captures < 300
+    assert greedy.success_share(run.world, policy, starts, 300) == captures / 300
