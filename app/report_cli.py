@@ -1,11 +1,13 @@
 """The command ``pounce report``: a page on results, from the words of a command line."""
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import Positional, arg
+
+from app.experiment_cli import RESULTS
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -19,9 +21,10 @@ class Report:
     """Write a page on the results of experiments, with figures and findings."""
 
     folders: Annotated[
-        Positional[tuple[str, ...]], arg(metavar="DIR [DIR ...]", help_behavior_hint=_HIDDEN_HINT)
+        Positional[tuple[str, ...]], arg(metavar="[DIR ...]", help_behavior_hint=_HIDDEN_HINT)
     ] = ()
-    """Folders that pounce experiment has written; several are taken together."""
+    """Folders that pounce experiment has written; several are taken together. Without any, the
+    latest one in results."""
     compare: Annotated[bool, arg(help_behavior_hint=_HIDDEN_HINT)] = False
     """Set the second of two folders against the first."""
     out: Annotated[
@@ -31,7 +34,8 @@ class Report:
 
 
 EXAMPLES = (
-    "pounce report results",
+    "pounce report",
+    "pounce report results/figure_4_1",
     "pounce report results-4-1 results-4-2 results-4-3 --out replication.html",
     "pounce report before after --compare",
 )
@@ -39,6 +43,9 @@ EXAMPLES = (
 
 def report(command: Report) -> int:
     """Write the page and say where it is; returns the exit code."""
+    if not command.folders and not command.compare:
+        latest = latest_results(Path(RESULTS))
+        command = replace(command, folders=() if latest is None else (str(latest),))
     problem = _problem(command)
     if problem:
         return _refuse(problem, EXIT_USAGE)
@@ -55,12 +62,24 @@ def report(command: Report) -> int:
     return EXIT_OK
 
 
+def latest_results(root: Path) -> Path | None:
+    """The folder of results below a folder that was written to last; None if there is none."""
+    tables = [table for table in root.glob("*/results.sqlite") if table.is_file()]
+    latest = max(tables, key=lambda table: table.stat().st_mtime_ns, default=None)
+    return None if latest is None else latest.parent
+
+
 def _problem(command: Report) -> str:
     """What makes no sense in the words; empty if they do."""
-    if not command.folders or not all(command.folders):
-        return "DIR is missing; allowed: a folder that pounce experiment has written"
     if command.compare and len(command.folders) != 2:
         return f"--compare: {len(command.folders)} folders were given; allowed: two"
+    if not command.folders:
+        return (
+            f"DIR is missing, and there are no results in {RESULTS!r}; allowed: a folder that"
+            " pounce experiment has written"
+        )
+    if not all(command.folders):
+        return "DIR: '' is not allowed; allowed: a folder that pounce experiment has written"
     if any("\0" in path for path in (*command.folders, command.out or "")):
         return "DIR and --out: a path contains a NUL character; allowed: paths"
     if command.out is not None:
