@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any, NamedTuple, Protocol, Self
 
 from app.cost import estimated_steps
@@ -293,6 +294,7 @@ class _Ledger:
             "settings": task.settings,
             "seed": task.seed,
             "version": self._version,
+            "ended_at": datetime.now(UTC).isoformat(timespec="seconds"),
             **finished.row,
         }
         if finished.arrays:

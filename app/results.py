@@ -19,7 +19,7 @@ from typing import Any, Final, Self
 from app.experiments import Experiment
 from app.replicate import DONE, FAILED, settings_of
 
-SCHEMA_VERSION: Final = 1
+SCHEMA_VERSION: Final = 2
 
 COLUMNS: Final = {
     "key": "TEXT PRIMARY KEY",
@@ -33,6 +33,7 @@ COLUMNS: Final = {
     "version": "TEXT NOT NULL",
     "digest": "TEXT",
     "seconds": "REAL",
+    "ended_at": "TEXT",
     "trials": "INTEGER",
     "steps": "INTEGER",
     "captures": "INTEGER",
@@ -47,7 +48,7 @@ COLUMNS: Final = {
     "mean_hunt_length": "REAL",
     "switches_per_step": "REAL",
 }
-"""Of the table ``runs``. ``overrides`` and ``settings`` are JSON."""
+"""Of the table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC."""
 
 
 class FolderError(Exception):

@@ -380,7 +380,7 @@ def test_every_run_has_a_row_and_arrays(tmp_path: Path) -> None:
     database = sqlite3.connect(path / "results.sqlite")
     meta = dict(database.execute("SELECT key, value FROM meta"))
     database.close()
-    assert (meta["schema_version"], meta["name"], meta["seeds"]) == ("1", "small", "[0, 1]")
+    assert (meta["schema_version"], meta["name"], meta["seeds"]) == ("2", "small", "[0, 1]")
 
 
 def test_digests_are_those_of_pounce_run(tmp_path: Path) -> None:
@@ -399,7 +399,9 @@ def test_digests_are_those_of_pounce_run(tmp_path: Path) -> None:
 def test_the_number_of_workers_makes_no_difference(tmp_path: Path) -> None:
     for workers in (1, 4):
         carried_out(small(), tmp_path / str(workers), workers=workers)
-    one, four = ([r | {"seconds": 0} for r in rows(tmp_path / name)] for name in ("1", "4"))
+    one, four = (
+        [r | {"seconds": 0, "ended_at": ""} for r in rows(tmp_path / name)] for name in ("1", "4")
+    )
     assert one == four
 
 
@@ -689,7 +691,7 @@ def test_another_schema_is_refused(tmp_path: Path, found: str | None) -> None:
             database.execute("UPDATE meta SET value = ? WHERE key = 'schema_version'", (found,))
     database.close()
     word = "without a version" if found is None else "of version 7"
-    with pytest.raises(FolderError, match=f"{word}, and this pounce reads version 1"):
+    with pytest.raises(FolderError, match=f"{word}, and this pounce reads version {results.SCHEMA_VERSION}"):
         carried_out(small(), path, resume=True)
 
 
