@@ -108,6 +108,13 @@ class Axle(NamedTuple):
 
     key: str
     values: Sequence[Any]
+    words: str = ""
+    """What it is in plain words; empty where there are none but its key."""
+
+    @property
+    def label(self) -> str:
+        """What it is, in words if there are any."""
+        return self.words or self.key
 
     @property
     def is_numeric(self) -> bool:
@@ -284,29 +291,87 @@ def draw_plane(name: str, axles: tuple[Axle, Axle], cells: Cells, what: str, sma
     Cells have equal sizes whatever their values; those without runs stay hatched. In a page, the
     interval of a cell shows under the pointer.
     """
+    norm, colours = _scale_of([cell.value for cell in cells.values()])
+    faces = {
+        place: _Face(colours(norm(cell.value)), f"{cell.value:.3g}")
+        for place, cell in cells.items()
+        if math.isfinite(cell.value)
+    }
+    return _plane(name, axles, cells, faces, (norm, colours), what, small)
+
+
+def draw_differences(
+    name: str,
+    axles: tuple[Axle, Axle],
+    cells: Cells,
+    reference: tuple[int, int],
+    what: str,
+    small: str,
+) -> Drawing:
+    """The plane of two settings once more: how far each cell lies from one of them.
+
+    The scale of colours has its middle at no difference. A number is bold where its interval
+    excludes 0, and has a sign, which colours lack in a copy in black and white.
+
+    Args:
+        name: of the drawing.
+        axles: the settings.
+        cells: the differences.
+        reference: place of the cell that they are to, which is framed.
+        what: differs.
+        small: small print.
+    """
+    norm, colours = _scale_around_zero([cell.value for cell in cells.values()])
+    faces = {
+        place: _Face(colours(norm(cell.value)), _signed(cell.value, norm.vmax), excludes_zero(cell))
+        for place, cell in cells.items()
+        if math.isfinite(cell.value)
+    }
+    faces[reference] = _Face(colours(norm(0.0)), "0", framed=True)
+    return _plane(name, axles, cells, faces, (norm, colours), what, small)
+
+
+class _Face(NamedTuple):
+    """How a cell of a plane looks."""
+
+    colour: tuple[float, float, float, float]
+    text: str
+    bold: bool = False
+    framed: bool = False
+
+
+def _plane(
+    name: str,
+    axles: tuple[Axle, Axle],
+    cells: Cells,
+    faces: Mapping[tuple[int, int], _Face],
+    scale: tuple[Any, Any],
+    what: str,
+    small: str,
+) -> Drawing:
+    from matplotlib.cm import ScalarMappable
+
     across, up = axles
     n_across, n_up = len(across.values), len(up.values)
     figure = _figure(
         min(3.2 + 0.62 * n_across, 12), min(2.6 + 0.45 * n_up, 10), small, least_width=5.5
     )
     axes = figure.subplots()
-    norm, colours = _scale_of([cell.value for cell in cells.values()])
-    _draw_cells(axes, (n_across, n_up), cells, norm, colours)
+    _draw_cells(axes, (n_across, n_up), faces)
     axes.set_xlim(-0.5, n_across - 0.5)
     axes.set_ylim(-0.5, n_up - 0.5)
-    crowded = max((len(shown_value(value)) for value in across.values), default=0) > 5
-    axes.set_xticks(range(n_across), [_plain(shown_value(v)) for v in across.values])
+    shown_across, shown_up = ([grouped(value) for value in axle.values] for axle in axles)
+    crowded = max(map(len, shown_across), default=0) > 6
+    axes.set_xticks(range(n_across), list(map(_plain, shown_across)))
     axes.tick_params(axis="x", rotation=45 if crowded else 0)
-    axes.set_yticks(range(n_up), [_plain(shown_value(v)) for v in up.values])
-    axes.set_xlabel(_wrapped(across.key))
-    axes.set_ylabel(_wrapped(up.key, _AXIS_CHARACTERS))
+    axes.set_yticks(range(n_up), list(map(_plain, shown_up)))
+    axes.set_xlabel(_wrapped(across.label))
+    axes.set_ylabel(_wrapped(up.label, _AXIS_CHARACTERS))
     axes.set_facecolor("#EEEEEE")
-    from matplotlib.cm import ScalarMappable
-
-    figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=_wrapped(what, _AXIS_CHARACTERS))
+    figure.colorbar(ScalarMappable(*scale), ax=axes, label=_wrapped(what, _AXIS_CHARACTERS))
     titles = {
-        f"cell-{i}-{j}": f"{across.key} = {shown_value(across.values[i])}, "
-        f"{up.key} = {shown_value(up.values[j])}: {shown_estimate(cell)}, n = {cell.n}"
+        f"cell-{i}-{j}": f"{across.label} = {shown_value(across.values[i])}, "
+        f"{up.label} = {shown_value(up.values[j])}: {shown_estimate(cell)}, n = {cell.n}"
         for (i, j), cell in cells.items()
     }
     rows: list[Sequence[Any]] = [[across.key, up.key, what, "low", "high", "n"]]
@@ -323,26 +388,58 @@ def _scale_of(values: Sequence[float]) -> tuple[Any, Any]:
     return Normalize(low, high if high > low else low + 1), colormaps["cividis"]
 
 
-def _draw_cells(axes: "Axes", shape: tuple[int, int], cells: Cells, norm: Any, map_: Any) -> None:
+def _scale_around_zero(values: Sequence[float]) -> tuple[Any, Any]:
+    from matplotlib import colormaps
+    from matplotlib.colors import Normalize
+
+    farthest = max((abs(value) for value in values if math.isfinite(value)), default=0) or 1.0
+    return Normalize(-farthest, farthest), colormaps["RdBu"]
+
+
+def excludes_zero(estimate: Estimate) -> bool:
+    """Whether the whole interval lies on one side of 0; without one, it does not."""
+    return estimate.low > 0 or estimate.high < 0
+
+
+def _signed(value: float, largest: float) -> str:
+    """A difference with its sign, as precise as the largest one is with three digits."""
+    digits = max(2 - math.floor(math.log10(largest)), 0)
+    text = f"{value:+.{digits}f}"
+    return text.replace("-", "\N{MINUS SIGN}") if float(text) else text[1:]
+
+
+def _draw_cells(
+    axes: "Axes", shape: tuple[int, int], faces: Mapping[tuple[int, int], _Face]
+) -> None:
     from matplotlib.patches import Rectangle
 
     labelled = shape[0] * shape[1] <= _MOST_LABELLED_CELLS
     for i in range(shape[0]):
         for j in range(shape[1]):
-            cell = cells.get((i, j))
-            value = math.nan if cell is None else cell.value
-            here = math.isfinite(value)
-            face = map_(norm(value)) if here else "#EEEEEE"
-            patch = Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=face, edgecolor="white")
+            face = faces.get((i, j))
+            patch = Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor="#EEEEEE", edgecolor="white")
             patch.set_linewidth(0.6)
-            if not here:
+            if face is None:
                 patch.set(hatch="////", edgecolor="#BBBBBB")
+            else:
+                patch.set_facecolor(face.colour)
             patch.set_gid(f"cell-{i}-{j}")
             axes.add_patch(patch)
-            if here and labelled:
-                dark = norm(value) < 0.55
-                ink = "white" if dark else "black"
-                axes.text(i, j, f"{value:.3g}", ha="center", va="center", fontsize=7, color=ink)
+            if face is not None and labelled:
+                ink, weight = _ink_on(face.colour), "bold" if face.bold else "normal"
+                axes.text(
+                    i, j, face.text, ha="center", va="center", fontsize=7, color=ink, weight=weight
+                )
+            if face is not None and face.framed:
+                axes.add_patch(
+                    Rectangle((i - 0.46, j - 0.46), 0.92, 0.92, fill=False, edgecolor=_INK, lw=1.6)
+                )
+
+
+def _ink_on(colour: tuple[float, float, float, float]) -> str:
+    """White on dark colours and black on light ones."""
+    red, green, blue, _ = colour
+    return "white" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.5 else "black"
 
 
 class Series(NamedTuple):
@@ -383,7 +480,7 @@ def draw_points(name: str, axle: Axle, series: Sequence[Series], what: str, smal
         axes.minorticks_off()
     if axle.is_logarithmic or not on_scale:
         axes.set_xticks(x, [_plain(shown_value(value)) for value in axle.values])
-    axes.set_xlabel(_wrapped(axle.key))
+    axes.set_xlabel(_wrapped(axle.label))
     axes.set_ylabel(_wrapped(what, _AXIS_CHARACTERS))
     figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
     return _saved(name, figure, rows)
@@ -562,6 +659,12 @@ def _value_rows(maps: Sequence[ValueMap], edges: np.ndarray) -> list[Sequence[An
 def shown_value(value: Any) -> str:
     """The value of a setting."""
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def grouped(value: Any) -> str:
+    """The value of a setting, a large whole number with a comma at the thousands."""
+    is_large = isinstance(value, int) and abs(value) >= 1_000
+    return f"{value:,}" if is_large else shown_value(value)
 
 
 def shown_estimate(estimate: Estimate, form: str = ".3g") -> str:

@@ -15,7 +15,7 @@ import numpy as np
 
 from app import experiments, presets, statistics
 from app.figures import shown_value
-from app.metrics import METRICS, MILESTONES
+from app.metrics import METRICS, MILESTONES, NAMES
 from app.results import SCHEMA_VERSION
 from app.statistics import Axis
 from learners import measures
@@ -86,6 +86,8 @@ class Folder:
     rows: Sequence[RunRow]
     command: str
     """That made the results."""
+    metrics: Sequence[str] = NAMES
+    """Columns that were measured, first the one that is charted if it is a mean."""
 
 
 @dataclass
@@ -126,9 +128,10 @@ def read_folder(path: Path) -> Folder:
             meta = _meta_of(db, shown)
             found = db.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY rowid").fetchall()
         rows = _in_order(path, [_row(path, row) for row in found])
+        metrics = _metrics_of(meta)
     except (sqlite3.Error, ValueError, TypeError) as error:
         raise ResultsError(f"{shown} holds a damaged results.sqlite: {error}") from error
-    return Folder(path, rows, _command_of(path, meta))
+    return Folder(path, rows, _command_of(path, meta), metrics)
 
 
 def _in_order(path: Path, rows: Iterable[RunRow]) -> list[RunRow]:
@@ -163,6 +166,14 @@ def _meta_of(db: sqlite3.Connection, shown: str) -> dict[str, Any]:
             f" {SCHEMA_VERSION}; allowed: a report by the program that wrote them"
         )
     return meta
+
+
+def _metrics_of(meta: Mapping[str, Any]) -> Sequence[str]:
+    """Columns that were asked for; all of them in results that do not say."""
+    found = json.loads(meta.get("metrics") or "[]")
+    if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
+        raise ValueError("metrics are not a list of names")
+    return found or NAMES
 
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
@@ -213,6 +224,11 @@ def groups_of(rows: Iterable[RunRow]) -> list[Group]:
             label = run.variant or _label(run.preset, run.overrides)
             found.setdefault(key, Group(label, run.preset, run.overrides)).runs.append(run)
     return list(found.values())
+
+
+def measured(groups: Iterable[Group], column: str) -> bool:
+    """Whether any run has a value in a column."""
+    return any(math.isfinite(value) for group in groups for value in group.values(column))
 
 
 def _label(preset: str, overrides: Mapping[str, Any]) -> str:

@@ -9,45 +9,37 @@ import contextlib
 import json
 import math
 import os
-import re
 import shlex
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from app import statistics, thesis
+from app import statistics, thesis, thesis_finding, thesis_spread
 from app.figures import (
     THESIS_STYLES,
-    Axle,
     Dot,
     Line,
     Mark,
     Panel,
-    Series,
     Style,
     ValueMap,
     draw_curves,
     draw_dots,
-    draw_plane,
-    draw_points,
     draw_values,
     shown_estimate,
-    shown_value,
     style_of,
 )
 from app.markup import Markup, Page, details, document, element, escaped, joined, minor, table
 from app.metrics import (
-    AREA,
     BEHAVIOUR,
     ENDINGS,
-    FINAL_REWARD,
     METRICS,
     MILESTONES,
     PERFORMANCE,
     Metric,
+    shown_first,
 )
 from app.readout import (
     AXES,
@@ -59,11 +51,14 @@ from app.readout import (
     Trace,
     Widths,
     groups_of,
+    measured,
     read_folder,
     widths_of,
 )
+from app.report_sweeps import write_sweeps
 from app.statistics import Axis, Contrast, Estimate
-from app.thesis import Finding, Placed
+from app.thesis import Placed
+from app.thesis_finding import Finding
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -160,16 +155,16 @@ def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Pan
 
 def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
     """Where the timed learner knew of a way to capture, at the moments that the thesis names."""
-    runs = placed.get(thesis.TIMED, ())
+    runs = placed.get(thesis_spread.TIMED, ())
     pictures = [trace.pictures for trace in reader.traces(runs) if trace.pictures is not None]
     if not pictures:
         return
     maps = []
-    for name, trial in thesis.moments_of(runs[0].settings).items():
+    for name, trial in thesis_spread.moments_of(runs[0].settings).items():
         found = [value for picture in pictures if (value := picture.at(trial)) is not None]
         if found:
             title = f"{name}: after {trial:,} trials"
-            maps.append(ValueMap(title, thesis.averaged(found), len(found)))
+            maps.append(ValueMap(title, thesis_spread.averaged(found), len(found)))
     world = WorldSpec.model_validate(runs[0].settings["world"])
     edges, vision = geometry.ring_edges(world), world.vision_radius * world.scale
     reward, gamma = world.capture_reward, runs[0].settings["learner"]["gamma"]
@@ -190,9 +185,9 @@ def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
 
 
 _CLASSES = {
-    thesis.HOLDS: "holds",
-    thesis.FAILS: "fails",
-    thesis.UNDECIDED: "undecided",
+    thesis_finding.HOLDS: "holds",
+    thesis_finding.FAILS: "fails",
+    thesis_finding.UNDECIDED: "undecided",
 }
 
 
@@ -204,7 +199,7 @@ def _paired(finding: Finding, effect: Contrast) -> str:
 
 
 def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
-    found = thesis.verdict(finding, effect.estimate)
+    found = thesis_finding.verdict(finding, effect.estimate)
     words = f"{found} at {effect.estimate.n} seed{'s' if effect.estimate.n != 1 else ''}"
     return (
         finding.claim,
@@ -222,20 +217,20 @@ def _findings(page: Page, reader: Reader, placed: Placed) -> None:
     absent = [(f.topic, f.claim) for f, effect in effects if effect is None]
     rule = (
         "Each finding is a quantity, or a difference of quantities, and a condition on it. Rewards"
-        f" are means per trial: a wide margin is {thesis.WIDE:g}, a tenth of the range from a"
-        " flight (\N{MINUS SIGN}50) to a capture (100), and two learners are close if they differ"
+        f" are means per trial: a wide margin is {thesis_finding.WIDE:g}, a tenth of the range from"
+        " a flight (\N{MINUS SIGN}50) to a capture (100), and two learners are close if they differ"
         " by less than that. A finding holds if the whole 95 % interval meets the condition, does"
         " not hold if none of it does, and is undecided otherwise, and whenever there are fewer"
-        f" than {thesis.LEAST_SEEDS} seeds, where no bootstrap interval is wide enough. Differences"
-        " are of runs of the same seed, where seeds are shared. The intervals are not corrected"
-        f" for there being {len(rows)}."
+        f" than {thesis_finding.LEAST_SEEDS} seeds, where no bootstrap interval is wide enough."
+        " Differences are of runs of the same seed, where seeds are shared. The intervals are not"
+        f" corrected for there being {len(rows)}."
     )
     measured = "measured [95\N{NO-BREAK SPACE}%]"
     header = ("finding", "part", "condition", measured, "paired", "verdict")
     parts = [element("p", rule), table(header, rows)] if rows else []
     if _has_pictures(reader, placed):
         parts.append(element("p", _SPREAD_RULE))
-    elif thesis.TIMED in placed:
+    elif thesis_spread.TIMED in placed:
         parts.append(element("p", _NO_PICTURES, class_="minor"))
     if absent:
         summary = f"{len(absent)} findings of which a part was not run"
@@ -248,11 +243,11 @@ _SPREAD_RULE = (
     " the eight headings together. A state has a value if it is worth more than nothing: if some"
     " way to a capture has been found from it. Value has reached a place if more than half of its"
     " states have one, and has not if fewer than a quarter have. The ring lies"
-    f" {thesis.RIGHT_FLANK.cells} from the prey, outside of its visual field; it is open if there"
-    " is a sector of it that value has not reached, and closed if there is none. A flank is the"
-    " sector of 15 degrees at a right angle to where the prey looks, and the one behind it; ahead"
-    " to the right are the four sectors next to the one straight ahead. The equivalent distance to"
-    " capture is the number of steps that a value stands for."
+    f" {thesis_spread.RIGHT_FLANK.cells} from the prey, outside of its visual field; it is open if"
+    " there is a sector of it that value has not reached, and closed if there is none. A flank is"
+    " the sector of 15 degrees at a right angle to where the prey looks, and the one behind it;"
+    " ahead to the right are the four sectors next to the one straight ahead. The equivalent"
+    " distance to capture is the number of steps that a value stands for."
 )
 _NO_PICTURES = (
     "How value spreads, a finding in the standard world, cannot be seen in these results: they"
@@ -261,7 +256,7 @@ _NO_PICTURES = (
 
 
 def _has_pictures(reader: Reader, placed: Placed) -> bool:
-    traces = reader.traces(placed.get(thesis.TIMED, ()))
+    traces = reader.traces(placed.get(thesis_spread.TIMED, ()))
     return any(trace.pictures is not None for trace in traces)
 
 
@@ -316,7 +311,7 @@ def _with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
 
 
 def _scalars(page: Page, groups: Sequence[Group]) -> None:
-    there = {m.column for m in METRICS if any(map(math.isfinite, _all_values(groups, m)))}
+    there = {m.column for m in METRICS if measured(groups, m.column)}
     text = (
         "Mean over runs with its 95 % bootstrap interval; below it, from four runs on, the"
         " interquartile mean (IQM), which a few wild runs hardly move. Steps are medians, with a"
@@ -360,10 +355,6 @@ def _scalar_table(
     return table(header, rows)
 
 
-def _all_values(groups: Iterable[Group], metric: Metric) -> Iterable[float]:
-    return (value for group in groups for value in group.values(metric.column))
-
-
 def _left_out(n_groups: int) -> str | Markup:
     if n_groups <= _MOST_ROWS:
         return Markup()
@@ -398,164 +389,17 @@ def _steps(value: float) -> str:
     return f"{value / 1e6:.3g} M" if value >= 1e5 else f"{value:,.0f}"
 
 
-class Sweep(NamedTuple):
-    """Variants of one preset that differ in one or two settings."""
-
-    axles: tuple[Axle, ...]
-    groups: Mapping[tuple[int, ...], Group]
-    """By the index of its value along each axle."""
-
-
-def sweep_of(groups: Sequence[Group]) -> Sweep | None:
-    """What was swept in the variants of a preset; None where it is nothing, or too much.
-
-    Settings that move together count as one.
-    """
-    keys = set(groups[0].overrides)
-    if len(groups) < 3 or any(set(group.overrides) != keys for group in groups):
-        return None
-    bundles = _bundles(groups)
-    axles = tuple(_axle(bundle, groups) for bundle in bundles)
-    if not 1 <= len(axles) <= 2:
-        return None
-    places = {
-        tuple(
-            axle.values.index(_bundle_value(bundle, group))
-            for axle, bundle in zip(axles, bundles, strict=True)
-        ): group
-        for group in groups
-    }
-    return Sweep(axles, places) if len(places) == len(groups) else None
-
-
-def _bundles(groups: Sequence[Group]) -> list[list[str]]:
-    """Keys that vary, those together that always move together."""
-    columns: dict[tuple[int, ...], list[str]] = {}
-    for key in groups[0].overrides:
-        values = [json.dumps(group.overrides[key], sort_keys=True) for group in groups]
-        first = {value: index for index, value in reversed(list(enumerate(values)))}
-        if len(first) > 1:
-            columns.setdefault(tuple(first[value] for value in values), []).append(key)
-    return list(columns.values())
-
-
-def _bundle_name(bundle: Sequence[str], settings: Mapping[str, Any]) -> str:
-    """Keys that move together, what they share said once; an episode with its skill."""
-    if len(bundle) > 1:
-        parts = [key.split(".") for key in bundle]
-        differing = [k for k, column in enumerate(zip(*parts, strict=False)) if len({*column}) > 1]
-        if len({len(part) for part in parts}) == 1 and len(differing) == 1:
-            (place,) = differing
-            inner = ", ".join(part[place] for part in parts)
-            return ".".join([*parts[0][:place], f"{{{inner}}}", *parts[0][place + 1 :]])
-        return ", ".join(bundle)
-    episode = re.match(r"schedule\.episodes\.(\d+)\.", bundle[0])
-    episodes = settings.get("schedule", {}).get("episodes", ())
-    if episode and int(episode[1]) < len(episodes):
-        return f"{bundle[0]} ({episodes[int(episode[1])]['skill']})"
-    return bundle[0]
-
-
-def _bundle_value(bundle: Sequence[str], group: Group) -> Any:
-    values = [group.overrides[key] for key in bundle]
-    if all(value == values[0] for value in values) and isinstance(values[0], int | float):
-        return values[0]
-    return ", ".join(shown_value(value) for value in values)
-
-
-def _axle(bundle: Sequence[str], groups: Sequence[Group]) -> Axle:
-    values = list(dict.fromkeys(_bundle_value(bundle, group) for group in groups))
-    axle = Axle(_bundle_name(bundle, groups[0].runs[0].settings), values)
-    return axle._replace(values=sorted(values)) if axle.is_numeric else axle
-
-
-def _sweeps(page: Page, groups: Sequence[Group]) -> set[str]:
-    """Sections of what was swept; returns the presets that were."""
-    by_preset: dict[str, list[Group]] = {}
-    for group in groups:
-        by_preset.setdefault(group.preset, []).append(group)
-    sweeps = {preset: sweep_of(found) for preset, found in by_preset.items()}
-    there = {preset: sweep for preset, sweep in sweeps.items() if sweep is not None}
-    planes = {preset: sweep for preset, sweep in there.items() if len(sweep.axles) == 2}
-    rows: dict[tuple[str, tuple[Any, ...]], dict[str, Sweep]] = {}
-    for preset, sweep in there.items():
-        if len(sweep.axles) == 1:
-            axle = sweep.axles[0]
-            rows.setdefault((axle.key, tuple(axle.values)), {})[preset] = sweep
-    for number, (preset, sweep) in enumerate(planes.items(), 1):
-        _plane_section(page, number, preset, sweep)
-    for number, of_presets in enumerate(rows.values(), 1):
-        _points_section(page, number, of_presets)
-    return set(there)
-
-
-def _sweep_metrics(groups: Iterable[Group]) -> list[Metric]:
-    groups = list(groups)
-    return [m for m in (FINAL_REWARD, AREA) if any(map(math.isfinite, _all_values(groups, m)))]
-
-
-def _plane_section(page: Page, number: int, preset: str, sweep: Sweep) -> None:
-    parts = []
-    across, up = sweep.axles
-    for metric in _sweep_metrics(sweep.groups.values()):
-        cells = {
-            (place[0], place[1]): statistics.mean(group.values(metric.column), _rng())
-            for place, group in sweep.groups.items()
-        }
-        n = sorted({cell.n for cell in cells.values()})
-        counted = str(n[0]) if len(n) == 1 else f"{n[0]} to {n[-1]}"
-        name = f"plane_{number}_{metric.column}"
-        small = page.small_print(
-            f"{preset}. Mean over n = {counted} runs (seeds) in each cell; the 95 % bootstrap"
-            " intervals are in the page and in the CSV. Cells have equal sizes whatever the values"
-            " of the settings. Hatched: not run."
-        )
-        drawing = draw_plane(name, (across, up), cells, metric.label, small)
-        caption = f"{metric.label} of {preset} in the plane of {across.key} and {up.key}"
-        rows = [
-            (shown_value(across.values[i]), shown_value(up.values[j]), shown_estimate(cell), cell.n)
-            for (i, j), cell in sorted(cells.items())
-        ]
-        intervals = table((across.key, up.key, f"{metric.label} [95 %]", "n"), rows)
-        parts += [page.picture(name, caption, drawing), details("The intervals", intervals)]
-    page.say(f"Sweep of {preset}", *parts)
-
-
-def _points_section(page: Page, number: int, sweeps: Mapping[str, Sweep]) -> None:
-    parts = []
-    axle = next(iter(sweeps.values())).axles[0]
-    everything = [group for sweep in sweeps.values() for group in sweep.groups.values()]
-    for metric in _sweep_metrics(everything):
-        series = [
-            Series(
-                preset,
-                [
-                    statistics.mean(sweep.groups[index,].values(metric.column), _rng())
-                    for index in range(len(axle.values))
-                ],
-            )
-            for preset, sweep in sweeps.items()
-        ]
-        name = f"sweep_{number}_{metric.column}"
-        small = page.small_print(
-            "Mean over n runs (seeds) at each point; bars: 95 % bootstrap interval."
-        )
-        drawing = draw_points(name, axle, series, metric.label, small)
-        parts.append(page.picture(name, f"{metric.label} against {axle.key}", drawing))
-    page.say(f"Sweep over {axle.key}", *parts)
-
-
-def _ablation(page: Page, groups: Sequence[Group]) -> None:
+def _ablation(page: Page, groups: Sequence[Group], metric: Metric) -> None:
     """Variants beside the first one."""
     base, *others = groups[:_MOST_ROWS]
-    column = FINAL_REWARD.column
+    column = metric.column
     found = [
         statistics.compare(group.by_seed(column), base.by_seed(column), _rng()) for group in others
     ]
     nothing = Estimate(math.nan, math.nan, math.nan, 0)
-    difference = f"difference to {base.label} (reward per trial)"
+    difference = f"{metric.title}: difference to {base.label}"
     columns = {
-        FINAL_REWARD.label: [
+        metric.label: [
             Dot(group.label, statistics.mean(group.values(column), _rng()))
             for group in (base, *others)
         ],
@@ -581,12 +425,12 @@ def _ablation(page: Page, groups: Sequence[Group]) -> None:
     ]
     header = (
         "variant",
-        f"{FINAL_REWARD.title}: {difference} [95 %]",
+        f"{difference} [95 %]",
         "P(variant better)",
         "n",
         "paired",
     )
-    caption = f"{FINAL_REWARD.label} of each variant"
+    caption = f"{metric.label} of each variant"
     page.say(
         "Variants beside one another",
         page.picture("variants", caption, drawing),
@@ -632,14 +476,14 @@ def _overrides_key(group: Group) -> str:
     return json.dumps(group.overrides, sort_keys=True)
 
 
-def _comparison(page: Page, reader: Reader, first: Folder, second: Folder) -> None:
+def _comparison(page: Page, reader: Reader, first: Folder, second: Folder, metric: Metric) -> None:
     pairs, alone = pairs_of(groups_of(first.rows), groups_of(second.rows))
     if not pairs:
         raise ResultsError(
             f"{str(first.path)!r} and {str(second.path)!r} have no variant in common;"
             " allowed: folders whose variants set the same keys to the same values"
         )
-    picture = _comparison_picture(page, pairs)
+    picture = _comparison_picture(page, pairs, metric)
     page.say("Difference B \N{MINUS SIGN} A", picture, *_comparison_tables(pairs))
     for number, pair in enumerate(pairs[:_MOST_LINES], 1):
         _pair_curves(page, reader, number, pair)
@@ -658,12 +502,11 @@ def _compared(pair: Pair, metric: Metric) -> statistics.Comparison:
     return statistics.compare(after, before, _rng())
 
 
-def _comparison_picture(page: Page, pairs: Sequence[Pair]) -> Markup:
+def _comparison_picture(page: Page, pairs: Sequence[Pair], metric: Metric) -> Markup:
     dots = [
-        Dot(_pair_name(pair), _compared(pair, FINAL_REWARD).difference)
-        for pair in pairs[:_MOST_ROWS]
+        Dot(_pair_name(pair), _compared(pair, metric).difference) for pair in pairs[:_MOST_ROWS]
     ]
-    what = f"B \N{MINUS SIGN} A: {FINAL_REWARD.label}"
+    what = f"B \N{MINUS SIGN} A: {metric.label}"
     small = page.small_print(
         "Difference of means over n pairs of runs of the same seed, or over all runs where no"
         " seeds are shared; bars: 95 % bootstrap interval."
@@ -756,16 +599,19 @@ def write_report(folders: Sequence[Path], out: Path | None, compare: bool) -> Pa
         raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
     reader = Reader(widths_of(rows), thesis.quantities_of)
     title = _overview(page, read, rows, compare)
+    # Folders may differ in what they measure first; the page shows one thing all through.
+    metric = shown_first(read[0].metrics)
     if compare:
-        _comparison(page, reader, *read)
+        first, second = read
+        _comparison(page, reader, first, second, metric)
     else:
-        _everything(page, reader, groups_of(rows))
+        _everything(page, reader, groups_of(rows), metric)
     _missing_runs(page, reader, rows)
     _write_all(page, place, document(title, page))
     return place
 
 
-def _everything(page: Page, reader: Reader, groups: Sequence[Group]) -> None:
+def _everything(page: Page, reader: Reader, groups: Sequence[Group], metric: Metric) -> None:
     placed = thesis.placed_of(groups)
     # One learner alone in a world replicates nothing; it is a variant like any other.
     if len({learner for _, learner in placed}) < 2:
@@ -776,10 +622,10 @@ def _everything(page: Page, reader: Reader, groups: Sequence[Group]) -> None:
         _findings(page, reader, placed)
         _window_means(page, reader, placed)
     others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
-    swept = _sweeps(page, groups)
+    swept = write_sweeps(page, groups, metric, _rng)
     rest = [group for group in others if group.preset not in swept]
     if len(rest) > 1:
-        _ablation(page, rest)
+        _ablation(page, rest, metric)
     if 0 < len(others) <= _MOST_LINES:
         _curves(page, reader, others)
     _scalars(page, groups)

@@ -1,14 +1,26 @@
-"""What was swept in the variants of an experiment: one setting, or the plane of two."""
+"""What was swept in the variants of an experiment, one setting or the plane of two, and whether
+it makes a difference.
+"""
 
 import json
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from app import statistics
 from app.figures import Axle, shown_value
+from app.statistics import Contrast
 
 Overrides = Mapping[str, Any]
 """What an experiment sets in a preset, by dotted key."""
+
+Place = tuple[int, ...]
+"""Of a variant in a sweep: the index of its value along each axle."""
+Values = Mapping[int, float]
+"""A number of each run of a variant, by seed."""
 
 _FEWEST = 3
 """Variants that make a sweep; two are a comparison."""
@@ -18,8 +30,8 @@ class Sweep(NamedTuple):
     """Variants of one preset that differ in one or two settings."""
 
     axles: tuple[Axle, ...]
-    places: Mapping[tuple[int, ...], int]
-    """Place of a variant by the index of its value along each axle."""
+    places: Mapping[Place, int]
+    """Where each variant stands among the others, by its place in the sweep."""
 
 
 def sweep_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Sweep | None:
@@ -63,7 +75,7 @@ def _axle(
     bundle: Sequence[str], variants: Sequence[Overrides], settings: Mapping[str, Any]
 ) -> Axle:
     values = list(dict.fromkeys(_value(bundle, overrides) for overrides in variants))
-    axle = Axle(_name(bundle, settings), values)
+    axle = Axle(_name(bundle, settings), values, _words(bundle, settings))
     return axle._replace(values=sorted(values)) if axle.is_numeric else axle
 
 
@@ -78,10 +90,50 @@ def _name(bundle: Sequence[str], settings: Mapping[str, Any]) -> str:
             return ".".join([*parts[0][:place], f"{{{inner}}}", *parts[0][place + 1 :]])
         return ", ".join(bundle)
     episode = re.match(r"schedule\.episodes\.(\d+)\.", bundle[0])
+    skill = _skill(episode[1], settings) if episode else ""
+    return f"{bundle[0]} ({skill})" if skill else bundle[0]
+
+
+_WORDS: Mapping[str, tuple[str, str]] = {
+    r"schedule\.skills\.(\w+)\.at": (
+        "trial at which {} joins",
+        "trial at which {} join",
+    ),
+    r"schedule\.skills\.(\w+)\.freeze": (
+        "freeze when {} joins (trials)",
+        "freeze when {} join (trials)",
+    ),
+    r"schedule\.episodes\.(\d+)\.duration": (
+        "exploration of {} (trials)",
+        "explorations of {} (trials)",
+    ),
+    r"schedule\.episodes\.(\d+)\.probability": (
+        "chance that {} is taken at each step of its exploration",
+        "chance that {} are taken at each step of their explorations",
+    ),
+}
+"""What keys mean, for one skill and for several, by what a whole key looks like."""
+
+
+def _words(bundle: Sequence[str], settings: Mapping[str, Any]) -> str:
+    """What keys mean that are about skills, and about the same of each; else nothing."""
+    for pattern, (of_one, of_several) in _WORDS.items():
+        found = [re.fullmatch(pattern, key) for key in bundle]
+        skills = [_skill(match[1], settings) for match in found if match is not None]
+        if len(skills) == len(bundle) and all(skills):
+            *others, last = [skill.replace("_", " ") for skill in skills]
+            listed = f"{', '.join(others)} and {last}" if others else last
+            return (of_several if others else of_one).format(listed)
+    return ""
+
+
+def _skill(name_or_place: str, settings: Mapping[str, Any]) -> str:
+    """A skill by its name or by the place of its episode; empty if there is no such episode."""
+    if not name_or_place.isdigit():
+        return name_or_place
     episodes = settings.get("schedule", {}).get("episodes", ())
-    if episode and int(episode[1]) < len(episodes):
-        return f"{bundle[0]} ({episodes[int(episode[1])]['skill']})"
-    return bundle[0]
+    place = int(name_or_place)
+    return episodes[place]["skill"] if place < len(episodes) else ""
 
 
 def _value(bundle: Sequence[str], overrides: Overrides) -> Any:
@@ -89,3 +141,104 @@ def _value(bundle: Sequence[str], overrides: Overrides) -> Any:
     if all(value == values[0] for value in values) and isinstance(values[0], int | float):
         return values[0]
     return ", ".join(shown_value(value) for value in values)
+
+
+# --- Whether it makes a difference ---------------------------------------------------------------
+
+
+def own_place(
+    overrides: Mapping[Place, Overrides],
+    settings: Mapping[Place, Mapping[str, Any]],
+    preset: Mapping[str, Any],
+) -> Place | None:
+    """The place that has the preset's own values of what was swept; None where there is none.
+
+    There is none either where the preset is not the one that was run, but one of the same name.
+
+    Args:
+        overrides: what the variant at each place sets.
+        settings: all settings of the variant at each place.
+        preset: all settings of the preset.
+    """
+    own = _leaves(preset)
+    varied = [key for bundle in _bundles([*overrides.values()]) for key in bundle]
+    for place, sets in overrides.items():
+        if all(_below(own, [key]) == _leaves(sets[key], key) for key in varied):
+            found = _leaves(settings[place])
+            return place if _rest(found, sets) == _rest(own, sets) else None
+    return None
+
+
+def _leaves(settings: Any, key: str = "") -> dict[str, Any]:
+    """Settings by dotted key, without the description, which changes nothing."""
+    if isinstance(settings, Mapping):
+        items = [(name, value) for name, value in settings.items() if key or name != "description"]
+    elif isinstance(settings, list | tuple):
+        items = list(enumerate(settings))
+    else:
+        return {key: settings}
+    found: dict[str, Any] = {}
+    for name, value in items:
+        found |= _leaves(value, f"{key}.{name}" if key else str(name))
+    return found
+
+
+def _below(leaves: Mapping[str, Any], keys: Iterable[str]) -> dict[str, Any]:
+    """Those of the settings that are one of the keys, or within one."""
+    whole = set(keys)
+    starts = tuple(f"{key}." for key in whole)
+    return {key: leaves[key] for key in leaves if key in whole or key.startswith(starts)}
+
+
+def _rest(leaves: Mapping[str, Any], keys: Iterable[str]) -> dict[str, Any]:
+    """Those of the settings that are none of the keys, nor within one."""
+    within = _below(leaves, keys)
+    return {key: value for key, value in leaves.items() if key not in within}
+
+
+def highest(values: Mapping[Place, Values]) -> Place:
+    """The place with the highest mean of the runs that have a value."""
+
+    def mean(place: Place) -> float:
+        there = [value for value in values[place].values() if math.isfinite(value)]
+        return sum(there) / len(there) if there else -math.inf
+
+    return max(values, key=mean)
+
+
+def highest_unseen(values: Mapping[Place, Values]) -> float:
+    """Mean of the highest place as it would be in runs that have not chosen it.
+
+    A place that came out highest of many did so by luck as well, and its own mean is too high.
+    So for each seed the place is chosen by all other seeds and measured at this one. NaN where
+    fewer than two seeds are shared by all places.
+    """
+    there = [
+        {seed for seed, value in by_seed.items() if math.isfinite(value)}
+        for by_seed in values.values()
+    ]
+    shared = set.intersection(*there)
+    if len(shared) < 2:
+        return math.nan
+    seeds = sorted(shared)
+    table = np.asarray([[by_seed[seed] for seed in seeds] for by_seed in values.values()])
+    by_the_others = table.sum(axis=1, keepdims=True) - table
+    return float(table[by_the_others.argmax(axis=0), np.arange(len(seeds))].mean())
+
+
+def differences(
+    values: Mapping[Place, Values], reference: Place, rng: Callable[[], np.random.Generator]
+) -> dict[Place, Contrast]:
+    """How much higher each other place is than one of them.
+
+    Args:
+        values: of each place.
+        reference: the one that the others are set against.
+        rng: makes a generator for each interval.
+    """
+    theirs = values[reference]
+    return {
+        place: statistics.contrast([(1.0, mine), (-1.0, theirs)], rng())
+        for place, mine in values.items()
+        if place != reference
+    }

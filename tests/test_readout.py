@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from app import presets, readout, thesis
-from app.results import COLUMNS
+from app.metrics import NAMES
+from app.results import COLUMNS, SCHEMA_VERSION
 from sim.world import CAPTURE, FLIGHT
 
 N_TRIALS = 300
@@ -63,12 +64,20 @@ def add_run(
     database.close()
 
 
-def new_folder(path: Path, version: str = "1", name: str = "an experiment") -> Path:
+def new_folder(
+    path: Path,
+    version: str = str(SCHEMA_VERSION),
+    name: str = "an experiment",
+    metrics: Any = None,
+) -> Path:
+    """A folder of results without a run; it does not say its metrics unless they are given."""
     (path / "arrays").mkdir(parents=True)
     with sqlite3.connect(path / "results.sqlite") as database:
         database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
         database.execute(f"CREATE TABLE runs ({', '.join(f'{k} {v}' for k, v in COLUMNS.items())})")
         values = {"schema_version": version, "name": name, "seeds": "[0, 1, 2]"}
+        if metrics is not None:
+            values["metrics"] = json.dumps(metrics)
         database.executemany("INSERT INTO meta VALUES (?, ?)", [*values.items()])
     database.close()
     return path
@@ -93,12 +102,12 @@ def test_unusable_folders_are_refused_in_clear_words(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / "results.sqlite").write_text("nothing of the kind" * 100)
-    new_folder(tmp_path / "later", version="2")
+    new_folder(tmp_path / "later", version="99")
     for name, message in (
         ("missing", "is no folder"),
         ("empty", "no results.sqlite"),
         ("damaged", "damaged"),
-        ("later", "version 2"),
+        ("later", "version 99"),
     ):
         with pytest.raises(readout.ResultsError, match=message):
             readout.read_folder(tmp_path / name)
@@ -108,6 +117,19 @@ def test_settings_that_are_no_json_are_refused(folder: Path) -> None:
     add_run(folder, 0, settings="{")
     with pytest.raises(readout.ResultsError, match="damaged"):
         readout.read_folder(folder)
+
+
+def test_folders_say_what_was_measured_and_without_a_word_it_was_everything(
+    tmp_path: Path,
+) -> None:
+    some = new_folder(tmp_path / "some", metrics=["area", "flights"])
+    assert list(readout.read_folder(some).metrics) == ["area", "flights"]
+    older = new_folder(tmp_path / "older")
+    assert readout.read_folder(older).metrics == NAMES
+    for number, wrong in enumerate(({"area": 1}, [1], "area")):
+        folder = new_folder(tmp_path / str(number), metrics=wrong)
+        with pytest.raises(readout.ResultsError, match="metrics are not a list of names"):
+            readout.read_folder(folder)
 
 
 def pictures(

@@ -1,19 +1,25 @@
 """The report: from folders of results to a page that stands for itself."""
 
 import csv
+import json
+import os
+import shutil
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from app import figures, metrics, report
+from app import figures, metrics, presets, report
 from app.readout import ResultsError
 from app.report_cli import Report
 from app.report_cli import report as obey
 from tests.test_readout import N_TRIALS, add_run, new_folder, pictures
 
+CIRCLE = "schedule.skills.circle_clockwise.at"
+AVOID = "schedule.skills.avoid.at"
 HOSTILE = '<script>alert("x")</script> & \x00 $\\frac$ http\ud800'
 
 
@@ -28,6 +34,18 @@ def page_of(*folders: Path, compare: bool = False) -> str:
 
 def text_of(page: str) -> str:
     return "\n".join(ET.fromstring(page.removeprefix("<!DOCTYPE html>")).itertext())
+
+
+def tally_of(page: str) -> dict[str, tuple[str, str]]:
+    """How many cells of the first plane differ, and which share they are, by how they do."""
+    root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
+    table = next(t for t in root.iter("table") if "share of" in "".join(t.itertext()))
+    rows = [["".join(cell.itertext()) for cell in row] for row in table.iter("tr")]
+    return {what: (n, share) for what, n, share in rows}
+
+
+def pictures_of(folder: Path) -> list[str]:
+    return sorted(path.stem for path in (folder / "report_figures").glob("*.svg"))
 
 
 def rows_of(folder: Path, name: str) -> list[dict[str, str]]:
@@ -165,6 +183,104 @@ def test_settings_that_move_together_are_one_axis(folder: Path) -> None:
     assert [row["{approach, avoid}.freeze"] for row in rows] == ["0", "30", "300"]
 
 
+def timing_runs(folder: Path, circles: Sequence[int], n_seeds: int = 5, **columns: Any) -> None:
+    """A plane of introduction times: later ones of circle are better, by the seed as well."""
+    for circle in circles:
+        for avoid in (0, 14_500):
+            sets = {CIRCLE: circle, AVOID: avoid}
+            words = [f"{key}={value}" for key, value in sets.items()]
+            settings = presets.load("timed", words).model_dump(mode="json")
+            for seed in range(n_seeds):
+                add_run(
+                    folder,
+                    seed,
+                    variant=f"{circle} {avoid}",
+                    overrides=sets,
+                    settings=json.dumps(settings),
+                    **{"final_reward": circle / 1000 + 10 * seed, **columns},
+                )
+
+
+def test_cells_are_set_against_the_presets_own_setting(folder: Path) -> None:
+    timing_runs(folder, (0, 8_000, 12_000, 16_000))
+    page = page_of(folder)
+    rows = rows_of(folder, "difference_1_final_reward")
+    what = "final reward: difference to the preset's own setting (12,000 and 14,500)"
+    assert {(row[CIRCLE], row[AVOID], row[what]) for row in rows} == {
+        *(("0", avoid, "-12.0") for avoid in ("0", "14500")),
+        *(("8000", avoid, "-4.0") for avoid in ("0", "14500")),
+        ("12000", "0", "0.0"),
+        *(("16000", avoid, "4.0") for avoid in ("0", "14500")),
+    }
+    assert {row["n"] for row in rows} == {"5"}
+    counts = tally_of(page)
+    assert counts["higher by less than 5"] == ("2", "29 %")
+    assert counts["lower by less than 5"] == ("2", "29 %")
+    assert counts["lower by 5 to 15"] == ("2", "29 %")
+    assert counts["cannot be told apart: the interval includes 0"] == ("1", "14 %")
+    assert counts["lower by more than 15"] == ("0", "0 %")
+    text = text_of(page)
+    assert "trial at which circle clockwise joins" in text
+    assert "5 (71 %) lie less than 5 from the preset's own setting" in text
+    assert "chosen for having come out highest" not in text
+
+
+def test_without_the_presets_own_setting_cells_are_set_against_the_highest(folder: Path) -> None:
+    timing_runs(folder, (0, 8_000, 16_000))
+    page = page_of(folder)
+    assert "difference to the highest cell (16,000 and 0)" in text_of(page)
+    assert "chosen for having come out highest" in text_of(page)
+    assert tally_of(page)["lower by more than 15"] == ("2", "40 %")
+
+
+def test_single_runs_make_a_plane_of_which_nothing_can_be_told(folder: Path) -> None:
+    timing_runs(folder, (0, 12_000), n_seeds=1)
+    page = page_of(folder)
+    assert "A single run gives no interval." in text_of(page)
+    assert tally_of(page)["cannot be told apart: the interval includes 0"] == ("3", "100 %")
+
+
+def test_the_metric_that_is_asked_for_first_is_shown_first(tmp_path: Path) -> None:
+    folder = new_folder(tmp_path / "plane", metrics=["steps_to_50", "flights", "area"])
+    timing_runs(folder, (0, 12_000), final_reward=None, flights=7)
+    page = page_of(folder)
+    assert [name for name in pictures_of(folder) if "plane" in name or "difference" in name] == [
+        "difference_1_area",
+        "difference_1_flights",
+        "plane_1_area",
+        "plane_1_flights",
+    ]
+    assert page.index('id="plane_1_flights') < page.index('id="plane_1_area')
+    assert "final reward" not in text_of(page)
+
+
+def test_variants_are_set_against_the_first_in_the_metric_asked_for(tmp_path: Path) -> None:
+    folder = new_folder(tmp_path / "variants", metrics=["greedy_success"])
+    for seed in range(5):
+        nothing: dict[str, Any] = {"final_reward": None, "area": None}
+        add_run(folder, seed, **nothing, greedy_success=0.5)
+        add_run(folder, seed, variant="b", overrides={"x": 0}, **nothing, greedy_success=0.75)
+    page = page_of(folder)
+    found = [row for row in rows_of(folder, "variants") if row["row"] == "b"]
+    assert [float(row["value"]) for row in found] == [0.75, 0.25]
+    assert {row["quantity"] for row in rows_of(folder, "variants")} == {
+        "greedy success (share of captures)",
+        "greedy success: difference to timed",
+    }
+    assert "final reward" not in text_of(page)
+
+
+def test_folders_that_differ_are_compared_in_the_metric_of_the_first(tmp_path: Path) -> None:
+    first = new_folder(tmp_path / "a", metrics=["captures", "final_reward"])
+    second = new_folder(tmp_path / "b")
+    for seed in range(5):
+        add_run(first, seed, captures=10, final_reward=1.0)
+        add_run(second, seed, captures=12, final_reward=2.0)
+    page_of(first, second, compare=True)
+    (row,) = rows_of(first, "difference")
+    assert (row["quantity"], row["value"]) == ("B \N{MINUS SIGN} A: captures", "2.0")
+
+
 def spread_runs(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
     for seed in range(2):
         add_run(folder, seed, arrays=arrays)
@@ -277,16 +393,43 @@ def test_a_failed_write_leaves_the_old_page_and_nothing_else(
     ("command", "message"),
     [
         (Report(), "DIR is missing"),
+        (Report(compare=True), "0 folders were given"),
         (Report(("a",), compare=True), "1 folders were given"),
+        (Report(("a", "")), "DIR: '' is not allowed"),
         (Report(("a",), out="experiment.yaml"), "ends in .html"),
         (Report(("a\0",)), "NUL"),
     ],
 )
 def test_wrong_words_are_refused(
-    command: Report, message: str, capsys: pytest.CaptureFixture[str]
+    command: Report,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)
     assert obey(command) == 2
     assert message in capsys.readouterr().err
+
+
+def test_without_a_folder_it_is_the_latest_results(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    add_run(folder, 0)
+    root = tmp_path / "here" / "results"
+    for name, written_at in (("older", 1_000), ("newest", 3_000), ("old", 2_000)):
+        shutil.copytree(folder, root / name)
+        os.utime(root / name / "results.sqlite", (written_at, written_at))
+    (root / "no results").mkdir()
+    monkeypatch.chdir(root.parent)
+    assert obey(Report()) == 0
+    page = Path("results", "newest", "report.html")
+    assert capsys.readouterr().out == f"{page}\n"
+    assert page.is_file()
+    assert not (root / "old" / "report.html").exists()
 
 
 def test_the_command_says_where_the_page_is(

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app import presets, readout, statistics, thesis
+from app import presets, readout, statistics, thesis, thesis_finding, thesis_spread
 from app.statistics import Estimate
+from app.thesis_finding import Finding
+from app.thesis_spread import Region
 from learners import measures
 from learners.measures import FoldedValue
 from sim import geometry
@@ -22,29 +24,29 @@ def folder(tmp_path: Path) -> Path:
     return new_folder(tmp_path / "results with blanks, ünicode # and ?")
 
 
-ABOVE = thesis.Finding("", "", (), 15)
-BELOW = thesis.Finding("", "", (), 15, "below")
-CLOSE = thesis.Finding("", "", (), 15, "within")
+ABOVE = Finding("", "", (), 15)
+BELOW = Finding("", "", (), 15, "below")
+CLOSE = Finding("", "", (), 15, "within")
 
 
 @pytest.mark.parametrize(
     ("finding", "low", "high", "n", "expected"),
     [
-        (ABOVE, 16, 30, 5, thesis.HOLDS),
-        (ABOVE, 0, 14, 5, thesis.FAILS),
-        (ABOVE, 14, 16, 30, thesis.UNDECIDED),
-        (ABOVE, 16, 30, 4, thesis.UNDECIDED),
-        (BELOW, 0, 14, 5, thesis.HOLDS),
-        (BELOW, 16, 30, 5, thesis.FAILS),
-        (BELOW, 14, 16, 30, thesis.UNDECIDED),
-        (CLOSE, -14, 14, 5, thesis.HOLDS),
-        (CLOSE, 16, 30, 5, thesis.FAILS),
-        (CLOSE, -30, -16, 5, thesis.FAILS),
-        (CLOSE, -16, 0, 5, thesis.UNDECIDED),
+        (ABOVE, 16, 30, 5, thesis_finding.HOLDS),
+        (ABOVE, 0, 14, 5, thesis_finding.FAILS),
+        (ABOVE, 14, 16, 30, thesis_finding.UNDECIDED),
+        (ABOVE, 16, 30, 4, thesis_finding.UNDECIDED),
+        (BELOW, 0, 14, 5, thesis_finding.HOLDS),
+        (BELOW, 16, 30, 5, thesis_finding.FAILS),
+        (BELOW, 14, 16, 30, thesis_finding.UNDECIDED),
+        (CLOSE, -14, 14, 5, thesis_finding.HOLDS),
+        (CLOSE, 16, 30, 5, thesis_finding.FAILS),
+        (CLOSE, -30, -16, 5, thesis_finding.FAILS),
+        (CLOSE, -16, 0, 5, thesis_finding.UNDECIDED),
     ],
 )
-def test_the_rule(finding: thesis.Finding, low: float, high: float, n: int, expected: str) -> None:
-    assert thesis.verdict(finding, Estimate((low + high) / 2, low, high, n)) == expected
+def test_the_rule(finding: Finding, low: float, high: float, n: int, expected: str) -> None:
+    assert thesis_finding.verdict(finding, Estimate((low + high) / 2, low, high, n)) == expected
 
 
 def rng() -> np.random.Generator:
@@ -55,7 +57,7 @@ def placed_runs(
     folder: Path, seeds: Sequence[int], arrays: Mapping[str, np.ndarray] = {}
 ) -> tuple[readout.Reader, thesis.Placed]:
     """Full runs of two learners, one of which captures always and one never."""
-    found: dict[thesis.Place, list[readout.RunRow]] = {}
+    found: dict[thesis_finding.Place, list[readout.RunRow]] = {}
     for preset, share in (("timed", 1.0), ("standard_q", 0.0)):
         spec = presets.load(preset)
         for seed in seeds:
@@ -85,14 +87,14 @@ def test_a_finding_is_measured_by_seed(folder: Path) -> None:
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
     assert effect == statistics.Contrast(Estimate(150.0, 150.0, 150.0, 5), paired=True)
-    assert thesis.verdict(thesis.FINDINGS[0], effect.estimate) == thesis.HOLDS
+    assert thesis_finding.verdict(thesis.FINDINGS[0], effect.estimate) == thesis_finding.HOLDS
 
 
 def test_with_few_seeds_nothing_is_decided(folder: Path) -> None:
     reader, placed = placed_runs(folder, range(3))
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
-    assert thesis.verdict(thesis.FINDINGS[0], effect.estimate) == thesis.UNDECIDED
+    assert thesis_finding.verdict(thesis.FINDINGS[0], effect.estimate) == thesis_finding.UNDECIDED
 
 
 def test_a_finding_whose_learners_were_not_run_is_not_measured(folder: Path) -> None:
@@ -145,16 +147,16 @@ def test_values_that_stand_for_no_distance_still_count() -> None:
 @pytest.mark.parametrize(
     ("region", "offset"),
     [
-        (thesis.RIGHT_FLANK, (0, -45)),
-        (thesis.LEFT_FLANK, (0, 45)),
-        (thesis.AHEAD_RIGHT, (30, -30)),
-        (thesis.INNER_RIGHT, (22, -28)),
-        (thesis.NEAR_BEHIND, (-10, 0)),
-        (thesis.FAR_BEHIND, (-40, 0)),
-        (thesis.SEEN, (15, 10)),
+        (thesis_spread.RIGHT_FLANK, (0, -45)),
+        (thesis_spread.LEFT_FLANK, (0, 45)),
+        (thesis_spread.AHEAD_RIGHT, (30, -30)),
+        (thesis_spread.INNER_RIGHT, (22, -28)),
+        (thesis_spread.NEAR_BEHIND, (-10, 0)),
+        (thesis_spread.FAR_BEHIND, (-40, 0)),
+        (thesis_spread.SEEN, (15, 10)),
     ],
 )
-def test_regions_lie_where_their_names_say(region: thesis.Region, offset: tuple[int, int]) -> None:
+def test_regions_lie_where_their_names_say(region: Region, offset: tuple[int, int]) -> None:
     """The prey looks east, so its right is south."""
     spec = WorldSpec()
     x, y = (middle + along for middle, along in zip(geometry.prey_xy(spec), offset, strict=True))
@@ -169,33 +171,33 @@ def test_what_is_seen_and_what_is_not() -> None:
     states = geometry.skill_states(spec)
     index = np.arange(spec.n_skill_states).reshape(spec.n_distances, spec.n_directions)
     seen = geometry.visible(spec)[0]
-    assert seen[np.isin(states, thesis.SEEN.of(index))].all()
-    for region in (thesis.RIGHT_FLANK, thesis.AHEAD_RIGHT, thesis.INNER_RIGHT):
+    assert seen[np.isin(states, thesis_spread.SEEN.of(index))].all()
+    for region in (thesis_spread.RIGHT_FLANK, thesis_spread.AHEAD_RIGHT, thesis_spread.INNER_RIGHT):
         assert not seen[np.isin(states, region.of(index))].any()
 
 
 def test_regions_say_how_far_away_they_are() -> None:
-    assert thesis.RIGHT_FLANK.cells == "35 to 58 cells"
-    assert thesis.SEEN.cells == "1 to 25 cells"
+    assert thesis_spread.RIGHT_FLANK.cells == "35 to 58 cells"
+    assert thesis_spread.SEEN.cells == "1 to 25 cells"
 
 
 def test_the_moments_are_those_of_the_schedule() -> None:
     timed, standard = (
         presets.load(name).model_dump(mode="json") for name in ("timed", "standard_q")
     )
-    assert thesis.moments_of(timed) == {
+    assert thesis_spread.moments_of(timed) == {
         "approach only": 12_000,
         "circling": 14_500,
         "half way": 24_000,
         "the end": 48_000,
     }
-    assert thesis.moments_of(standard) == {}
+    assert thesis_spread.moments_of(standard) == {}
 
 
 def test_distances_are_averaged_over_all_headings_that_have_one() -> None:
     few = FoldedValue(np.array([[10.0, np.nan]]), np.array([[0.25, 0.0]]))
     many = FoldedValue(np.array([[30.0, np.nan]]), np.array([[0.75, 0.0]]))
-    distance, share = thesis.averaged([few, many])
+    distance, share = thesis_spread.averaged([few, many])
     assert distance[0, 0] == 25
     assert np.isnan(distance[0, 1])
     assert share.tolist() == [[0.5, 0]]
@@ -205,7 +207,7 @@ def as_the_thesis_has_it() -> dict[str, np.ndarray]:
     """Value in a cone; then on the right flank; then ahead to the right; then all round."""
     share = np.zeros((4, 18, 24))
     share[:, :13, 7:17] = 1
-    for moment, region in ((1, thesis.RIGHT_FLANK), (2, thesis.AHEAD_RIGHT)):
+    for moment, region in ((1, thesis_spread.RIGHT_FLANK), (2, thesis_spread.AHEAD_RIGHT)):
         for direction in region.directions:
             share[moment:, region.rings, direction] = 1
     share[3, 9:14] = 1
@@ -222,13 +224,13 @@ def verdicts(folder: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, str | 
         if finding.topic.startswith("Spread of value"):
             effect = thesis.effect_of(finding, reader, placed, rng())
             name = finding.terms[0].quantity
-            found[name] = effect and thesis.verdict(finding, effect.estimate)
+            found[name] = effect and thesis_finding.verdict(finding, effect.estimate)
     assert len(found) >= 10
     return found
 
 
 def test_value_that_spreads_as_the_thesis_has_it_bears_its_findings_out(folder: Path) -> None:
-    assert set(verdicts(folder, as_the_thesis_has_it()).values()) == {thesis.HOLDS}
+    assert set(verdicts(folder, as_the_thesis_has_it()).values()) == {thesis_finding.HOLDS}
 
 
 def test_value_that_spreads_the_other_way_round_does_not(folder: Path) -> None:
@@ -236,20 +238,20 @@ def test_value_that_spreads_the_other_way_round_does_not(folder: Path) -> None:
     for name in ("value_share", "value_distance"):
         arrays[name] = np.roll(arrays[name][:, :, ::-1], 1, axis=2)
     found = verdicts(folder, arrays)
-    assert found["behind, approach only"] == thesis.HOLDS
-    assert found["right flank, circling"] == thesis.FAILS
-    assert found["ahead to the right, half way"] == thesis.FAILS
+    assert found["behind, approach only"] == thesis_finding.HOLDS
+    assert found["right flank, circling"] == thesis_finding.FAILS
+    assert found["ahead to the right, half way"] == thesis_finding.FAILS
 
 
 def test_value_that_does_not_spread_at_all_bears_out_nothing(folder: Path) -> None:
     nothing = np.zeros((4, 18, 24))
     trials = [12_000, 14_500, 24_000, 48_000]
     found = verdicts(folder, pictures(trials, nothing, np.full(nothing.shape, np.nan)))
-    assert found["behind, approach only"] == thesis.UNDECIDED
-    assert found["far behind, approach only"] == thesis.UNDECIDED
-    assert found["thinnest, the end"] == thesis.FAILS
+    assert found["behind, approach only"] == thesis_finding.UNDECIDED
+    assert found["far behind, approach only"] == thesis_finding.UNDECIDED
+    assert found["thinnest, the end"] == thesis_finding.FAILS
     # The two that say where value is not.
-    held = {name for name, verdict in found.items() if verdict == thesis.HOLDS}
+    held = {name for name, verdict in found.items() if verdict == thesis_finding.HOLDS}
     assert held == {
         "right flank, approach only",
         "ahead to the right, circling",
@@ -264,7 +266,7 @@ def test_results_without_pictures_say_nothing_of_the_spread(folder: Path) -> Non
 def test_moments_that_a_run_did_not_get_to_are_not_there(folder: Path) -> None:
     arrays = {name: values[:2] for name, values in as_the_thesis_has_it().items()}
     found = verdicts(folder, arrays)
-    assert found["right flank, circling"] == thesis.HOLDS
+    assert found["right flank, circling"] == thesis_finding.HOLDS
     assert found["thinnest, half way"] is None
     assert found["inner right, the end"] is None
 
@@ -274,9 +276,9 @@ def test_moments_that_a_run_did_not_get_to_are_not_there(folder: Path) -> None:
     [
         (ABOVE, "above 15"),
         (CLOSE, "between ±15"),
-        (BELOW._replace(bound=0.25, unit=thesis.SHARE), "below 0.25 of the states"),
-        (ABOVE._replace(bound=25, unit=thesis.STEPS), "above 25 steps"),
+        (BELOW._replace(bound=0.25, unit=thesis_finding.SHARE), "below 0.25 of the states"),
+        (ABOVE._replace(bound=25, unit=thesis_finding.STEPS), "above 25 steps"),
     ],
 )
-def test_conditions_are_put_in_words_with_their_units(finding: thesis.Finding, words: str) -> None:
+def test_conditions_are_put_in_words_with_their_units(finding: Finding, words: str) -> None:
     assert finding.wanted == words

@@ -1,0 +1,172 @@
+"""What was swept: places, names, the preset's own values, and how much difference it makes."""
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app import presets, sweep
+from app.sweep import Sweep
+
+TIMED = presets.load("timed").model_dump(mode="json")
+CIRCLE = "schedule.skills.circle_clockwise.at"
+AVOID = "schedule.skills.avoid.at"
+
+
+def grid(**values: Sequence[Any]) -> list[dict[str, Any]]:
+    """Variants as a grid makes them; underscores of names stand for dots."""
+    keys = [key.replace("_", ".") for key in values]
+    return [dict(zip(keys, chosen, strict=True)) for chosen in itertools.product(*values.values())]
+
+
+def found(variants: Sequence[Mapping[str, Any]], settings: Mapping[str, Any] = {}) -> Sweep:
+    swept = sweep.sweep_of(variants, settings)
+    assert swept is not None
+    return swept
+
+
+# --- What was swept ------------------------------------------------------------------------------
+
+numbers = st.lists(st.integers(-1000, 1000) | st.floats(-1, 1).map(lambda x: x + 2000), unique=True)
+texts = st.lists(st.text("abc", min_size=1, max_size=3), unique=True)
+columns = (numbers | texts).filter(lambda values: len(values) >= 2)
+
+
+@given(across=columns, up=columns)
+def test_each_variant_of_a_grid_has_its_own_place(across: Sequence[Any], up: Sequence[Any]) -> None:
+    variants = grid(x=across, y=up)
+    swept = found(variants)
+    assert len(swept.axles) == 2
+    assert sorted(swept.places.values()) == list(range(len(variants)))
+    for place, index in swept.places.items():
+        chosen = [axle.values[k] for axle, k in zip(swept.axles, place, strict=True)]
+        assert chosen == [variants[index]["x"], variants[index]["y"]]
+    assert all(list(a.values) == sorted(a.values) for a in swept.axles if a.is_numeric)
+
+
+@given(values=columns.filter(lambda values: len(values) >= 3), data=st.data())
+def test_keys_that_move_together_count_as_one_axle(
+    values: Sequence[Any], data: st.DataObject
+) -> None:
+    others = data.draw(st.permutations(values))
+    variants = [{"a.x": a, "b.x": b, "same": 1} for a, b in zip(values, others, strict=True)]
+    swept = found(variants)
+    assert [axle.key for axle in swept.axles] == ["{a, b}.x"]
+    assert sorted(swept.places.values()) == list(range(len(variants)))
+
+
+def test_keys_that_have_the_same_value_are_one_number() -> None:
+    swept = found([{"a.x": at, "b.x": at, "fixed": 7} for at in (30, 0, 300)])
+    assert list(swept.axles[0].values) == [0, 30, 300]
+    assert swept.places == {(0,): 1, (1,): 0, (2,): 2}
+
+
+@pytest.mark.parametrize(
+    "variants",
+    [
+        [],
+        grid(x=[1, 2]),
+        [*grid(x=[1, 2]), {"y": 1}],
+        grid(x=[1, 2], y=[1, 2], z=[1, 2]),
+        [{"x": 1}, {"x": 1}, {"x": 1}],
+        [{"x": 1}, {"x": 2}, {"x": 2}],
+    ],
+)
+def test_what_is_no_sweep(variants: Sequence[Mapping[str, Any]]) -> None:
+    assert sweep.sweep_of(variants, {}) is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ([CIRCLE], "trial at which circle clockwise joins"),
+        ([CIRCLE, AVOID], "trial at which circle clockwise and avoid join"),
+        (["schedule.episodes.1.duration"], "exploration of avoid (trials)"),
+        (["schedule.episodes.9.duration"], "schedule.episodes.9.duration"),
+        ([AVOID, "trials"], f"{AVOID}, trials"),
+        (["learner.alpha"], "learner.alpha"),
+    ],
+)
+def test_axles_are_named_in_words_where_there_are_any(keys: Sequence[str], words: str) -> None:
+    swept = found([dict.fromkeys(keys, value) for value in (1, 2, 3)], TIMED)
+    assert [axle.label for axle in swept.axles] == [words]
+
+
+# --- The preset's own values ---------------------------------------------------------------------
+
+
+def own_place(
+    variants: Sequence[Mapping[str, Any]], more: Sequence[str] = ()
+) -> sweep.Place | None:
+    """The own place of variants of the timed preset; ``more`` settings are in none of them."""
+    places = found(variants, TIMED).places
+    settings = {}
+    for place, index in places.items():
+        words = [*more, *(f"{key}={value}" for key, value in variants[index].items())]
+        settings[place] = presets.load("timed", words).model_dump(mode="json")
+    return sweep.own_place({p: variants[i] for p, i in places.items()}, settings, TIMED)
+
+
+def plane(circle: Sequence[int], avoid: Sequence[int], **fixed: Any) -> list[dict[str, Any]]:
+    return [{CIRCLE: c, AVOID: a, **fixed} for c in circle for a in avoid]
+
+
+def test_the_presets_own_values_are_found() -> None:
+    assert own_place(plane([0, 12_000, 24_000], [14_500, 0])) == (1, 1)
+    assert own_place(plane([0, 24_000], [14_500, 0])) is None
+
+
+def test_what_is_set_in_all_variants_does_not_matter() -> None:
+    assert own_place(plane([12_000, 0], [14_500, 0], trials=24_000)) == (1, 1)
+
+
+def test_a_preset_of_the_same_name_with_other_settings_is_not_the_preset() -> None:
+    assert own_place(plane([12_000, 0], [14_500, 0]), ["learner.alpha=0.2"]) is None
+
+
+# --- Whether it makes a difference ---------------------------------------------------------------
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+def test_differences_are_paired_by_seed() -> None:
+    values: dict[sweep.Place, sweep.Values] = {
+        (0,): {0: 1.0, 1: 50.0, 2: 9.0},
+        (1,): {0: 3.0, 1: 52.0, 2: 11.0},
+    }
+    (difference,) = sweep.differences(values, (0,), rng).values()
+    assert difference.paired
+    assert difference.estimate == (2.0, 2.0, 2.0, 3)
+
+
+def test_the_highest_is_the_one_with_the_highest_mean_of_what_is_there() -> None:
+    values = {(0,): {0: 1.0, 1: 5.0}, (1,): {0: 4.0, 1: math.nan}, (2,): {0: math.nan}}
+    assert sweep.highest(values) == (1,)
+
+
+def test_a_place_that_is_always_highest_loses_nothing_by_being_chosen_blindly() -> None:
+    values = {(0,): {0: 1.0, 1: 2.0, 2: 3.0}, (1,): {0: 11.0, 1: 12.0, 2: 13.0}}
+    assert sweep.highest_unseen(values) == 12
+
+
+def test_the_luck_of_the_highest_of_many_is_taken_from_it() -> None:
+    """All places are alike, so that the highest of them is so by luck alone."""
+    draw = rng()
+    values: dict[sweep.Place, sweep.Values] = {
+        (place,): dict(enumerate(draw.normal(80, 5, 4).tolist())) for place in range(2_000)
+    }
+    best = values[sweep.highest(values)]
+    assert sum(best.values()) / len(best) > 87
+    assert abs(sweep.highest_unseen(values) - 80) < 4 * 5 / math.sqrt(4)
+
+
+def test_without_two_shared_seeds_nothing_is_known_of_the_highest() -> None:
+    assert math.isnan(sweep.highest_unseen({(0,): {0: 1.0, 1: 2.0}, (1,): {1: 2.0, 2: 3.0}}))
+    assert math.isnan(sweep.highest_unseen({(0,): {0: 1.0, 1: math.nan}, (1,): {0: 2.0, 1: 3.0}}))
