@@ -869,9 +869,13 @@ def plane(
 
     parts = [
         _text(width - 2, 12, shortened(gathering.metric.label, most), "end", _DIM),
-        _text(2, 28, f"↑ {shortened(up.key, int(right / _CHARACTER_PX))}", "start", _DIM),
+        _text(2, 28, f"↑ {shortened(up.label, int(right / _CHARACTER_PX))}", "start", _DIM),
         _text(
-            (left + right) / 2, bottom + 32, f"{shortened(across.key, most - 2)} →", "middle", _DIM
+            (left + right) / 2,
+            bottom + 32,
+            f"{shortened(across.label, most - 2)} →",
+            "middle",
+            _DIM,
         ),
         _names_across(across, left, wide, bottom + 16),
         '<g class="y-ticks" dominant-baseline="central">',
@@ -1018,7 +1022,7 @@ def line(
     parts = [
         _text(2, 11, shortened(gathering.metric.label, int(width / _CHARACTER_PX)), "start", _DIM),
         _y_axis(y, left, width - 10),
-        _x_axis(x, marks, top, bottom, axle.key),
+        _x_axis(x, marks, top, bottom, axle.label),
         f'<path d="M{path}" fill="none" stroke="{LINK}" stroke-opacity="0.5"/>' if path else "",
     ]
     for (index,), place in sweep.places.items():

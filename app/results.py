@@ -51,6 +51,10 @@ COLUMNS: Final = {
 """Of the table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC."""
 
 
+_PATIENCE_S: Final = 30.0
+"""A reader, such as the page, may hold the table for a moment."""
+
+
 class FolderError(Exception):
     """Results cannot be kept in that folder; the message says why."""
 
@@ -192,35 +196,19 @@ class Folder:
             raise FolderError("holds no results to go on with; allowed: --force to begin again")
         self._database = self._opened()
         try:
-            self._refuse_other(experiment)
+            objection = _objection(self._database, self.path, experiment)
+            if objection:
+                raise FolderError(
+                    f"{objection}; allowed: another folder, or --force to begin again"
+                )
             self._clear(".*.tmp")
             self._note(seeds=json.dumps(_seeds(experiment)))
         except BaseException:
             self._database.close()
             raise
 
-    def _refuse_other(self, experiment: Experiment) -> None:
-        again = "allowed: another folder, or --force to begin again"
-        found = schema_version(self._database)
-        if found != str(SCHEMA_VERSION):
-            written = "without a version" if found is None else f"of version {found}"
-            raise FolderError(
-                f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}; {again}"
-            )
-        if (self.path / "experiment.yaml").read_bytes() != experiment.text:
-            raise FolderError(f"holds the results of another experiment; {again}")
-        specs = {variant.label: settings_of(variant) for variant in experiment.variants}
-        rows = self._database.execute("SELECT DISTINCT variant, settings FROM runs")
-        for label, settings in rows:
-            if specs.get(label, settings) != settings:
-                raise FolderError(
-                    f"holds runs of {label!r} with other settings, of a preset that has changed"
-                    f" since; {again}"
-                )
-
     def _opened(self) -> sqlite3.Connection:
-        # A reader, such as the page, may hold the table for a moment.
-        return sqlite3.connect(self.table, timeout=30)
+        return sqlite3.connect(self.table, timeout=_PATIENCE_S)
 
     def _note(self, **values: str) -> None:
         with self._database:
@@ -234,19 +222,37 @@ class Folder:
                 path.unlink()
 
 
-def holds(path: Path, experiment: Experiment) -> bool:
-    """Whether a folder holds results of this very experiment, whatever its seeds.
+def goes_on(path: Path, experiment: Experiment) -> bool:
+    """Whether a folder holds results of this very experiment, which could be gone on with.
 
     Raises:
-        OSError: it cannot be looked into.
+        FolderError: it cannot be looked into.
     """
-    text = path / "experiment.yaml"
-    return (
-        (path / "results.sqlite").is_file()
-        and text.is_file()
-        and text.stat().st_size == len(experiment.text)
-        and text.read_bytes() == experiment.text
-    )
+    if not (path / "results.sqlite").is_file() or not (path / "experiment.yaml").is_file():
+        return False
+    try:
+        with contextlib.closing(_reader(path)) as database:
+            return not _objection(database, path, experiment)
+    except (sqlite3.Error, OSError) as error:
+        raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
+
+
+def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment) -> str:
+    """Why these results are not to be gone on with; empty if they are."""
+    found = schema_version(database)
+    if found != str(SCHEMA_VERSION):
+        written = "without a version" if found is None else f"of version {found}"
+        return f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}"
+    if (path / "experiment.yaml").read_bytes() != experiment.text:
+        return "holds the results of another experiment"
+    specs = {variant.label: settings_of(variant) for variant in experiment.variants}
+    rows = database.execute("SELECT DISTINCT variant, settings FROM runs")
+    for label, settings in rows:
+        if specs.get(label, settings) != settings:
+            return (
+                f"holds runs of {label!r} with other settings, of a preset that has changed since"
+            )
+    return ""
 
 
 def finished_in(path: Path) -> set[str]:
@@ -275,13 +281,16 @@ def table_csv(path: Path) -> str:
 
 def _read(path: Path, query: str) -> list[tuple[Any, ...]]:
     """What a table answers, while somebody else may be writing to it."""
-    file = path / "results.sqlite"
     try:
-        uri = f"{file.resolve().as_uri()}?mode=ro"
-        with contextlib.closing(sqlite3.connect(uri, uri=True, timeout=30)) as database:
+        with contextlib.closing(_reader(path)) as database:
             return database.execute(query).fetchall()
     except sqlite3.Error as error:
-        raise FolderError(f"{str(file)!r} cannot be read: {error}") from error
+        raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
+
+
+def _reader(path: Path) -> sqlite3.Connection:
+    uri = f"{(path / 'results.sqlite').resolve().as_uri()}?mode=ro"
+    return sqlite3.connect(uri, uri=True, timeout=_PATIENCE_S)
 
 
 def schema_version(database: sqlite3.Connection) -> str | None:

@@ -16,7 +16,7 @@ from app.experiments import Experiment, Variant
 from app.gathered import Gatherer
 from app.laboratory import Progress, Switch, Threads, run_experiment
 from app.replicate import tasks_of
-from app.results import Folder, FolderError, finished_in, holds
+from app.results import Folder, FolderError, finished_in, goes_on
 
 log = logging.getLogger(__name__)
 
@@ -136,7 +136,7 @@ class Workbench:
 
         error = ""
         try:
-            with Folder(path, experiment, resume=holds(path, experiment), force=False) as folder:
+            with Folder(path, experiment, goes_on(path, experiment), force=False) as folder:
                 for label, row, arrays in _finished_before(experiment, folder, switch):
                     gatherer.add(label, row, arrays)
                 crew = Threads(workers, switch)
@@ -174,7 +174,7 @@ def folder_for(root: Path, experiment: Experiment) -> Path:
         path = root / (experiment.name if number == 1 else f"{experiment.name}-{number}")
         try:
             is_free = not path.exists() or (path.is_dir() and not any(path.iterdir()))
-            if is_free or holds(path, experiment):
+            if is_free or goes_on(path, experiment):
                 return path
         except OSError as error:
             raise FolderError(f"{str(path)!r} cannot be used: {error.strerror or error}") from error

@@ -1,5 +1,6 @@
 """Experiments from the page: run beside the lab, with the results of the command line."""
 
+import contextlib
 import json
 import sqlite3
 import threading
@@ -161,16 +162,25 @@ def test_a_place_that_cannot_be_written_to_is_said(tmp_path: Path) -> None:
     assert "cannot be written to" in over(bench).error
 
 
-def test_results_of_another_version_are_said(tmp_path: Path) -> None:
+def test_results_of_another_version_are_left_alone(tmp_path: Path) -> None:
     bench = Workbench(tmp_path)
     path = bench.start(small(1), workers=1)
     over(bench)
-    database = sqlite3.connect(path / "results.sqlite")
-    database.execute("UPDATE meta SET value = '99' WHERE key = 'schema_version'")
-    database.commit()
-    database.close()
-    bench.start(small(1), workers=1)
-    assert "version 99" in over(bench).error
+    with contextlib.closing(sqlite3.connect(path / "results.sqlite")) as database, database:
+        database.execute("UPDATE meta SET value = '99' WHERE key = 'schema_version'")
+    before = (path / "results.sqlite").read_bytes()
+    assert bench.start(small(1), workers=1) == tmp_path / "small-2"
+    assert over(bench).error == ""
+    assert (path / "results.sqlite").read_bytes() == before
+
+
+def test_a_table_that_is_none_is_said(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    path = bench.start(small(1), workers=1)
+    over(bench)
+    (path / "results.sqlite").write_text("nothing of the kind" * 100)
+    with pytest.raises(FolderError, match="cannot be read"):
+        bench.start(small(1), workers=1)
 
 
 def test_a_run_that_fails_is_listed_with_its_error(
