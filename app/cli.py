@@ -28,6 +28,7 @@ from app.experiment_cli import Experiment
 from app.report_cli import Report
 
 if TYPE_CHECKING:
+    from app import experiments, laboratory
     from app.headless import Output, Progress, RunResult
     from benchmarks.compare import Rates
     from learners.spec import RunSpec
@@ -181,6 +182,7 @@ EXAMPLES: dict[type[Command], Sequence[str]] = {
         "pounce experiment figure_4_1",
         "pounce experiment timing_circle_avoid --seeds 10 --dry-run",
         "pounce experiment my-experiment.yaml --out results --resume",
+        "pounce experiment figure_4_2 --cluster tcp://HOST:8786",
     ),
     Report: report_cli.EXAMPLES,
     Bench: (
@@ -511,6 +513,9 @@ def _experiment(command: Experiment) -> int:
     workers = available_cores()
     if command.workers is not None:
         workers = whole_number("--workers", command.workers, 1, MAX_WORKERS)
+    address = command.cluster
+    if address is not None and command.workers is not None:
+        raise UsageError("--cluster and --workers exclude each other; allowed: one of them")
     n_seeds = None
     if command.seeds is not None:
         n_seeds = whole_number("--seeds", command.seeds, 1, MAX_RUNS)
@@ -519,7 +524,12 @@ def _experiment(command: Experiment) -> int:
     if command.resume and command.force:
         raise UsageError("--resume and --force exclude each other; allowed: one of them")
     from app import experiment_cli, experiments, presets
-    from app.results import FolderError
+
+    if address is not None and not experiment_cli.is_address(address):
+        raise UsageError(
+            f"--cluster: {shown(address)} is not allowed; allowed: tcp://HOST:PORT of a running"
+            " Dask scheduler, or tls://HOST:PORT"
+        )
 
     if not command.experiment:
         names = ", ".join(experiments.shipped())
@@ -527,19 +537,41 @@ def _experiment(command: Experiment) -> int:
 
     try:
         wanted = experiment_cli.wanted(command, n_seeds)
-        folder = experiment_cli.folder_of(command, wanted)
     except presets.PresetError as error:
         raise WrongPresetError(str(error)) from error
+    from app.laboratory import ClusterError
+
+    try:
+        # Before the folder, of which --force clears what is there.
+        crew = experiment_cli.crew_of(address, workers)
+    except ClusterError as error:
+        raise UsageError(f"--cluster: {shown(address or '')} {error}") from error
+    with crew:
+        if command.dry_run:
+            _say(experiment_cli.planned(command, wanted, crew.size))
+            return EXIT_OK
+        return _carried_out(command, wanted, crew)
+
+
+def _carried_out(
+    command: Experiment, wanted: "experiments.Experiment", crew: "laboratory.Crew"
+) -> int:
+    from app import experiment_cli
+    from app.laboratory import ClusterError
+    from app.results import FolderError
+
+    try:
+        folder = experiment_cli.folder_of(command, wanted)
     except FolderError as error:
         raise UsageError(str(error)) from error
-    if folder is None:
-        _say(experiment_cli.planned(command, wanted, workers))
-        return EXIT_OK
     with folder:
         try:
-            outcome = experiment_cli.carried_out(wanted, folder, workers)
+            outcome = experiment_cli.carried_out(wanted, folder, crew)
         except FolderError as error:
             _complain(f"{shown(str(folder.path))} {error}")
+            return EXIT_FAILED
+        except ClusterError as error:
+            _complain(f"{shown(command.cluster or '')} {error}")
             return EXIT_FAILED
         _say(experiment_cli.report(command, wanted, folder, outcome))
     return EXIT_FAILED if outcome.failed else EXIT_OK

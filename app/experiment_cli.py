@@ -4,23 +4,26 @@ Like the command line, it imports what takes long only once it is needed.
 """
 
 import contextlib
+import importlib.util
 import json
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import urlsplit
 
 from tyro.conf import Positional, arg
 
 if TYPE_CHECKING:
     from app import experiments
-    from app.laboratory import Outcome, Progress
+    from app.laboratory import Crew, Outcome, Progress
     from app.results import Folder
 
 RESULTS = "results"
 """Folder of the results of experiments that are not told where to put them."""
 
+_SCHEMES = ("tcp", "tls")
 _HIDDEN_HINT = ""
 _Flag = Annotated[bool, arg(help_behavior_hint=_HIDDEN_HINT)]
 
@@ -41,6 +44,10 @@ class Experiment:
         None
     )
     """Runs at a time; makes no difference to their results."""
+    cluster: Annotated[
+        str | None, arg(metavar="ADDRESS", help_behavior_hint="(default: this machine)")
+    ] = None
+    """Make the runs on the Dask cluster at tcp://HOST:PORT; the same results."""
     out: Annotated[str | None, arg(metavar="DIR", help_behavior_hint="(default: results/NAME)")] = (
         None
     )
@@ -66,14 +73,41 @@ def wanted(command: Experiment, n_seeds: int | None) -> "experiments.Experiment"
     return experiments.load(command.experiment, n_seeds)
 
 
-def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder | None":
-    """The folder of the results, claimed; None if nothing is to be run.
+def is_address(text: str) -> bool:
+    """Whether a text can be the address of a Dask scheduler: ``tcp://HOST:PORT``, or ``tls://``."""
+    try:
+        found = urlsplit(text)
+        is_whole = found.hostname and found.port and found.username is None
+    except ValueError:
+        return False
+    return (
+        bool(is_whole) and text == f"{found.scheme}://{found.netloc}" and found.scheme in _SCHEMES
+    )
+
+
+def crew_of(address: str | None, workers: int) -> "Crew":
+    """Those who make the runs: so many threads of this machine, or the cluster at an address.
+
+    Raises:
+        ClusterError: the cluster cannot be used.
+    """
+    from app.laboratory import ClusterError, Threads
+
+    if address is None:
+        return Threads(workers)
+    if importlib.util.find_spec("distributed") is None:
+        raise ClusterError("needs a package that is missing: pip install 'pounce-lab[cluster]'")
+    from app.cluster import Cluster
+
+    return Cluster(address)
+
+
+def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder":
+    """The folder of the results, claimed.
 
     Raises:
         FolderError: it cannot be used; the message names it.
     """
-    if command.dry_run:
-        return None
     from app.results import Folder, FolderError
 
     path = Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
@@ -100,16 +134,17 @@ def planned(command: Experiment, experiment: "experiments.Experiment", workers: 
     )
 
 
-def carried_out(experiment: "experiments.Experiment", folder: "Folder", workers: int) -> "Outcome":
+def carried_out(experiment: "experiments.Experiment", folder: "Folder", crew: "Crew") -> "Outcome":
     """Make all runs, showing the progress on a terminal.
 
     Raises:
         FolderError: results could no longer be written.
+        ClusterError: the cluster was lost.
     """
-    from app.laboratory import Threads, run_experiment
+    from app.laboratory import run_experiment
 
     with _progress(experiment.n_runs) as on_progress:
-        return run_experiment(experiment, folder, Threads(workers), on_progress)
+        return run_experiment(experiment, folder, crew, on_progress)
 
 
 def report(

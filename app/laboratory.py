@@ -56,6 +56,10 @@ class Outcome:
     """Whether it was stopped before all runs were over."""
 
 
+class ClusterError(Exception):
+    """A cluster cannot be used, or was lost; the message says why."""
+
+
 class Switch:
     """Lets an experiment go on, wait, or end; set from any thread."""
 
@@ -124,7 +128,11 @@ class Crew(Protocol):
         ...
 
     def finished(self, wait_s: float) -> list[Finished]:
-        """What has come back; waits a moment for the first. Tasks given up do not come back."""
+        """What has come back; waits a moment for the first. Tasks given up do not come back.
+
+        Raises:
+            ClusterError: nothing will come back any more. Not after the context was left.
+        """
         ...
 
     def under_way(self) -> Mapping[str, UnderWay]:
@@ -134,7 +142,7 @@ class Crew(Protocol):
     def __enter__(self) -> Self: ...
 
     def __exit__(self, *exception: object) -> None:
-        """Give up what is in flight, and wait until nobody works on it."""
+        """Give up what is in flight; where that can be known, wait until nobody works on it."""
         ...
 
 
@@ -209,6 +217,7 @@ def run_experiment(
 
     Raises:
         FolderError: results could no longer be written; all runs were stopped.
+        ClusterError: those who make the runs are lost; what was over before is kept.
     """
     ledger, switch = _Ledger(experiment, folder, on_row), crew.switch
     try:
