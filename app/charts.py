@@ -19,7 +19,7 @@ from app.figures import (
     THESIS_STYLES,
     Axle,
     Style,
-    shown_value,
+    grouped,
     style_of,
 )
 from app.gathered import MOST_CURVES, Curve, Gathering, RunFact
@@ -858,7 +858,7 @@ def plane(
     n_across, n_up = len(across.values), len(up.values)
     there = [estimates[place].value for place in sweep.places.values()]
     low, high = _ends_of(there)
-    names_up = [shortened(shown_value(value), 16) for value in up.values]
+    names_up = [shortened(grouped(value), 16) for value in up.values]
     bar_gutter = _gutter(low, high) + 22
     left = max(map(len, names_up)) * _CHARACTER_PX + 12
     top, tall = 36.0, min(max(220 / n_up, 18), 34)
@@ -959,7 +959,7 @@ def _empty_cell(box: _Box) -> str:
 
 def _names_across(axle: Axle, left: float, wide: float, y: float) -> str:
     """Values of cells in a row; only as many as have room."""
-    names = [shown_value(value) for value in axle.values]
+    names = [grouped(value) for value in axle.values]
     room = max(int(3 * wide / _CHARACTER_PX), 4)
     names = [shortened(name, max(room, 8)) for name in names]
     every = math.ceil(max(len(name) * _CHARACTER_PX + 6 for name in names) / wide)
@@ -1068,7 +1068,7 @@ def _names_of(axle: Axle, x: _Scale, values: Sequence[float]) -> list[tuple[floa
     named: list[tuple[float, str]] = []
     free = -math.inf
     for at, value in zip(values, axle.values, strict=True):
-        name = shortened(shown_value(value), 14)
+        name = shortened(grouped(value), 14)
         half = len(name) * _CHARACTER_PX / 2 + 3
         if x.at(at) - half >= free:
             named.append((at, name))

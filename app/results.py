@@ -18,6 +18,7 @@ from typing import Any, Final, Self
 
 from app.experiments import Experiment
 from app.replicate import DONE, FAILED, settings_of
+from sim.compiled import SOURCE_DIGEST
 
 SCHEMA_VERSION: Final = 2
 
@@ -302,11 +303,15 @@ def schema_version(database: sqlite3.Connection) -> str | None:
 
 
 def version() -> str:
-    """Version of this package."""
+    """Version of this package and of the code that decides what a run comes to.
+
+    Two checkouts of one version may differ, and then their results may.
+    """
     try:
-        return importlib.metadata.version("pounce-lab")
+        released = importlib.metadata.version("pounce-lab")
     except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"
+        released = "0"
+    return f"{released}+{SOURCE_DIGEST[:8]}"
 
 
 def _seeds(experiment: Experiment) -> list[int]:

@@ -8,18 +8,20 @@ sources that take part: a change anywhere starts a new one.
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 from numba import config, njit
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = sorted([*_ROOT.glob("sim/*.py"), *_ROOT.glob("learners/*.py")])
 
+SOURCE_DIGEST: Final = hashlib.sha256(b"".join(p.read_bytes() for p in _SOURCES)).hexdigest()
+"""Of all sources that decide what a run comes to."""
+
 _CACHE_DIR = "CACHE_DIR"
 
 if not getattr(config, _CACHE_DIR):
-    _digest = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
-    _folder = _ROOT / "sim" / "__pycache__" / f"compiled-{_digest[:16]}"
+    _folder = _ROOT / "sim" / "__pycache__" / f"compiled-{SOURCE_DIGEST[:16]}"
     setattr(config, _CACHE_DIR, str(_folder))
 
 # The loops create no arrays, and the caller holds those it passes in. Without ``_nrt=False``

@@ -23,6 +23,7 @@ from app.experiments import Experiment, Variant, parse
 from app.laboratory import Switch, Threads, run_experiment
 from app.replicate import FAILED, tasks_of
 from app.results import Folder, version
+from sim.compiled import SOURCE_DIGEST
 from tests.test_experiments import rows
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -307,7 +308,7 @@ def test_a_cluster_that_cannot_give_the_same_results_is_refused(
     assert cli.main(words) == 2
     said = complaint(capsys)
     assert f"--cluster: '{dask.address}' has another version of pounce than {version()}" in said
-    assert "has 99.0; allowed:" in said
+    assert f"has 99.0+{SOURCE_DIGEST[:8]}; allowed:" in said
     assert not Path("results").exists()
 
 
