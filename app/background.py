@@ -66,7 +66,9 @@ class SuccessFinder:
 class Maker(Generic[Made]):
     """Makes one thing at a time in a thread of its own; may be asked again and again."""
 
-    def __init__(self) -> None:
+    def __init__(self, made: Callable[[], object] = lambda: None) -> None:
+        """``made`` is called, in that thread, once a thing is there."""
+        self._made = made
         self._lock = threading.Lock()
         self._busy = False
         self._of: Hashable = None
@@ -101,3 +103,4 @@ class Maker(Generic[Made]):
         self._found = (of, found)
         with self._lock:
             self._busy = False
+        self._made()

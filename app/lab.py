@@ -63,7 +63,7 @@ class Browser:
             self._load_experiment = client.gui.add_upload_button(
                 "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
             )
-        self.results = ResultsPanel(client, lab.calls, lab.bench, lab.ask)
+        self.results = ResultsPanel(client, lab.calls, lab.bench, lab.ask, lab.wake)
         self._load_experiment.on_upload(guarded(self._take_experiment))
         save.on_click(
             guarded(

@@ -44,8 +44,14 @@ class ResultsPanel:
     """The panel; the render loop calls :meth:`update`."""
 
     def __init__(
-        self, client: viser.ClientHandle, calls: Calls, bench: Workbench, ask: Ask
+        self,
+        client: viser.ClientHandle,
+        calls: Calls,
+        bench: Workbench,
+        ask: Ask,
+        wake: Callable[[], object],
     ) -> None:
+        """``wake`` lets the render loop draw at once."""
         self._client = client
         self._calls = calls
         self._bench = bench
@@ -53,7 +59,8 @@ class ResultsPanel:
         self._lock = threading.Lock()
         self._view: View | None = None
         self._of: Standing | None = None
-        self._painted: Maker[str] = Maker()
+        self._wake = wake
+        self._painted: Maker[str] = Maker(made=wake)
         self._painted_at = 0.0
         self._secret = calls.enter(self._called)
         gui = client.gui
@@ -129,6 +136,7 @@ class ResultsPanel:
         changed = results_view.answer(view, words, standing.gatherer.gathering())
         with self._lock:
             self._view = changed
+        self._wake()
 
     def _open_run(self, standing: Standing, key: str) -> None:
         runs = standing.gatherer.gathering().runs
