@@ -17,6 +17,7 @@ from app.background import Maker
 from app.door import RefusedError, guarded
 from app.experiments import Experiment, ExperimentError
 from app.laboratory import Progress
+from app.planner import safe_name
 from app.presets import dump, load, shipped
 from app.results import FolderError
 from app.session import Session, Status
@@ -175,7 +176,10 @@ class Experimenter:
             RefusedError: there are too many.
         """
         found = experiments.parse(data, name, None)
-        label = found.name if found.name not in experiments.shipped() else f"{found.name}_loaded"
+        # A folder is named after it, and two options of a list may not be called the same.
+        label = safe_name(name)
+        if label in experiments.shipped():
+            label = f"{label}_loaded"
         with self._lock:
             if label not in self._loaded and len(self._loaded) >= MOST_LOADED:
                 raise RefusedError(f"{MOST_LOADED} experiments are loaded; more are not kept")
@@ -220,10 +224,11 @@ class Experimenter:
         name, n_seeds = str(self._choice.value), int(self._seeds.value)
         if name == THIS_SESSION:
             found = session_experiment(snapshot, n_seeds)
-        elif name in self._loaded:
-            found = experiments.parse(self._loaded[name], f"{name}.yaml", None, n_seeds)
         else:
-            found = experiments.load(name, n_seeds)
+            found = self._file(name)
+            # As many as the file asks for are its own ones, which may be any.
+            if len(found.seeds) != n_seeds:
+                found = self._file(name, n_seeds)
         if found.n_runs > MOST_RUNS:
             raise RefusedError(
                 f"these are {found.n_runs:,} runs; allowed: {MOST_RUNS:,} in the page, and more"
@@ -231,14 +236,20 @@ class Experimenter:
             )
         return found
 
+    def _file(self, name: str, n_seeds: int | None = None) -> Experiment:
+        """An experiment that was loaded, or a shipped one."""
+        if name in self._loaded:
+            return experiments.parse(self._loaded[name], f"{name}.yaml", None, n_seeds)
+        return experiments.load(name, n_seeds)
+
     def _choose(self, event: viser.GuiEvent) -> None:
         if event.client is None:
             return
         name = str(self._choice.value)
         if name == THIS_SESSION:
             self._seeds.value = _N_SESSION_SEEDS
-        elif name in experiments.shipped():
-            self._seeds.value = len(experiments.load(name).seeds)
+        else:
+            self._seeds.value = len(self._file(name).seeds)
 
     def _show_cost(self, snapshot: Snapshot) -> None:
         name, n_seeds = str(self._choice.value), int(self._seeds.value)

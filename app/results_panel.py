@@ -168,7 +168,7 @@ class ResultsPanel:
             ("csv", drawing.csv.encode()) if chosen == _CHART_CSV else ("png", drawing.png)
         )
         self._client.send_file_download(
-            f"{name}_{view.chart}.{ending}", data, save_immediately=True
+            f"{name}_chart_{view.chart}.{ending}", data, save_immediately=True
         )
 
 

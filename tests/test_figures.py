@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app import figures
+from app.statistics import Estimate
 from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import WorldSpec
@@ -55,3 +56,40 @@ def test_near_is_bright_and_far_is_dark_and_few_are_pale() -> None:
     pale = figures.value_colours(np.array([150.0]), np.array([0.1]))[0].astype(int)
     assert np.abs(pale - NOTHING).max() < np.abs(far - NOTHING).max()
     assert tuple(figures.value_colours(np.array([np.nan]), np.array([0.0]))[0]) == NOTHING
+
+
+# --- Planes of differences -----------------------------------------------------------------------
+
+
+def difference(value: float, arm: float) -> Estimate:
+    return Estimate(value, value - arm, value + arm, 5)
+
+
+def test_differences_are_coloured_around_zero_however_lopsided_they_are() -> None:
+    """The lowest is deep red and what is as far above 0 would be deep blue: +1 is nearly white."""
+    from matplotlib import colormaps, image
+
+    axles = figures.Axle("x", (1, 2, 3)), figures.Axle("y", (1,))
+    cells = {(0, 0): difference(-20.0, 1), (2, 0): difference(1.0, 0.5)}
+    drawing = figures.draw_differences("plane", axles, cells, (1, 0), "difference", "small print")
+    picture = image.imread(io.BytesIO(drawing.png))[:, :, :3]
+    # The scale beside the cells has all colours, in the right third of the picture.
+    cells_only = picture[:, : picture.shape[1] * 2 // 3].reshape(-1, 3)
+    scale = colormaps["RdBu"]
+    for at in (0.0, 0.5, (1 + 1 / 20) / 2):
+        assert (np.abs(cells_only - scale(at)[:3]).max(axis=1) < 0.01).sum() > 1_000
+    assert not (np.abs(cells_only - scale(1.0)[:3]).max(axis=1) < 0.01).any()
+    rows = drawing.csv.splitlines()
+    assert rows[1:] == ["1,1,-20.0,-21.0,-19.0,5", "3,1,1.0,0.5,1.5,5"]
+
+
+def test_an_interval_that_does_not_exist_excludes_nothing() -> None:
+    assert figures.excludes_zero(difference(-2.0, 1))
+    assert figures.excludes_zero(difference(2.0, 1))
+    assert not figures.excludes_zero(difference(1.0, 1))
+    assert not figures.excludes_zero(Estimate(5.0, np.nan, np.nan, 1))
+
+
+def test_large_whole_values_have_a_comma() -> None:
+    shown = [figures.grouped(value) for value in (999, 1_500, 24_000, 0.95, "a", -2_000)]
+    assert shown == ["999", "1,500", "24,000", "0.95", "a", "-2,000"]

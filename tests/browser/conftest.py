@@ -8,6 +8,7 @@ import io
 import re
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
@@ -63,10 +64,12 @@ def preset_of(name: str = "timed", *settings: str) -> RunSpec:
 class LiveLab:
     """A session with its page, served by this process; paused until somebody plays."""
 
-    def __init__(self, spec: RunSpec, speed: float) -> None:
+    def __init__(self, spec: RunSpec, speed: float, results: Path) -> None:
+        self.results = results
+        """Folder below which experiments leave their results; made when it is needed."""
         offered = {name: preset_of(name) for name in ("timed", "hierarchical_2", "standard_q")}
         self.session = Session(spec, "timed", SEED, speed, playing=False)
-        self.lab = Lab(self.session, {**offered, "timed": spec}, "127.0.0.1", 0)
+        self.lab = Lab(self.session, {**offered, "timed": spec}, "127.0.0.1", 0, results=results)
         self.gone = threading.Event()
         """Set when a page has left."""
         self.lab.server.on_client_disconnect(lambda _: self.gone.set())
@@ -208,6 +211,12 @@ class Screen:
         """Type a number into a field."""
         self.field(label).fill(value)
 
+    def upload(self, button: str, name: str, text: str) -> None:
+        """Load a file of that name, with a button for it."""
+        with self.page.expect_file_chooser() as chooser:
+            self.button(button).click()
+        chooser.value.set_files({"name": name, "mimeType": "text/yaml", "buffer": text.encode()})
+
 
 def picture(png: bytes) -> np.ndarray:
     """A screenshot as ``(y, x, 3) uint8``."""
@@ -225,12 +234,12 @@ OpenPage = Callable[..., Screen]
 
 
 @pytest.fixture
-def start_lab() -> Iterator[StartLab]:
+def start_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartLab]:
     """Starts labs, paused at the beginning of a trial, and ends them after the test."""
     started: list[LiveLab] = []
 
     def start(spec: RunSpec | None = None, trial: int = 0, speed: float = 20_000.0) -> LiveLab:
-        live = LiveLab(spec or preset_of(), speed)
+        live = LiveLab(spec or preset_of(), speed, tmp_path_factory.mktemp("lab") / "results")
         started.append(live)
         if trial:
             live.go_to_trial(trial)

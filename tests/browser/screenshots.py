@@ -1,44 +1,102 @@
-"""Takes the README's pictures of the live page: ``python -m tests.browser.screenshots``."""
+"""Takes the README's pictures of the live page: ``python -m tests.browser.screenshots [NAME ...]``.
 
+Without names it takes all of them.
+"""
+
+import contextlib
+import re
+import sys
+import tempfile
 from pathlib import Path
+from typing import NamedTuple
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import expect, sync_playwright
 
-from app import presets
-from tests.browser.conftest import LiveLab
+from app import experiments, presets
+from tests.browser.conftest import PATIENCE_S, VIEWPORT, LiveLab, Screen
 from tests.conftest import BROWSER_ARGS, find_browser
 
-FOLDER = Path(__file__).parent / "screenshots"
+FOLDER = Path(__file__).resolve().parent / "screenshots"
 MOMENTS = {"cone": 6_000, "ring": 13_900, "avoid": 14_900, "converged": 48_000}
 """Name of a picture, and the trial of the ``timed`` run that it shows."""
 PAUSE_MS = 4_000
 """For the page to draw what it has; only pictures depend on it."""
+LONGEST_S = 1_800.0
+"""For an experiment to be over."""
 
 
-def take(page: Page, live: LiveLab, name: str, trial: int) -> None:
-    """Go to a trial and take a picture of the whole page."""
-    live.go_to_trial(trial)
-    page.wait_for_timeout(PAUSE_MS)
-    page.screenshot(path=FOLDER / f"{name}.png")
+BESIDE_TRIAL = 6_000
+"""Trial that the live run has come to at least beside the results of an experiment."""
 
 
-def main() -> None:
-    """Take all pictures."""
+class Shown(NamedTuple):
+    """An experiment whose results a picture shows."""
+
+    experiment: str
+    seeds: int
+
+
+RESULTS = {
+    "experiments": Shown("figure_4_1", 10),
+    "timing": Shown("timing_circle_avoid", 3),
+}
+
+
+def take(screen: Screen, name: str) -> None:
+    """Take a picture of the whole page, with the mouse out of the way."""
+    screen.page.mouse.move(0, 0)
+    screen.page.wait_for_timeout(PAUSE_MS)
+    screen.page.screenshot(path=FOLDER / f"{name}.png")
+
+
+def run_experiment(screen: Screen, shown: Shown) -> None:
+    """Run an experiment as a person would, and wait until its results are there."""
+    screen.turn_to("Experiments")
+    screen.choose("Experiment", shown.experiment)
+    # Whoever types before the experiment's own number is there loses what they typed.
+    own = len(experiments.load(shown.experiment).seeds)
+    expect(screen.field("Seeds")).to_have_value(str(own))
+    screen.type("Seeds", str(shown.seeds))
+    cost = re.compile(rf"\d+ variants, {shown.seeds} seeds each\.")
+    expect(screen.page.get_by_text(cost)).to_be_visible()
+    screen.button("Start").click()
+    over = re.compile(rf"All \d+ runs are in results/{shown.experiment} already")
+    expect(screen.page.get_by_text(over)).to_be_visible(timeout=LONGEST_S * 1000)
+
+
+def main(names: list[str]) -> None:
+    """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
-    live = LiveLab(presets.load("timed"), speed=20_000.0)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=find_browser(), args=list(BROWSER_ARGS)
-        )
-        page = browser.new_page(viewport={"width": 1366, "height": 768})
-        page.goto(live.url)
-        page.wait_for_timeout(PAUSE_MS)
-        page.locator(".mantine-Notification-closeButton").first.dispatch_event("click")
-        for name, trial in MOMENTS.items():
-            take(page, live, name, trial)
-        browser.close()
-    live.close()
+    expect.set_options(timeout=PATIENCE_S * 1000)
+    # The page names the folder of the results: as it is called where somebody starts the lab.
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        live = LiveLab(presets.load("timed"), speed=20_000.0, results=Path("results"))
+        try:
+            with sync_playwright() as playwright:
+                browser = playwright.chromium.launch(
+                    executable_path=find_browser(), args=list(BROWSER_ARGS)
+                )
+                screen = Screen(browser.new_page(viewport=VIEWPORT))
+                screen.open(live)
+                for name, trial in MOMENTS.items():
+                    if name in names:
+                        live.go_to_trial(trial)
+                        take(screen, name)
+                for name, shown in RESULTS.items():
+                    if name in names:
+                        if live.session.status.snapshot.trial < BESIDE_TRIAL:
+                            live.go_to_trial(BESIDE_TRIAL)
+                        run_experiment(screen, shown)
+                        take(screen, name)
+                browser.close()
+        finally:
+            live.close()
 
 
 if __name__ == "__main__":
-    main()
+    known = [*MOMENTS, *RESULTS]
+    wanted = sys.argv[1:] or known
+    unknown = [name for name in wanted if name not in known]
+    if unknown:
+        sys.exit(f"no picture is called {', '.join(unknown)}; there are {', '.join(known)}")
+    main(wanted)

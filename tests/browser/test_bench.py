@@ -165,13 +165,6 @@ def schedule_is(test: Callable[[Any], bool]) -> Callable[[Status], bool]:
     return lambda status: test(status.snapshot.spec.schedule)
 
 
-def upload(screen: Screen, name: str, text: str) -> None:
-    """Load a file from the File tab."""
-    with screen.page.expect_file_chooser() as chooser:
-        screen.button("Load preset").click()
-    chooser.value.set_files({"name": name, "mimeType": "text/yaml", "buffer": text.encode()})
-
-
 # Layers, frames, surface, overlays ----------------------------------------------------------
 
 
@@ -612,7 +605,9 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(
     expect(screen.text("learner.epsilon was set to 0.2 at trial 100")).to_be_visible()
     expect_saved_state(screen, before)
 
-    upload(screen, "wrong.yaml", f"learner: {{epsilon: 4, gamma: '{HOSTILE}'}}\ntrials: 0\n")
+    screen.upload(
+        "Load preset", "wrong.yaml", f"learner: {{epsilon: 4, gamma: '{HOSTILE}'}}\ntrials: 0\n"
+    )
     dialog = screen.page.get_by_role("dialog")
     expect(dialog).to_contain_text("This preset cannot be used; nothing has changed")
     for problem in ("learner.epsilon: value 4", "learner.gamma", HOSTILE, "trials: value 0"):
@@ -620,7 +615,7 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(
     dialog.get_by_role("button", name="Close", exact=True).click()
     assert now_of(live) is before
 
-    upload(screen, "mine.yaml", text)
+    screen.upload("Load preset", "mine.yaml", text)
     status = live.wait_for(lambda status: status.snapshot.generation == 1)
     taken = status.snapshot
     assert (taken.preset, taken.seed, taken.step) == ("mine", before.seed, 0)

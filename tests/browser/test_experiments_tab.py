@@ -1,0 +1,521 @@
+"""Experiments in a real browser: choose, see the cost, start, watch, open runs, keep files."""
+
+import csv
+import io
+import math
+import re
+import sqlite3
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from app import experiments, replicate
+from app.experimenter import THIS_SESSION
+from app.experiments import Experiment
+from app.results import COLUMNS
+from app.results_view import ROWS_PER_PAGE
+from app.session import Opened, Play, SetSpeed
+from app.workbench import Standing
+from learners.commands import Introduce
+from tests.browser.conftest import (
+    PATIENCE_S,
+    LiveLab,
+    OpenPage,
+    Screen,
+    StartLab,
+    picture,
+    preset_of,
+)
+
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+SMALL = """
+description: Two learners in a small world.
+presets: [timed, standard_q]
+set: {world.size: 30}
+trials: 600
+seeds: 5
+"""
+
+LONG = """
+presets: [timed]
+set: {learner.epsilon: 1.0}
+settings:
+  - {trials: 20}
+  - {trials: 2000000, world.step_limit: 5000}
+"""
+"""One run that is over at once, and one of minutes."""
+
+
+class Row(NamedTuple):
+    """A run as the results have it."""
+
+    key: str
+    variant: str
+    seed: int
+    digest: str
+
+
+# What is asked of a lab, and of a page ------------------------------------------------------
+
+
+def experiment_of(text: str = SMALL, n_seeds: int | None = None) -> Experiment:
+    """An experiment that is called small."""
+    return experiments.parse(text, "small.yaml", None, n_seeds)
+
+
+def run_to_end(live: LiveLab, experiment: Experiment) -> Standing:
+    """Run an experiment, and wait until it is over."""
+    live.lab.bench.start(experiment, workers=2)
+    return at_end(live)
+
+
+def at_end(live: LiveLab) -> Standing:
+    """How an experiment stands once it is over."""
+    thread = live.lab.bench._thread
+    assert thread is not None
+    thread.join(PATIENCE_S)
+    standing = live.lab.bench.standing
+    assert standing is not None
+    assert not standing.running
+    return standing
+
+
+def rows_in(folder: Path) -> list[Row]:
+    """All runs in a folder of results, first all variants with the first seed."""
+    database = sqlite3.connect(folder / "results.sqlite")
+    found = database.execute("SELECT key, variant, seed, digest FROM runs ORDER BY seed, variant")
+    rows = [Row(*row) for row in found]
+    database.close()
+    return rows
+
+
+def results_of(screen: Screen) -> Locator:
+    """What the panel with the results holds."""
+    return screen.page.locator(".pounce-results")
+
+
+def show_results(screen: Screen) -> None:
+    """Open the panel with the results from the tab."""
+    screen.turn_to("Experiments")
+    screen.button("Show results").click()
+    expect(results_of(screen)).to_be_visible()
+
+
+def listed(screen: Screen) -> Locator:
+    """Rows of the table of runs."""
+    return results_of(screen).locator("tbody tr")
+
+
+def column(screen: Screen, title: str) -> Locator:
+    """Cells of a column of the table of runs."""
+    place = ["variant", "seed", "value", "success", "steps to 70", "steps", "seconds", "digest"]
+    return listed(screen).locator(f"td:nth-child({place.index(title) + 1})")
+
+
+def link(screen: Screen, name: str) -> Locator:
+    """A link of the panel, by what is written on it."""
+    return results_of(screen).get_by_role("link", name=name, exact=True)
+
+
+def dots(screen: Screen) -> Locator:
+    """Runs in the chart of all runs."""
+    return results_of(screen).locator("svg a circle")
+
+
+def expect_opened(live: LiveLab, screen: Screen, experiment: Experiment, row: Row) -> None:
+    """Wait until a run is in the lab as it ended, and the page says so in its place."""
+
+    name = f"{experiment.name}: {row.variant}, seed {row.seed}"
+
+    def is_over(opened: Opened | None) -> bool:
+        return opened is not None and opened.name == name and opened.same is not None
+
+    status = live.wait_for(lambda status: is_over(status.opened))
+    opened, snapshot = status.opened, status.snapshot
+    assert opened == Opened(name, snapshot.step, row.digest, same=True, found=row.digest)
+    (spec,) = [v.spec for v in experiment.variants if v.label == row.variant]
+    assert (snapshot.spec, snapshot.seed, snapshot.trial) == (spec, row.seed, spec.trials)
+    assert not status.playing
+    expect(screen.headline).to_contain_text(f"This is {name}, as it ended: digest ")
+    expect(screen.headline).to_contain_text(f"{row.digest[:8]}")
+    expect(screen.headline).to_contain_text(", as in the results.")
+    expect(results_of(screen)).to_be_hidden()
+    screen.expect_cell_colours(live.colours())
+
+
+def saved(screen: Screen, button: str, name: str) -> bytes:
+    """What a button of the panel gives to keep, under this name."""
+    with screen.page.expect_download() as download:
+        screen.button(button).click()
+    assert download.value.suggested_filename == name
+    return download.value.path().read_bytes()
+
+
+# Running ------------------------------------------------------------------------------------
+
+
+def test_a_schedule_is_run_over_seeds_beside_the_live_session(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(preset_of("timed", "trials=2000"), trial=50)
+    live.ask(Introduce("circle_clockwise", 20))
+    one, other = open_page(live), open_page(live)
+    one.turn_to("Experiments")
+    expect(one.field("Experiment")).to_have_value(THIS_SESSION)
+    one.type("Seeds", "3")
+    cost = one.text("6 runs: 2 variants, 3 seeds each.")
+    expect(cost).to_be_visible()
+    expect(cost).to_contain_text(f"in {live.results / 'session'}.")
+    expect(one.button("Show results")).to_have_count(0)
+    assert not live.results.exists()
+
+    before = live.ask(SetSpeed(200.0), Play()).snapshot
+    one.button("Start").click()
+    expect(results_of(one)).to_be_visible()
+    expect(results_of(other)).to_be_hidden()
+    other.turn_to("Experiments")
+    expect(other.field("Seeds")).to_have_value("3")
+    for screen in (one, other):
+        expect(
+            screen.text("session: 6 of 6 runs done.").locator("visible=true").first
+        ).to_be_visible()
+    status = live.session.status
+    assert status.playing
+    assert (status.snapshot.generation, status.snapshot.preset) == (0, "timed")
+    assert status.snapshot.step > before.step
+
+    standing = at_end(live)
+    mine, shipped = standing.experiment.variants
+    assert mine.spec.schedule.introduced_at("circle_clockwise") == 50
+    assert shipped.spec == experiments.presets.load("timed")
+    assert standing.folder == live.results / "session"
+    rows = rows_in(standing.folder)
+    assert len(rows) == 6
+    expect(results_of(other)).to_be_hidden()
+    other.button("Show results").click()
+    for screen in (one, other):
+        expect(column(screen, "variant")).to_have_text(["this session"] * 3 + ["timed"] * 3)
+        expect(column(screen, "seed")).to_have_text(["0", "1", "2"] * 2)
+        expect(column(screen, "digest")).to_have_text(
+            [r.digest[:8] for v in ("this session", "timed") for r in rows if r.variant == v]
+        )
+    other.button("Close").click()
+    expect(results_of(other)).to_be_hidden()
+    expect(results_of(one)).to_be_visible()
+
+    # What is shown already needs no button to show it; fewer of these runs are shown alone.
+    expect(one.text("All 6 runs are in ")).to_be_visible()
+    for label in ("Start", "Show these runs"):
+        expect(one.button(label)).to_have_count(0)
+    one.type("Seeds", "2")
+    one.button("Show these runs").click()
+    expect(column(one, "seed")).to_have_text(["0", "1"] * 2)
+    assert len(rows_in(standing.folder)) == 6
+
+
+def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab()
+    screen = open_page(live)
+    screen.turn_to("File")
+    screen.upload("Load experiment", "long.yaml", LONG)
+    expect(screen.text("long is chosen under Experiments.")).to_be_visible()
+    screen.turn_to("Experiments")
+    expect(screen.field("Experiment")).to_have_value("long")
+    expect(screen.text("2 runs: 2 variants, 1 seed each.")).to_be_visible()
+    screen.type("At a time", "1")
+
+    def said(words: str) -> Locator:
+        """What the tab says of the experiment; the panel says the same."""
+        return screen.text(words).locator("visible=true").first
+
+    screen.button("Start").click()
+    expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
+    expect(screen.button("Start")).to_have_count(0)
+    expect(screen.page.get_by_role("progressbar")).to_be_visible()
+    screen.button("Pause").click()
+    expect(said("long: paused, 1 of 2 runs done.")).to_be_visible()
+    expect(screen.button("Pause")).to_have_count(0)
+    paused = live.lab.bench.standing
+    assert paused is not None
+    assert paused.paused
+    screen.button("Go on").click()
+    expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
+    screen.button("Stop").click()
+    stopped = said("long: 1 of 2 runs done. Stopped; start it again to go on there.")
+    expect(stopped).to_be_visible()
+    for name in ("Pause", "Go on", "Stop"):
+        expect(screen.button(name)).to_have_count(0)
+    assert [row.variant for row in rows_in(live.results / "long")] == ["timed, trials=20"]
+
+    expect(screen.text("1 seed each; 1 are there already.")).to_be_visible()
+    screen.button("Make the others").click()
+    expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
+    expect(listed(screen)).to_have_count(1)
+    screen.button("Stop").click()
+    expect(stopped).to_be_visible()
+
+
+def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
+    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured = replicate.measured
+
+    def fail(run: Any, metrics: Any) -> Any:
+        if run.seed == 1:
+            raise RuntimeError(f"no {HOSTILE} luck")
+        return measured(run, metrics)
+
+    monkeypatch.setattr(replicate, "measured", fail)
+    live = start_lab()
+    run_to_end(live, experiment_of(SMALL.replace(", standard_q", ""), n_seeds=3))
+    screen = open_page(live)
+    show_results(screen)
+    expect(listed(screen)).to_have_count(3)
+    row = listed(screen).nth(1)
+    expect(row).to_contain_text(f"failed: RuntimeError: no {HOSTILE} luck")
+    expect(row.get_by_role("link")).to_have_count(0)
+    for other in (0, 2):
+        expect(listed(screen).nth(other).get_by_role("link")).to_have_count(2)
+    expect(screen.text("small: 2 of 3 runs done, 1 failed.").first).to_be_visible()
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(2)
+    expect(results_of(screen)).to_contain_text("1 run failed.")
+    expect(screen.page.locator("img[src='x']")).to_have_count(0)
+
+
+# Opening a run ------------------------------------------------------------------------------
+
+
+def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=20)
+    experiment = experiment_of(n_seeds=3)
+    standing = run_to_end(live, experiment)
+    found = {(row.variant, row.seed): row for row in rows_in(standing.folder)}
+    screen = open_page(live)
+    show_results(screen)
+    row = listed(screen).nth(4)
+    expect(row.locator("td").first).to_have_text("standard_q")
+    row.get_by_role("link", name="open ▸").click()
+    expect_opened(live, screen, experiment, found["standard_q", 1])
+
+    screen.button("Show results").click()
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(6)
+    # The dot that is drawn last lies on top of the others.
+    dots(screen).last.click()
+    expect_opened(live, screen, experiment, found["standard_q", 2])
+    screen.button("Show results").click()
+    expect(dots(screen)).to_have_count(6)
+    listed(screen).nth(2).get_by_role("link", name="timed").click()
+    expect_opened(live, screen, experiment, found["timed", 2])
+
+    # From here on it is a run like any other.
+    screen.turn_to("Run")
+    screen.button("Go on for 600 trials more").click()
+    live.wait_for(lambda status: status.opened is None)
+    expect(screen.headline).not_to_contain_text("as in the results")
+
+
+# Looking ------------------------------------------------------------------------------------
+
+
+def test_each_browser_has_its_own_view_of_the_results(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab()
+    # So many that they take a second page.
+    n_runs = 2 * (ROWS_PER_PAGE // 2 + 1)
+    seeds = [str(seed) for seed in range(n_runs // 2)]
+    standing = run_to_end(live, experiment_of(n_seeds=len(seeds)))
+    digests = sorted(row.digest[:8] for row in rows_in(standing.folder))
+    screen, other = open_page(live), open_page(live)
+    for each in (screen, other):
+        show_results(each)
+        expect(column(each, "seed")).to_have_text((2 * seeds)[:ROWS_PER_PAGE])
+    content = results_of(other).inner_text()
+    panel = results_of(screen)
+
+    expect(link(screen, "Curves")).to_have_count(0)
+    expect(panel).to_contain_text("simulation steps (millions)")
+    link(screen, "trials").click()
+    expect(panel).to_contain_text("trials (thousands)")
+    link(screen, f"standard_q ({len(seeds)} runs)").click()
+    expect(panel).to_contain_text("chosen: standard_q")
+    expect(column(screen, "variant")).to_have_text(["standard_q"] * len(seeds))
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(n_runs)
+    expect(panel).to_contain_text("final reward (mean per trial, last 2,000 trials)")
+    link(screen, "choose none").click()
+    expect(panel).not_to_contain_text("chosen:")
+    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
+
+    by_seed = [seed for seed in seeds for _ in range(2)]
+    link(screen, "seed").click()
+    expect(column(screen, "seed")).to_have_text(by_seed[:ROWS_PER_PAGE])
+    link(screen, "seed ▲").click()
+    expect(column(screen, "seed")).to_have_text(by_seed[::-1][:ROWS_PER_PAGE])
+    link(screen, "digest").click()
+    expect(column(screen, "digest")).to_have_text(digests[:ROWS_PER_PAGE])
+    expect(panel).to_contain_text(f"1–{ROWS_PER_PAGE} of {n_runs}")
+    link(screen, "next page").click()
+    expect(column(screen, "digest")).to_have_text(digests[ROWS_PER_PAGE:])
+    expect(panel).to_contain_text(f"{n_runs} of {n_runs}")
+
+    assert results_of(other).inner_text() == content
+    # Whoever learns an address of one browser learns none of another.
+    secrets = [
+        set(re.findall(r'href="(call/[^/"]+)/', results_of(each).inner_html()))
+        for each in (screen, other)
+    ]
+    assert [len(found) for found in secrets] == [1, 1]
+    assert secrets[0] != secrets[1]
+
+
+def test_runs_and_charts_can_be_kept_as_files(start_lab: StartLab, open_page: OpenPage) -> None:
+    live = start_lab()
+    standing = run_to_end(live, experiment_of(n_seeds=2))
+    screen = open_page(live)
+    show_results(screen)
+    table = csv.DictReader(io.StringIO(saved(screen, "Runs as CSV", "small_runs.csv").decode()))
+    assert list(table.fieldnames or ()) == list(COLUMNS)
+    found = {(row["variant"], int(row["seed"])): row["digest"] for row in table}
+    assert found == {(r.variant, r.seed): r.digest for r in rows_in(standing.folder)}
+    assert len(found) == 4
+
+    expect(link(screen, "standard_q (2 runs)")).to_be_visible()
+    curves = saved(screen, "Chart as CSV", "small_chart_curves.csv").decode()
+    lines = [*csv.DictReader(io.StringIO(curves))]
+    assert {name for line in lines for name in line.values()} >= {"timed", "standard_q"}
+    numbers = [number for line in lines for number in map(number_in, line.values()) if number]
+    assert len(numbers) > 2 * len(lines) > 20
+    image = saved(screen, "Chart as PNG", "small_chart_curves.png")
+    expect_picture(image)
+
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(4)
+    means = [
+        *csv.DictReader(io.StringIO(saved(screen, "Chart as CSV", "small_chart_runs.csv").decode()))
+    ]
+    estimates = [standing.gatherer.estimate(place).value for place in (0, 1)]
+    for line, value in zip(means, estimates, strict=True):
+        assert any(math.isclose(found, value) for found in map(number_in, line.values()) if found)
+    dotted = saved(screen, "Chart as PNG", "small_chart_runs.png")
+    expect_picture(dotted)
+    assert dotted != image
+
+
+def number_in(text: str) -> float | None:
+    """The number that a text says, if it says one."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def expect_picture(png: bytes) -> None:
+    """A picture that could be printed, with something on it."""
+    assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    pixels = picture(png)
+    height, width, _ = pixels.shape
+    assert 300 < height < 4_000
+    assert 600 < width < 4_000
+    assert len({tuple(pixel) for pixel in pixels[::7, ::7].reshape(-1, 3).tolist()}) > 10
+
+
+# Loading ------------------------------------------------------------------------------------
+
+
+def test_a_wrong_experiment_is_refused_with_all_its_problems(
+    start_lab: StartLab, open_page: OpenPage, tmp_path: Path
+) -> None:
+    private = tmp_path / "private.yaml"
+    private.write_text("password: 4711\n")
+    wrong = f"presets: [timed]\ngrid: {{learner.epsilon: [4]}}\nseeds: 0\n'{HOSTILE}': 1\n"
+    problems = (
+        "learner.epsilon: value 4",
+        "seeds: value 0",
+        f"'{HOSTILE}': value 1: is not a known",
+    )
+    nosy = f"presets: [{private}, {{label: mine, preset: {{extends: {private}}}}}]\n"
+    live = start_lab()
+    screen = open_page(live)
+    screen.turn_to("File")
+    for text, found in ((wrong, problems), (nosy, ("is not a shipped preset",))):
+        screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
+        dialog = screen.page.get_by_role("dialog")
+        expect(dialog).to_contain_text("This experiment cannot be run; nothing has changed")
+        for problem in found:
+            expect(dialog).to_contain_text(problem)
+        expect(dialog).not_to_contain_text("4711")
+        expect(screen.page.locator("img[src='x']")).to_have_count(0)
+        dialog.get_by_role("button", name="Close", exact=True).click()
+        expect(dialog).to_have_count(0)
+    screen.turn_to("Experiments")
+    expect(screen.field("Experiment")).to_have_value(THIS_SESSION)
+    screen.field("Experiment").click()
+    expect(screen.page.get_by_role("option")).to_have_text([THIS_SESSION, *experiments.shipped()])
+
+
+def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    text = (
+        f"description: '{HOSTILE} about'\npresets:\n  - {{label: '{HOSTILE} label', preset: timed}}"
+        "\nset: {world.size: 30}\ntrials: 60\nseeds: [11, 12]\n"
+    )
+    live = start_lab()
+    screen = open_page(live)
+    screen.turn_to("File")
+    screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
+    name = "img_src_x_onerror_alert_1_"
+    expect(screen.text(f"{name} is chosen under Experiments.")).to_be_visible()
+    screen.turn_to("Experiments")
+    expect(screen.field("Experiment")).to_have_value(name)
+    screen.choose("Experiment", "figure_4_1")
+    expect(screen.field("Seeds")).to_have_value("3")
+    expect(screen.text("12 runs: 4 variants, 3 seeds each.")).to_be_visible()
+    screen.choose("Experiment", name)
+    expect(screen.field("Seeds")).to_have_value("2")
+    expect(screen.text(f"{HOSTILE} about")).to_be_visible()
+    expect(screen.text("2 runs: 1 variant, 2 seeds each.")).to_be_visible()
+    screen.button("Start").click()
+    # Too long for its column, where it is cut.
+    expect(column(screen, "variant")).to_have_text(["<img src=x…(1)> label"] * 2)
+    expect(results_of(screen).get_by_title(f"{HOSTILE} label: open")).to_have_count(2)
+    expect(column(screen, "seed")).to_have_text(["11", "12"])
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(2)
+    dots(screen).last.click()
+    row = Row("", f"{HOSTILE} label", 12, rows_in(live.results / name)[1].digest)
+    expect_opened(live, screen, at_end(live).experiment, row)
+    expect(screen.page.locator("img[src='x']")).to_have_count(0)
+
+
+def test_no_name_of_a_file_leads_out_of_the_results_or_hides_another_experiment(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab()
+    screen = open_page(live)
+    names = {
+        f"{THIS_SESSION}.yaml": "This_session_s_schedule",
+        "figure_4_1.yaml": "figure_4_1_loaded",
+        # What is left of it without its ending is the folder above.
+        "...yaml": "preset",
+    }
+    for file, name in names.items():
+        screen.turn_to("File")
+        screen.upload("Load experiment", file, SMALL)
+        screen.turn_to("Experiments")
+        expect(screen.field("Experiment")).to_have_value(name)
+        expect(screen.text(f"in {live.results / name}.")).to_be_visible()
+    screen.field("Experiment").click()
+    expect(screen.page.get_by_role("option")).to_have_text(
+        [THIS_SESSION, *experiments.shipped(), *names.values()]
+    )
