@@ -370,13 +370,23 @@ def curves(
         _legend(variants, found, styles, address, width, chosen)
         + _svg(width, bottom + 36, "Learning curves", "".join(parts))
         + _note(
-            "Lines are means over runs, shaded their 95 % intervals"
-            + ("; dashed marks say when a skill joined." if marks else "."),
+            "Lines are means over runs, shaded their 95 % intervals; faint where some runs have"
+            " ended.",
+            _marks_in_words(variants, found) if marks else "",
             f"{left_out:,} other variants are not drawn; choose any of them in another chart."
             if left_out
             else "",
         )
     )
+
+
+def _marks_in_words(variants: Sequence[Variant], found: Sequence[Curve]) -> str:
+    """What the marks are, and whose if they are not everybody's."""
+    whose = [v.label for v, curve in zip(variants, found, strict=True) if curve.joined]
+    if len(whose) in (1, 2) and len(whose) < len(found):
+        names = " and ".join(escaped(shortened(label, 40)) for label in whose)
+        return f"Dashed: a skill joins in {names}."
+    return "Dashed: a skill joins."
 
 
 def _finite(numbers: np.ndarray) -> list[float]:
@@ -841,6 +851,7 @@ def plane(
     address: Address,
     width: float,
     chosen: int | None = None,
+    own: int | None = None,
 ) -> str:
     """Two settings swept together: a map of the plane, each cell with its value.
 
@@ -853,6 +864,7 @@ def plane(
         address: of links.
         width: in pixels.
         chosen: place of the variant that is highlighted.
+        own: place of the variant that has the preset's own values, if there is one.
     """
     across, up = sweep.axles
     n_across, n_up = len(across.values), len(up.values)
@@ -899,16 +911,32 @@ def plane(
             title = f"<title>{escaped(_described(variant, estimate))}</title>"
             cell = _cell(box, estimate.value, low, high)
             parts.append(link(address, f"variant/{place}", title + cell))
+            if place == own:
+                outline += (
+                    f'<g class="own" fill="none" pointer-events="none"><path d="{box.path}"'
+                    f' stroke="#fff" stroke-width="2"/><path d="{box.path}" stroke="#000"'
+                    ' stroke-width="2" stroke-dasharray="4 4"/></g>'
+                )
             if place == chosen:
                 # White within black shows on every colour of the map.
-                outline = (
+                outline += (
                     f'<g class="chosen" fill="none" pointer-events="none"><path d="{box.path}"'
                     f' stroke="#000" stroke-width="5"/><path d="{box.path}" stroke="#fff"'
                     ' stroke-width="2"/></g>'
                 )
     return _svg(
         width, bottom + 38, "Plane of two settings", f"{''.join(parts)}</g>{outline}"
-    ) + _note("Each cell is the mean of a variant; a click chooses it.", _missing(gathering))
+    ) + _note(
+        f"Each cell is the mean of {_each_in_words(estimates)}, its interval under the pointer; a"
+        " click chooses it.",
+        "" if own is None else "Dashed frame: the preset's own setting.",
+        _missing(gathering),
+    )
+
+
+def _each_in_words(estimates: Sequence[Estimate]) -> str:
+    fewest, most = min(e.n for e in estimates), max(e.n for e in estimates)
+    return _runs_in_words(most) if fewest == most else f"{fewest:,} to {_runs_in_words(most)}"
 
 
 class _Box(NamedTuple):

@@ -22,7 +22,7 @@ from app.presets import dump, load, shipped
 from app.results import FolderError
 from app.session import Session, Status
 from app.snapshot import Snapshot
-from app.widgets import assign
+from app.widgets import assign, on_change
 from app.workbench import BusyError, Quote, Standing, Workbench
 
 THIS_SESSION: Final = "This session's schedule"
@@ -126,7 +126,7 @@ def _steps(number: float) -> str:
 
 def small(text: str) -> str:
     """A few lines below a widget."""
-    return f'<div style="padding:0 0.6em;font-size:0.85em;line-height:1.4">{text}</div>'
+    return f'<div style="padding:0 0.6em 0.5em;font-size:0.85em;line-height:1.4">{text}</div>'
 
 
 class Experimenter:
@@ -138,6 +138,8 @@ class Experimenter:
         self._show = show
         self._lock = threading.Lock()
         self._loaded: dict[str, bytes] = {}
+        self._n_seeds = {name: len(experiments.load(name).seeds) for name in experiments.shipped()}
+        self._n_seeds[THIS_SESSION] = _N_SESSION_SEEDS
         self._offer: Maker[tuple[str, Quote]] = Maker()
         cores = os.cpu_count() or 1
         self._choice: Any = gui.add_dropdown("Experiment", self._options())
@@ -160,7 +162,8 @@ class Experimenter:
         self._bar = gui.add_progress_bar(0.0, visible=False)
         self._said = gui.add_html("")
         self._results = gui.add_button("Show results", icon=viser.Icon.CHART_DOTS, visible=False)
-        self._choice.on_update(guarded(self._choose))
+        # Before whatever is typed into the field of seeds next.
+        on_change(self._choice, self._choose)
         self._start.on_click(guarded(self._begin))
         self._pause.on_click(guarded(lambda _: self._pause_or_go_on()))
         self._stop.on_click(guarded(lambda _: self._bench.stop()))
@@ -184,6 +187,7 @@ class Experimenter:
             if label not in self._loaded and len(self._loaded) >= MOST_LOADED:
                 raise RefusedError(f"{MOST_LOADED} experiments are loaded; more are not kept")
             self._loaded[label] = data
+            self._n_seeds[label] = len(found.seeds)
         self._choice.options = self._options()
         self._choice.value = label
         self._seeds.value = len(found.seeds)
@@ -242,14 +246,8 @@ class Experimenter:
             return experiments.parse(self._loaded[name], f"{name}.yaml", None, n_seeds)
         return experiments.load(name, n_seeds)
 
-    def _choose(self, event: viser.GuiEvent) -> None:
-        if event.client is None:
-            return
-        name = str(self._choice.value)
-        if name == THIS_SESSION:
-            self._seeds.value = _N_SESSION_SEEDS
-        else:
-            self._seeds.value = len(self._file(name).seeds)
+    def _choose(self, event: viser.GuiEvent, name: str) -> None:
+        self._seeds.value = self._n_seeds.get(name, _N_SESSION_SEEDS)
 
     def _show_cost(self, snapshot: Snapshot) -> None:
         name, n_seeds = str(self._choice.value), int(self._seeds.value)

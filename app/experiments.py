@@ -103,9 +103,9 @@ class Variant:
     """What the experiment sets in the preset, by dotted key."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Experiment:
-    """Everything that is to be run, and until when."""
+    """Everything that is to be run, and until when. Equal to itself alone."""
 
     name: str
     text: bytes

@@ -14,6 +14,7 @@ import os
 import re
 import stat
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -405,6 +406,12 @@ def shipped() -> dict[str, Traversable]:
     }
     names = [name for name in _FIRST if name in found] + sorted(found.keys() - set(_FIRST))
     return {name: found[name] for name in names}
+
+
+@cache
+def shipped_spec(name: str) -> RunSpec | None:
+    """A shipped preset; None if there is none of that name."""
+    return load(name) if name in shipped() else None
 
 
 class _Source(NamedTuple):

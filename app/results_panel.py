@@ -26,6 +26,7 @@ _X, _Y, _WIDTH, _HEIGHT = 8.0, 8.0, 684.0, 752.0
 """Over the board and the schedule on the smallest screen, over the board alone on others."""
 _MARGINS = 34.0
 """What the panel's frame and the space within take of its width."""
+_SAID = "padding:0.3em 0.9em 0;min-height:2.9em"
 _REFRESH_S = 1.0
 """How often the content may be replaced: a click is lost whose link is replaced beneath it."""
 _RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"
@@ -67,8 +68,8 @@ class ResultsPanel:
         self._panel = gui.add_panel(visible=False)
         self._panel.float(x=_X, y=_Y, width=_WIDTH, height=_HEIGHT)
         with self._panel.add_tab("Results", icon=viser.Icon.CHART_DOTS):
-            self._content = gui.add_html("")
             self._said = gui.add_html("")
+            self._content = gui.add_html("")
             self._save = gui.add_button_group("", (_RUNS_CSV, _CHART_CSV, _CHART_PNG, _CLOSE))
             gui.add_html(frame_html())
         self._save.on_click(guarded(self._clicked))
@@ -88,7 +89,9 @@ class ResultsPanel:
         if standing is None or not self._panel.visible:
             return
         self._follow(standing)
-        said = f'<div style="padding:0 0.9em;font-size:0.85em">{progress_html(standing)}</div>'
+        said = (
+            f'<div style="padding:0.3em 0.9em 0;min-height:2.9em">{progress_html(standing)}</div>'
+        )
         if self._said.content != said:
             self._said.content = said
         found = self._painted.found

@@ -6,19 +6,21 @@ so what makes no sense leaves the view as it is.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from app import charts
+from app import charts, presets
 from app.charts import Address, link, shortened, shown_number
 from app.experiments import Experiment
+from app.figures import grouped
 from app.gathered import MOST_CURVES, Gatherer, Gathering, RunFact
 from app.markup import escaped
 from app.statistics import Axis, Estimate
-from app.sweep import Sweep, sweep_of
+from app.sweep import Sweep, own_place, sweep_of
 
 ROWS_PER_PAGE: Final = 11
 MOST_CELLS: Final = 300
@@ -46,6 +48,7 @@ class View:
 # --- What can be looked at -----------------------------------------------------------------------
 
 
+@lru_cache(maxsize=16)
 def swept(experiment: Experiment) -> Sweep | None:
     """What was swept, if all variants belong to one preset and fit into a plane or on a line."""
     variants = experiment.variants
@@ -56,6 +59,21 @@ def swept(experiment: Experiment) -> Sweep | None:
     if found is None or math.prod(len(axle.values) for axle in found.axles) > MOST_CELLS:
         return None
     return found
+
+
+@lru_cache(maxsize=16)
+def own_setting(experiment: Experiment) -> int | None:
+    """Place of the variant with the shipped preset's own values of what was swept, if any."""
+    sweep, variants = swept(experiment), experiment.variants
+    shipped = presets.shipped_spec(variants[0].preset)
+    if sweep is None or shipped is None:
+        return None
+    found = own_place(
+        {at: variants[place].overrides for at, place in sweep.places.items()},
+        {at: variants[place].spec.model_dump(mode="json") for at, place in sweep.places.items()},
+        shipped.model_dump(mode="json"),
+    )
+    return None if found is None else sweep.places[found]
 
 
 def first_view(experiment: Experiment) -> View:
@@ -218,8 +236,10 @@ def _chart(
     estimates = _estimates(gatherer, gathering)
     if view.chart == "runs" or sweep is None:
         return charts.runs(gathering, estimates, address, width, view.variant)
-    draw = charts.plane if len(sweep.axles) == 2 else charts.line
-    return draw(gathering, sweep, estimates, address, width, view.variant)
+    if len(sweep.axles) == 1:
+        return charts.line(gathering, sweep, estimates, address, width, view.variant)
+    own = own_setting(gathering.experiment)
+    return charts.plane(gathering, sweep, estimates, address, width, view.variant, own)
 
 
 def places_of_curves(n_variants: int, chosen: int | None) -> Sequence[int]:
@@ -267,11 +287,11 @@ def _heads(gathering: Gathering) -> Sequence[_Head]:
         _Head("success", "success", "captures in the last 2,000 trials, in per cent", 60),
         _Head(
             "steps_to_70",
-            "steps to 70\N{NO-BREAK SPACE}%",
-            "steps until 70 % of trials end in a capture",
+            "M steps to 70\N{NO-BREAK SPACE}%",
+            "steps until 70 % of the last 500 trials end in a capture, in millions",
             82,
         ),
-        _Head("steps", "steps (M)", "simulation steps in millions", 50),
+        _Head("steps", "M steps", "simulation steps in millions", 62),
         _Head("seconds", "seconds", "that the run took", 60),
         _Head("digest", "digest", "of the learned tables: equal ones learned the same", 70),
     )
@@ -284,8 +304,9 @@ def _table(gathering: Gathering, view: View, address: Address, width: float) -> 
     heads = _heads(gathering)
     label_px = width - sum(head.width for head in heads) - _OPEN_PX
     head = "".join(_head(head, view, address) for head in heads)
+    names = _names(gathering.experiment)
     rows = "".join(
-        _row(run, gathering.experiment.variants[run.variant].label, address, label_px)
+        _row(run, gathering.experiment.variants[run.variant].label, names, address, label_px)
         for run in listed[first : first + ROWS_PER_PAGE]
     )
     columns = "".join(f'<col style="width:{head.width}px"/>' for head in heads[1:])
@@ -294,6 +315,19 @@ def _table(gathering: Gathering, view: View, address: Address, width: float) -> 
         f'<table><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
         f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>",
     ]
+
+
+def _names(experiment: Experiment) -> Mapping[int, str]:
+    """Short names of variants that were swept: their values, as the axes of the chart have them."""
+    sweep = swept(experiment)
+    if sweep is None:
+        return {}
+    return {
+        place: " / ".join(
+            grouped(axle.values[index]) for axle, index in zip(sweep.axles, at, strict=True)
+        )
+        for at, place in sweep.places.items()
+    }
 
 
 def _listed(gathering: Gathering, view: View) -> Sequence[RunFact]:
@@ -349,8 +383,11 @@ _CHARACTER_PX = 7.6
 _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 
-def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
-    name = escaped(shortened(label, max(int(label_px / _CHARACTER_PX), 8)))
+def _row(
+    run: RunFact, label: str, names: Mapping[int, str], address: Address, label_px: float
+) -> str:
+    shown = names.get(run.variant, label)
+    name = escaped(shortened(shown, max(int(label_px / _CHARACTER_PX), 8)))
     title = f' title="{escaped(label)}'
     seed = f'<td title="{run.seed}">{run.seed}</td>'
     if run.error:
@@ -369,7 +406,7 @@ def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
     cells = (
         shown_number(run.value, 4),
         "–" if math.isnan(run.success) else f"{100 * run.success:.0f} %",
-        "never" if run.steps_to_70 is None else f"{run.steps_to_70:,}",
+        "never" if run.steps_to_70 is None else f"{run.steps_to_70 / 1e6:.2f}",
         f"{run.steps / 1e6:.2f}",
         "–" if math.isnan(run.seconds) else f"{run.seconds:.1f}",
         escaped(run.digest[:8]),

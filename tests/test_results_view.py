@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app import results_view
-from app.experiments import Experiment
+from app import presets, results_view
+from app.experiments import Experiment, load
 from app.gathered import Gatherer, Gathering, RunFact
 from app.results_view import ROWS_PER_PAGE, Column, View, answer, first_view, results_html
 from tests.test_charts import (
@@ -259,7 +259,7 @@ def test_a_row_says_all_of_a_run_and_opens_it() -> None:
     run = fact(2, 7, 80.125, success=0.856, steps_to_70=1_057_691, steps=5_670_000, seconds=0.44)
     page = shown(experiment_of(THESIS), [run], View("runs"))
     assert rows_of(page) == [
-        ["timed", "7", "80.12", "86 %", "1,057,691", "5.67", "0.4", "01234567", "open ▸"]
+        ["timed", "7", "80.12", "86 %", "1.06", "5.67", "0.4", "01234567", "open ▸"]
     ]
     assert opened_in_table(page) == [address(f"open/{run.key}")]
 
@@ -448,3 +448,17 @@ def test_the_panel_is_as_wide_as_it_is_asked_to_be() -> None:
             assert picture.get("viewBox", "").split()[2] == str(width)
             for text in picture.iter("text"):
                 assert 0 <= float(text.get("x", "0")) <= width
+
+
+def test_what_was_swept_is_called_by_its_values_and_the_presets_own_place_is_framed() -> None:
+    experiment = load("timing_circle_avoid", 1)
+    own = next(
+        place
+        for place, variant in enumerate(experiment.variants)
+        if variant.spec == presets.load("timed")
+    )
+    runs = some_runs(experiment, 1)
+    page = shown(experiment, runs, View("plane", variant=own))
+    assert [row[0] for row in rows_of(page)] == ["12,000 / 14,500"]
+    assert "the preset's own setting" in page.text
+    assert len([g for g in page.all("g") if g.get("class") == "own"]) == 1
