@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppendAction, arg
 
-from app import report_cli
+from app import report_cli, terminal
 from app.experiment_cli import Experiment
 from app.report_cli import Report
 
@@ -479,34 +479,14 @@ def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
 @contextlib.contextmanager
 def _progress(spec: "RunSpec", command: Run, n_runs: int) -> "Iterator[Callable[[Progress], None]]":
     """What shows the progress of a run on a terminal; nothing where there is none."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        TextColumn("{task.fields[runs]}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-    )
     began = time.monotonic()
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=spec.trials * n_runs, runs=f"0/{n_runs} runs", rate="")
+    with terminal.progress_bar(spec.trials * n_runs, n_runs, with_time_left=True) as show:
 
-        def show(progress: "Progress") -> None:
+        def tell(progress: "Progress") -> None:
             rate = progress.steps / max(time.monotonic() - began, 1e-3) / 1e6
-            bar.update(
-                task,
-                completed=progress.trials,
-                runs=f"{progress.runs}/{n_runs} runs",
-                rate=f"{rate:.1f} M steps/s",
-            )
+            show(progress.trials, f"{progress.runs}/{n_runs} runs", f"{rate:.1f} M steps/s")
 
-        yield show
+        yield tell
 
 
 def _experiment(command: Experiment) -> int:
@@ -587,7 +567,7 @@ def _bench(command: Bench) -> int:
     from benchmarks.compare import MismatchError, compare
 
     try:
-        with _status() as on_progress:
+        with terminal.status() as on_progress:
             found = compare(specs, repetitions, on_progress)
     except MismatchError as error:
         _complain(str(error))
@@ -603,7 +583,7 @@ def _bench_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -
     from benchmarks.page import compare_page
 
     preset = command.presets[0] if command.presets else "timed"
-    with _status() as on_progress:
+    with terminal.status() as on_progress:
         found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
     if command.json:
         _say(json.dumps(found))
@@ -612,18 +592,6 @@ def _bench_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -
     for n_clients, ratio in found["clients"].items():
         _say(f"  {n_clients} browsers  {ratio:.2f}")
     return EXIT_OK
-
-
-@contextlib.contextmanager
-def _status() -> Iterator[Callable[[str], None]]:
-    """What shows on a terminal what is being done; nothing where there is none."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("") as status:
-        yield status.update
 
 
 # --- What is printed -----------------------------------------------------------------------------

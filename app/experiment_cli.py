@@ -6,7 +6,6 @@ Like the command line, it imports what takes long only once it is needed.
 import contextlib
 import importlib.util
 import json
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 from urllib.parse import urlsplit
 
 from tyro.conf import Positional, arg
+
+from app import terminal
 
 if TYPE_CHECKING:
     from app import experiments
@@ -185,31 +186,16 @@ def _duration(seconds: float) -> str:
 @contextlib.contextmanager
 def _progress(n_runs: int) -> "Iterator[Callable[[Progress], None]]":
     """What shows the progress on a terminal; nothing where there is none."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
-    from rich.progress import Progress as Bar
+    with terminal.progress_bar(1.0, n_runs) as show:
 
-    columns = (
-        TextColumn("{task.fields[runs]}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("{task.fields[rate]}"),
-    )
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0, runs=f"0/{n_runs} runs", rate="")
-
-        def show(progress: "Progress") -> None:
+        def tell(progress: "Progress") -> None:
             failed = f", {progress.failed} failed" if progress.failed else ""
             left = progress.seconds_left
             ending = "" if left is None else f", {_duration(left)} left"
-            bar.update(
-                task,
-                completed=progress.share,
-                runs=f"{progress.done}/{n_runs} runs, {progress.running} running{failed}",
-                rate=f"{progress.steps_per_s / 1e6:.1f} M steps/s{ending}",
+            show(
+                progress.share,
+                f"{progress.done}/{n_runs} runs, {progress.running} running{failed}",
+                f"{progress.steps_per_s / 1e6:.1f} M steps/s{ending}",
             )
 
-        yield show
+        yield tell

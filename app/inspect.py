@@ -12,6 +12,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from app import compass
+from app.compass import HEADING_NAMES
 from app.narrate import plain
 from app.snapshot import Snapshot
 from learners import greedy
@@ -23,23 +25,8 @@ from sim.bits import U
 from sim.geometry import N_MOVES, STAY
 from sim.world import CAPTURE, FLIGHT, ONGOING, STATE_SHIFT, TIMEOUT, board_xy, cell_at
 
-HEADING_NAMES = (
-    "east",
-    "north-east",
-    "north",
-    "north-west",
-    "west",
-    "south-west",
-    "south",
-    "south-east",
-)
-"""Of the headings, counter-clockwise; also the names of the moves that go that way."""
-_TOWARDS = {
-    tuple(way): name for way, name in zip(geometry.HEADINGS.tolist(), HEADING_NAMES, strict=True)
-}
 MOVE_NAMES = tuple(
-    "stay" if move == STAY else f"move {_TOWARDS[tuple(way)]}"
-    for move, way in enumerate(geometry.MOVES.tolist())
+    "stay" if move == STAY else f"move {name}" for move, name in enumerate(compass.MOVE_NAMES)
 )
 OUTCOME_NAMES = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out"}
 _PLURALS = {CAPTURE: "captures", FLIGHT: "flights", TIMEOUT: "time-outs"}

@@ -16,8 +16,9 @@ import viser
 
 from app import inspect, pictures
 from app.board import BOARD_UNITS
+from app.compass import HEADING_NAMES
 from app.door import guarded
-from app.inspect import HEADING_NAMES, Chain, HuntShown
+from app.inspect import Chain, HuntShown
 from app.look import Look, heading_shown
 from app.pictures import Theme
 from app.snapshot import Snapshot
@@ -257,14 +258,6 @@ class Inspector:
         self._overlay = _Overlay(client.scene)
         self._build(client.gui, container)
 
-    def choose(self, x: int, y: int) -> None:
-        """Inspect a cell from now on."""
-        self._ask(partial(self._choose, x, y))
-
-    def hunt_from(self, x: int, y: int) -> None:
-        """Inspect a cell and show a hunt from it, the prey facing as in the picture."""
-        self._ask(partial(self._choose_and_hunt, x, y))
-
     def hunt_ring(self) -> None:
         """Show hunts from all round the prey, in the place of those shown so far."""
         self._ask(self._hunt_ring)
@@ -278,7 +271,7 @@ class Inspector:
         self._ask(self._clear)
 
     def take_click(self, ray_origin: Vector, ray_direction: Vector, shift: bool) -> None:
-        """Inspect the cell that a ray meets, and with shift hunt from it.
+        """Inspect the cell that a ray meets; with shift hunt from it, the prey as in the picture.
 
         Args:
             ray_origin: in board units.
@@ -357,22 +350,15 @@ class Inspector:
         self._requests.append(request)
         self._wake()
 
-    def _choose(self, x: int, y: int, snapshot: Snapshot, _: Look) -> None:
-        size = snapshot.world.size
-        if 0 <= x < size and 0 <= y < size:
-            self._chosen = (x, y)
-
-    def _choose_and_hunt(self, x: int, y: int, snapshot: Snapshot, look: Look) -> None:
-        self._choose(x, y, snapshot, look)
-        if self._chosen == (x, y):
-            self._hunt([(x, y)], heading_shown(look, snapshot.heading), snapshot)
-
     def _clicked(
         self, origin: Vector, direction: Vector, shift: bool, snapshot: Snapshot, look: Look
     ) -> None:
         cell = cell_under(origin, direction, snapshot.world.size)
-        if cell is not None:
-            (self._choose_and_hunt if shift else self._choose)(*cell, snapshot, look)
+        if cell is None:
+            return
+        self._chosen = cell
+        if shift:
+            self._hunt([cell], heading_shown(look, snapshot.heading), snapshot)
 
     def _hunt_here(self, snapshot: Snapshot, look: Look) -> None:
         if self._chosen is not None:

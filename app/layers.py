@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from app import pictures
+from app.compass import HEADING_NAMES, MOVE_NAMES
 from app.look import FOLDED, Look, heading_shown
 from app.narrate import plain
 from app.pictures import Raster, Ruler, Shading, Theme, css, swatch_html
@@ -50,27 +51,6 @@ _FAINT = 0.5
 _SOFT = 0.75
 """How strongly an outcome covers the board, so that dots of the same colour stand out."""
 
-HEADING_NAMES = (
-    "east",
-    "north-east",
-    "north",
-    "north-west",
-    "west",
-    "south-west",
-    "south",
-    "south-east",
-)
-MOVE_NAMES = (
-    "south-west",
-    "south",
-    "south-east",
-    "west",
-    "staying",
-    "east",
-    "north-west",
-    "north",
-    "north-east",
-)
 _MOVE_SIGNS = "↙↓↘←·→↖↑↗"
 
 

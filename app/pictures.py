@@ -119,11 +119,6 @@ def known_of(values: np.ndarray, capture_reward: float, gamma: float) -> Known:
     )
 
 
-def folded(value: np.ndarray, capture_reward: float, gamma: float) -> Known:
-    """Fold a value map ``(heading, distance, direction)`` into the prey's frame."""
-    return known_of(geometry.fold(value, value.shape[2]), capture_reward, gamma)
-
-
 def mean_of(parts: np.ndarray, count: np.ndarray, where_none: float) -> np.ndarray:
     """Sum over the first axis divided by how many took part."""
     mean = np.full(count.shape, where_none)
@@ -332,8 +327,6 @@ def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
 class Raster(NamedTuple):
     """A square of pixels over the board, row by row from the south-west."""
 
-    side: int
-    """Pixels along each side."""
     cells: np.ndarray
     """(pixel,) int64: the board's cell under each pixel, ``y * size + x``."""
     states: np.ndarray
@@ -361,17 +354,12 @@ def _raster(size: int, n_directions: int, n_distances: int, side: int) -> Raster
             np.stack([pixels[:-1].ravel(), pixels[1:].ravel()], axis=1),
         ]
     )
-    return Raster(side, cells, states, pairs[states[pairs[:, 0]] != states[pairs[:, 1]]])
+    return Raster(cells, states, pairs[states[pairs[:, 0]] != states[pairs[:, 1]]])
 
 
 def on_raster(per_state: np.ndarray, raster: Raster) -> np.ndarray:
     """Spread states ``(distance, direction, ...)`` over pixels, ``(pixel, ...)``."""
     return per_state.reshape(-1, *per_state.shape[2:]).take(raster.states, axis=0)
-
-
-def on_board(per_state: np.ndarray, world: WorldSpec) -> np.ndarray:
-    """Spread folded states ``(distance, direction, ...)`` over the board, ``(y, x, ...)``."""
-    return on_raster(per_state, raster(world)).reshape(world.size, world.size, *per_state.shape[2:])
 
 
 # HTML and PNG -------------------------------------------------------------------------------

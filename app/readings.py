@@ -15,6 +15,7 @@ from viser import uplot
 from app import narrate, pictures
 from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.clock import Reading
+from app.compass import HEADING_NAMES
 from app.door import guarded
 from app.layers import (
     LAYERS,
@@ -37,14 +38,7 @@ _SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in va
 _FRAMES = {
     "Folded: mean of all headings": FOLDED,
     "Heading of the running trial": OF_TRIAL,
-    "Prey faces east": 0,
-    "Prey faces north-east": 1,
-    "Prey faces north": 2,
-    "Prey faces north-west": 3,
-    "Prey faces west": 4,
-    "Prey faces south-west": 5,
-    "Prey faces south": 6,
-    "Prey faces south-east": 7,
+    **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
 }
 _LAYER_KEYS = "1234567890"
 KEYS = """

@@ -287,7 +287,7 @@ def measured(run: Run, metrics: Sequence[str] = NAMES) -> dict[str, Any]:
         "steps_to_50": lambda: steps_to(outcomes, steps, 0.5),
         "steps_to_70": lambda: steps_to(outcomes, steps, 0.7),
         "mean_hunt_length": lambda: float(steps[-measures.FINAL_TRIALS :].mean()) if done else None,
-        "switches_per_step": lambda: measures.pace(state, measures.FINAL_TRIALS).switches_per_step,
+        "switches_per_step": lambda: measures.switches_per_step(state),
     }
     always = {"digest": digest(state), "trials": done, "steps": run.step}
     return always | {name: found[name]() if name in metrics else None for name in NAMES}

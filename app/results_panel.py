@@ -26,7 +26,7 @@ _X, _Y, _WIDTH, _HEIGHT = 8.0, 8.0, 684.0, 752.0
 """Over the board and the schedule on the smallest screen, over the board alone on others."""
 _MARGINS = 34.0
 """What the panel's frame and the space within take of its width."""
-_SAID = "padding:0.3em 0.9em 0;min-height:2.9em"
+_SAID = "padding:0.3em 0.9em 0"
 _REFRESH_S = 1.0
 """How often the content may be replaced: a click is lost whose link is replaced beneath it."""
 _RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"

@@ -22,7 +22,7 @@ from app.markup import escaped
 from app.statistics import Axis, Estimate
 from app.sweep import Sweep, own_place, sweep_of
 
-ROWS_PER_PAGE: Final = 11
+ROWS_PER_PAGE: Final = 8
 MOST_CELLS: Final = 300
 """Cells of a plane, or points of a line, that can be told apart and clicked."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from learners import kernel, measures, rows
-from learners.measures import Curve, Endings, Pace
+from learners.measures import Curve, Endings
 from learners.run import Control, Run
 from learners.spec import RunSpec
 from learners.state import n_options_of
@@ -88,7 +88,6 @@ class Snapshot:
     """Of the most recent trials, oldest first."""
     recent: Endings
     """How the last ``measures.RECENT_TRIALS`` trials ended."""
-    pace: Pace
     curve: Curve
 
 
@@ -151,7 +150,6 @@ def take(
         ends=_ends(run),
         paths=_paths(run) if new_curve or former is None else former.paths,
         recent=measures.endings(state, measures.RECENT_TRIALS),
-        pace=measures.pace(state),
         curve=curve,
     )
 

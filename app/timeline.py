@@ -306,21 +306,6 @@ def moved(schedule: ScheduleSpec, block_id: str, by_trials: int, now: Now) -> Sc
     return after
 
 
-def resized(schedule: ScheduleSpec, block_id: str, trials: int, now: Now) -> ScheduleSpec:
-    """Change the freeze of an introduction or the duration of an exploration.
-
-    Raises ValueError: see :func:`changed`.
-    """
-    return changed(schedule, block_id, now, trials=trials)
-
-
-def with_probability(
-    schedule: ScheduleSpec, block_id: str, probability: float, now: Now
-) -> ScheduleSpec:
-    """Change the probability of an exploration. Raises ValueError: see :func:`changed`."""
-    return changed(schedule, block_id, now, probability=probability)
-
-
 def changed(
     schedule: ScheduleSpec,
     block_id: str,

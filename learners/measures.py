@@ -1,6 +1,4 @@
-"""What a run's log and tables say: learning curve, success, how much is still being learned, and
-how far value has spread.
-"""
+"""What a run's log and tables say: learning curve, success, behaviour, the spread of value."""
 
 from typing import NamedTuple
 
@@ -32,17 +30,6 @@ class Endings(NamedTuple):
     captures: int
     flights: int
     timeouts: int
-
-
-class Pace(NamedTuple):
-    """How much is still happening, over the most recent trials."""
-
-    change_per_step: float
-    """Mean |dQ| of the selection table."""
-    new_state_share: float
-    """Share of steps in a state not visited before with the repertoire of the time."""
-    switches_per_step: float
-    """Share of steps whose option differed from that of the step before."""
 
 
 class FoldedValue(NamedTuple):
@@ -102,16 +89,14 @@ def mean_reward(world: WorldSpec, state: LearnerState, recent: int = FINAL_TRIAL
     return float(rewards(world, state.log_outcome[max(done - recent, 0) : done]).mean())
 
 
-def pace(state: LearnerState, recent: int = RECENT_TRIALS) -> Pace:
-    """How much was learned and explored over the most recent trials; zeros before the first."""
+def switches_per_step(state: LearnerState, recent: int = FINAL_TRIALS) -> float:
+    """Share of the most recent trials' steps whose option differed from that of the step before.
+
+    0 before the first trial has ended.
+    """
     done = trials_done(state)
     window = slice(max(done - recent, 0), done)
-    steps = max(int(state.log_steps[window].sum()), 1)
-    return Pace(
-        change_per_step=float(state.log_change[window].sum()) / steps,
-        new_state_share=float(state.log_new_states[window].sum()) / steps,
-        switches_per_step=float(state.log_switches[window].sum()) / steps,
-    )
+    return float(state.log_switches[window].sum()) / max(int(state.log_steps[window].sum()), 1)
 
 
 def folded_value(utility: np.ndarray, capture_reward: float, gamma: float) -> FoldedValue:

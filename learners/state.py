@@ -32,6 +32,8 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     cell, heading = start_of_trial(world, streams[rng.STARTS], 0)
     # Values that start above 0 have been there from the first trial on.
     reached = 0 if initial_q > 0 else kernel.NOT_REACHED
+    tally = np.zeros(kernel.N_TALLIES, np.int64)
+    tally[kernel.REPERTOIRE] = 1
     return LearnerState(
         selection=selection,
         selection_words=selection.view(np.uint32),
@@ -42,7 +44,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         seen=np.zeros(n_states, np.uint8),
         trail=np.full(kernel.TRAIL_LENGTH, cell, np.uint32),
         place=np.array([cell, heading, kernel.NO_OPTION], np.uint64),
-        tally=np.array([0, 0, 0, 0, 0, 1], np.int64),
+        tally=tally,
         change=np.zeros(1),
         streams=streams,
         log_outcome=np.zeros(spec.trials, np.int8),

@@ -90,12 +90,3 @@ def fold(values: np.ndarray, n_directions: int) -> np.ndarray:
         for heading in range(N_HEADINGS)
     ]
     return np.stack(turned)
-
-
-def unfold(values: np.ndarray, n_directions: int) -> np.ndarray:
-    """The inverse of :func:`fold`."""
-    turned = [
-        np.roll(values[heading], heading * n_directions // N_HEADINGS, axis=1)
-        for heading in range(N_HEADINGS)
-    ]
-    return np.stack(turned)

@@ -691,7 +691,9 @@ def test_another_schema_is_refused(tmp_path: Path, found: str | None) -> None:
             database.execute("UPDATE meta SET value = ? WHERE key = 'schema_version'", (found,))
     database.close()
     word = "without a version" if found is None else "of version 7"
-    with pytest.raises(FolderError, match=f"{word}, and this pounce reads version {results.SCHEMA_VERSION}"):
+    with pytest.raises(
+        FolderError, match=f"{word}, and this pounce reads version {results.SCHEMA_VERSION}"
+    ):
         carried_out(small(), path, resume=True)
 
 

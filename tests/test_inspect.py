@@ -518,6 +518,16 @@ def above(x: int, y: int) -> tuple[float, float, float]:
 DOWN = (0.0, 0.0, -1.0)
 
 
+def choose(inspector: Inspector, x: int, y: int) -> None:
+    """Click on a cell."""
+    inspector.take_click(above(x, y), DOWN, shift=False)
+
+
+def hunt_from(inspector: Inspector, x: int, y: int) -> None:
+    """Click on a cell with shift held."""
+    inspector.take_click(above(x, y), DOWN, shift=True)
+
+
 def test_a_click_shows_its_cell(fake_page: Page, inspector: Inspector, behind: Snapshot) -> None:
     inspector.take_click(above(6, 10), DOWN, shift=False)
     assert fake_page.woken == 1
@@ -532,7 +542,7 @@ def test_a_click_shows_its_cell(fake_page: Page, inspector: Inspector, behind: S
 
 
 def test_why_is_shown_when_it_is_asked_for(inspector: Inspector, behind: Snapshot) -> None:
-    inspector.choose(3, 10)
+    choose(inspector, 3, 10)
     inspector.explain(True)
     inspector.update(behind, Look())
     assert inspector._reasons.content.count("<li") == 7
@@ -549,7 +559,7 @@ def test_why_is_shown_when_it_is_asked_for(inspector: Inspector, behind: Snapsho
 def test_nothing_is_sent_when_nothing_has_changed(
     fake_page: Page, inspector: Inspector, behind: Snapshot
 ) -> None:
-    inspector.choose(6, 10)
+    choose(inspector, 6, 10)
     inspector.hunt_ring()
     inspector.update(behind, Look())
     sent = fake_page.sent
@@ -568,14 +578,14 @@ def test_shift_hunts_from_the_cell(inspector: Inspector, behind: Snapshot) -> No
     assert "Cell (6, 10)" in inspector._reading.content
     assert "capture after 4 steps" in inspector._results.content
     assert len(inspector._overlay._hunts._line.points) == 1 + 4
-    inspector.hunt_from(14, 10)
+    hunt_from(inspector, 14, 10)
     inspector.update(behind, Look())
     assert "flight after 1 step" in inspector._results.content
     assert len(inspector._overlay._ends.points) == 1 + 2
 
 
 def test_the_heading_is_that_of_the_look(inspector: Inspector, behind: Snapshot) -> None:
-    inspector.choose(6, 10)
+    choose(inspector, 6, 10)
     inspector.update(behind, Look())
     assert "prey facing east" in inspector._reading.content
     inspector.update(behind, Look(frame=NORTH))
@@ -588,7 +598,7 @@ def test_a_hunt_of_another_heading_shows_where_its_prey_faces(
     inspector: Inspector, behind: Snapshot
 ) -> None:
     inspector._prey_faces.value = "north"
-    inspector.choose(6, 10)
+    choose(inspector, 6, 10)
     inspector._ask(inspector._hunt_here)
     inspector.update(behind, Look())
     assert "prey facing north" in inspector._results.content
@@ -598,7 +608,7 @@ def test_a_hunt_of_another_heading_shows_where_its_prey_faces(
 
 
 def test_a_ring_takes_the_place_of_the_hunts_before(inspector: Inspector, behind: Snapshot) -> None:
-    inspector.hunt_from(6, 10)
+    hunt_from(inspector, 6, 10)
     inspector.hunt_ring()
     inspector.update(behind, Look())
     assert "16 hunts" in inspector._results.content
@@ -606,7 +616,7 @@ def test_a_ring_takes_the_place_of_the_hunts_before(inspector: Inspector, behind
 
 
 def test_clearing_forgets_everything(inspector: Inspector, behind: Snapshot) -> None:
-    inspector.hunt_from(6, 10)
+    hunt_from(inspector, 6, 10)
     inspector.update(behind, Look())
     inspector.clear()
     inspector.update(behind, Look())
@@ -620,7 +630,7 @@ def test_clearing_forgets_everything(inspector: Inspector, behind: Snapshot) -> 
 def test_another_run_clears_the_hunts_and_keeps_the_cell(
     inspector: Inspector, behind: Snapshot
 ) -> None:
-    inspector.hunt_from(6, 10)
+    hunt_from(inspector, 6, 10)
     inspector.update(behind, Look())
     inspector.update(replace(behind, generation=2), Look())
     assert inspector._results.content == ""
@@ -631,8 +641,8 @@ def test_cells_off_the_grid_and_foreign_words_change_nothing(
     inspector: Inspector, behind: Snapshot
 ) -> None:
     for x, y in [(-1, 3), (20, 3), (10**9, 0)]:
-        inspector.choose(x, y)
-        inspector.hunt_from(x, y)
+        choose(inspector, x, y)
+        hunt_from(inspector, x, y)
     inspector.update(behind, Look())
     assert "Click a cell" in inspector._reading.content
     assert inspector._results.content == ""
@@ -642,7 +652,7 @@ def test_cells_off_the_grid_and_foreign_words_change_nothing(
 
 def test_requests_do_not_pile_up(inspector: Inspector, behind: Snapshot) -> None:
     for _ in range(10_000):
-        inspector.hunt_from(6, 10)
+        hunt_from(inspector, 6, 10)
     assert len(inspector._requests) == 32
     inspector.update(behind, Look())
     assert len(inspector._hunts) == 16
@@ -654,7 +664,7 @@ def test_a_change_by_the_program_is_no_request(inspector: Inspector, behind: Sna
 
 
 def test_the_themes_colours_are_used(inspector: Inspector, behind: Snapshot) -> None:
-    inspector.hunt_from(6, 10)
+    hunt_from(inspector, 6, 10)
     inspector.update(behind, Look(theme=LIGHT))
     assert tuple(inspector._overlay._ends.colors[1]) == LIGHT.capture
     inspector.update(behind, Look(theme=DARK))
@@ -662,7 +672,7 @@ def test_the_themes_colours_are_used(inspector: Inspector, behind: Snapshot) -> 
 
 
 def test_removing_takes_everything_away(inspector: Inspector, behind: Snapshot) -> None:
-    inspector.choose(6, 10)
+    choose(inspector, 6, 10)
     inspector.update(behind, Look())
     inspector.remove()
     assert inspector._overlay._cell._line._impl.removed

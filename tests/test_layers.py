@@ -24,6 +24,7 @@ from sim import geometry
 from sim.geometry import MOVES, N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
+from tests.frames import unfold
 from tests.test_pictures import PLAINLY_APART, SIGHT, nearest
 
 SIZE, RINGS, SECTORS = 120, 18, 24
@@ -748,7 +749,7 @@ def test_what_all_headings_agree_on_folds_to_itself(preset: str, key: str) -> No
     tables = {}
     for name in names:
         ahead = np.repeat(getattr(moment, name)[:1], N_HEADINGS, axis=0)
-        tables[name] = geometry.unfold(ahead, SECTORS)
+        tables[name] = unfold(ahead, SECTORS)
     if preset == "standard_q":
         for heading in range(N_HEADINGS):
             tables["selection_q"][heading] = turned_moves(tables["selection_q"][heading], heading)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from app import pictures
 from app.pictures import DARK, FARTHEST_STEPS, LIGHT, Known, Theme
+from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 
 REWARD, PENALTY, GAMMA = 100.0, 50.0, 0.9
@@ -38,12 +39,23 @@ def known(**parts: float) -> Known:
     return Known(**{name: np.array([[part]]) for name, part in {**nothing, **parts}.items()})
 
 
+def folded(value: np.ndarray) -> Known:
+    """What is known of a value map in the prey's own frame."""
+    return pictures.known_of(geometry.fold(value, N_DIRECTIONS), REWARD, GAMMA)
+
+
+def on_board(per_state: np.ndarray, world: WorldSpec) -> np.ndarray:
+    """States ``(distance, direction, ...)`` spread over the board, ``(y, x, ...)``."""
+    spread = pictures.on_raster(per_state, pictures.raster(world))
+    return spread.reshape(world.size, world.size, *per_state.shape[2:])
+
+
 def colour_of(
-    folded: Known, theme: Theme, scale: pictures.Scale = "steps", reward: float = REWARD
+    state: Known, theme: Theme, scale: pictures.Scale = "steps", reward: float = REWARD
 ) -> list[int]:
     """Colour of the one state of a folded map."""
     shading = pictures.fixed_shading(scale, reward, PENALTY)
-    colours = pictures.shaded(folded, shading, theme)
+    colours = pictures.shaded(state, shading, theme)
     assert colours.dtype == np.uint8
     return colours[0, 0].tolist()
 
@@ -86,12 +98,12 @@ def test_a_place_seen_alike_by_all_headings_folds_to_one_state() -> None:
     value = nothing_known()
     for heading in range(N_HEADINGS):
         value[heading, 1, (5 + heading * TURN) % N_DIRECTIONS] = worth(7)
-    folded = pictures.folded(value, REWARD, GAMMA)
-    assert folded.steps[1, 5] == pytest.approx(7, abs=1e-4)
-    assert folded.gain[1, 5] == pytest.approx(worth(7), rel=1e-6)
-    assert folded.positive_share[1, 5] == 1
-    assert np.count_nonzero(folded.positive_share) == 1
-    assert np.isnan(folded.steps).sum() == folded.steps.size - 1
+    seen = folded(value)
+    assert seen.steps[1, 5] == pytest.approx(7, abs=1e-4)
+    assert seen.gain[1, 5] == pytest.approx(worth(7), rel=1e-6)
+    assert seen.positive_share[1, 5] == 1
+    assert np.count_nonzero(seen.positive_share) == 1
+    assert np.isnan(seen.steps).sum() == seen.steps.size - 1
 
 
 def test_distances_are_averaged_over_the_headings_that_have_one() -> None:
@@ -99,19 +111,19 @@ def test_distances_are_averaged_over_the_headings_that_have_one() -> None:
     value[0, 2, 4] = worth(10)
     value[1, 2, 4 + TURN] = worth(30)
     value[2, 2, 4 + 2 * TURN] = -8
-    folded = pictures.folded(value, REWARD, GAMMA)
+    seen = folded(value)
     # The mean of the distances, and not the distance of the mean value (which is near 15).
-    assert folded.steps[2, 4] == pytest.approx(20, abs=1e-4)
-    assert folded.gain[2, 4] == pytest.approx((worth(10) + worth(30)) / 2, rel=1e-6)
-    assert folded.positive_share[2, 4] == 2 / N_HEADINGS
-    assert folded.loss[2, 4] == 8
-    assert folded.negative_share[2, 4] == 1 / N_HEADINGS
+    assert seen.steps[2, 4] == pytest.approx(20, abs=1e-4)
+    assert seen.gain[2, 4] == pytest.approx((worth(10) + worth(30)) / 2, rel=1e-6)
+    assert seen.positive_share[2, 4] == 2 / N_HEADINGS
+    assert seen.loss[2, 4] == 8
+    assert seen.negative_share[2, 4] == 1 / N_HEADINGS
 
 
 def test_nothing_known_folds_to_nothing() -> None:
-    folded = pictures.folded(nothing_known(), REWARD, GAMMA)
-    assert np.isnan(folded.steps).all()
-    for part in (folded.gain, folded.positive_share, folded.loss, folded.negative_share):
+    seen = folded(nothing_known())
+    assert np.isnan(seen.steps).all()
+    for part in (seen.gain, seen.positive_share, seen.loss, seen.negative_share):
         assert not part.any()
 
 
@@ -205,7 +217,7 @@ def test_states_spread_over_the_board_in_the_rows_of_the_north() -> None:
     east_and_north = np.zeros((2, 8))
     east_and_north[1, 0] = 1
     east_and_north[1, 2] = 2
-    board = pictures.on_board(east_and_north, world)
+    board = on_board(east_and_north, world)
     assert board.shape == (21, 21)
     assert board[10, 20] == 1  # (y, x): the middle of the eastern edge
     assert board[20, 10] == 2
@@ -215,7 +227,7 @@ def test_states_spread_over_the_board_in_the_rows_of_the_north() -> None:
 def test_every_cell_of_the_board_gets_the_colour_of_its_state() -> None:
     world = WorldSpec(size=20)
     names = np.arange(world.n_skill_states).reshape(world.n_distances, world.n_directions)
-    board = pictures.on_board(np.stack([names, -names], axis=-1), world)
+    board = on_board(np.stack([names, -names], axis=-1), world)
     assert board.shape == (20, 20, 2)
     assert (board[..., 0] == -board[..., 1]).all()
     # The prey stands at (10, 10); by sector and ring of a grid of 20, worked out by hand.

@@ -140,7 +140,7 @@ def test_ids_stay_while_time_passes_and_blocks_are_changed() -> None:
         id for id in ahead if id not in (CIRCLE, CIRCLING)
     ]
     plan = timeline.moved(run.spec.schedule, AVOID, 30, Now(150, run.present))
-    plan = timeline.with_probability(plan, AVOIDING, 0.7, Now(150, run.present))
+    plan = timeline.changed(plan, AVOIDING, Now(150, run.present), probability=0.7)
     run.apply(SetSchedule(plan))
     assert (block(run, AVOID).first, block(run, AVOIDING).first) == (230, 230)
     assert block(run, AVOIDING).probability == 0.7
@@ -373,17 +373,19 @@ def test_numbers_are_clamped_to_what_is_allowed() -> None:
     # An exploration cannot start before its skill joins.
     late = timeline.moved(PLAN, CIRCLING, 5, AT_START)
     assert timeline.moved(late, CIRCLING, -1_000, AT_START) == PLAN
-    assert timeline.resized(PLAN, CIRCLE, -5, now).freeze_of("circle_clockwise") == 0
-    assert timeline.resized(PLAN, CIRCLING, 0, now).episodes[0].duration == 1
-    assert timeline.resized(PLAN, CIRCLING, 10**9, now).episodes[0].duration == MAX_TRIALS
-    assert timeline.with_probability(PLAN, CIRCLING, 1.5, now).episodes[0].probability == 1
-    assert timeline.with_probability(PLAN, CIRCLING, -1, now).episodes[0].probability == 0
+    assert timeline.changed(PLAN, CIRCLE, now, trials=-5).freeze_of("circle_clockwise") == 0
+    assert timeline.changed(PLAN, CIRCLING, now, trials=0).episodes[0].duration == 1
+    assert timeline.changed(PLAN, CIRCLING, now, trials=10**9).episodes[0].duration == MAX_TRIALS
+    assert timeline.changed(PLAN, CIRCLING, now, probability=1.5).episodes[0].probability == 1
+    assert timeline.changed(PLAN, CIRCLING, now, probability=-1).episodes[0].probability == 0
 
 
 def test_lengths_and_probabilities_change() -> None:
-    assert timeline.resized(PLAN, AVOID, 33, AT_START).freeze_of("avoid") == 33
-    assert timeline.resized(PLAN, AVOIDING, 33, AT_START).episodes[1].duration == 33
-    assert timeline.with_probability(PLAN, AVOIDING, 0.9, AT_START).episodes[1].probability == 0.9
+    assert timeline.changed(PLAN, AVOID, AT_START, trials=33).freeze_of("avoid") == 33
+    assert timeline.changed(PLAN, AVOIDING, AT_START, trials=33).episodes[1].duration == 33
+    assert (
+        timeline.changed(PLAN, AVOIDING, AT_START, probability=0.9).episodes[1].probability == 0.9
+    )
 
 
 def test_several_things_change_at_once_where_one_after_the_other_would_not_fit() -> None:
@@ -415,8 +417,8 @@ Edit = Callable[[ScheduleSpec], Any]
     ("edit", "why"),
     [
         (lambda p: timeline.moved(p, CIRCLE, 100, Now(100, ())), "Trial 100 is past"),
-        (lambda p: timeline.resized(p, CIRCLING, 100, Now(150, ())), "Trial 100 is past"),
-        (lambda p: timeline.with_probability(p, CIRCLING, 0, Now(150, ())), "is past"),
+        (lambda p: timeline.changed(p, CIRCLING, Now(150, ()), trials=100), "Trial 100 is past"),
+        (lambda p: timeline.changed(p, CIRCLING, Now(150, ()), probability=0), "is past"),
         (lambda p: timeline.without(p, CIRCLING, Now(100, ())), "is past"),
         (lambda p: timeline.without(p, CIRCLE, AT_START), "cannot be deleted"),
         (lambda p: timeline.moved(p, "event:3", 100, AT_START), "has happened"),
@@ -424,8 +426,11 @@ Edit = Callable[[ScheduleSpec], Any]
         (lambda p: timeline.moved(p, "episode:0:avoid", 100, AT_START), "any more"),
         (lambda p: timeline.moved(p, "introduction:other", 100, AT_START), "any more"),
         (lambda p: timeline.without(p, "episode:-1:avoid", AT_START), "has happened"),
-        (lambda p: timeline.with_probability(p, CIRCLE, 0.5, AT_START), "has no probability"),
-        (lambda p: timeline.with_probability(p, CIRCLING, float("nan"), AT_START), "from 0 to 1"),
+        (lambda p: timeline.changed(p, CIRCLE, AT_START, probability=0.5), "has no probability"),
+        (
+            lambda p: timeline.changed(p, CIRCLING, AT_START, probability=float("nan")),
+            "from 0 to 1",
+        ),
         (lambda p: timeline.moved(p, CIRCLING, -1, AT_START), "any earlier than trial 100"),
         (lambda p: timeline.moved(p, CIRCLE, -1, Now(99, ())), "any earlier than trial 100"),
         (lambda p: timeline.with_episode(p, "approach", 290, 20, 0.5, AT_START), "overlap"),
@@ -502,7 +507,7 @@ def test_no_chain_of_edits_is_refused_by_the_run(
     for id, by, trials in edits:
         try:
             plan = timeline.moved(plan, id, by, now)
-            plan = timeline.resized(plan, id, trials, now)
+            plan = timeline.changed(plan, id, now, trials=trials)
         except ValueError:
             continue
     run.apply(SetSchedule(plan))

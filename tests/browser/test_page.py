@@ -30,6 +30,7 @@ from app.pictures import DARK, LIGHT
 from app.session import FULL_SPEED, Play, Status
 from app.snapshot import Snapshot
 from learners.run import Episode, Run
+from sim import geometry
 from tests.browser.conftest import (
     PATIENCE_S,
     LiveLab,
@@ -122,9 +123,10 @@ def test_colours_on_the_screen_are_the_servers_and_the_legends(
     screen.expect_cell_colours(colours)
     snapshot = live.session.status.snapshot
     world = snapshot.spec.world
-    known = pictures.folded(snapshot.value, world.capture_reward, snapshot.spec.learner.gamma)
-    share = pictures.on_board(known.positive_share, world).ravel()
-    steps = pictures.on_board(known.steps, world).ravel()
+    values, raster = geometry.fold(snapshot.value, world.n_directions), pictures.raster(world)
+    known = pictures.known_of(values, world.capture_reward, snapshot.spec.learner.gamma)
+    share = pictures.on_raster(known.positive_share, raster)
+    steps = pictures.on_raster(known.steps, raster)
     clear = clear_cells(snapshot)
     of_board = (colours == LIGHT.unknown).all(axis=1)
 
