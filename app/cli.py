@@ -25,6 +25,7 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppend
 
 from app import report_cli, terminal
 from app.experiment_cli import Experiment
+from app.machine import available_cores
 from app.report_cli import Report
 
 if TYPE_CHECKING:
@@ -255,13 +256,6 @@ def seeds_of(command: Run) -> Sequence[int]:
         if seed in seeds[:index]:
             raise UsageError(f"--seed-list: {seed} is there twice; allowed: each seed once")
     return seeds
-
-
-def available_cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def parse(argv: Sequence[str]) -> Command | Pounce | None:
@@ -520,6 +514,7 @@ def _experiment(command: Experiment) -> int:
     except presets.PresetError as error:
         raise WrongPresetError(str(error)) from error
     from app.laboratory import ClusterError
+    from app.results import FolderError
 
     try:
         # Before the folder, of which --force clears what is there.
@@ -528,7 +523,10 @@ def _experiment(command: Experiment) -> int:
         raise UsageError(f"--cluster: {shown(address or '')} {error}") from error
     with crew:
         if command.dry_run:
-            _say(experiment_cli.planned(command, wanted, crew.size))
+            try:
+                _say(experiment_cli.planned(command, wanted, crew.size))
+            except FolderError as error:
+                raise UsageError(str(error)) from error
             return EXIT_OK
         return _carried_out(command, wanted, crew)
 
@@ -553,6 +551,9 @@ def _carried_out(
         except ClusterError as error:
             _complain(f"{shown(command.cluster or '')} {error}")
             return EXIT_FAILED
+        except KeyboardInterrupt:
+            _complain(f"interrupted; what is finished is in {folder.path}, and --resume goes on")
+            return EXIT_INTERRUPTED
         _say(experiment_cli.report(command, wanted, folder, outcome))
     return EXIT_FAILED if outcome.failed else EXIT_OK
 

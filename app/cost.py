@@ -3,9 +3,11 @@
 import itertools
 import math
 import time
+from collections.abc import Collection
 from typing import NamedTuple
 
 from app.experiments import Experiment, Variant
+from app.replicate import tasks_of
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
 
@@ -13,7 +15,9 @@ _BYTES_PER_RUN = 8_000
 """Of a row with its settings, of what surrounds the arrays, and of the pictures of its value."""
 _BYTES_PER_TRIAL = 2.0
 """Of the arrays, compressed."""
-_S_PER_RUN = 0.05
+_STEPS_OF_A_TRIAL = 25
+"""Of the shortest trials on average, where steps alone end a run."""
+_S_PER_RUN = 0.01
 """Time that a run takes beside its steps."""
 _PILOT_S = 0.04
 """Time for which the speed of a preset is measured."""
@@ -21,12 +25,14 @@ _MOST_PILOTS = 4
 
 
 class Plan(NamedTuple):
-    """What an experiment would take."""
+    """What an experiment would take, beyond what is done."""
 
     variants: int
     runs: int
+    """In all."""
+    done: int
     steps: int
-    """Estimated, as are the following."""
+    """Of the runs that are left, estimated, as are the following."""
     seconds: float
     disk_bytes: int
 
@@ -46,22 +52,33 @@ def estimated_steps(experiment: Experiment, variant: Variant) -> int:
     return int(steps if experiment.steps is None else min(steps, experiment.steps))
 
 
-def plan(experiment: Experiment, workers: int) -> Plan:
-    """What an experiment would take; measures for a moment how fast this machine is."""
-    n_seeds = len(experiment.seeds)
+def plan(experiment: Experiment, workers: int, finished: Collection[str] = frozenset()) -> Plan:
+    """What an experiment would take; measures for a moment how fast this machine is.
+
+    Args:
+        experiment: what would be run.
+        workers: runs at a time.
+        finished: keys of runs that are done.
+    """
+    left = dict.fromkeys((v.label for v in experiment.variants), len(experiment.seeds))
+    if finished:
+        for variant, task in tasks_of(experiment):
+            left[variant.label] -= task.key in finished
+    n_left = sum(left.values())
     steps = trials = 0
     for variant in experiment.variants:
         one = estimated_steps(experiment, variant)
-        steps += one * n_seeds
-        limit = experiment.trials_of(variant)
-        trials += min(limit, one) * n_seeds
-    n_threads = min(workers, experiment.n_runs)
+        steps += one * left[variant.label]
+        shortest = max(one // _STEPS_OF_A_TRIAL, 1)
+        trials += min(experiment.trials_of(variant), shortest) * left[variant.label]
+    n_threads = max(min(workers, n_left), 1)
     return Plan(
         variants=len(experiment.variants),
         runs=experiment.n_runs,
+        done=experiment.n_runs - n_left,
         steps=steps,
-        seconds=(steps / _pilot(experiment) + experiment.n_runs * _S_PER_RUN) / n_threads,
-        disk_bytes=int(experiment.n_runs * _BYTES_PER_RUN + trials * _BYTES_PER_TRIAL),
+        seconds=(steps / _pilot(experiment) + n_left * _S_PER_RUN) / n_threads if n_left else 0.0,
+        disk_bytes=int(n_left * _BYTES_PER_RUN + trials * _BYTES_PER_TRIAL),
     )
 
 

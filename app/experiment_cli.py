@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 from tyro.conf import Positional, arg
 
 from app import terminal
+from app.machine import duration
 
 if TYPE_CHECKING:
     from app import experiments
@@ -103,6 +104,11 @@ def crew_of(address: str | None, workers: int) -> "Crew":
     return Cluster(address)
 
 
+def path_of(command: Experiment, experiment: "experiments.Experiment") -> Path:
+    """Where the results go."""
+    return Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
+
+
 def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder":
     """The folder of the results, claimed.
 
@@ -111,7 +117,7 @@ def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Fol
     """
     from app.results import Folder, FolderError
 
-    path = Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
+    path = path_of(command, experiment)
     try:
         return Folder(path, experiment, command.resume, command.force)
     except FolderError as error:
@@ -119,18 +125,25 @@ def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Fol
 
 
 def planned(command: Experiment, experiment: "experiments.Experiment", workers: int) -> str:
-    """What an experiment would take, in words or as JSON."""
-    from app.cost import plan
+    """What an experiment would take, in words or as JSON.
 
-    found = plan(experiment, workers)
+    Raises:
+        FolderError: what is done cannot be read.
+    """
+    from app.cost import plan
+    from app.results import finished_in
+
+    finished = finished_in(path_of(command, experiment)) if command.resume else set()
+    found = plan(experiment, workers, finished)
     if command.json:
         document = {"experiment": experiment.name, **found._asdict(), "workers": workers}
         return json.dumps(document)
+    there = f"; {found.done:,} are done" if found.done else ""
     return (
         f"{experiment.name}: {found.runs:,} runs ({found.variants:,} variants,"
-        f" {len(experiment.seeds):,} seeds)\n"
+        f" {len(experiment.seeds):,} seeds{there})\n"
         f"  steps  about {found.steps / 1e6:,.0f} M\n"
-        f"  time   about {_duration(found.seconds)} with {workers} at a time\n"
+        f"  time   about {duration(found.seconds)} with {workers} at a time\n"
         f"  disk   about {found.disk_bytes / 1e6:,.1f} MB"
     )
 
@@ -168,19 +181,12 @@ def report(
         return json.dumps(document)
     lines = [
         f"{experiment.name}: {outcome.done:,} of {outcome.total:,} runs done,"
-        f" {outcome.steps / 1e6:,.0f} M steps in {_duration(outcome.seconds)}",
+        f" {outcome.steps / 1e6:,.0f} M steps in {duration(outcome.seconds)}",
         f"results in {folder.path}",
     ]
     if outcome.failed:
         lines.append(f"{outcome.failed:,} runs failed; the first: {folder.first_error()}")
     return "\n".join(lines)
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    minutes = seconds / 60
-    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
 
 
 @contextlib.contextmanager
@@ -191,7 +197,7 @@ def _progress(n_runs: int) -> "Iterator[Callable[[Progress], None]]":
         def tell(progress: "Progress") -> None:
             failed = f", {progress.failed} failed" if progress.failed else ""
             left = progress.seconds_left
-            ending = "" if left is None else f", {_duration(left)} left"
+            ending = "" if left is None else f", {duration(left)} left"
             show(
                 progress.share,
                 f"{progress.done}/{n_runs} runs, {progress.running} running{failed}",

@@ -3,10 +3,11 @@
 As with the other controls, a callback asks and the render loop shows what is true.
 """
 
-import os
+import json
 import textwrap
 import threading
 from collections.abc import Callable
+from functools import lru_cache
 from html import escape
 from typing import Any, Final
 
@@ -15,12 +16,13 @@ import viser
 from app import experiments, timeline
 from app.background import Maker
 from app.door import RefusedError, guarded
-from app.experiments import Experiment, ExperimentError
+from app.experiments import MAX_LABEL, Experiment, ExperimentError
 from app.laboratory import Progress
+from app.machine import available_cores, duration
 from app.planner import safe_name
-from app.presets import dump, load, shipped
+from app.presets import dump
 from app.results import FolderError
-from app.session import Session, Status
+from app.session import GoBack, Request, Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change
 from app.workbench import BusyError, Quote, Standing, Workbench
@@ -35,8 +37,11 @@ MOST_LOADED: Final = 20
 """Experiments that may be loaded into one lab."""
 
 _N_SESSION_SEEDS: Final = 10
+_TRIALS_APART: Final = 1_000
 _MAX_WORKERS: Final = 64
 
+Ask = Callable[[viser.GuiEvent, Request], int]
+"""Enqueues a request for the browser of an event; returns its ticket, as ``Controls.ask``."""
 Show = Callable[[viser.ClientHandle], object]
 """Opens the results in a browser."""
 
@@ -45,43 +50,56 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
     """The schedule of a session, as it was and is planned, over many seeds.
 
     Where it differs from the preset of its name, that preset is run beside it on the same seeds,
-    so that what was done by hand can be seen against what was not.
+    so that what was done by hand can be seen against what was not. What a preset cannot repeat is
+    said in comments of the file, and by :func:`not_repeated`.
 
     Raises:
         ExperimentError: it cannot be run.
     """
-    spec, _ = timeline.preset_of(snapshot)
-    differs = snapshot.preset in shipped() and load(snapshot.preset) != spec
-    beside = f"; beside it, on the same seeds, {snapshot.preset} as it was" if differs else ""
-    lines = [f"description: What was done and is planned in this session{beside}.", "presets:"]
+    spec, left_out = timeline.preset_of(snapshot)
+    differs = snapshot.preset_spec != spec
+    beside = "; beside it, on the same seeds, its preset as it was" if differs else ""
+    lines = [f"# {sentence}" for sentence in left_out]
+    lines += [f"description: What was done and is planned in this session{beside}.", "presets:"]
     lines += ["  - label: this session", "    preset:", textwrap.indent(dump(spec), "      ")]
     if differs:
-        lines.append(f"  - {snapshot.preset}")
+        name = f"{snapshot.preset} as it was"[:MAX_LABEL]
+        lines += [f"  - label: {json.dumps(name, ensure_ascii=False)}", "    preset:"]
+        lines.append(textwrap.indent(dump(snapshot.preset_spec), "      "))
     text = "\n".join(line.rstrip() for line in lines) + "\n"
     return experiments.parse(text, f"{SESSION_NAME}.yaml", None, n_seeds)
 
 
-def duration(seconds: float) -> str:
-    """A time in words that are short."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    minutes = seconds / 60
-    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+def not_repeated(snapshot: Snapshot) -> str:
+    """What was done in a session that its schedule does not repeat; empty if nothing was."""
+    return " ".join(timeline.preset_of(snapshot).left_out)
+
+
+def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
+    """What the schedule of a session depends on; its length, beyond the plan, only roughly."""
+    trials = max(snapshot.spec.trials, snapshot.trial) // _TRIALS_APART
+    return snapshot.generation, len(snapshot.control.history), snapshot.preset, trials
+
+
+@lru_cache(maxsize=8)
+def _experiment_of(name: str, data: bytes | None, n_seeds: int | None) -> Experiment:
+    """A shipped experiment, or one that was loaded; large ones take seconds to read."""
+    if data is None:
+        return experiments.load(name, n_seeds)
+    return experiments.parse(data, f"{name}.yaml", None, n_seeds)
 
 
 def cost_html(quote: Quote, n_seeds: int) -> str:
     """What an experiment would take, before it is started."""
     found = quote.plan
-    left = found.runs - quote.done
-    if not left:
+    if found.done == found.runs:
         return f"All {found.runs:,} runs are in <b>{escape(str(quote.folder))}</b> already."
-    share = left / found.runs
-    there = f"; {quote.done:,} are there already" if quote.done else ""
+    there = f"; {found.done:,} are there already" if found.done else ""
     return (
         f"<b>{_counted(found.runs, 'run')}</b>: {_counted(found.variants, 'variant')},"
         f" {_counted(n_seeds, 'seed')} each{there}."
-        f"<br>About {_steps(found.steps * share)} steps, <b>{duration(found.seconds * share)}</b>,"
-        f" {max(found.disk_bytes * share / 1e6, 0.1):,.1f} MB, in"
+        f"<br>About {_steps(found.steps)} steps, <b>{duration(found.seconds)}</b>,"
+        f" {max(found.disk_bytes / 1e6, 0.1):,.1f} MB, in"
         f" <b>{escape(str(quote.folder))}</b>."
     )
 
@@ -98,7 +116,7 @@ def progress_html(standing: Standing) -> str:
     counts = f"{found.done:,} of {found.total:,} runs done{failed}"
     if not standing.running:
         over = found.done + found.failed == found.total
-        end = "" if over else " Stopped; start it again to go on there."
+        end = "" if over else " Stopped; Make the others goes on there."
         return f"{name}: {counts}.{end}"
     if standing.paused:
         return f"{name}: paused, {counts}."
@@ -106,9 +124,9 @@ def progress_html(standing: Standing) -> str:
 
 
 def _start_label(quote: Quote) -> str:
-    if not quote.done:
+    if not quote.plan.done:
         return "Start"
-    return "Show these runs" if quote.done == quote.plan.runs else "Make the others"
+    return "Show these runs" if quote.plan.done == quote.plan.runs else "Make the others"
 
 
 def _counted(number: int, what: str) -> str:
@@ -132,7 +150,9 @@ def small(text: str) -> str:
 class Experimenter:
     """The tab; the render loop calls :meth:`update`."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, bench: Workbench, show: Show) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, bench: Workbench, ask: Ask, show: Show
+    ) -> None:
         self._session = session
         self._bench = bench
         self._show = show
@@ -141,7 +161,7 @@ class Experimenter:
         self._n_seeds = {name: len(experiments.load(name).seeds) for name in experiments.shipped()}
         self._n_seeds[THIS_SESSION] = _N_SESSION_SEEDS
         self._offer: Maker[tuple[str, Quote]] = Maker()
-        cores = os.cpu_count() or 1
+        cores = available_cores()
         self._choice: Any = gui.add_dropdown("Experiment", self._options())
         self._about = gui.add_html("")
         self._seeds = gui.add_number(
@@ -162,12 +182,14 @@ class Experimenter:
         self._bar = gui.add_progress_bar(0.0, visible=False)
         self._said = gui.add_html("")
         self._results = gui.add_button("Show results", icon=viser.Icon.CHART_DOTS, visible=False)
+        self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
         # Before whatever is typed into the field of seeds next.
         on_change(self._choice, self._choose)
         self._start.on_click(guarded(self._begin))
         self._pause.on_click(guarded(lambda _: self._pause_or_go_on()))
         self._stop.on_click(guarded(lambda _: self._bench.stop()))
         self._results.on_click(guarded(self._open))
+        self._back.on_click(guarded(lambda event: ask(event, GoBack())))
 
     def take(self, data: bytes, name: str) -> str:
         """Add an experiment that somebody loaded, and choose it; returns what it is called.
@@ -196,6 +218,8 @@ class Experimenter:
     def update(self, status: Status) -> None:
         """Show what is true."""
         self._show_cost(status.snapshot)
+        assign(self._back, "visible", status.aside is not None)
+        assign(self._back, "label", f"Back to {status.aside}")
         standing = self._bench.standing
         running = standing is not None and standing.running
         assign(self._start, "visible", not running and not self._is_shown_whole(standing))
@@ -204,6 +228,7 @@ class Experimenter:
         assign(self._results, "visible", standing is not None)
         if standing is None:
             return
+        assign(self._results, "label", f"Show results of {standing.experiment.name}")
         assign(self._pause, "label", "Go on" if standing.paused else "Pause")
         icon = viser.Icon.PLAYER_PLAY if standing.paused else viser.Icon.PLAYER_PAUSE
         assign(self._pause, "icon", icon)
@@ -219,7 +244,7 @@ class Experimenter:
             return False
         quote = offer[1]
         n_shown = len(standing.gatherer.gathering().runs)
-        return quote.folder == standing.folder and quote.done == quote.plan.runs == n_shown
+        return quote.folder == standing.folder and quote.plan.done == quote.plan.runs == n_shown
 
     def _options(self) -> tuple[str, ...]:
         return (THIS_SESSION, *experiments.shipped(), *self._loaded)
@@ -242,9 +267,7 @@ class Experimenter:
 
     def _file(self, name: str, n_seeds: int | None = None) -> Experiment:
         """An experiment that was loaded, or a shipped one."""
-        if name in self._loaded:
-            return experiments.parse(self._loaded[name], f"{name}.yaml", None, n_seeds)
-        return experiments.load(name, n_seeds)
+        return _experiment_of(name, self._loaded.get(name), n_seeds)
 
     def _choose(self, event: viser.GuiEvent, name: str) -> None:
         self._seeds.value = self._n_seeds.get(name, _N_SESSION_SEEDS)
@@ -253,16 +276,18 @@ class Experimenter:
         name, n_seeds = str(self._choice.value), int(self._seeds.value)
         workers = int(self._workers.value)
         standing = self._bench.standing
-        of = [name, n_seeds, workers, standing is not None and standing.running]
+        is_running = standing is not None and standing.running
+        of = (name, n_seeds, workers, is_running, self._loaded.get(name))
         if name == THIS_SESSION:
-            of += [snapshot.generation, len(snapshot.control.history), snapshot.preset]
+            of += _session_key(snapshot)
 
         def offer() -> tuple[str, Quote]:
             experiment = self._experiment(snapshot)
-            return experiment.description, self._bench.quote(experiment, workers)
+            lost = not_repeated(snapshot) if name == THIS_SESSION else ""
+            return f"{experiment.description} {lost}", self._bench.quote(experiment, workers)
 
-        self._offer.want(tuple(of), offer)
-        found, is_of_this = self._offer.found, self._offer.found_of == tuple(of)
+        self._offer.want(of, offer)
+        found, is_of_this = self._offer.found, self._offer.found_of == of
         about, cost, start = "", "Finding out what it would take …", "Start"
         if is_of_this and isinstance(found, Exception):
             cost = f"Cannot be run: {escape(str(found))}"
@@ -271,6 +296,8 @@ class Experimenter:
             about, cost = escape(description), cost_html(quote, n_seeds)
             start = _start_label(quote)
         assign(self._start, "label", start)
+        # While it is made, its own progress says more, and what is measured now says less.
+        assign(self._cost, "visible", not is_running)
         assign(self._about, "content", small(about))
         assign(self._cost, "content", small(cost))
 

@@ -15,12 +15,15 @@ said of that line.
 
 import hashlib
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from itertools import islice, product
 from pathlib import Path
+from sys import intern
 from typing import Any, Final, NamedTuple
 
 from app import presets
@@ -45,10 +48,14 @@ from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
 
 MAX_RUNS: Final = 100_000
 MAX_VARIANTS: Final = 10_000
+MAX_VALUES: Final = 400_000
+"""Of all variants together, each with those of its preset: they are what takes time and memory."""
 MAX_STEPS: Final = 10**12
 MAX_SEED: Final = 2**63 - 1
 MAX_PROBLEMS: Final = 100
 """As many as anyone would read: where every variant is wrong, the rest is not looked at."""
+MAX_WRONG_VALUES: Final = MAX_VALUES // 4
+"""Of variants that are wrong. What is wrong with all of them is one problem, and many values."""
 
 FIRST: Final = ("figure_4_1", "figure_4_2", "figure_4_3")
 """Experiments of the thesis, in its order; others follow by name."""
@@ -67,7 +74,10 @@ _KEYS: Final = (
 )
 _PRESET_KEYS: Final = ("preset", "label", *_AXES)
 _LABEL: Final = "label"
-_MAX_LABEL: Final = 200
+MAX_LABEL: Final = 200
+_MAX_WHOLE_LABEL: Final = 2_000
+"""Of a variant, with the values that it is made of."""
+_MAX_SHOWN_COUNT: Final = 10**18
 _RANGES: Final = (("start", "stop", "step"), ("log_start", "log_stop", "count"))
 _ALLOWED_PRESETS: Final = "a shipped preset, a path, or a whole preset with a label"
 _ALLOWED_VALUES: Final = "a list of values, {start, stop, step}, or {log_start, log_stop, count}"
@@ -122,6 +132,8 @@ class Experiment:
     metrics: tuple[str, ...] = NAMES
     """Columns of :mod:`app.metrics` that are measured; charts show the first of them."""
     stop: Stop | None = None
+    source: str = ""
+    """How it was named where it can be named again; empty if it was given as a text."""
     _seeds_of: Mapping[str, Sequence[int]] = field(default_factory=dict, repr=False)
 
     @property
@@ -176,7 +188,8 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     own = shipped()
     if name_or_path in own:
         label = f"presets/experiments/{name_or_path}.yaml"
-        return parse(own[name_or_path].read_bytes(), label, folder, n_seeds)
+        experiment = parse(own[name_or_path].read_bytes(), label, folder, n_seeds)
+        return replace(experiment, source=name_or_path)
     path = Path(name_or_path)
     try:
         data = presets.file_of(path)
@@ -192,7 +205,7 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     except UnusableError as error:
         message = error.message
     else:
-        return parse(data, label, path.parent, n_seeds)
+        return replace(parse(data, label, path.parent, n_seeds), source=name_or_path)
     raise ExperimentError([PresetProblem(label, None, "", None, message)])
 
 
@@ -233,11 +246,45 @@ class _Choice(NamedTuple):
     label: str | None = None
 
 
+@dataclass(frozen=True)
+class _Range:
+    """Values of a range. How many there are is known long before any of them is made."""
+
+    node: Node
+    """As it is written, with the key that its values are for."""
+    count: int
+    numbers: Callable[[], Iterable[_Number]]
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __iter__(self) -> Iterator[Node]:
+        return (self.node._replace(value=number) for number in self.numbers())
+
+
+_Values = Sequence[Node] | _Range
+
+
+@dataclass(frozen=True)
+class _Linked:
+    """Choices of values that move together, made as they are taken."""
+
+    columns: tuple[_Values, ...]
+
+    def __len__(self) -> int:
+        return len(self.columns[0])
+
+    def __iter__(self) -> Iterator[_Choice]:
+        return map(_Choice, zip(*self.columns, strict=True))
+
+
 class _Axis(NamedTuple):
     """Choices of which a variant takes one."""
 
     keys: tuple[Key, ...]
-    choices: tuple[_Choice, ...]
+    choices: Sequence[_Choice] | _Linked
+    n_values: int
+    """In all choices together."""
 
 
 class _Plan(NamedTuple):
@@ -252,6 +299,15 @@ class _Plan(NamedTuple):
     @property
     def n_variants(self) -> int:
         return math.prod(len(axis.choices) for axis in self.axes)
+
+    @property
+    def n_values(self) -> int:
+        """In all variants together."""
+        n_variants = self.n_variants
+        given = sum(map(presets.n_values, (self.base.tree, *self.fixed)))
+        # Each choice is in as many variants as any other of its axis.
+        varied = (axis.n_values * n_variants // len(axis.choices) for axis in self.axes)
+        return given * n_variants + sum(varied)
 
 
 def _with_key(node: Node, key: Key) -> Node:
@@ -274,7 +330,7 @@ class _Reader:
 
     def __init__(self, root: Node, folder: Path | None, problems: list[PresetProblem]) -> None:
         self._root = root
-        self._folder = folder
+        self._shelf = presets.Shelf(folder)
         self._problems = problems
 
     def experiment(self, name: str, text: bytes, n_seeds: int | None) -> Experiment | None:
@@ -372,7 +428,7 @@ class _Reader:
         found: dict[str, None] = {}
         for item in self._items(node, f"names from {', '.join(NAMES)}"):
             if not isinstance(item.value, str) or item.value not in NAMES:
-                hint = did_you_mean(item.value, NAMES)
+                hint = did_you_mean(plain(item), NAMES)
                 self._fault(item, f"is not measured{hint}; allowed: {', '.join(NAMES)}")
             elif item.value in found:
                 self._fault(item, "is there twice; allowed: each once")
@@ -406,6 +462,7 @@ class _Reader:
             self._fault(self._root, "has no presets; allowed: a list of presets")
             return []
         fixed, axes = self._varied(entries)
+        self._refuse_twice(axes, ())
         trials = entries.get("trials")
         if trials is not None and isinstance(trials.value, int):
             fixed = (*fixed, trials)
@@ -418,11 +475,12 @@ class _Reader:
 
     def _plan(self, item: Node, fixed: tuple[Node, ...], axes: tuple[_Axis, ...]) -> _Plan | None:
         name, label = item, ""
+        own_axes: tuple[_Axis, ...] = ()
         if isinstance(item.value, dict):
             entries = self._mapping(item, _PRESET_KEYS)
-            label = self._text(entries.get(_LABEL), _MAX_LABEL)
+            label = self._text(entries.get(_LABEL), MAX_LABEL)
             own_fixed, own_axes = self._varied(entries)
-            fixed, axes = (*fixed, *own_fixed), (*axes, *own_axes)
+            fixed = (*fixed, *own_fixed)
             if "preset" not in entries:
                 self._fault(item, "names no preset; allowed: preset: NAME")
                 return None
@@ -434,12 +492,13 @@ class _Reader:
         if not is_written_here and not isinstance(name.value, str):
             self._fault(name, f"must be a text; allowed: {_ALLOWED_PRESETS}")
             return None
-        self._refuse_twice(axes)
+        self._refuse_twice(own_axes, axes)
+        axes = (*axes, *own_axes)
         try:
             if is_written_here:
-                base = presets.base_within(_with_key(name, ()), self._folder)
+                base = self._shelf.base_within(_with_key(name, ()))
                 return _Plan(label, label, base, fixed, axes)
-            base = presets.base_of(name.value, self._folder)
+            base = self._shelf.base_of(name.value)
         except UnusableError as error:
             self._fault(name, error.message)
             return None
@@ -459,12 +518,13 @@ class _Reader:
             choices = [self._choice(item) for item in items]
             keys = dict.fromkeys(value.key for choice in choices for value in choice.values)
             if choices:
-                axes.append(_Axis(tuple(keys), tuple(choices)))
+                nodes = [value for choice in choices for value in choice.values]
+                axes.append(_Axis(tuple(keys), choices, sum(map(presets.n_values, nodes))))
         return fixed, tuple(axes)
 
     def _choice(self, item: Node) -> _Choice:
         entries = dict(self._mapping(item))
-        label = self._text(entries.pop(_LABEL, None), _MAX_LABEL)
+        label = self._text(entries.pop(_LABEL, None), MAX_LABEL)
         return _Choice(self._settings(item._replace(value=entries)), label or None)
 
     def _settings(self, node: Node) -> tuple[Node, ...]:
@@ -477,21 +537,22 @@ class _Reader:
 
     def _axis(self, entries: Mapping[str, Node], group: Node) -> list[_Axis]:
         """The axis of keys that move together, if they can."""
-        columns, keys = [], []
+        columns: list[_Values] = []
+        keys: list[Key] = []
         for name, child in entries.items():
             key, values = self._key(name, child), self._values(child)
             if key is not None and values:
-                columns.append([_with_key(value, key) for value in values])
+                columns.append(_for_key(values, key))
                 keys.append(key)
         if len(columns) < len(entries) or not columns:
             return []
         if len(set(map(len, columns))) > 1:
             counts = zip(entries, map(len, columns), strict=True)
-            listed = ", ".join(f"{name}: {count}" for name, count in counts)
+            listed = ", ".join(f"{printable(name)}: {count}" for name, count in counts)
             message = f"has values that cannot move together ({listed}); allowed: as many for each"
             self._problems.append(group.problem(message))
             return []
-        return [_Axis(tuple(keys), tuple(map(_Choice, zip(*columns, strict=True))))]
+        return [_Axis(tuple(keys), _Linked(tuple(columns)), sum(map(_n_values, columns)))]
 
     def _key(self, name: str, node: Node) -> Key | None:
         key: Key = tuple(name.split("."))
@@ -503,7 +564,7 @@ class _Reader:
             return None
         return key
 
-    def _values(self, node: Node) -> Sequence[Node]:
+    def _values(self, node: Node) -> _Values:
         """Values of a key; none, with the problem noted, if they are not to be had."""
         if isinstance(node.value, dict):
             for names in _RANGES:
@@ -514,7 +575,7 @@ class _Reader:
             return []
         return node.value
 
-    def _range(self, node: Node, parts: Sequence[Node], names: tuple[str, ...]) -> Sequence[Node]:
+    def _range(self, node: Node, parts: Sequence[Node], names: tuple[str, ...]) -> _Values:
         wrong = [part for part in parts if not _is_finite(part.value)]
         for part in wrong:
             self._fault(part, "must be a finite number; allowed: a number")
@@ -531,11 +592,16 @@ class _Reader:
         if (step if is_log else (last - first) / step) >= MAX_VARIANTS:
             self._fault(node, f"has too many values; allowed: fewer than {MAX_VARIANTS}")
             return []
-        values = _log_range(first, last, step) if is_log else _range(first, last, step)
-        return [node._replace(value=value) for value in values]
+        if is_log:
+            # Rounded to whole numbers, some may be the same: to be counted they must be made.
+            are_whole = isinstance(first, int) and isinstance(last, int)
+            count = len(_log_range(first, last, step)) if are_whole else step
+            return _Range(node, count, partial(_log_range, first, last, step))
+        return _Range(node, _n_steps(first, last, step), partial(_range, first, last, step))
 
-    def _refuse_twice(self, axes: Iterable[_Axis]) -> None:
-        seen: set[Key] = set()
+    def _refuse_twice(self, axes: Iterable[_Axis], others: Iterable[_Axis]) -> None:
+        """No key of an axis may be one of another, or of those that were looked at before."""
+        seen = {key for axis in others for key in axis.keys}
         for axis in axes:
             for key in axis.keys:
                 if key in seen:
@@ -545,33 +611,48 @@ class _Reader:
 
     def _few_enough(self, plans: Sequence[_Plan], n_seeds: int) -> bool:
         n_variants = sum(plan.n_variants for plan in plans)
-        allowed = f"up to {MAX_VARIANTS} variants and {MAX_RUNS} runs"
+        n_values = sum(plan.n_values for plan in plans)
         if n_variants > MAX_VARIANTS or n_variants * n_seeds > MAX_RUNS:
             message = (
-                f"asks for {n_variants} variants with {n_seeds} seeds each,"
-                f" {n_variants * n_seeds} runs; allowed: {allowed}"
+                f"asks for {_counted(n_variants)} variants with {n_seeds} seeds each,"
+                f" {_counted(n_variants * n_seeds)} runs;"
+                f" allowed: up to {MAX_VARIANTS} variants and {MAX_RUNS} runs"
             )
-            self._problems.append(self._root.problem(message))
-            return False
-        return True
+        elif n_values > MAX_VALUES:
+            message = (
+                f"asks for {n_variants} variants with {_counted(n_values)} values in all;"
+                f" allowed: up to {MAX_VALUES} values, each variant with those of its preset"
+            )
+        else:
+            return True
+        self._problems.append(self._root.problem(message))
+        return False
 
     def _variants(self, plans: Iterable[_Plan]) -> tuple[Variant, ...]:
         found: dict[str, Variant] = {}
         wrong: dict[PresetProblem, None] = {}
-        for plan in plans:
-            for choices in product(*(axis.choices for axis in plan.axes)):
-                if len(wrong) >= MAX_PROBLEMS:
-                    break
-                try:
-                    variant = _variant(plan, choices)
-                except PresetError as error:
-                    wrong.update(dict.fromkeys(error.problems))
-                    continue
-                if variant.label in found:
-                    message = (
-                        f"has two variants named {quoted(variant.label)}; allowed: a label each"
-                    )
-                    wrong[self._root.problem(message)] = None
+        n_wrong_values = 0
+        for plan, base, choices in _combinations(plans):
+            if len(wrong) >= MAX_PROBLEMS or n_wrong_values >= MAX_WRONG_VALUES:
+                break
+            try:
+                variant = _variant(plan, base, choices)
+            except PresetError as error:
+                wrong.update(dict.fromkeys(error.problems))
+                n_wrong_values += plan.n_values // plan.n_variants
+                continue
+            message = ""
+            if len(variant.label) > _MAX_WHOLE_LABEL:
+                message = (
+                    f"has a variant whose label is {len(variant.label)} characters long;"
+                    f" allowed: up to {_MAX_WHOLE_LABEL}, or settings with a label"
+                )
+            elif variant.label in found:
+                message = f"has two variants named {quoted(variant.label)}; allowed: a label each"
+            if message:
+                wrong[self._root.problem(message)] = None
+                n_wrong_values += plan.n_values // plan.n_variants
+            else:
                 found[variant.label] = variant
         self._problems += islice(wrong, MAX_PROBLEMS)
         return tuple(found.values())
@@ -587,14 +668,45 @@ class _Reader:
         return own
 
 
+def _combinations(
+    plans: Iterable[_Plan],
+) -> Iterator[tuple[_Plan, presets.Base, Sequence[_Choice]]]:
+    """Every variant as its plan, what is the same in all variants of that, and its choices."""
+    for plan in plans:
+        base = presets.with_settings(plan.base, plan.fixed)
+        for choices in product(*(axis.choices for axis in plan.axes)):
+            yield plan, base, choices
+
+
 def _is_finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
+def _counted(count: int) -> str:
+    """A count as a problem states it, which may be the product of hundreds of axes."""
+    return str(count) if count <= _MAX_SHOWN_COUNT else f"more than {_MAX_SHOWN_COUNT}"
+
+
+def _for_key(values: _Values, key: Key) -> _Values:
+    """The same values under another key."""
+    if isinstance(values, _Range):
+        return replace(values, node=values.node._replace(key=key))
+    return [_with_key(value, key) for value in values]
+
+
+def _n_values(values: _Values) -> int:
+    return len(values) if isinstance(values, _Range) else sum(map(presets.n_values, values))
+
+
+def _n_steps(first: _Number, last: _Number, step: _Number) -> int:
+    """Numbers from the first to the last, both included."""
+    # The last belongs to it even where the sum of steps misses it by a rounding error.
+    return math.floor((last - first) / step + 1e-9) + 1
+
+
 def _range(first: _Number, last: _Number, step: _Number) -> list[_Number]:
     """Numbers from the first to the last, both included; whole ones where all three are whole."""
-    # The last belongs to it even where the sum of steps misses it by a rounding error.
-    count = math.floor((last - first) / step + 1e-9) + 1
+    count = _n_steps(first, last, step)
     if all(isinstance(number, int) for number in (first, last, step)):
         return [first + index * step for index in range(count)]
     # Without the 0.30000000000000004 that is the sum of 0.1 and 0.2.
@@ -610,33 +722,43 @@ def _log_range(first: _Number, last: _Number, count: int) -> list[_Number]:
     return [float(first), *(float(f"{value:.6g}") for value in between), float(last)]
 
 
-def _variant(plan: _Plan, choices: Sequence[_Choice]) -> Variant:
+def _variant(plan: _Plan, base: presets.Base, choices: Sequence[_Choice]) -> Variant:
+    """A variant of a plan, of whose base all that is fixed is a part."""
     chosen = [value for choice in choices for value in choice.values]
-    settings = [*plan.fixed, *chosen]
-    spec = presets.completed(plan.base, settings)
-    overrides = {".".join(map(str, node.key)): plain(node) for node in settings}
+    spec = presets.completed(base, chosen)
+    # Variants have the same keys: each text is kept once.
+    overrides = {
+        intern(".".join(map(str, node.key))): plain(node) for node in (*plan.fixed, *chosen)
+    }
     return Variant(_label(plan, choices), plan.name, spec, overrides)
 
 
 def _label(plan: _Plan, choices: Sequence[_Choice]) -> str:
     parts = [plan.label]
-    chosen = [value.key for choice in choices for value in choice.values]
+    names = iter(_short(tuple(value.key for choice in choices for value in choice.values)))
     for choice in choices:
+        own = list(islice(names, len(choice.values)))
         if choice.label is not None:
             parts.append(choice.label)
-        else:
-            parts += [f"{_short(v.key, chosen)}={_written(plain(v))}" for v in choice.values]
+            continue
+        parts += [f"{n}={_written(plain(v))}" for n, v in zip(own, choice.values, strict=True)]
     return ", ".join(parts)
 
 
-def _short(key: Key, others: Iterable[Key]) -> str:
-    """The end of a key, as long as it must be to be told from the others."""
+@lru_cache(maxsize=16)  # Most variants of a preset have the same keys.
+def _short(keys: tuple[Key, ...]) -> tuple[str, ...]:
+    """The end of each key, as long as it must be to be told from the others."""
+    n_with = Counter(key[-length:] for key in keys for length in range(1, len(key) + 1))
+    return tuple(".".join(map(str, _end(key, n_with))) for key in keys)
+
+
+def _end(key: Key, n_with: Mapping[Key, int]) -> Key:
     for length in range(min(2, len(key)), len(key)):
         end = key[-length:]
         is_place_in_a_list = str(end[0]).isdigit()
-        if not is_place_in_a_list and sum(other[-length:] == end for other in others) == 1:
-            return ".".join(map(str, end))
-    return ".".join(map(str, key))
+        if not is_place_in_a_list and n_with[end] == 1:
+            return end
+    return key
 
 
 def _written(value: object) -> str:

@@ -43,7 +43,8 @@ class RunFact(NamedTuple):
     """Of the metric that is charted; NaN where there is none."""
     success: float
     """Share of captures in the last 2,000 trials; NaN where there is none."""
-    steps_to_70: int | None
+    steps_to_70: float
+    """Infinite for never, NaN where it was not measured."""
     trials: int
     steps: int
     seconds: float
@@ -118,7 +119,7 @@ class Gatherer:
     def add(self, label: str, row: Mapping[str, Any], arrays: bytes) -> None:
         """Take in a run that is over: its variant's label, its row, the archive of its arrays."""
         place = self._places[label]
-        fact = _fact(place, row, self._metric)
+        fact = _fact(place, row, self._metric, self._experiment.metrics)
         if row["status"] != DONE:
             with self._lock:
                 self._runs.append(fact)
@@ -190,7 +191,9 @@ def _rewards(spec: RunSpec) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
-def _fact(place: int, row: Mapping[str, Any], metric: Metric) -> RunFact:
+def _fact(place: int, row: Mapping[str, Any], metric: Metric, measured: Sequence[str]) -> RunFact:
+    never = float("inf") if "steps_to_70" in measured else float("nan")
+    reached = row.get("steps_to_70")
     lines = str(row.get("error") or "").strip().splitlines()
     return RunFact(
         key=str(row["key"]),
@@ -199,7 +202,7 @@ def _fact(place: int, row: Mapping[str, Any], metric: Metric) -> RunFact:
         error="" if row["status"] == DONE else (lines[-1] if lines else row["status"]),
         value=_number(row.get(metric.column)),
         success=_number(row.get("final_success")),
-        steps_to_70=row.get("steps_to_70"),
+        steps_to_70=never if reached is None else float(reached),
         trials=int(row.get("trials") or 0),
         steps=int(row.get("steps") or 0),
         seconds=_number(row.get("seconds")),

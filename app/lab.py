@@ -164,7 +164,7 @@ class Lab:
         self._controls = Controls(self.server.gui, session, presets)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
             self.experimenter = Experimenter(
-                self.server.gui, session, self.bench, self._show_results
+                self.server.gui, session, self.bench, self.ask, self._show_results
             )
         self._planner = Planner(self.server.gui, self.ask, session)
         self._planner.panel.float(x=_TIMELINE_X, y=-8, width=_TIMELINE_WIDTH)

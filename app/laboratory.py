@@ -38,7 +38,7 @@ class Progress(NamedTuple):
     steps_per_s: float
     """Over the time in which it was not paused."""
     share: float
-    """Of all the work, by its estimate, 0 to 1."""
+    """Of all the work, by its estimate, 0 to 1, with what was finished before."""
     seconds_left: float | None
     """None as long as nothing can be said."""
 
@@ -64,6 +64,7 @@ class Switch:
     """Lets an experiment go on, wait, or end; set from any thread."""
 
     def __init__(self) -> None:
+        self._changing = threading.Lock()
         self._going = threading.Event()
         self._going.set()
         self._ended = False
@@ -80,8 +81,9 @@ class Switch:
 
     def pause(self) -> None:
         """Let everything wait where it stands."""
-        if not self._ended:
-            self._going.clear()
+        with self._changing:
+            if not self._ended:
+                self._going.clear()
 
     def go_on(self) -> None:
         """Let it go on."""
@@ -89,8 +91,9 @@ class Switch:
 
     def end(self) -> None:
         """Let it end; there is no way back."""
-        self._ended = True
-        self._going.set()
+        with self._changing:
+            self._ended = True
+            self._going.set()
 
     def wanted(self) -> bool:
         """Whether a run in flight is to go on; waits while it is paused."""
@@ -265,10 +268,11 @@ class _Ledger:
         self._work = {v.label: estimated_steps(experiment, v) for v in experiment.variants}
         self._finished = folder.finished()
         self._done_before = 0
-        self._work_total = self._work_done = 0.0
+        self._work_before = self._work_total = self._work_done = 0.0
         for variant, task in tasks_of(experiment):
             if task.key in self._finished:
                 self._done_before += 1
+                self._work_before += self._work[variant.label]
             else:
                 self._work_total += self._work[variant.label]
         self._left = tasks_of(experiment)
@@ -336,6 +340,7 @@ class _Ledger:
                 work_done += share * work
                 running += 1
         share = work_done / self._work_total if self._work_total else 1.0
+        everything = self._work_before + self._work_total
         seconds = self._seconds
         return Progress(
             total=self.total,
@@ -344,7 +349,7 @@ class _Ledger:
             running=running or min(crew.busy, crew.size),
             steps=steps,
             steps_per_s=steps / max(seconds, 1e-3),
-            share=share,
+            share=(self._work_before + work_done) / everything if everything else 1.0,
             seconds_left=seconds * (1 - share) / share if share > 0.001 else None,
         )
 

@@ -14,7 +14,7 @@ import os
 import re
 import stat
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -40,6 +40,8 @@ MAX_DIGITS: Final = 18
 """Of a whole number: what fits 64 bits, and far below what Python refuses to convert."""
 MAX_BASES: Final = 8
 """Presets below one another by ``extends``."""
+MAX_SHELF_BYTES: Final = (MAX_BASES + 2) * MAX_BYTES
+"""Of all files that the presets of one experiment are read from: hundreds of ordinary ones."""
 MAX_SHOWN: Final = 80
 """Characters of a value or a key that a problem quotes."""
 MAX_NAME: Final = 1_024
@@ -155,6 +157,11 @@ def plain(node: Node) -> Any:
             return [plain(child) for child in node.value]
         case _:
             return node.value
+
+
+def n_values(node: Node) -> int:
+    """Values in a tree, as `MAX_NODES` counts them."""
+    return 1 + sum(n_values(child) for _, child in children(node))
 
 
 def children(node: Node) -> Iterator[tuple[str | int, Node]]:
@@ -475,17 +482,22 @@ def _base(node: Node, source: _Source, above: Sequence[str]) -> _Source:
     return base
 
 
-def _layers(source: _Source | None, problems: list[PresetProblem]) -> tuple[list[Node], bool]:
+def _layers(
+    source: _Source | None,
+    problems: list[PresetProblem],
+    read: Callable[[_Source, list[PresetProblem]], Node | None],
+) -> tuple[list[Node], bool]:
     """A preset and all it starts from, topmost first, and whether all of it could be had."""
     layers: list[Node] = []
     above: list[str] = []
     while source is not None:
         above.append(source.identity)
-        root = document_of(source.data, source.label, problems)
+        root = read(source, problems)
         if root is None:
             return layers, False
-        layers.append(root)
-        extends = root.value.pop(EXTENDS, None)
+        entries = dict(root.value)
+        extends = entries.pop(EXTENDS, None)
+        layers.append(root._replace(value=entries))
         if extends is None or extends.value is None:
             return layers, True
         if extends.value is REFUSED:
@@ -560,6 +572,7 @@ class _Slot(NamedTuple):
     """Is an item of a list, or part of one."""
 
 
+@lru_cache(maxsize=1024)  # Not more: a mapping of free keys has no end of places.
 def _slot(key: Key) -> _Slot | None:
     """The slot at a key, or None if the models have no such place."""
     slot: _Slot | None = _Slot(RunSpec)
@@ -856,12 +869,13 @@ def _without_nulls(
             return node._replace(value=items)
         case dict():
             entries = {}
-            names = skills if at == _TIMERS else _names(_slot(at))
             for name, child in node.value.items():
-                slot = _slot((*at, name))
                 if child.value is not None:
                     entries[name] = _without_nulls(child, (*at, name), skills, problems)
-                elif names and name not in names:
+                    continue
+                names = skills if at == _TIMERS else _names(_slot(at))
+                slot = _slot((*at, name))
+                if names and name not in names:
                     problems.append(child.problem(_unknown(name, names), "null"))
                 elif slot is not None and not slot.optional:
                     entries[name] = child
@@ -895,8 +909,10 @@ def _droppable(key: Key) -> Key:
     return key[:1]
 
 
-def _mended(tree: Node, wrong: Iterable[Key]) -> Node:
+def _mended(tree: Node, wrong: Collection[Key]) -> Node:
     """A tree without what is wrong in it, so that the rest can be judged."""
+    if not wrong:
+        return tree
     dropped = {_droppable(key) for key in wrong}
     # When a skill joins decides when its episodes start: without its timer they would seem to
     # overlap, or not to.
@@ -979,43 +995,78 @@ class Base(NamedTuple):
     """What was wrong with it before any setting."""
 
 
-def base_of(name: str, folder: Path | None) -> Base:
-    """A shipped preset, or a file at a path from a folder; raises `UnusableError` alone.
+class Shelf:
+    """The presets that an experiment starts from: however often one is named, it is read once."""
 
-    Without a folder, shipped presets alone.
-    """
-    source = _opened(name, folder)
-    problems: list[PresetProblem] = []
-    tree, complete = _stacked(source, problems)
-    return Base(tree, complete, tuple(problems))
+    def __init__(self, folder: Path | None) -> None:
+        """Paths start at the folder; without one, there are shipped presets alone."""
+        self._folder = folder
+        self._bases: dict[str, Base] = {}
+        self._documents: dict[str, tuple[Node | None, tuple[PresetProblem, ...]]] = {}
+        self._n_bytes = 0
+
+    def base_of(self, name: str) -> Base:
+        """A shipped preset, or the file at a path; raises `UnusableError` alone."""
+        source = _opened(name, self._folder)
+        if source.identity not in self._bases:
+            problems: list[PresetProblem] = []
+            tree, complete = _stacked(source, problems, self._read)
+            self._bases[source.identity] = Base(tree, complete, tuple(problems))
+        return self._bases[source.identity]
+
+    def base_within(self, node: Node) -> Base:
+        """A preset that is written within another file; raises `UnusableError` alone."""
+        entries = dict(node.value)
+        extends = entries.pop(EXTENDS, None)
+        below = Base(Node((), {}, node.place), True, ())
+        if extends is not None:
+            if not isinstance(extends.value, str):
+                raise UnusableError(f"must be a text; allowed: {', '.join(shipped())}, or a path")
+            below = self.base_of(extends.value)
+        return below._replace(tree=_merged(below.tree, node._replace(value=entries)))
+
+    def _read(self, source: _Source, problems: list[PresetProblem]) -> Node | None:
+        if source.identity not in self._documents:
+            self._n_bytes += len(source.data)
+            if self._n_bytes > MAX_SHELF_BYTES:
+                message = f"is one preset too many; allowed: {MAX_SHELF_BYTES} bytes in all of them"
+                raise UnusableError(message)
+            found: list[PresetProblem] = []
+            root = document_of(source.data, source.label, found)
+            self._documents[source.identity] = root, tuple(found)
+        root, noted = self._documents[source.identity]
+        problems += noted
+        return root
 
 
-def base_within(node: Node, folder: Path | None) -> Base:
-    """A preset that is written within another file; raises `UnusableError` alone."""
-    entries = dict(node.value)
-    extends = entries.pop(EXTENDS, None)
-    below = Base(Node((), {}, node.place), True, ())
-    if extends is not None:
-        if not isinstance(extends.value, str):
-            raise UnusableError(f"must be a text; allowed: {', '.join(shipped())}, or a path")
-        below = base_of(extends.value, folder)
-    return below._replace(tree=_merged(below.tree, node._replace(value=entries)))
-
-
-def completed(base: Base, settings: Iterable[Node]) -> RunSpec:
-    """A preset with settings on top, each a value that knows its key; raises `PresetError`."""
+def with_settings(base: Base, settings: Iterable[Node]) -> Base:
+    """A preset with settings on top, each a value that knows its key."""
     tree, problems = base.tree, list(base.problems)
     for setting in settings:
         try:
             tree = _placed(tree, setting.key, setting)
         except UnusableError as error:
             problems.append(setting.problem(error.message, quoted(plain(setting))))
-    return _validated(tree, base.complete, problems)
+    return Base(tree, base.complete, tuple(problems))
 
 
-def _stacked(source: _Source | None, problems: list[PresetProblem]) -> tuple[Node, bool]:
+def completed(base: Base, settings: Iterable[Node]) -> RunSpec:
+    """The run that a preset with settings on top states; raises `PresetError`."""
+    tree, complete, problems = with_settings(base, settings)
+    return _validated(tree, complete, list(problems))
+
+
+def _read(source: _Source, problems: list[PresetProblem]) -> Node | None:
+    return document_of(source.data, source.label, problems)
+
+
+def _stacked(
+    source: _Source | None,
+    problems: list[PresetProblem],
+    read: Callable[[_Source, list[PresetProblem]], Node | None] = _read,
+) -> tuple[Node, bool]:
     """A preset on top of all it starts from, and whether all of it could be had."""
-    layers, complete = _layers(source, problems)
+    layers, complete = _layers(source, problems, read)
     tree = Node((), {}, Place("" if source is None else source.label, 1))
     for layer in reversed(layers):
         tree = _merged(tree, layer)

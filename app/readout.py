@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from app import experiments, presets, statistics
+from app import experiments, presets, results, statistics
 from app.figures import shown_value
 from app.metrics import METRICS, MILESTONES, NAMES
-from app.results import SCHEMA_VERSION
 from app.statistics import Axis
 from learners import measures
 from sim.spec import WorldSpec
@@ -61,6 +60,8 @@ class RunRow:
     """Its name, without the folder and the ending of a file."""
     overrides: Mapping[str, Any]
     settings: Mapping[str, Any]
+    limited: bool
+    """Whether a stop condition or a number of steps may have ended it before its trials did."""
     seed: int
     error: str
     """Why it failed; empty if it did not."""
@@ -75,7 +76,7 @@ class RunRow:
     def identity(self) -> str:
         """What a run is a function of, as a text."""
         settings = {key: self.settings[key] for key in self.settings if key != "description"}
-        return json.dumps([self.preset, settings, self.seed], sort_keys=True)
+        return json.dumps([self.preset, settings, self.limited, self.seed], sort_keys=True)
 
 
 @dataclass(frozen=True)
@@ -117,21 +118,19 @@ def read_folder(path: Path) -> Folder:
     shown = repr(str(path))
     if not path.is_dir():
         raise ResultsError(f"{shown} is no folder; allowed: one that pounce experiment has written")
-    file = path / "results.sqlite"
-    if not file.is_file():
+    if not (path / "results.sqlite").is_file():
         raise ResultsError(f"{shown} holds no results: there is no results.sqlite in it")
     try:
-        with contextlib.closing(
-            sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
-        ) as db:
+        with contextlib.closing(results.reader(path)) as db:
             db.row_factory = sqlite3.Row
             meta = _meta_of(db, shown)
             found = db.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY rowid").fetchall()
-        rows = _in_order(path, [_row(path, row) for row in found])
-        metrics = _metrics_of(meta)
+        limited = _is_limited(meta)
+        rows = _in_order(path, [_row(path, row, limited) for row in found])
+        metrics, command = _metrics_of(meta), _command_of(path, meta)
     except (sqlite3.Error, ValueError, TypeError) as error:
         raise ResultsError(f"{shown} holds a damaged results.sqlite: {error}") from error
-    return Folder(path, rows, _command_of(path, meta), metrics)
+    return Folder(path, rows, command, metrics)
 
 
 def _in_order(path: Path, rows: Iterable[RunRow]) -> list[RunRow]:
@@ -160,10 +159,10 @@ def _meta_of(db: sqlite3.Connection, shown: str) -> dict[str, Any]:
     else:
         meta = dict(found[0]) if found else {}
     version = meta.get("schema_version")
-    if str(version) != str(SCHEMA_VERSION):
+    if str(version) != str(results.SCHEMA_VERSION):
         raise ResultsError(
             f"{shown} holds results of version {version}, and this program reads version"
-            f" {SCHEMA_VERSION}; allowed: a report by the program that wrote them"
+            f" {results.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
         )
     return meta
 
@@ -176,15 +175,24 @@ def _metrics_of(meta: Mapping[str, Any]) -> Sequence[str]:
     return found or NAMES
 
 
+def _is_limited(meta: Mapping[str, Any]) -> bool:
+    """Whether anything but its trials may have ended a run."""
+    return any(json.loads(meta.get(name) or "null") is not None for name in ("stop", "steps"))
+
+
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     """What made the results, as far as the table says."""
     seeds = json.loads(meta.get("seeds") or "[]")
     counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) and seeds else []
-    name = str(meta.get("name") or path / "experiment.yaml")
-    return shlex.join(["pounce", "experiment", name, *counted, "--out", str(path)])
+    source = str(meta.get("source") or "")
+    if not source:
+        # An experiment of the page has no file, and a name alone does not say where its file is.
+        name = str(meta.get("name") or "")
+        source = name if name in experiments.shipped() else str(path / "experiment.yaml")
+    return shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)])
 
 
-def _row(folder: Path, row: sqlite3.Row) -> RunRow:
+def _row(folder: Path, row: sqlite3.Row, limited: bool) -> RunRow:
     failed = row["status"] != "done"
     return RunRow(
         folder=folder,
@@ -193,6 +201,7 @@ def _row(folder: Path, row: sqlite3.Row) -> RunRow:
         preset=Path(str(row["preset"])).stem,
         overrides=_mapping(row["overrides"]),
         settings=_mapping(row["settings"]),
+        limited=limited,
         seed=int(row["seed"]),
         error=str(row["error"] or row["status"]) if failed else "",
         version=str(row["version"] or ""),
@@ -216,11 +225,15 @@ def _float(value: Any) -> float:
 
 
 def groups_of(rows: Iterable[RunRow]) -> list[Group]:
-    """Runs that are over, together with those of the same variant and settings."""
+    """Runs that are over, together with those of the same variant and settings.
+
+    Where some may have ended early, they are no runs of the same as those that may not.
+    """
     found: dict[str, Group] = {}
     for run in rows:
         if not run.error:
-            key = json.dumps([run.variant, run.preset, run.overrides], sort_keys=True)
+            parts = [run.variant, run.preset, run.overrides, run.limited]
+            key = json.dumps(parts, sort_keys=True)
             label = run.variant or _label(run.preset, run.overrides)
             found.setdefault(key, Group(label, run.preset, run.overrides)).runs.append(run)
     return list(found.values())

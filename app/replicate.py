@@ -141,19 +141,28 @@ def perform(
     Returns:
         What is kept of it; None if it was no longer wanted.
     """
-    began = time.perf_counter()
+    began, waited = time.perf_counter(), 0.0
+
+    def still_wanted() -> bool:
+        nonlocal waited
+        asked = time.perf_counter()
+        answer = wanted()
+        waited += time.perf_counter() - asked
+        return answer
+
     try:
         spec = RunSpec.model_validate_json(task.settings)
         pictures = Pictures([], [], [])
         run = made_run(
-            spec, task.seed, task.trials, task.steps, task.stop, on_progress, wanted, pictures
+            spec, task.seed, task.trials, task.steps, task.stop, on_progress, still_wanted, pictures
         )
         if run is None:
             return None
         row, arrays = measured(run, task.metrics), packed(arrays_of(run, pictures))
     except Exception as error:  # noqa: BLE001 - whatever it is, it is noted, and others go on
-        return failed(task.key, error, time.perf_counter() - began)
-    seconds = time.perf_counter() - began
+        return failed(task.key, error, time.perf_counter() - began - waited)
+    # A pause is no part of how long it took.
+    seconds = time.perf_counter() - began - waited
     return Finished(task.key, {**row, "status": DONE, "seconds": seconds}, arrays)
 
 

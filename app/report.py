@@ -11,6 +11,7 @@ import math
 import os
 import shlex
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -313,9 +314,8 @@ def _with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
 def _scalars(page: Page, groups: Sequence[Group]) -> None:
     there = {m.column for m in METRICS if measured(groups, m.column)}
     text = (
-        "Mean over runs with its 95 % bootstrap interval; below it, from four runs on, the"
-        " interquartile mean (IQM), which a few wild runs hardly move. Steps are medians, with a"
-        " run that never got there counted as longer than any that did."
+        f"{_MEANS_RULE} Steps are medians, with a run that never got there counted as longer than"
+        " any that did."
     )
     how_well, how, endings = (
         [metric for metric in METRICS if metric.column in names & there]
@@ -366,12 +366,34 @@ def _mean_cell(values: Sequence[float]) -> str:
     return shown_estimate(statistics.mean(values, _rng()))
 
 
+_MEANS_RULE = (
+    "Mean over runs with its 95 % bootstrap interval; below it, from four runs on, the"
+    " interquartile mean (IQM), which a few wild runs hardly move."
+)
+_DIFFERENCES_RULE = (
+    "Differences are paired by seed where seeds are shared, and their IQM is that of the"
+    " differences of pairs; where none are, it is the difference of two IQMs."
+)
+
+
 def _scalar_cell(values: Sequence[float]) -> Markup:
-    middle = statistics.interquartile_mean(values, _rng())
-    if middle.n < _LEAST_FOR_QUARTILES:
-        return escaped(_mean_cell(values))
+    return _with_middle(
+        statistics.mean(values, _rng()), statistics.interquartile_mean(values, _rng())
+    )
+
+
+def _difference_cell(first: Group, second: Group, column: str, difference: Estimate) -> Markup:
+    """How much larger a scalar is in the first group than in the second."""
+    values = first.by_seed(column), second.by_seed(column)
+    return _with_middle(difference, statistics.interquartile_difference(*values, _rng()))
+
+
+def _with_middle(mean: Estimate, middle: Estimate) -> Markup:
+    """A mean and, where there are enough runs for quartiles, the mean of the middle half."""
+    if mean.n < _LEAST_FOR_QUARTILES:
+        return escaped(shown_estimate(mean))
     below = minor(f"IQM {shown_estimate(middle)}")
-    return joined([_mean_cell(values), Markup("<br/>"), below], "")
+    return joined([shown_estimate(mean), Markup("<br/>"), below], "")
 
 
 def _reached_cell(group: Group, column: str) -> Markup:
@@ -414,26 +436,32 @@ def _ablation(page: Page, groups: Sequence[Group], metric: Metric) -> None:
     )
     drawing = draw_dots("variants", columns, small, zero=(difference,))
     rows = [
-        (
-            group.label,
-            shown_estimate(c.difference),
-            f"{c.improvement:.2f}",
-            c.difference.n,
-            "by seed" if c.paired else "no",
-        )
-        for group, c in zip(others, found, strict=True)
+        (base.label, _scalar_cell(base.values(column)), "–", "–", "–", "–"),
+        *(
+            (
+                group.label,
+                _scalar_cell(group.values(column)),
+                _difference_cell(group, base, column, c.difference),
+                f"{c.improvement:.2f}",
+                c.difference.n,
+                "by seed" if c.paired else "no",
+            )
+            for group, c in zip(others, found, strict=True)
+        ),
     ]
     header = (
         "variant",
+        f"{metric.label} [95 %]",
         f"{difference} [95 %]",
-        "P(variant better)",
-        "n",
+        "P(variant higher)",
+        "n of the difference",
         "paired",
     )
     caption = f"{metric.label} of each variant"
     page.say(
         "Variants beside one another",
         page.picture("variants", caption, drawing),
+        element("p", f"{_MEANS_RULE} {_DIFFERENCES_RULE}"),
         table(header, rows),
         _left_out(len(groups)),
     )
@@ -451,16 +479,21 @@ def pairs_of(first: Sequence[Group], second: Sequence[Group]) -> tuple[list[Pair
     if the overrides do. Each time only where no other variant has the same.
     """
     pairs: list[Pair] = []
-    left, right = list(first), list(second)
-    for alike in (_full_key, _spec_key, _overrides_key):
-        for group in list(left):
-            mine = [other for other in left if alike(other) == alike(group)]
-            theirs = [other for other in right if alike(other) == alike(group)]
-            if len(mine) == len(theirs) == 1:
-                pairs.append((group, theirs[0]))
-                left.remove(group)
-                right.remove(theirs[0])
+    left, right = first, second
+    for key_of in (_full_key, _spec_key, _overrides_key):
+        mine, theirs = ([(key_of(group), group) for group in side] for side in (left, right))
+        alike = _single(mine) & _single(theirs)
+        partners = dict(theirs)
+        pairs += [(group, partners[key]) for key, group in mine if key in alike]
+        left, right = (
+            [group for key, group in side if key not in alike] for side in (mine, theirs)
+        )
     return pairs, [*left, *right]
+
+
+def _single(keyed: Iterable[tuple[str, Group]]) -> set[str]:
+    """Keys that a single group has."""
+    return {key for key, n in Counter(key for key, _ in keyed).items() if n == 1}
 
 
 def _full_key(group: Group) -> str:
@@ -484,7 +517,8 @@ def _comparison(page: Page, reader: Reader, first: Folder, second: Folder, metri
             " allowed: folders whose variants set the same keys to the same values"
         )
     picture = _comparison_picture(page, pairs, metric)
-    page.say("Difference B \N{MINUS SIGN} A", picture, *_comparison_tables(pairs))
+    rule = element("p", f"{_MEANS_RULE} {_DIFFERENCES_RULE}")
+    page.say("Difference B \N{MINUS SIGN} A", picture, rule, *_comparison_tables(pairs))
     for number, pair in enumerate(pairs[:_MOST_LINES], 1):
         _pair_curves(page, reader, number, pair)
     if alone:
@@ -529,15 +563,15 @@ def _comparison_tables(pairs: Sequence[Pair]) -> list[Markup]:
     for pair in pairs[:_MOST_ROWS]:
         rows = []
         for metric in METRICS:
-            before, after = (statistics.mean(g.values(metric.column), _rng()) for g in pair)
+            before, after = pair
             found = _compared(pair, metric)
             if found.difference.n:
                 rows.append(
                     (
                         metric.label,
-                        shown_estimate(before),
-                        shown_estimate(after),
-                        shown_estimate(found.difference),
+                        _scalar_cell(before.values(metric.column)),
+                        _scalar_cell(after.values(metric.column)),
+                        _difference_cell(after, before, metric.column, found.difference),
                         f"{found.improvement:.2f}",
                         found.difference.n,
                         "by seed" if found.paired else "no",
@@ -589,11 +623,10 @@ def write_report(folders: Sequence[Path], out: Path | None, compare: bool) -> Pa
         raise ResultsError(f"a comparison needs two folders, and there are {len(folders)}")
     read = [read_folder(folder) for folder in folders]
     place = folders[0] / PAGE_NAME if out is None else out
-    commands = [*(folder.command for folder in read), _command(folders, compare)]
+    commands = [*(folder.command for folder in read), _command(folders, out, compare)]
     page = Page(commands, f"{place.stem}_figures")
-    rows = [row for folder in read for row in folder.rows]
-    if not compare:
-        rows = _without_copies(rows)
+    tables = [folder.rows for folder in read]
+    rows = [row for table in (tables if compare else _without_copies(tables)) for row in table]
     if all(row.error for row in rows):
         shown = ", ".join(repr(str(folder)) for folder in folders)
         raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
@@ -631,17 +664,23 @@ def _everything(page: Page, reader: Reader, groups: Sequence[Group], metric: Met
     _scalars(page, groups)
 
 
-def _without_copies(rows: Iterable[RunRow]) -> list[RunRow]:
-    """Runs, each once in a folder's own table, however many folders hold the very same one."""
-    found: dict[tuple[str, str], RunRow] = {}
-    for row in rows:
-        found.setdefault((row.identity, row.digest or row.key), row)
-    return list(found.values())
+def _without_copies(tables: Iterable[Sequence[RunRow]]) -> list[list[RunRow]]:
+    """Tables of folders without the runs that a folder before them holds as well.
+
+    Within a folder nothing is a copy: two of its variants may well come to the same settings.
+    """
+    seen: set[tuple[str, str]] = set()
+    found = []
+    for rows in tables:
+        keyed = [((row.identity, row.digest or row.key), row) for row in rows]
+        found.append([row for key, row in keyed if key not in seen])
+        seen.update(key for key, _ in keyed)
+    return found
 
 
-def _command(folders: Sequence[Path], compare: bool) -> str:
+def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
     words = ["pounce", "report", *(["--compare"] if compare else []), *map(str, folders)]
-    return shlex.join(words)
+    return shlex.join([*words, *([] if out is None else ["--out", str(out)])])
 
 
 def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compare: bool) -> str:
@@ -655,6 +694,12 @@ def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compar
     ]
     if compare:
         lines.append(f"A is {read[0].path}, B is {read[1].path}.")
+    lines += [
+        f"A stop condition or a number of steps may have ended the runs in {folder.path} early, so"
+        " they do not count among the thesis's own."
+        for folder in read
+        if any(row.limited for row in folder.rows)
+    ]
     commands = [element("code", command) for command in page.commands]
     content = [element("p", line) for line in lines]
     content.append(element("p", joined(["Made by", *commands], Markup("<br/>"))))

@@ -12,7 +12,8 @@ import io
 import json
 import os
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -52,6 +53,7 @@ COLUMNS: Final = {
 """Of the table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC."""
 
 
+_LOCK: Final = ".lock"
 _PATIENCE_S: Final = 30.0
 """A reader, such as the page, may hold the table for a moment."""
 
@@ -71,28 +73,34 @@ class Folder:
         """
         self.path = path
         self.arrays = path / "arrays"
-        try:
-            is_new = not path.exists() or not any(path.iterdir())
-            if is_new or force:
-                self._refuse_stranger(is_new)
-                self._begin(experiment)
-            elif resume:
-                self._go_on(experiment)
-            else:
-                raise FolderError(
-                    "is there already and not empty; allowed: another folder, --resume to go on,"
-                    " or --force to begin again"
-                )
-        except sqlite3.Error as error:
-            raise FolderError(f"holds a results.sqlite that cannot be used: {error}") from error
-        except OSError as error:
-            raise _unwritable(error) from error
+        with contextlib.ExitStack() as stack:
+            try:
+                is_new = is_free(path)
+                if not (is_new or force or resume):
+                    raise FolderError(
+                        "is there already and not empty; allowed: another folder, --resume to go"
+                        " on, or --force to begin again"
+                    )
+                if not is_new:
+                    self._refuse_stranger()
+                path.mkdir(parents=True, exist_ok=True)
+                stack.enter_context(_locked(path))
+                if is_new or force:
+                    self._begin(experiment)
+                else:
+                    self._go_on(experiment)
+            except sqlite3.Error as error:
+                raise FolderError(f"holds a results.sqlite that cannot be used: {error}") from error
+            except OSError as error:
+                raise _unwritable(error) from error
+            stack.callback(self._database.close)
+            self._stack = stack.pop_all()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._database.close()
+        self._stack.close()
 
     @property
     def table(self) -> Path:
@@ -100,9 +108,19 @@ class Folder:
         return self.path / "results.sqlite"
 
     def finished(self) -> set[str]:
-        """Keys of the runs that are done."""
+        """Keys of the runs that are done, and whose arrays are there."""
         rows = self._database.execute("SELECT key FROM runs WHERE status = ?", (DONE,))
-        return {key for (key,) in rows}
+        with os.scandir(self.arrays) as entries:
+            # After a loss of power a file may be there and empty.
+            there = {entry.name for entry in entries if entry.stat().st_size}
+        return {key for (key,) in rows if f"{key}.npz" in there}
+
+    def disown(self, key: str, error: str) -> None:
+        """Note that a run counts as failed, so that it is made again."""
+        with self._database:
+            self._database.execute(
+                "UPDATE runs SET status = ?, error = ? WHERE key = ?", (FAILED, error, key)
+            )
 
     def rows(self) -> list[dict[str, Any]]:
         """Rows of the runs that are done, in the order in which they ended."""
@@ -112,18 +130,12 @@ class Folder:
         return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
 
     def arrays_of(self, key: str) -> bytes:
-        """The archive of the arrays of a run that is done.
+        """The archive of the arrays of a run.
 
         Raises:
-            FolderError: it cannot be read.
+            OSError: it cannot be read.
         """
-        try:
-            return (self.arrays / f"{key}.npz").read_bytes()
-        except OSError as error:
-            raise FolderError(
-                f"lacks the arrays of {key}: {error.strerror or error};"
-                " allowed: --force to begin again"
-            ) from error
+        return (self.arrays / f"{key}.npz").read_bytes()
 
     def first_error(self) -> str:
         """Last line of what the first failed run said."""
@@ -159,20 +171,21 @@ class Folder:
         """
         passing = self.arrays / f".{key}.tmp"
         try:
-            passing.write_bytes(arrays)
+            _write_through(passing, arrays)
             os.replace(passing, self.arrays / f"{key}.npz")
         except OSError as error:
             with contextlib.suppress(OSError):
                 passing.unlink(missing_ok=True)
             raise _unwritable(error) from error
 
-    def _refuse_stranger(self, is_new: bool) -> None:
+    def _refuse_stranger(self) -> None:
         """--force begins results again; it clears nothing that is not results."""
-        if not is_new and not self.table.is_file() and not (self.path / "experiment.yaml").exists():
+        is_begun = (self.path / "experiment.yaml").is_file() and self.arrays.is_dir()
+        if not self.table.is_file() and not is_begun:
             raise FolderError("holds something else than results; allowed: another folder")
 
     def _begin(self, experiment: Experiment) -> None:
-        self.arrays.mkdir(parents=True, exist_ok=True)
+        self.arrays.mkdir(exist_ok=True)
         for name in ("", "-journal", "-wal", "-shm"):
             self.table.with_name(self.table.name + name).unlink(missing_ok=True)
         self._clear("*.npz", ".*.tmp")
@@ -187,10 +200,13 @@ class Folder:
             name=experiment.name,
             description=experiment.description,
             common_starts=json.dumps(experiment.common_starts),
+            source=experiment.source,
+            steps=json.dumps(experiment.steps),
+            stop=json.dumps(None if experiment.stop is None else asdict(experiment.stop)),
             metrics=json.dumps(experiment.metrics),
             version=version(),
+            seeds=json.dumps(list(experiment.seeds)),
         )
-        self._note(seeds=json.dumps(_seeds(experiment)))
 
     def _go_on(self, experiment: Experiment) -> None:
         if not self.table.is_file():
@@ -203,7 +219,12 @@ class Folder:
                     f"{objection}; allowed: another folder, or --force to begin again"
                 )
             self._clear(".*.tmp")
-            self._note(seeds=json.dumps(_seeds(experiment)))
+            (before,) = self._database.execute(
+                "SELECT value FROM meta WHERE key = 'seeds'"
+            ).fetchone()
+            # Of other seeds, what is there stays.
+            seeds = dict.fromkeys([*json.loads(before), *experiment.seeds])
+            self._note(seeds=json.dumps([*seeds]))
         except BaseException:
             self._database.close()
             raise
@@ -232,10 +253,13 @@ def goes_on(path: Path, experiment: Experiment) -> bool:
     if not (path / "results.sqlite").is_file() or not (path / "experiment.yaml").is_file():
         return False
     try:
-        with contextlib.closing(_reader(path)) as database:
+        with contextlib.closing(reader(path)) as database:
             return not _objection(database, path, experiment)
-    except (sqlite3.Error, OSError) as error:
+    except (sqlite3.OperationalError, OSError) as error:
         raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
+    except sqlite3.DatabaseError:
+        # It is damaged, or no table at all.
+        return False
 
 
 def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment) -> str:
@@ -246,6 +270,11 @@ def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment)
         return f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}"
     if (path / "experiment.yaml").read_bytes() != experiment.text:
         return "holds the results of another experiment"
+    others = database.execute(
+        "SELECT DISTINCT version FROM runs WHERE status = ? AND version != ?", (DONE, version())
+    ).fetchall()
+    if others:
+        return f"holds runs made by pounce {others[0][0]}, and this is {version()}"
     specs = {variant.label: settings_of(variant) for variant in experiment.variants}
     rows = database.execute("SELECT DISTINCT variant, settings FROM runs")
     for label, settings in rows:
@@ -283,23 +312,51 @@ def table_csv(path: Path) -> str:
 def _read(path: Path, query: str) -> list[tuple[Any, ...]]:
     """What a table answers, while somebody else may be writing to it."""
     try:
-        with contextlib.closing(_reader(path)) as database:
+        with contextlib.closing(reader(path)) as database:
             return database.execute(query).fetchall()
     except sqlite3.Error as error:
         raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
 
 
-def _reader(path: Path) -> sqlite3.Connection:
-    uri = f"{(path / 'results.sqlite').resolve().as_uri()}?mode=ro"
-    return sqlite3.connect(uri, uri=True, timeout=_PATIENCE_S)
+def reader(path: Path) -> sqlite3.Connection:
+    """The results table of a folder, to read from, while somebody else may be writing to it."""
+    file = path / "results.sqlite"
+    # What was killed in the middle of a row left a journal behind, which is to be rolled back.
+    mode = "rw" if os.access(file, os.W_OK) and os.access(path, os.W_OK) else "ro"
+    return sqlite3.connect(f"{file.resolve().as_uri()}?mode={mode}", uri=True, timeout=_PATIENCE_S)
+
+
+def is_free(path: Path) -> bool:
+    """Whether there is no such folder, or nothing in it.
+
+    Raises:
+        OSError: it cannot be looked into.
+    """
+    return not path.exists() or all(entry.name == _LOCK for entry in path.iterdir())
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Keep others from writing into a folder; whatever ends this program unlocks it."""
+    # SQLite's locks are there on every system.
+    lock = sqlite3.connect(path / _LOCK, timeout=0, isolation_level=None)
+    with contextlib.closing(lock):
+        try:
+            lock.execute("BEGIN EXCLUSIVE")
+        except sqlite3.OperationalError as error:
+            raise FolderError(
+                "is being written to by another pounce; allowed: another folder, or later"
+            ) from error
+        yield
 
 
 def schema_version(database: sqlite3.Connection) -> str | None:
     """Version of the schema of a results table, None if it has none."""
-    with contextlib.suppress(sqlite3.OperationalError):
-        row = database.execute("SELECT value FROM meta WHERE key = 'schema_version'").fetchone()
-        return None if row is None else str(row[0])
-    return None
+    tables = database.execute("SELECT name FROM sqlite_master WHERE name = 'meta'").fetchall()
+    if not tables:
+        return None
+    row = database.execute("SELECT value FROM meta WHERE key = 'schema_version'").fetchone()
+    return None if row is None else str(row[0])
 
 
 def version() -> str:
@@ -314,14 +371,18 @@ def version() -> str:
     return f"{released}+{SOURCE_DIGEST[:8]}"
 
 
-def _seeds(experiment: Experiment) -> list[int]:
-    return list(experiment.seeds)
-
-
 def _write(path: Path, data: bytes) -> None:
     passing = path.with_name(f".{path.name}.tmp")
-    passing.write_bytes(data)
+    _write_through(passing, data)
     os.replace(passing, path)
+
+
+def _write_through(path: Path, data: bytes) -> None:
+    """Write a file so that it is on the disk before anything says so."""
+    with path.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _unwritable(error: OSError) -> FolderError:

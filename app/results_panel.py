@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 from html import escape
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import viser
 
@@ -27,13 +27,22 @@ _X, _Y, _WIDTH, _HEIGHT = 8.0, 8.0, 684.0, 752.0
 _MARGINS = 34.0
 """What the panel's frame and the space within take of its width."""
 _SAID = "padding:0.3em 0.9em 0"
-_REFRESH_S = 1.0
-"""How often the content may be replaced: a click is lost whose link is replaced beneath it."""
+_REFRESH_S, _LATER_REFRESH_S, _LATER_S = 1.0, 3.0, 10.0
+"""How often the content may be replaced, at first and later: a click is lost whose link is replaced
+beneath it."""
 _RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"
 _CLOSE = "Close"
 
 Ask = Callable[[Any, Request], int]
 """Enqueues a request for the browser of an event, as ``Controls.ask``."""
+
+
+class _Wish(NamedTuple):
+    """What a content is of."""
+
+    gatherer: int
+    n_runs: int
+    view: View | None
 
 
 def frame_html() -> str:
@@ -62,7 +71,7 @@ class ResultsPanel:
         self._of: Standing | None = None
         self._wake = wake
         self._painted: Maker[str] = Maker(made=wake)
-        self._painted_at = 0.0
+        self._painted_at = self._since_s = 0.0
         self._secret = calls.enter(self._called)
         gui = client.gui
         self._panel = gui.add_panel(visible=False)
@@ -88,10 +97,8 @@ class ResultsPanel:
         standing = self._bench.standing
         if standing is None or not self._panel.visible:
             return
-        self._follow(standing)
-        said = (
-            f'<div style="padding:0.3em 0.9em 0;min-height:2.9em">{progress_html(standing)}</div>'
-        )
+        self._follow(standing, now_s)
+        said = f'<div style="{_SAID}">{progress_html(standing)}</div>'
         if self._said.content != said:
             self._said.content = said
         found = self._painted.found
@@ -104,10 +111,8 @@ class ResultsPanel:
             self._painted_at = now_s
         gatherer, view = standing.gatherer, self._view
         gathering = gatherer.gathering()
-        of = (id(gatherer), len(gathering.runs), view)
-        last = self._painted.found_of
-        only_more_runs = isinstance(last, tuple) and (last[0], last[2]) == (of[0], of[2])
-        if view is None or (only_more_runs and now_s - self._painted_at < _REFRESH_S):
+        of = _Wish(id(gatherer), len(gathering.runs), view)
+        if view is None or not self._is_due(of, standing, now_s):
             return
         self._painted.want(
             of,
@@ -116,11 +121,22 @@ class ResultsPanel:
             ),
         )
 
-    def _follow(self, standing: Standing) -> None:
+    def _is_due(self, of: "_Wish", standing: Standing, now_s: float) -> bool:
+        """Whether the content is to be replaced; for nothing but more runs, only now and then."""
+        last = self._painted.found_of
+        if not isinstance(last, _Wish) or not last.n_runs or not standing.running:
+            return True
+        if (last.gatherer, last.view) != (of.gatherer, of.view):
+            return True
+        is_new = now_s - self._since_s < _LATER_S
+        return now_s - self._painted_at >= (_REFRESH_S if is_new else _LATER_REFRESH_S)
+
+    def _follow(self, standing: Standing, now_s: float) -> None:
         """Look at another experiment as one looks at it first."""
         with self._lock:
             if self._of is None or self._of.gatherer is not standing.gatherer:
                 self._view = results_view.first_view(standing.experiment)
+                self._since_s = now_s
             self._of = standing
 
     def _address(self, words: str) -> str:
@@ -138,7 +154,9 @@ class ResultsPanel:
             return
         changed = results_view.answer(view, words, standing.gatherer.gathering())
         with self._lock:
-            self._view = changed
+            # Another experiment may have come in between.
+            if self._of is not None and self._of.gatherer is standing.gatherer:
+                self._view = changed
         self._wake()
 
     def _open_run(self, standing: Standing, key: str) -> None:
@@ -155,7 +173,7 @@ class ResultsPanel:
             return
         if standing is None or view is None:
             return
-        name, gatherer = standing.experiment.name, standing.gatherer
+        name, gatherer = standing.folder.name, standing.gatherer
         gathering = gatherer.gathering()
         if not gathering.runs:
             raise RefusedError("no run is over yet")

@@ -6,7 +6,7 @@ so what makes no sense leaves the view as it is.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Final, Literal, NamedTuple, get_args
@@ -16,13 +16,13 @@ import numpy as np
 from app import charts, presets
 from app.charts import Address, link, shortened, shown_number
 from app.experiments import Experiment
-from app.figures import grouped
 from app.gathered import MOST_CURVES, Gatherer, Gathering, RunFact
 from app.markup import escaped
 from app.statistics import Axis, Estimate
-from app.sweep import Sweep, own_place, sweep_of
+from app.sweep import BETWEEN, Sweep, names_of, own_place, sweep_of
 
 ROWS_PER_PAGE: Final = 8
+_PRESET: Final = "preset"
 MOST_CELLS: Final = 300
 """Cells of a plane, or points of a line, that can be told apart and clicked."""
 
@@ -74,6 +74,28 @@ def own_setting(experiment: Experiment) -> int | None:
         shipped.model_dump(mode="json"),
     )
     return None if found is None else sweep.places[found]
+
+
+@lru_cache(maxsize=16)
+def in_short(experiment: Experiment) -> tuple[Experiment, str]:
+    """An experiment whose variants have short labels, and what these are made of.
+
+    Variants that set the same keys are told apart by the values of those that differ; the preset
+    stays before them where there are several. Others keep their labels, and nothing is said.
+    """
+    variants = experiment.variants
+    if not all("=" in variant.label for variant in variants):
+        # Somebody has named them.
+        return experiment, ""
+    settings = variants[0].spec.model_dump(mode="json")
+    sets = [{_PRESET: v.preset, **v.overrides} for v in variants]
+    found = names_of(sets, settings)
+    if found is None or found.what == (_PRESET,):
+        return experiment, ""
+    named = tuple(
+        replace(variant, label=name) for variant, name in zip(variants, found.of, strict=True)
+    )
+    return replace(experiment, variants=named), BETWEEN.join(found.what)
 
 
 def first_view(experiment: Experiment) -> View:
@@ -171,12 +193,16 @@ def results_html(
         address: what a link refers to, to call the lab with words.
         width: of the page's panel inside, in pixels.
     """
-    sweep = swept(gathering.experiment)
-    parts = [_choices(gathering.experiment, view, sweep, address)]
+    sweep, own = swept(gathering.experiment), own_setting(gathering.experiment)
+    experiment, what = in_short(gathering.experiment)
+    gathering = replace(gathering, experiment=experiment)
+    parts = [_choices(experiment, view, sweep, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
     else:
-        parts.append(_chart(gatherer, gathering, view, sweep, address, width))
+        parts.append(_chart(gatherer, gathering, view, sweep, own, address, width))
+        if what:
+            parts.append(f"<p>Variants are named by {escaped(what)}.</p>")
         parts += _table(gathering, view, address, width)
     return (
         f'<div class="pounce-results" style="max-width:{width:.0f}px">'
@@ -224,6 +250,7 @@ def _chart(
     gathering: Gathering,
     view: View,
     sweep: Sweep | None,
+    own: int | None,
     address: Address,
     width: float,
 ) -> str:
@@ -238,7 +265,6 @@ def _chart(
         return charts.runs(gathering, estimates, address, width, view.variant)
     if len(sweep.axles) == 1:
         return charts.line(gathering, sweep, estimates, address, width, view.variant)
-    own = own_setting(gathering.experiment)
     return charts.plane(gathering, sweep, estimates, address, width, view.variant, own)
 
 
@@ -304,9 +330,8 @@ def _table(gathering: Gathering, view: View, address: Address, width: float) -> 
     heads = _heads(gathering)
     label_px = width - sum(head.width for head in heads) - _OPEN_PX
     head = "".join(_head(head, view, address) for head in heads)
-    names = _names(gathering.experiment)
     rows = "".join(
-        _row(run, gathering.experiment.variants[run.variant].label, names, address, label_px)
+        _row(run, gathering.experiment.variants[run.variant].label, address, label_px)
         for run in listed[first : first + ROWS_PER_PAGE]
     )
     columns = "".join(f'<col style="width:{head.width}px"/>' for head in heads[1:])
@@ -315,19 +340,6 @@ def _table(gathering: Gathering, view: View, address: Address, width: float) -> 
         f'<table><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
         f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>",
     ]
-
-
-def _names(experiment: Experiment) -> Mapping[int, str]:
-    """Short names of variants that were swept: their values, as the axes of the chart have them."""
-    sweep = swept(experiment)
-    if sweep is None:
-        return {}
-    return {
-        place: " / ".join(
-            grouped(axle.values[index]) for axle, index in zip(sweep.axles, at, strict=True)
-        )
-        for at, place in sweep.places.items()
-    }
 
 
 def _listed(gathering: Gathering, view: View) -> Sequence[RunFact]:
@@ -360,8 +372,6 @@ def _sort_value(run: RunFact, column: Column) -> Any:
         return run.seed
     if run.error:
         return None
-    if column == "steps_to_70":
-        return math.inf if run.steps_to_70 is None else run.steps_to_70
     value = getattr(run, column)
     is_missing = isinstance(value, float) and math.isnan(value)
     return None if is_missing or value == "" else value
@@ -383,11 +393,8 @@ _CHARACTER_PX = 7.6
 _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 
-def _row(
-    run: RunFact, label: str, names: Mapping[int, str], address: Address, label_px: float
-) -> str:
-    shown = names.get(run.variant, label)
-    name = escaped(shortened(shown, max(int(label_px / _CHARACTER_PX), 8)))
+def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
+    name = escaped(shortened(label, max(int(label_px / _CHARACTER_PX), 8)))
     title = f' title="{escaped(label)}'
     seed = f'<td title="{run.seed}">{run.seed}</td>'
     if run.error:
@@ -406,13 +413,20 @@ def _row(
     cells = (
         shown_number(run.value, 4),
         "–" if math.isnan(run.success) else f"{100 * run.success:.0f} %",
-        "never" if run.steps_to_70 is None else f"{run.steps_to_70 / 1e6:.2f}",
+        _reached(run.steps_to_70),
         f"{run.steps / 1e6:.2f}",
         "–" if math.isnan(run.seconds) else f"{run.seconds:.1f}",
         escaped(run.digest[:8]),
     )
     texts = "".join(f"<td>{cell}</td>" for cell in cells)
     return f'<tr><td class="text">{opened}</td>{seed}{texts}<td>{again}</td></tr>'
+
+
+def _reached(steps: float) -> str:
+    """Steps in millions; where it was not measured, a dash."""
+    if math.isnan(steps):
+        return "–"
+    return "never" if math.isinf(steps) else f"{steps / 1e6:.2f}"
 
 
 def _pager(n_runs: int, page: int, address: Address) -> str:

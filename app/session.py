@@ -90,7 +90,12 @@ class OpenRun:
     """What it is called: "figure_4_1: timed, seed 3"."""
 
 
-Request = Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | OpenRun | Command
+@dataclass(frozen=True)
+class GoBack:
+    """Take up the run again that was set aside when a run of an experiment was opened."""
+
+
+Request = Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | OpenRun | GoBack | Command
 Reply = Callable[[str], None]
 """Told why a request could not be carried out."""
 
@@ -132,6 +137,19 @@ class Status:
     """Requests answered so far: the ticket of the last one."""
     opened: Opened | None = None
     """The run of an experiment that is made again, or that stands as it ended."""
+    aside: str | None = None
+    """What was set aside for it, in words; None if there is nothing to go back to."""
+
+
+@dataclass(frozen=True)
+class _Aside:
+    """A run as it stood when another was opened."""
+
+    run: Run
+    preset: str
+    until_trial: int
+    playing: bool
+    error: str | None
 
 
 @dataclass(frozen=True)
@@ -165,6 +183,7 @@ class Session:
         self._preparing = True
         self._error: str | None = None
         self._opened: Opened | None = None
+        self._aside: _Aside | None = None
         self._stopping = False
         self._slice_steps = 1_000
         self._paced_from = time.perf_counter()
@@ -305,6 +324,8 @@ class Session:
                 self._start_again(request)
             case OpenRun():
                 self._open(request)
+            case GoBack():
+                self._go_back()
             case _:
                 self._run.apply(request)
                 self._claim_no_more()
@@ -329,6 +350,7 @@ class Session:
         goes_on = self._playing or was_over or self._opened is not None
         self._begin(request)
         self._playing = goes_on
+        self._aside = None
 
     def _begin(self, request: StartAgain | OpenRun) -> None:
         self._run = Run(request.spec, request.seed)
@@ -341,11 +363,31 @@ class Session:
         self._restart_pace()
 
     def _open(self, request: OpenRun) -> None:
+        # Of several that are opened one after the other, the lesson that came before is kept.
+        aside = self._aside or _Aside(
+            self._run, self._preset, self._until_trial, self._playing, self._error
+        )
         self._begin(request)
+        self._aside = aside
         self._opened = Opened(request.name, request.step, request.digest, same=None)
         # The step alone says where it ended: an experiment may run more trials than a preset has.
         self._until_trial = MAX_TRIALS
         self._playing = True
+
+    def _go_back(self) -> None:
+        aside = self._aside
+        if aside is None:
+            raise CommandError("no run was set aside")
+        self._run, self._preset = aside.run, aside.preset
+        self._until_trial, self._playing, self._error = (
+            aside.until_trial,
+            aside.playing,
+            aside.error,
+        )
+        self._aside = self._opened = None
+        self._generation += 1
+        self._curve_at = -math.inf
+        self._restart_pace()
 
     def _compare_at_end(self, opened: Opened) -> None:
         """If the run is where it ended, or can go no further, stand still and compare."""
@@ -448,7 +490,13 @@ class Session:
             error=self._error,
             answered=self._answered,
             opened=self._opened,
+            aside=self._aside_in_words(),
         )
+
+    def _aside_in_words(self) -> str | None:
+        if self._aside is None:
+            return None
+        return f"{self._aside.preset}, trial {self._aside.run.trial:,}"
 
     def _publish(self) -> None:
         with self._published:

@@ -57,7 +57,7 @@ class Band(NamedTuple):
 
 
 class Contrast(NamedTuple):
-    """A weighted sum of the means of several groups of runs."""
+    """A weighted sum of several groups of runs, each taken as its mean or its middle half."""
 
     estimate: Estimate
     paired: bool
@@ -152,9 +152,11 @@ def interquartile_mean(values: Sequence[float], rng: np.random.Generator) -> Est
 
 
 def _middle_half(values: np.ndarray, axis: int) -> Any:
-    from scipy import stats
-
-    return stats.trim_mean(values, 0.25, axis=axis)
+    # A page takes it of thousands of resamples hundreds of times, and sorting them is an order of
+    # magnitude faster than what scipy's trimmed mean does.
+    n = values.shape[axis]
+    middle = np.take(np.sort(values, axis=axis), range(n // 4, n - n // 4), axis=axis)
+    return middle.mean(axis=axis)
 
 
 def reached(steps: Sequence[float | None], rng: np.random.Generator) -> Reached:
@@ -190,11 +192,18 @@ def contrast(terms: Sequence[Term], rng: np.random.Generator) -> Contrast:
 
     Runs of the same seed share their trial starts, so their differences vary less.
     """
+    return _contrast(terms, np.mean, rng)
+
+
+def _contrast(
+    terms: Sequence[Term], statistic: Callable[..., Any], rng: np.random.Generator
+) -> Contrast:
+    """A statistic of the weighted sums by seed, or else the weighted sum of it over groups."""
     groups = [(weight, _there(values)) for weight, values in terms]
     shared = sorted(set.intersection(*(set(values) for _, values in groups)))
     if len(shared) >= 2:
         by_seed = [sum(weight * values[seed] for weight, values in groups) for seed in shared]
-        return Contrast(mean(by_seed, rng), paired=True)
+        return Contrast(_estimate(by_seed, statistic, rng), paired=True)
     weights = [weight for weight, _ in groups]
     samples = [np.asarray(list(values.values()), np.float64) for _, values in groups]
     fewest = min(sample.size for sample in samples)
@@ -202,8 +211,8 @@ def contrast(terms: Sequence[Term], rng: np.random.Generator) -> Contrast:
         return Contrast(Estimate(math.nan, math.nan, math.nan, 0), paired=False)
 
     def weighted(*samples: np.ndarray, axis: int) -> Any:
-        means = (sample.mean(axis=axis) for sample in samples)
-        return sum(weight * m for weight, m in zip(weights, means, strict=True))
+        found = (statistic(sample, axis=axis) for sample in samples)
+        return sum(weight * value for weight, value in zip(weights, found, strict=True))
 
     low, high = _interval(samples, weighted, rng)
     value = float(weighted(*samples, axis=0))
@@ -218,6 +227,16 @@ def compare(
     return Comparison(
         found.estimate, improvement(_there(first), _there(second), found.paired), found.paired
     )
+
+
+def interquartile_difference(
+    first: Mapping[int, float], second: Mapping[int, float], rng: np.random.Generator
+) -> Estimate:
+    """Mean of the middle half of the differences by seed; values are by seed.
+
+    Where no seeds are shared, the difference of the means of both middle halves.
+    """
+    return _contrast([(1.0, first), (-1.0, second)], _middle_half, rng).estimate
 
 
 def improvement(first: Mapping[int, float], second: Mapping[int, float], paired: bool) -> float:

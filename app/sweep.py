@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app import statistics
-from app.figures import Axle, shown_value
+from app.figures import Axle, grouped, shown_value
 from app.statistics import Contrast
 
 Overrides = Mapping[str, Any]
@@ -22,6 +22,8 @@ Place = tuple[int, ...]
 Values = Mapping[int, float]
 """A number of each run of a variant, by seed."""
 
+BETWEEN = " / "
+"""Stands between the values of a short name."""
 _FEWEST = 3
 """Variants that make a sweep; two are a comparison."""
 
@@ -144,6 +146,34 @@ def _value(bundle: Sequence[str], overrides: Overrides) -> Any:
 
 
 # --- Whether it makes a difference ---------------------------------------------------------------
+
+
+class Names(NamedTuple):
+    """Variants by what tells them apart."""
+
+    what: tuple[str, ...]
+    """The settings that differ, those that move together as one."""
+    of: tuple[str, ...]
+    """Their values in each variant."""
+
+
+def names_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Names | None:
+    """Short names of variants that set the same keys, however many; None where there are none.
+
+    Args:
+        variants: what each of them sets.
+        settings: all settings of one of them, to call an episode by its skill.
+    """
+    keys = set(variants[0]) if variants else set()
+    if any(set(overrides) != keys for overrides in variants):
+        return None
+    bundles = _bundles(variants)
+    what = tuple(_axle(bundle, variants, settings).label for bundle in bundles)
+    of = tuple(
+        BETWEEN.join(grouped(_value(bundle, overrides)) for bundle in bundles)
+        for overrides in variants
+    )
+    return Names(what, of) if bundles and len(set(of)) == len(of) else None
 
 
 def own_place(

@@ -60,7 +60,8 @@ def _shipped(preset: str) -> dict[str, Any]:
 
 def place_of(run: RunRow) -> Place | None:
     """Where in the thesis's experiments a run belongs, if it is one of them."""
-    if run.preset not in LEARNER_TITLES:
+    # Of runs that end once they have learned enough, the good ones are short: selected by outcome.
+    if run.limited or run.preset not in LEARNER_TITLES:
         return None
     shipped = _shipped(run.preset)
     if any(run.settings.get(key) != shipped[key] for key in ("learner", "schedule", "trials")):

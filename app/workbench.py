@@ -6,7 +6,7 @@ wants to see how far it has come reads the latest :class:`Standing`.
 
 import logging
 import threading
-from collections.abc import Iterator
+import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -16,7 +16,7 @@ from app.experiments import Experiment, Variant
 from app.gathered import Gatherer
 from app.laboratory import Progress, Switch, Threads, run_experiment
 from app.replicate import tasks_of
-from app.results import Folder, FolderError, finished_in, goes_on
+from app.results import Folder, FolderError, finished_in, goes_on, is_free
 
 log = logging.getLogger(__name__)
 
@@ -49,8 +49,6 @@ class Quote(NamedTuple):
 
     plan: Plan
     folder: Path
-    done: int
-    """Runs that the folder holds."""
 
 
 class Workbench:
@@ -76,9 +74,7 @@ class Workbench:
             FolderError: no folder could be found for it.
         """
         path = folder_for(self.root, experiment)
-        finished = finished_in(path)
-        done = sum(task.key in finished for _, task in tasks_of(experiment)) if finished else 0
-        return Quote(plan(experiment, workers), path, done)
+        return Quote(plan(experiment, workers, finished_in(path)), path)
 
     def start(self, experiment: Experiment, workers: int) -> Path:
         """Begin an experiment, or go on with one whose results are there in part.
@@ -137,8 +133,7 @@ class Workbench:
         error = ""
         try:
             with Folder(path, experiment, goes_on(path, experiment), force=False) as folder:
-                for label, row, arrays in _finished_before(experiment, folder, switch):
-                    gatherer.add(label, row, arrays)
+                _take_finished(experiment, folder, gatherer, switch)
                 crew = Threads(workers, switch)
                 run_experiment(
                     experiment, folder, crew, lambda p: self._note(progress=p), on_row=take
@@ -152,16 +147,22 @@ class Workbench:
         self._note(running=False, paused=False, error=error)
 
 
-def _finished_before(
-    experiment: Experiment, folder: Folder, switch: Switch
-) -> Iterator[tuple[str, dict[str, Any], bytes]]:
-    """Runs of the experiment that the folder holds, each with its label and its arrays."""
+def _take_finished(
+    experiment: Experiment, folder: Folder, gatherer: Gatherer, switch: Switch
+) -> None:
+    """Take in the runs of the experiment that the folder holds."""
     labels = {task.key: variant.label for variant, task in tasks_of(experiment)}
+    finished = folder.finished() & labels.keys()
     for row in folder.rows():
         if not switch.wanted():
             return
-        if row["key"] in labels:
-            yield labels[row["key"]], row, folder.arrays_of(row["key"])
+        key = row["key"]
+        if key in finished:
+            try:
+                gatherer.add(labels[key], row, folder.arrays_of(key))
+            except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+                # A run is a function of its task: what is damaged is made again.
+                folder.disown(key, f"its arrays could not be read: {error}")
 
 
 def folder_for(root: Path, experiment: Experiment) -> Path:
@@ -173,9 +174,10 @@ def folder_for(root: Path, experiment: Experiment) -> Path:
     for number in range(1, MOST_FOLDERS + 1):
         path = root / (experiment.name if number == 1 else f"{experiment.name}-{number}")
         try:
-            is_free = not path.exists() or (path.is_dir() and not any(path.iterdir()))
-            if is_free or goes_on(path, experiment):
+            if is_free(path) or goes_on(path, experiment):
                 return path
+        except NotADirectoryError:
+            continue
         except OSError as error:
             raise FolderError(f"{str(path)!r} cannot be used: {error.strerror or error}") from error
     raise FolderError(f"{str(root)!r} holds too many results of {experiment.name}")

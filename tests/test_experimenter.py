@@ -7,13 +7,14 @@ import pytest
 
 from app import presets, snapshot, timeline
 from app.cost import Plan
-from app.experimenter import cost_html, duration, progress_html, session_experiment
+from app.experimenter import cost_html, not_repeated, progress_html, session_experiment
 from app.experiments import parse
 from app.gathered import Gatherer
 from app.laboratory import Progress
+from app.machine import duration
 from app.snapshot import Snapshot
 from app.workbench import Quote, Standing
-from learners.commands import Explore, Introduce
+from learners.commands import Explore, Introduce, SetParameter
 from learners.run import Run
 
 
@@ -31,26 +32,31 @@ def test_a_session_that_followed_its_preset_is_that_preset() -> None:
 
 
 def test_what_was_done_by_hand_is_run_beside_the_preset_on_the_same_seeds() -> None:
-    run = Run(presets.load("timed", ["world.size=40"]), 5)
+    spec = presets.load("timed", ["world.size=40"])
+    run = Run(spec, 5)
     run.advance(until_trial=50)
     run.apply(Introduce("circle_clockwise", 20))
     run.apply(Explore("circle_clockwise", 100, 0.5))
     run.advance(until_trial=80)
-    experiment = session_experiment(moment(run, "timed"), 30)
-    mine, shipped = experiment.variants
+    experiment = session_experiment(moment(run, 'mein "Räuber" 🐈'), 30)
+    mine, former = experiment.variants
     assert mine.spec == timeline.preset_of(moment(run, "timed"))[0]
     assert mine.spec.schedule.introduced_at("circle_clockwise") == 50
-    assert shipped.spec == presets.load("timed")
-    assert (shipped.label, mine.label) == ("timed", "this session")
+    assert former.spec == spec
+    assert (former.label, mine.label) == ('mein "Räuber" 🐈 as it was', "this session")
     assert experiment.n_runs == 60
-    assert list(experiment.seeds_of(mine)) == list(experiment.seeds_of(shipped)) == [*range(30)]
+    assert list(experiment.seeds_of(mine)) == list(experiment.seeds_of(former)) == [*range(30)]
+    assert not_repeated(moment(run, "timed")) == ""
 
 
-def test_a_loaded_preset_has_nothing_beside_it() -> None:
-    run = Run(presets.load("timed", ["learner.epsilon=0.2"]), 5)
-    experiment = session_experiment(moment(run, "mein <b>Räuber"), 2)
-    assert [variant.label for variant in experiment.variants] == ["this session"]
-    assert experiment.variants[0].spec.learner.epsilon == 0.2
+def test_what_a_session_cannot_repeat_is_said() -> None:
+    run = Run(presets.load("timed", ["world.size=40"]), 5)
+    run.advance(until_trial=50)
+    run.apply(SetParameter("learner.epsilon", 0.9))
+    found = moment(run, "timed")
+    assert "learner.epsilon was set to 0.9 at trial 50" in not_repeated(found)
+    text = session_experiment(found, 3).text.decode()
+    assert f"# {not_repeated(found)}" in text
 
 
 def test_the_text_of_a_session_is_the_whole_experiment() -> None:
@@ -69,7 +75,9 @@ def test_times_are_short(seconds: float, words: str) -> None:
 
 
 def quote(done: int = 0, runs: int = 12) -> Quote:
-    return Quote(Plan(4, runs, 74_000_000, 8.0, 4_200_000), Path("results/<b>"), done)
+    left = 1 - done / runs
+    plan = Plan(4, runs, done, int(74_000_000 * left), 8.0 * left, int(4_200_000 * left))
+    return Quote(plan, Path("results/<b>"))
 
 
 def test_the_cost_is_of_what_is_left() -> None:
@@ -78,9 +86,7 @@ def test_the_cost_is_of_what_is_left() -> None:
     assert "74 M steps" in whole
     assert "8 s" in whole
     assert "&lt;b&gt;" in whole
-    half = cost_html(quote(done=6), 3)
-    assert "6 are there already" in half
-    assert "37 M steps" in half
+    assert "6 are there already" in cost_html(quote(done=6), 3)
     assert "All 12 runs are in" in cost_html(quote(done=12), 3)
 
 
@@ -97,8 +103,8 @@ def test_how_it_stands_is_said_in_words() -> None:
     assert "1 of 4 runs done, 1 failed, 2 running" in running
     assert "2 M steps/s, about 9 s left" in running
     assert "paused" in progress_html(standing(paused=True))
-    assert "start it again" in progress_html(standing(running=False))
+    assert "Make the others goes on there" in progress_html(standing(running=False))
     over = Progress(4, 3, 1, 0, 5_000_000, 2e6, 1.0, 0.0)
-    assert "start it again" not in progress_html(standing(running=False, progress=over))
+    assert "goes on" not in progress_html(standing(running=False, progress=over))
     assert "No &lt;space&gt;" in progress_html(standing(running=False, error="No <space>"))
     assert "getting ready" in progress_html(standing(progress=None))

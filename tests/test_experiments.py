@@ -9,11 +9,15 @@ import sys
 import textwrap
 import threading
 import time
+import tracemalloc
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from app import cli, experiments, laboratory, presets, replicate, results
 from app.cost import plan
@@ -24,7 +28,7 @@ from app.replicate import made_run, steps_to
 from app.results import Folder, FolderError
 from learners import measures
 from learners.run import Run
-from learners.spec import MAX_TRIALS
+from learners.spec import MAX_TRIALS, RunSpec
 from learners.state import digest
 from sim.world import CAPTURE, FLIGHT
 
@@ -288,19 +292,242 @@ def test_wrong_files(text: str, line: str) -> None:
     assert first.startswith(line) or first.replace(":1:", ":", 1).startswith(line)
 
 
-def test_too_many_runs_are_refused_before_any_is_made() -> None:
+def test_too_many_runs_are_refused_before_any_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = variants_made(monkeypatch)
     axis = "{start: 1, stop: 9000, step: 1}"
     grid = "\n".join(
         f"  {key}: {axis}" for key in ("trials", "world.step_limit", "schedule.skills.avoid.at")
     )
-    began = time.perf_counter()
     (line,) = lines_of(f"presets: [timed]\ngrid:\n{grid}")
     assert "asks for 729000000000 variants" in line
     (line,) = lines_of(f"presets: [timed]\ngrid: {{trials: {axis}}}\nseeds: 12")
     assert "108000 runs; allowed: up to 10000 variants and 100000 runs" in line
-    (line,) = lines_of("presets: [timed]\ngrid: {trials: {start: 1, stop: 1.0e+300, step: 1}}")
-    assert "has too many values" in line
-    assert time.perf_counter() - began < 10
+    assert made == []
+
+
+def variants_made(monkeypatch: pytest.MonkeyPatch) -> list[None]:
+    """Grows by one with every variant that is looked at."""
+    made: list[None] = []
+    completed = presets.completed
+
+    def counted(*args: Any) -> RunSpec:
+        made.append(None)
+        return completed(*args)
+
+    monkeypatch.setattr(presets, "completed", counted)
+    return made
+
+
+def entries(n: int, entry: str) -> str:
+    return ", ".join(entry.replace("#", str(index)) for index in range(n))
+
+
+RANGE = "{start: 0, stop: 9998, step: 1}"
+LOG_RANGE = "{log_start: 1, log_stop: 1000000, count: 9999}"
+SKILLS = "learner.custom_skills"
+TOO_MANY_RUNS = "more than 1000000000000000000 runs; allowed: up to 10000 variants and 100000 runs"
+TOO_MANY_VALUES = "values in all; allowed: up to 400000 values"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (f"presets: [timed]\ngrid: {{{entries(490, f'k#: {RANGE}')}}}", TOO_MANY_RUNS),
+        (f"presets: [timed]\ngrid: {{{entries(60, f'k#: {LOG_RANGE}')}}}", TOO_MANY_RUNS),
+        (f"presets: [timed]\ngrid: {{{entries(600, 'k#: [1, 2]')}}}", TOO_MANY_RUNS),
+        (
+            f"presets: [timed]\nlinked: [{{{entries(490, f'k#: {RANGE}')}}}]",
+            f"asks for 9999 variants with 5209479 {TOO_MANY_VALUES}",
+        ),
+        (
+            f"presets: [{entries(200, f'{{preset: timed, label: l#, grid: {{k#: {RANGE}}}}}')}]",
+            "asks for 1999800 variants with 1 seeds each, 1999800 runs; allowed:",
+        ),
+        (
+            f"presets: [{entries(900, 'timed')}]\nsettings: [{entries(500, '{trials: #}')}]",
+            "asks for 450000 variants with 1 seeds each, 450000 runs; allowed:",
+        ),
+        (
+            f"presets: [timed]\nset: {{{SKILLS}: {{{entries(1900, 's#: {}')}}}}}\n"
+            "grid: {trials: {start: 1, stop: 9000, step: 1}}",
+            TOO_MANY_VALUES,
+        ),
+        (
+            f"presets: [timed]\nset: {{{SKILLS}: [{entries(1900, '#')}]}}\n"
+            f"settings: [{{label: a}}, {{label: b}}]\ngrid: {{trials: {RANGE}}}",
+            "asks for 19998 variants",
+        ),
+    ],
+    ids=["grid", "log_grid", "lists", "linked", "own", "settings", "base", "refused"],
+)
+def test_what_a_small_file_asks_for_is_counted_before_it_is_made(
+    text: str, complaint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert len(text) <= presets.MAX_BYTES
+    made = variants_made(monkeypatch)
+    tracemalloc.start()
+    try:
+        lines = lines_of(text)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert [complaint in line for line in lines] == [True]
+    assert made == []
+    assert peak < 24e6
+
+
+@pytest.mark.parametrize(
+    "values_text",
+    [
+        "{start: 1, stop: 1.0e+300, step: 1}",
+        "{start: 0, stop: 1.0e+300, step: 1.0e-300}",
+        "{start: -1.7e+308, stop: 1.7e+308, step: 5.0e-324}",
+        "{start: 0, stop: 999999999999999999, step: 1}",
+        "{log_start: 1, log_stop: 2, count: 999999999999999999}",
+        "{log_start: 1.0e-300, log_stop: 1.0e+300, count: 10000}",
+    ],
+)
+def test_endless_ranges_are_refused_at_their_line(values_text: str) -> None:
+    (line,) = lines_of(f"presets: [timed]\ngrid:\n  trials: {values_text}")
+    assert line.startswith("my.yaml:3: grid.trials: value {")
+    assert line.endswith(": has too many values; allowed: fewer than 10000")
+
+
+def test_a_number_of_thousands_of_digits_is_refused() -> None:
+    (line,) = lines_of(
+        f"presets: [timed]\ngrid: {{trials: {{start: 0, stop: {'9' * 5000}, step: 1}}}}"
+    )
+    assert "has too many digits; allowed: at most 18" in line
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    n_presets=st.integers(1, 3),
+    shared=st.lists(st.integers(1, 60), max_size=3),
+    linked=st.tuples(st.integers(0, 30), st.integers(1, 60)),
+    n_settings=st.integers(0, 12),
+    own=st.integers(0, 60),
+    n_seeds=st.integers(1, 40),
+)
+def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
+    n_presets: int,
+    shared: list[int],
+    linked: tuple[int, int],
+    n_settings: int,
+    own: int,
+    n_seeds: int,
+) -> None:
+    keys = ("trials", "world.step_limit", "learner.initial_q")
+    lines = [f"seeds: {n_seeds}", "presets:"]
+    for index in range(n_presets):
+        lines.append(f"  - preset: standard_q\n    label: l{index}")
+        if own:
+            lines.append(
+                f"    grid: {{world.size: {{start: 60, stop: {59 + own}, step: 1}},"
+                f" learner.epsilon: {{start: 0, stop: {own / 100}, step: 0.01}}}}"
+            )
+    if shared:
+        lines.append("grid:")
+        lines += [
+            f"  {key}: {{start: 1, stop: {n}, step: 1}}"
+            for key, n in zip(keys, shared, strict=False)
+        ]
+    if linked[0]:
+        column = f"{{log_start: 0.1, log_stop: 1, count: {1 + linked[1]}}}"
+        lines.append(f"linked: [{{{entries(linked[0], f'{SKILLS}.s#.avoid: {column}')}}}]")
+    if n_settings:
+        lines.append(f"settings: [{entries(n_settings, '{label: c#, learner.alpha: 0.#}')}]")
+    n_made = 0
+    iterated = experiments._Range.__iter__
+
+    def counted(values: experiments._Range) -> Iterator[presets.Node]:
+        nonlocal n_made
+        for node in iterated(values):
+            n_made += 1
+            yield node
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name, limit in (("MAX_VARIANTS", 99), ("MAX_RUNS", 990), ("MAX_VALUES", 3_000)):
+            patch.setattr(experiments, name, limit)
+        patch.setattr(experiments._Range, "__iter__", counted)
+        made = variants_made(patch)
+        try:
+            experiment = parse("\n".join(lines), "my.yaml")
+        except ExperimentError as error:
+            refusals = [p for p in error.problems if p.message.startswith("asks for ")]
+            assert len(refusals) == 1 - bool(made)
+        else:
+            assert len(made) == len(experiment.variants)
+            assert experiment.n_runs <= 990
+    assert len(made) <= 99
+    assert n_made <= (3_000 if made else 0)
+
+
+def test_what_is_wrong_with_every_variant_is_not_looked_for_in_all_of_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = variants_made(monkeypatch)
+    (line,) = lines_of(
+        "presets: [timed]\nset: {learner.alpha: 7}\ngrid: {trials: {start: 1, stop: 9000, step: 1}}"
+    )
+    assert line.startswith("my.yaml:2: learner.alpha: value 7: must be at most 1; allowed:")
+    assert 100 < len(made) < 5000
+
+
+def test_a_label_is_bounded() -> None:
+    text = f"presets: [timed]\ngrid:\n  ? {SKILLS}.{'a' * 60_000}\n  : [null]\n"
+    (line,) = lines_of(text)
+    assert line == (
+        "my.yaml:1: has a variant whose label is 60026 characters long; allowed: up to 2000,"
+        " or settings with a label"
+    )
+
+
+def test_however_it_is_named_a_preset_is_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+    document_of = presets.document_of
+
+    def counted(data: bytes | str, source: str, problems: list[Any]) -> presets.Node | None:
+        read.append(source)
+        return document_of(data, source, problems)
+
+    monkeypatch.setattr(presets, "document_of", counted)
+    (tmp_path / "below.yaml").write_text("extends: timed\ntrials: 30\n")
+    (tmp_path / "mine.yaml").write_text("extends: below.yaml\nworld: {size: 30}\n")
+    names = entries(50, "{preset: ./mine.yaml, label: a#}, {preset: mine.yaml, label: b#}")
+    written = entries(50, "{preset: {extends: below.yaml, world: {size: 40}}, label: c#}")
+    experiment = parse(f"presets: [{names}]", "my.yaml", tmp_path)
+    assert len(experiment.variants) == 100
+    assert {(v.spec.trials, v.spec.world.size) for v in experiment.variants} == {(30, 30)}
+    assert len(read) == len(set(read)) == 4
+    read.clear()
+    experiment = parse(f"presets: [{written}]", "my.yaml", tmp_path)
+    assert {v.spec.trials for v in experiment.variants} == {30}
+    assert len(read) == len(set(read)) == 3
+
+
+def test_presets_are_bounded_in_all(tmp_path: Path) -> None:
+    for index in range(14):
+        padding = "#" * (presets.MAX_BYTES - 100)
+        (tmp_path / f"p{index}.yaml").write_text(f"extends: timed\n{padding}\n")
+    with pytest.raises(ExperimentError) as error:
+        parse(f"presets: [{entries(14, 'p#.yaml')}]", "my.yaml", tmp_path)
+    (first, *_), n_refused = str(error.value).splitlines(), len(error.value.problems)
+    assert first == (
+        "my.yaml:1: presets.10: value 'p10.yaml': is one preset too many; allowed: 655360 bytes"
+        " in all of them"
+    )
+    assert n_refused == 4
+
+
+def test_an_experiment_knows_how_it_was_named(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("presets: [timed]\n")
+    assert load("figure_4_1").source == "figure_4_1"
+    assert load(str(file), n_seeds=2).source == str(file)
+    assert parse("presets: [timed]", "my.yaml").source == ""
 
 
 def test_a_name_that_nothing_has() -> None:

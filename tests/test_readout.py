@@ -1,6 +1,8 @@
 """Results read back from disk, and the folders of results that tests make up."""
 
+import contextlib
 import json
+import shutil
 import sqlite3
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -69,13 +71,14 @@ def new_folder(
     version: str = str(SCHEMA_VERSION),
     name: str = "an experiment",
     metrics: Any = None,
+    **meta: str,
 ) -> Path:
     """A folder of results without a run; it does not say its metrics unless they are given."""
     (path / "arrays").mkdir(parents=True)
     with sqlite3.connect(path / "results.sqlite") as database:
         database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
         database.execute(f"CREATE TABLE runs ({', '.join(f'{k} {v}' for k, v in COLUMNS.items())})")
-        values = {"schema_version": version, "name": name, "seeds": "[0, 1, 2]"}
+        values = {"schema_version": version, "name": name, "seeds": "[0, 1, 2]", **meta}
         if metrics is not None:
             values["metrics"] = json.dumps(metrics)
         database.executemany("INSERT INTO meta VALUES (?, ?)", [*values.items()])
@@ -130,6 +133,68 @@ def test_folders_say_what_was_measured_and_without_a_word_it_was_everything(
         folder = new_folder(tmp_path / str(number), metrics=wrong)
         with pytest.raises(readout.ResultsError, match="metrics are not a list of names"):
             readout.read_folder(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "meta", "expected"),
+    [
+        ("figure_4_1", {}, "figure_4_1"),
+        ("mine", {}, "DIR/experiment.yaml"),
+        ("mine", {"source": ""}, "DIR/experiment.yaml"),
+        ("mine", {"source": "files/my mine.yaml"}, "'files/my mine.yaml'"),
+        ("figure_4_1", {"source": "./figure_4_1.yaml"}, "./figure_4_1.yaml"),
+        ("figure_4_1", {"source": "figure_4_1"}, "figure_4_1"),
+    ],
+)
+def test_the_command_names_an_experiment_that_can_be_found(
+    tmp_path: Path, name: str, meta: Mapping[str, str], expected: str
+) -> None:
+    place = new_folder(tmp_path / "results", name=name, **meta)
+    expected = expected.replace("DIR", str(place))
+    command = readout.read_folder(place).command
+    assert command == f"pounce experiment {expected} --seeds 3 --out {place}"
+
+
+@pytest.mark.parametrize(
+    ("meta", "expected"),
+    [
+        ({}, False),
+        ({"stop": "null", "steps": "null"}, False),
+        ({"stop": '{"success": 0.9, "trials": 500, "every": 100}', "steps": "null"}, True),
+        ({"stop": "null", "steps": "5000000"}, True),
+    ],
+)
+def test_runs_that_may_have_ended_early_are_known(
+    tmp_path: Path, meta: Mapping[str, str], expected: bool
+) -> None:
+    place = new_folder(tmp_path / "results", **meta)
+    add_run(place, 0)
+    (run,) = readout.read_folder(place).rows
+    assert run.limited is expected
+
+
+def test_runs_that_may_have_ended_early_are_a_group_of_their_own(tmp_path: Path) -> None:
+    limited = new_folder(tmp_path / "limited", steps="5000000")
+    folders = [limited, *(new_folder(tmp_path / name) for name in "ab")]
+    for seed, place in enumerate(folders):
+        add_run(place, seed)
+    groups = readout.groups_of(run for place in folders for run in readout.read_folder(place).rows)
+    assert [[run.seed for run in group.runs] for group in groups] == [[0], [1, 2]]
+
+
+def test_what_was_killed_in_the_middle_of_a_row_can_be_read(tmp_path: Path, folder: Path) -> None:
+    """The journal that a killed writer leaves is rolled back: its last row was never there."""
+    add_run(folder, 0)
+    killed = tmp_path / "killed"
+    with contextlib.closing(sqlite3.connect(folder / "results.sqlite")) as database:
+        # So small a cache spills into the table before the end of the transaction.
+        database.execute("PRAGMA cache_size = 1")
+        for number in range(100):
+            values = (str(number), "x" * 10_000)
+            database.execute("INSERT INTO meta VALUES (?, ?)", values)
+        shutil.copytree(folder, killed)
+    assert (killed / "results.sqlite-journal").stat().st_size
+    assert len(readout.read_folder(killed).rows) == 1
 
 
 def pictures(

@@ -3,17 +3,19 @@
 import csv
 import json
 import os
+import shlex
 import shutil
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tyro
 
 from app import figures, metrics, presets, report
-from app.readout import ResultsError
+from app.readout import Group, ResultsError, RunRow
 from app.report_cli import Report
 from app.report_cli import report as obey
 from tests.test_readout import N_TRIALS, add_run, new_folder, pictures
@@ -34,6 +36,19 @@ def page_of(*folders: Path, compare: bool = False) -> str:
 
 def text_of(page: str) -> str:
     return "\n".join(ET.fromstring(page.removeprefix("<!DOCTYPE html>")).itertext())
+
+
+def codes_of(page: str) -> list[str]:
+    root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
+    return ["".join(code.itertext()) for code in root.iter("code")]
+
+
+def table_of(page: str, word: str) -> list[dict[str, str]]:
+    """Rows by their header of the first table that has a word in it; lines of cells by blanks."""
+    root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
+    table = next(t for t in root.iter("table") if word in "".join(t.itertext()))
+    head, *rows = ([" ".join(cell.itertext()) for cell in row] for row in table.iter("tr"))
+    return [dict(zip(head, row, strict=True)) for row in rows]
 
 
 def tally_of(page: str) -> dict[str, tuple[str, str]]:
@@ -63,7 +78,7 @@ def test_the_page_is_well_formed_stands_for_itself_and_names_its_command(folder:
     page = page_of(folder)
     text = text_of(page)
     assert "pounce report" in text
-    assert "pounce experiment 'an experiment' --seeds 3" in text
+    assert f"pounce experiment '{folder}/experiment.yaml' --seeds 3" in text
     outside = page.replace("http://www.w3.org/2000/svg", "")
     outside = outside.replace("http://www.w3.org/1999/xlink", "")
     for reference in ("http:", "https:", "src=", "<script", "@import", "<link"):
@@ -113,6 +128,56 @@ def test_copies_of_a_run_count_once(tmp_path: Path) -> None:
             add_run(folder, seed)
     page_of(*folders)
     assert {row["n"] for row in rows_of(folders[0], "curves") if row["low"]} == {"2"}
+
+
+def test_variants_of_one_folder_with_the_same_settings_are_both_there(tmp_path: Path) -> None:
+    settings = json.dumps(presets.load("timed").model_dump(mode="json"))
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    sets = {"schedule.skills.avoid.freeze": 300}
+    for seed in range(2):
+        run: dict[str, Any] = {"settings": settings, "digest": f"of {seed}"}
+        add_run(folders[0], seed, **run)
+        add_run(folders[0], seed, variant="freeze=300", overrides=sets, **run)
+        add_run(folders[1], seed, variant="the same elsewhere", **run)
+    text = text_of(page_of(folders[0]))
+    assert "4 runs over 2 seeds" in text
+    rows = [row for row in rows_of(folders[0], "curves") if row["low"]]
+    assert {(row["line"], row["n"]) for row in rows} == {("timed", "2"), ("freeze=300", "2")}
+    # Copies in another folder are, and a folder named twice is no other.
+    text = text_of(page_of(*folders, folders[0]))
+    assert "4 runs over 2 seeds" in text
+    assert "the same elsewhere" not in text
+
+
+def test_a_run_that_may_have_ended_early_is_no_copy_of_one_that_may_not(tmp_path: Path) -> None:
+    limited = new_folder(tmp_path / "limited", stop='{"success": 0.9}')
+    whole = new_folder(tmp_path / "whole")
+    settings = [presets.load(name) for name in ("timed", "standard_q")]
+    for spec, preset in zip(settings, ("timed", "standard_q"), strict=True):
+        for folder in (limited, whole):
+            add_run(folder, 0, preset, settings=json.dumps(spec.model_dump(mode="json")))
+    text = text_of(page_of(limited))
+    assert "Figure 4.1" not in text
+    assert "Findings" not in text
+    assert f"may have ended the runs in {limited} early" in text
+    text = text_of(page_of(limited, whole))
+    assert "4 runs over 1 seeds" in text
+    assert "Figure 4.1" in text
+    assert {row["n"] for row in rows_of(limited, "figure_4_1") if row["reward"]} == {"1"}
+
+
+def test_the_command_of_a_page_makes_this_very_page(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for folder in folders:
+        add_run(folder, 0)
+    out = tmp_path / "of mine.html"
+    for compare in (False, True):
+        page = report.write_report(folders, out, compare).read_text(encoding="utf-8")
+        (line,) = (code for code in codes_of(page) if code.startswith("pounce report"))
+        command = tyro.cli(Report, args=shlex.split(line)[2:])
+        assert command == Report(tuple(map(str, folders)), compare, str(out))
+    page = report.write_report(folders, None, False).read_text(encoding="utf-8")
+    assert f"pounce report {folders[0]} {folders[1]}" in codes_of(page)
 
 
 # --- Figures -------------------------------------------------------------------------------------
@@ -328,6 +393,25 @@ def test_variants_with_settings_of_their_own_are_set_against_the_first(folder: P
     assert "0.00" in text_of(page)
 
 
+def test_the_interquartile_means_of_variants_and_of_their_differences(folder: Path) -> None:
+    for seed, wild in enumerate((-1000.0, 0.0, 0.0, 1000.0)):
+        add_run(folder, seed, flights=10 * seed)
+        add_run(folder, seed, final_reward=10.0 * seed, variant="base", overrides={"x": 1})
+        add_run(folder, seed, final_reward=10.0 * seed + wild, variant="wild", overrides={"x": 0})
+    for seed in range(3):
+        add_run(folder, seed, final_reward=1.0, variant="few", overrides={"x": 2})
+    rows = {row["variant"]: row for row in table_of(page_of(folder), "P(variant higher)")}
+    assert not any("P(variant better)" in row for row in rows.values())
+    label = f"{metrics.FINAL_REWARD.label} [95 %]"
+    assert "IQM 15" in rows["base"][label]
+    assert "IQM 15" in rows["wild"][label]
+    assert "IQM" not in rows["few"][label]
+    difference = "final reward: difference to timed [95 %]"
+    assert "IQM" in rows["wild"][difference]
+    assert rows["timed"][difference] == "–"
+    assert "IQM" not in rows["few"][difference]
+
+
 def test_values_on_a_scale_of_ratios() -> None:
     assert figures.Axle("x", (10, 30, 100, 300)).is_logarithmic
     assert not figures.Axle("x", (10, 20, 30, 40)).is_logarithmic
@@ -352,6 +436,111 @@ def test_two_folders_are_compared_by_settings_and_seed(tmp_path: Path) -> None:
     text = text_of(page)
     assert "only here" in text
     assert "5 seeds are in both" in text
+
+
+def test_a_comparison_has_the_interquartile_means(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for seed, wild in enumerate((-1000.0, 3.0, 5.0, 1000.0)):
+        add_run(folders[0], seed, final_reward=10.0 * seed)
+        add_run(folders[1], seed, final_reward=10.0 * seed + wild)
+    rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
+    row = rows[metrics.FINAL_REWARD.label]
+    assert "IQM 15 " in row["A"]
+    assert "IQM 19 " in row["B"]
+    difference = row["B \N{MINUS SIGN} A [95 %]"]
+    assert difference.startswith("2 ")
+    assert "IQM 4 " in difference
+
+
+def test_below_four_runs_a_comparison_has_no_interquartile_mean(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for folder in folders:
+        for seed in range(3):
+            add_run(folder, seed)
+    rows = table_of(page_of(*folders, compare=True), "P(B > A)")
+    assert rows
+    assert not any("IQM" in cell for row in rows for cell in row.values())
+
+
+def group(variant: str, preset: str, sets: Mapping[str, Any], trials: int) -> Group:
+    """A variant with one run, as far as it matters for what it belongs to."""
+    run = RunRow(
+        folder=Path(),
+        key="",
+        variant=variant,
+        preset=preset,
+        overrides=sets,
+        settings={"trials": trials},
+        limited=False,
+        seed=0,
+        error="",
+        version="",
+        digest="",
+        trials=trials,
+        steps=trials,
+        scalars={},
+        milestones={},
+    )
+    return Group(variant, preset, sets, [run])
+
+
+def slow_pairs(first: Sequence[Group], second: Sequence[Group]) -> tuple[list[Any], list[str]]:
+    """Labels of what belongs together and of what is alone, found by looking at all of them."""
+    pairs: list[Any] = []
+    left, right = list(first), list(second)
+    keys: list[Callable[[Group], Any]] = [
+        lambda group: (group.preset, group.overrides),
+        lambda group: group.runs[0].settings,
+        lambda group: group.overrides,
+    ]
+    for key in keys:
+        for one in list(left):
+            mine = [other for other in left if key(other) == key(one)]
+            theirs = [other for other in right if key(other) == key(one)]
+            if len(mine) == len(theirs) == 1:
+                pairs.append((one.label, theirs[0].label))
+                left.remove(one)
+                right.remove(theirs[0])
+    return pairs, [group.label for group in (*left, *right)]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_pairs_are_those_that_looking_at_all_of_them_finds(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+
+    def folder_of(side: str) -> list[Group]:
+        return [
+            group(
+                f"{side}{number}",
+                str(draw.choice(["timed", "standard_q", "mine"])),
+                {"x": int(draw.integers(4))},
+                int(draw.integers(5)),
+            )
+            for number in range(draw.integers(1, 12))
+        ]
+
+    first, second = folder_of("a"), folder_of("b")
+    pairs, alone = report.pairs_of(first, second)
+    found = [(one.label, other.label) for one, other in pairs], [one.label for one in alone]
+    assert found == slow_pairs(first, second)
+
+
+def test_the_keys_of_a_variant_are_written_once_in_each_round(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    n_written = 0
+    dumps = json.dumps
+
+    def counted(*args: Any, **kwargs: Any) -> str:
+        nonlocal n_written
+        n_written += 1
+        return dumps(*args, **kwargs)
+
+    sides = [[group(f"{side}{k}", side, {side: k}, k) for k in range(50)] for side in "ab"]
+    monkeypatch.setattr(report.json, "dumps", counted)
+    pairs, alone = report.pairs_of(*sides)
+    assert (len(pairs), alone) == (50, [])
+    assert n_written <= 3 * 100
 
 
 def test_folders_without_a_variant_in_common_are_refused(tmp_path: Path) -> None:

@@ -15,7 +15,15 @@ from hypothesis import strategies as st
 from app import presets, results_view
 from app.experiments import Experiment, load
 from app.gathered import Gatherer, Gathering, RunFact
-from app.results_view import ROWS_PER_PAGE, Column, View, answer, first_view, results_html
+from app.results_view import (
+    ROWS_PER_PAGE,
+    Column,
+    View,
+    answer,
+    first_view,
+    in_short,
+    results_html,
+)
 from tests.test_charts import (
     HOSTILE,
     ONE_SETTING,
@@ -462,3 +470,22 @@ def test_what_was_swept_is_called_by_its_values_and_the_presets_own_place_is_fra
     assert [row[0] for row in rows_of(page)] == ["12,000 / 14,500"]
     assert "the preset's own setting" in page.text
     assert len([g for g in page.all("g") if g.get("class") == "own"]) == 1
+
+
+def test_names_that_were_given_stay_and_others_are_made_of_what_differs() -> None:
+    labels = {
+        name: [variant.label for variant in in_short(load(name, 1))[0].variants]
+        for name in ("figure_4_1", "figure_4_2", "figure_4_3", "freeze")
+    }
+    assert labels["figure_4_1"][:2] == ["standard_q", "hierarchical_3"]
+    assert labels["figure_4_2"][:2] == ["standard_q / 60", "standard_q / 120"]
+    assert labels["figure_4_3"][0] == "standard_q, 24 x 18"
+    assert labels["freeze"] == ["0", "30", "100", "300", "1,000", "2,000"]
+    for name, found in labels.items():
+        assert len(set(found)) == len(found), name
+
+
+def test_what_was_not_measured_is_not_called_never() -> None:
+    experiment = experiment_of(THESIS)
+    runs = [fact(0, 0, 1.0, steps_to_70=math.inf), fact(0, 1, 1.0, steps_to_70=math.nan)]
+    assert [row[4] for row in rows_of(shown(experiment, runs, View("runs")))] == ["never", "–"]

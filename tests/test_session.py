@@ -15,6 +15,7 @@ from app import presets, snapshot
 from app import session as session_module
 from app.session import (
     FULL_SPEED,
+    GoBack,
     Opened,
     OpenRun,
     Pause,
@@ -805,3 +806,46 @@ def test_a_set_speed_holds_again_once_a_run_is_given_up(
     assert (status.playing, status.opened, status.steps_per_s) == (True, None, 0.0)
     made = [after(session, clock, 0.25).snapshot.step - status.snapshot.step for _ in range(8)]
     assert made == [0, 0, 0, 1, 1, 1, 1, 2]
+
+
+def test_the_run_that_was_set_aside_is_taken_up_where_it_was(session_of: SessionOf) -> None:
+    session = session_of()
+    ask(session, *[TrialOnce()] * 5, FreezeSelection(True))
+    before = ask(session, HARMLESS)
+    assert before.aside is None
+    for seed in (8, 9):
+        session.submit(opening(ended(spec_of("trials=300"), seed=seed)))
+        status = session.wait_for(
+            lambda status, seed=seed: (
+                status.opened is not None
+                and status.opened.same is not None
+                and status.snapshot.seed == seed
+            ),
+            PATIENCE_S,
+        )
+        assert status.aside == f"{before.snapshot.preset}, trial 5"
+    back = ask(session, GoBack())
+    assert (back.aside, back.opened, back.playing) == (None, None, False)
+    assert back.snapshot.generation > status.snapshot.generation
+    assert (back.snapshot.step, back.snapshot.seed) == (before.snapshot.step, before.snapshot.seed)
+    assert back.snapshot.control == before.snapshot.control
+    assert np.array_equal(back.snapshot.selection_q, before.snapshot.selection_q)
+    refusals: list[str] = []
+    ticket = session.submit(GoBack(), refusals.append)
+    session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    assert refusals == ["no run was set aside"]
+
+
+def test_what_was_playing_plays_on(session_of: SessionOf) -> None:
+    session = session_of()
+    ask(session, Play())
+    session.submit(opening(ended(spec_of("trials=300"))))
+    assert not arrived(session).playing
+    assert ask(session, GoBack()).playing
+
+
+def test_starting_again_lets_go_of_what_was_set_aside(session_of: SessionOf) -> None:
+    session = session_of()
+    session.submit(opening(ended(spec_of("trials=300"))))
+    assert arrived(session).aside is not None
+    assert ask(session, StartAgain(spec_of(), "timed", SEED)).aside is None

@@ -104,6 +104,26 @@ def test_unpaired_where_no_seed_is_shared() -> None:
     assert found.improvement == pytest.approx(5 / 6)
 
 
+def test_the_interquartile_mean_of_differences_by_seed() -> None:
+    second = {seed: 100.0 * seed for seed in range(8)}
+    gains = [-1000.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 1000.0]
+    first = {seed: second[seed] + gain for seed, gain in enumerate(gains)}
+    found = statistics.interquartile_difference(first, second, rng())
+    assert (found.value, found.n) == (2.5, 8)
+    assert found.low >= -1000
+    assert found.high <= 1000
+    # Of those without a partner nothing counts.
+    assert statistics.interquartile_difference({**first, 9: 1e9}, second, rng()) == found
+
+
+def test_the_interquartile_difference_of_unpaired_runs_is_that_of_their_middle_halves() -> None:
+    first = dict(enumerate([-1000.0, 10.0, 12.0, 1000.0]))
+    second = dict(enumerate([-5.0, 1.0, 1.0, 80.0], 10))
+    found = statistics.interquartile_difference(first, second, rng())
+    assert (found.value, found.n) == (10.0, 4)
+    assert found.low < 10 < found.high
+
+
 def test_ties_count_half() -> None:
     first, second = {1: 1.0, 2: 2.0, 3: 3.0, 4: 0.0}, {1: 1.0, 2: 1.0, 3: 3.0, 4: 5.0}
     assert statistics.improvement(first, second, paired=True) == pytest.approx(0.5)

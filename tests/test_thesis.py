@@ -1,5 +1,6 @@
 """The thesis's findings: what they are measured by, and the rule that decides them."""
 
+import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -120,6 +121,14 @@ def test_a_changed_learner_is_not_the_thesiss(folder: Path) -> None:
     settings["world"]["size"] = 60
     moved = readout.RunRow(**{**run.__dict__, "settings": settings})
     assert thesis.place_of(moved) == ("60", "timed")
+
+
+def test_runs_that_may_have_ended_early_are_not_the_thesiss(folder: Path) -> None:
+    _, placed = placed_runs(folder, range(1))
+    run = placed["120", "timed"][0]
+    assert thesis.place_of(dataclasses.replace(run, limited=True)) is None
+    limited = readout.Group("timed", "timed", {}, [dataclasses.replace(run, limited=True)])
+    assert thesis.placed_of([limited]) == {}
 
 
 # --- How far value has spread --------------------------------------------------------------------

@@ -174,13 +174,25 @@ def test_results_of_another_version_are_left_alone(tmp_path: Path) -> None:
     assert (path / "results.sqlite").read_bytes() == before
 
 
-def test_a_table_that_is_none_is_said(tmp_path: Path) -> None:
+def test_a_damaged_table_is_left_alone(tmp_path: Path) -> None:
     bench = Workbench(tmp_path)
     path = bench.start(small(1), workers=1)
     over(bench)
     (path / "results.sqlite").write_text("nothing of the kind" * 100)
-    with pytest.raises(FolderError, match="cannot be read"):
-        bench.start(small(1), workers=1)
+    assert bench.start(small(1), workers=1) == tmp_path / "small-2"
+    assert over(bench).error == ""
+
+
+def test_damaged_arrays_are_made_again(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    path = bench.start(small(), workers=2)
+    before = rows(over(bench).folder)
+    damaged = sorted((path / "arrays").glob("*.npz"))[2]
+    sound = damaged.read_bytes()
+    damaged.write_bytes(sound[: len(sound) // 2])
+    bench.start(small(), workers=2)
+    assert {run.key: run.digest for run in over(bench).gatherer.gathering().runs} == before
+    assert damaged.read_bytes() == sound
 
 
 def test_a_run_that_fails_is_listed_with_its_error(
@@ -205,11 +217,13 @@ def test_a_run_that_fails_is_listed_with_its_error(
 def test_the_cost_says_what_is_there_already(tmp_path: Path) -> None:
     bench = Workbench(tmp_path)
     quote = bench.quote(small(), workers=1)
-    assert (quote.plan.runs, quote.done, quote.folder) == (6, 0, tmp_path / "small")
+    assert (quote.plan.runs, quote.plan.done, quote.folder) == (6, 0, tmp_path / "small")
+    whole = quote.plan.steps
     bench.start(small(2), workers=2)
     over(bench)
     quote = bench.quote(small(), workers=1)
-    assert (quote.plan.runs, quote.done) == (6, 4)
+    assert (quote.plan.runs, quote.plan.done) == (6, 4)
+    assert quote.plan.steps == pytest.approx(whole / 3, rel=0.01)
 
 
 def test_closing_ends_what_is_running(tmp_path: Path) -> None:
