@@ -25,12 +25,13 @@ from app.figures import (
 from app.gathered import MOST_CURVES, Curve, Gathering, RunFact
 from app.markup import escaped
 from app.narrate import plain
-from app.statistics import Axis, Estimate
+from app.statistics import LEAST_RUNS, Axis, Estimate
 from app.sweep import Sweep
 
 Address = Callable[[str], str]
 """What a link refers to, to call the lab with these words."""
 
+_TOO_FEW = f"With fewer than {LEAST_RUNS} runs, intervals are too narrow."
 MOST_ROWS: Final = 24
 """Variants that have a row of their own; more become columns without labels."""
 MOST_COLUMNS: Final = 200
@@ -373,6 +374,7 @@ def curves(
             "Lines are means over runs, shaded their 95 % intervals; faint where some runs have"
             " ended.",
             _marks_in_words(variants, found) if marks else "",
+            _few_in_words(curve.n for curve in found),
             f"{left_out:,} other variants are not drawn; choose any of them in another chart."
             if left_out
             else "",
@@ -380,11 +382,16 @@ def curves(
     )
 
 
+def _few_in_words(counts: Iterable[int]) -> str:
+    """A warning where intervals cannot be wide enough."""
+    return _TOO_FEW if any(0 < n < LEAST_RUNS for n in counts) else ""
+
+
 def _marks_in_words(variants: Sequence[Variant], found: Sequence[Curve]) -> str:
     """What the marks are, and whose if they are not everybody's."""
     whose = [v.label for v, curve in zip(variants, found, strict=True) if curve.joined]
     if len(whose) in (1, 2) and len(whose) < len(found):
-        names = " and ".join(escaped(shortened(label, 40)) for label in whose)
+        names = " and ".join(shortened(label, 40) for label in whose)
         return f"Dashed: a skill joins in {names}."
     return "Dashed: a skill joins."
 
@@ -670,7 +677,9 @@ def _rows(
             + _text(width - 2, middle + 4, counts[place], "end", _DIM)
         )
     return _svg(width, bottom + 36, "Every run", "".join(parts)) + _note(
-        _dots_in_words(linked, plainly, dots), _missing(gathering)
+        _few_in_words(estimate.n for estimate in estimates),
+        _dots_in_words(linked, plainly, dots),
+        _missing(gathering),
     )
 
 
@@ -787,6 +796,7 @@ def _columns(
     interval = ", the line its 95 % interval" if has_intervals else ""
     mean = f"the dash is the mean{interval}. A click chooses a variant."
     return _svg(width, bottom + 36, "Every run", "".join(parts)) + _note(
+        _few_in_words(estimate.n for estimate in estimates),
         f"Each dot is a run; {mean}"
         if shown
         else f"{len(dots):,} runs are too many to draw one by one: {mean}",
@@ -930,6 +940,7 @@ def plane(
         f"Each cell is the mean of {_each_in_words(estimates)}, its interval under the pointer; a"
         " click chooses it.",
         "" if own is None else "Dashed frame: the preset's own setting.",
+        _few_in_words(estimate.n for estimate in estimates),
         _missing(gathering),
     )
 
@@ -1075,6 +1086,7 @@ def line(
     n = [estimate.n for estimate in there.values()]
     each = f"{min(n):,}" if min(n) == max(n) else f"{min(n):,} to {max(n):,}"
     return _svg(width, bottom + 36, "One setting swept", "".join(parts)) + _note(
+        _few_in_words(estimate.n for estimate in estimates),
         f"Means with their 95 % intervals, n = {each}; a click chooses a variant.",
         _missing(gathering),
     )

@@ -46,13 +46,16 @@ def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
 
 def _lines(gathering: Gathering, curves: Sequence[Curve], axis: Axis) -> list[Line]:
     variants = [gathering.experiment.variants[curve.variant] for curve in curves]
-    lines = []
+    lines: list[Line] = []
     for curve, variant, style in zip(curves, variants, styles_of(variants), strict=True):
         marks = [
             Mark(moment.step if axis == "steps" else moment.trial, moment.skill.replace("_", " "))
             for moment in curve.joined
         ]
         lines.append(Line(variant.label, curve.band, style, curve.n, marks))
+    if len({tuple(line.marks) for line in lines if line.marks}) > 1:
+        # It could not be seen which are whose.
+        return [line._replace(marks=()) for line in lines]
     return lines
 
 

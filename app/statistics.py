@@ -16,6 +16,8 @@ import numpy as np
 
 CONFIDENCE = 0.95
 RESAMPLES = 4_999
+LEAST_RUNS = 5
+"""Runs below which no bootstrap interval is wide enough."""
 LEAST_SHARE = 0.5
 """Share of runs that must still go on for their average to be shown."""
 

@@ -6,9 +6,9 @@ A finding holds where the whole interval of its sum meets its condition.
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from app.statistics import Estimate
+from app.statistics import LEAST_RUNS, Estimate
 
-LEAST_SEEDS = 5
+LEAST_SEEDS = LEAST_RUNS
 """Runs below which no finding is decided."""
 WIDE = 15.0
 """Reward per trial: a tenth of the range from flight to capture."""
