@@ -1,0 +1,60 @@
+"""What experiments cost the live learner: ``python -m benchmarks.beside [WORKERS]``.
+
+The learner runs at full speed, alone and beside an experiment in the same process, in turns; the
+ratio of the two rates is printed, and how fast the experiment went. Alone on the machine, please.
+"""
+
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from app import experiments, presets
+from app.session import FULL_SPEED, Session, StartAgain
+from app.workbench import Workbench
+from learners.spec import MAX_TRIALS, RunSpec
+
+ROUNDS = 5
+MEASURED_S = 2.0
+WARM_UP_S = 0.5
+PATIENCE_S = 60.0
+
+
+def rate_of(session: Session, spec: RunSpec) -> float:
+    """Steps per second of a learner that begins anew."""
+    ticket = session.submit(StartAgain(spec, "timed", 1))
+    session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    time.sleep(WARM_UP_S)
+    step, began = session.status.snapshot.step, time.perf_counter()
+    time.sleep(MEASURED_S)
+    return (session.status.snapshot.step - step) / (time.perf_counter() - began)
+
+
+def main(workers: int) -> None:
+    """Measure in turns, and print the median of the ratios."""
+    spec = presets.load("timed", [f"trials={MAX_TRIALS}"])
+    session = Session(spec, "timed", 1, FULL_SPEED, playing=True)
+    session.start()
+    session.wait_for(lambda status: status.snapshot.step > 0, PATIENCE_S)
+    ratios, rates = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(ROUNDS):
+            alone = rate_of(session, spec)
+            bench = Workbench(Path(folder, str(number)))
+            bench.start(experiments.load("figure_4_1", 1_000), workers)
+            ratios.append(rate_of(session, spec) / alone)
+            standing = bench.standing
+            if standing is not None and standing.progress is not None:
+                rates.append(standing.progress.steps_per_s)
+            bench.close()
+    session.stop()
+    print(
+        f"{workers} at a time: the learner keeps {statistics.median(ratios):.2f} of its rate"
+        f" ({min(ratios):.2f} to {max(ratios):.2f}), the experiment makes"
+        f" {statistics.median(rates) / 1e6:.0f} M steps/s"
+    )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1)
