@@ -162,6 +162,9 @@ def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     reward = snapshot.curve.reward
     keep = np.isfinite(reward)
     steps, reward = steps[keep], reward[keep]
+    if len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]:
+        # A window that has just begun may hold a single trial, and would end the curve in a spike.
+        steps, reward = steps[:-1], reward[:-1]
     if len(steps) < 2:
         steps = np.array([0.0, max(float(snapshot.step), 1.0)])
         reward = np.repeat(reward if len(reward) else [0.0], 2)[:2].astype(np.float64)

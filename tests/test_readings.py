@@ -160,6 +160,13 @@ def test_a_curve_of_nothing_but_gaps_is_a_flat_line() -> None:
     assert np.isfinite(reward).all()
 
 
+@pytest.mark.parametrize(("last", "shown"), [(3_400, 3), (3_600, 4), (4_000, 4)])
+def test_a_window_that_has_just_begun_does_not_end_the_curve(last: int, shown: int) -> None:
+    spiked = curve([1_000, 2_000, 3_000, last], [10.0, 12.0, 11.0, 100.0])
+    _, reward = readings.curve_data(moment(curve=spiked, step=last))
+    assert len(reward) == shown
+
+
 def test_skills_are_marked_where_they_came_in_and_not_at_the_start() -> None:
     run = Run(spec_of(), seed=1)
     assert readings.curve_marks(moment(run)) == ((), ())
