@@ -29,10 +29,21 @@ _INK = "#222222"
 _GREY = "#666666"
 _PNG_DPI = 160
 _SMALL_PRINT_SIZE = 6.5
-_CHARACTERS_PER_INCH = 21
+_CHARACTERS_PER_INCH = 20
 """Of the small print."""
 _LEGEND_CHARACTERS = 46
 _AXIS_CHARACTERS = 40
+_AXIS_LINES = 2
+"""Of the title of an axis; what does not fit is in the caption and in the numbers."""
+_ROW_CHARACTERS = 44
+_ROW_LINES = 4
+_MOST_BESIDE = 4
+"""Small plots in a row."""
+_SMALL_AXIS_CHARACTERS = 40
+_SMALL_TICK_CHARACTERS = 32
+"""Of all ticks of a small plot, and of its title that stands upright."""
+_MOST_TICKS = 6
+"""Values that a small plot has a tick for each of."""
 _FAINT = 0.5
 _MOST_UNEVEN = 10
 """Times that one gap between swept values may be as wide as another on their own scale."""
@@ -365,10 +376,10 @@ def _plane(
     axes.set_xticks(range(n_across), list(map(_plain, shown_across)))
     axes.tick_params(axis="x", rotation=45 if crowded else 0)
     axes.set_yticks(range(n_up), list(map(_plain, shown_up)))
-    axes.set_xlabel(_wrapped(across.label))
-    axes.set_ylabel(_wrapped(up.label, _AXIS_CHARACTERS))
+    axes.set_xlabel(_wrapped(across.label, most_lines=_AXIS_LINES))
+    axes.set_ylabel(_axis_title(up.label))
     axes.set_facecolor("#EEEEEE")
-    figure.colorbar(ScalarMappable(*scale), ax=axes, label=_wrapped(what, _AXIS_CHARACTERS))
+    figure.colorbar(ScalarMappable(*scale), ax=axes, label=_axis_title(what))
     titles = {
         f"cell-{i}-{j}": f"{across.label} = {shown_value(across.values[i])}, "
         f"{up.label} = {shown_value(up.values[j])}: {shown_estimate(cell)}, n = {cell.n}"
@@ -453,8 +464,7 @@ def draw_points(name: str, axle: Axle, series: Sequence[Series], what: str, smal
     """One setting swept: points with intervals."""
     figure = _figure(7.2, 4.2, small)
     axes = figure.subplots()
-    on_scale = axle.is_numeric and (axle.is_logarithmic or not axle.is_crowded)
-    x = np.asarray(axle.values if on_scale else range(len(axle.values)), np.float64)
+    x = _places_along(axes, axle)
     rows: list[Sequence[Any]] = [["line", axle.key, what, "low", "high", "n"]]
     for index, (label, estimates) in enumerate(series):
         there = [k for k, estimate in enumerate(estimates) if estimate is not None]
@@ -475,14 +485,66 @@ def draw_points(name: str, axle: Axle, series: Sequence[Series], what: str, smal
             label=_plain(f"{label} (n = {_span({e.n for e in found} or {0})})"),
         )
         rows += [[label, axle.values[k], *e] for k, e in zip(there, found, strict=True)]
+    axes.set_xlabel(_wrapped(axle.label, most_lines=_AXIS_LINES))
+    axes.set_ylabel(_axis_title(what))
+    figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+    return _saved(name, figure, rows)
+
+
+def _places_along(axes: "Axes", axle: Axle) -> np.ndarray:
+    """Where the values of a setting lie along the axis, which is made to suit them."""
+    on_scale = axle.is_numeric and (axle.is_logarithmic or not axle.is_crowded)
+    x = np.asarray(axle.values if on_scale else range(len(axle.values)), np.float64)
     if axle.is_logarithmic:
         axes.set_xscale("log")
         axes.minorticks_off()
     if axle.is_logarithmic or not on_scale:
         axes.set_xticks(x, [_plain(shown_value(value)) for value in axle.values])
-    axes.set_xlabel(_wrapped(axle.label))
-    axes.set_ylabel(_wrapped(what, _AXIS_CHARACTERS))
-    figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+    return x
+
+
+class Effect(NamedTuple):
+    """A setting, and an estimate at each of its values."""
+
+    axle: Axle
+    estimates: Sequence[Estimate]
+
+
+def draw_effects(name: str, effects: Sequence[Effect], what: str, small: str) -> Drawing:
+    """Several settings, a small plot for each: points with intervals, all on one scale."""
+    across = min(len(effects), _MOST_BESIDE)
+    up = math.ceil(len(effects) / across)
+    figure = _figure(2.7 * across + 0.6, 2.9 * up, small, least_width=5.5)
+    found = figure.subplots(up, across, sharey=True, squeeze=False)
+    rows: list[Sequence[Any]] = [["setting", "value", what, "low", "high", "n"]]
+    for axes, (axle, estimates) in zip(found.flat, effects, strict=False):
+        x = _places_along(axes, axle)
+        axes.errorbar(
+            x,
+            [estimate.value for estimate in estimates],
+            _arms(estimates),
+            color=_OTHERS[0],
+            # A line between values that have no order would say that there is one.
+            linestyle="-" if axle.is_numeric else "none",
+            linewidth=1.2,
+            elinewidth=1,
+            marker="o",
+            markersize=5,
+            capsize=3,
+        )
+        axes.margins(x=0.12)
+        shown = [shown_value(value) for value in axle.values]
+        if len(shown) <= _MOST_TICKS:
+            axes.set_xticks(x, list(map(_plain, shown)))
+        if sum(map(len, shown)) > _SMALL_TICK_CHARACTERS:
+            axes.tick_params(axis="x", rotation=45)
+        axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
+        axes.set_xlabel(_wrapped(axle.label, _SMALL_AXIS_CHARACTERS, _AXIS_LINES), fontsize=8)
+        rows += [[axle.key, value, *e] for value, e in zip(axle.values, estimates, strict=True)]
+    for axes in found.flat[len(effects) :]:
+        axes.set_visible(False)
+    for axes in found[:, 0]:
+        axes.set_ylabel(_wrapped(what, _SMALL_TICK_CHARACTERS, _AXIS_LINES), fontsize=8)
     return _saved(name, figure, rows)
 
 
@@ -498,7 +560,12 @@ def draw_dots(
         zero: quantities that are differences, whose zero is marked.
     """
     n_rows = max(len(dots) for dots in columns.values())
-    figure = _figure(4.2 + 3.2 * len(columns), 1.6 + 0.34 * n_rows, small, least_width=7)
+    first = next(iter(columns.values()))
+    labels = [_row_label(dot) for dot in first]
+    # Rows are as far apart as the longest label needs, so that none runs into the next.
+    lines = max((label.count("\n") + 1 for label in labels), default=1)
+    height = 1.6 + max(0.34, 0.17 * lines + 0.08) * n_rows
+    figure = _figure(4.2 + 3.2 * len(columns), height, small, least_width=7)
     found = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
     rows: list[Sequence[Any]] = [["quantity", "row", "value", "low", "high", "n"]]
     for index, (axes, (what, dots)) in enumerate(zip(found, columns.items(), strict=True)):
@@ -516,14 +583,16 @@ def draw_dots(
             capsize=3,
             elinewidth=1.3,
         )
-        axes.set_xlabel(_wrapped(what, _AXIS_CHARACTERS))
+        axes.set_xlabel(_axis_title(what))
         axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
         rows += [[what, dot.label, *dot.estimate] for dot in dots]
-    first = next(iter(columns.values()))
-    labels = [_plain(f"{_wrapped(dot.label, 44)}  (n = {dot.estimate.n})") for dot in first]
     found[0].set_yticks(range(len(labels)), labels)
     found[0].set_ylim(n_rows - 0.5, -0.5)
     return _saved(name, figure, rows)
+
+
+def _row_label(dot: Dot) -> str:
+    return f"{_wrapped(dot.label, _ROW_CHARACTERS, _ROW_LINES)}  (n = {dot.estimate.n})"
 
 
 def _arms(estimates: Sequence[Estimate]) -> np.ndarray:
@@ -713,8 +782,15 @@ def _figure(width: float, height: float, small_print: str, least_width: float = 
     return figure
 
 
-def _wrapped(text: str, width: int = 60) -> str:
-    return _plain("\n".join(textwrap.wrap(text, width, break_on_hyphens=False)))
+def _wrapped(text: str, width: int = 60, most_lines: int | None = None) -> str:
+    lines = textwrap.wrap(
+        text, width, break_on_hyphens=False, max_lines=most_lines, placeholder=" …"
+    )
+    return _plain("\n".join(lines))
+
+
+def _axis_title(text: str) -> str:
+    return _wrapped(text, _AXIS_CHARACTERS, _AXIS_LINES)
 
 
 def _plain(text: str) -> str:

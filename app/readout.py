@@ -6,8 +6,9 @@ import math
 import shlex
 import sqlite3
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from app import experiments, presets, results, statistics
 from app.figures import shown_value
 from app.metrics import METRICS, MILESTONES, NAMES
 from app.statistics import Axis
+from app.sweep import BETWEEN, names_of
 from learners import measures
 from sim.spec import WorldSpec
 
@@ -24,6 +26,7 @@ AXES: tuple[Axis, ...] = ("steps", "trials")
 """What learning curves are drawn against."""
 
 _WIDEST_TRIALS = 1_000
+_PRESET = "preset"
 _COLUMNS = (
     "key",
     "variant",
@@ -89,6 +92,8 @@ class Folder:
     """That made the results."""
     metrics: Sequence[str] = NAMES
     """Columns that were measured, first the one that is charted if it is a mean."""
+    description: str = ""
+    """What the experiment is about, in its own words."""
 
 
 @dataclass
@@ -128,9 +133,10 @@ def read_folder(path: Path) -> Folder:
         limited = _is_limited(meta)
         rows = _in_order(path, [_row(path, row, limited) for row in found])
         metrics, command = _metrics_of(meta), _command_of(path, meta)
+        description = str(meta.get("description") or "")
     except (sqlite3.Error, ValueError, TypeError) as error:
         raise ResultsError(f"{shown} holds a damaged results.sqlite: {error}") from error
-    return Folder(path, rows, command, metrics)
+    return Folder(path, rows, command, metrics, description)
 
 
 def _in_order(path: Path, rows: Iterable[RunRow]) -> list[RunRow]:
@@ -227,16 +233,57 @@ def _float(value: Any) -> float:
 def groups_of(rows: Iterable[RunRow]) -> list[Group]:
     """Runs that are over, together with those of the same variant and settings.
 
-    Where some may have ended early, they are no runs of the same as those that may not.
+    Where some may have ended early, they are no runs of the same as those that may not. Variants
+    of several folders that only share a label are told apart by their folders.
     """
     found: dict[str, Group] = {}
     for run in rows:
         if not run.error:
-            parts = [run.variant, run.preset, run.overrides, run.limited]
+            settings = {**run.settings, "description": ""}
+            parts = [run.variant, run.preset, run.overrides, settings, run.limited]
             key = json.dumps(parts, sort_keys=True)
             label = run.variant or _label(run.preset, run.overrides)
             found.setdefault(key, Group(label, run.preset, run.overrides)).runs.append(run)
-    return list(found.values())
+    groups = list(found.values())
+    _tell_apart(groups)
+    return groups
+
+
+def _tell_apart(groups: Iterable[Group]) -> None:
+    """Put the names of their folders before labels that variants of several folders share."""
+    by_label: dict[str, list[Group]] = {}
+    for group in groups:
+        by_label.setdefault(group.label, []).append(group)
+    for label, alike in by_label.items():
+        folders = [tuple(dict.fromkeys(run.folder for run in group.runs)) for group in alike]
+        if len(set(folders)) > 1:
+            names = folder_names(folder for several in folders for folder in several)
+            for group, several in zip(alike, folders, strict=True):
+                group.label = f"{', '.join(names[folder] for folder in several)}: {label}"
+
+
+def folder_names(folders: Iterable[Path]) -> dict[Path, str]:
+    """Names of folders; the whole path of those whose names are alike."""
+    names = {folder: folder.resolve().name for folder in folders}
+    counts = Counter(names.values())
+    return {path: name if counts[name] == 1 else str(path) for path, name in names.items()}
+
+
+def in_short(groups: Sequence[Group]) -> tuple[Sequence[Group], str]:
+    """Variants with short labels, and a sentence on what these are made of.
+
+    Variants that set the same keys are told apart by the values of those that differ. Where
+    somebody has named one of them, all keep their labels, and nothing is said.
+    """
+    if len(groups) < 2 or not all("=" in group.label for group in groups):
+        return groups, ""
+    sets = [{_PRESET: group.preset, **group.overrides} for group in groups]
+    found = names_of(sets, groups[0].runs[0].settings)
+    if found is None or found.what == (_PRESET,):
+        return groups, ""
+    named = [replace(group, label=name) for group, name in zip(groups, found.of, strict=True)]
+    order = ", in this order" if len(found.what) > 1 else ""
+    return named, f"Variants are named by their values of {BETWEEN.join(found.what)}{order}."
 
 
 def measured(groups: Iterable[Group], column: str) -> bool:
@@ -363,6 +410,8 @@ class Reader:
 
     widths: Widths
     measure: Measure
+    folders: Mapping[Path, str] = field(default_factory=dict)
+    """Names of folders, to tell their runs apart; empty where there is but one."""
     unreadable: dict[str, str] = field(default_factory=dict)
     """By name of the run: why its log cannot be read."""
     _traces: dict[tuple[Path, str], Trace | None] = field(default_factory=dict)
@@ -372,6 +421,11 @@ class Reader:
         found = (self._trace(run) for run in runs)
         return [trace for trace in found if trace is not None]
 
+    def name_of(self, run: RunRow) -> str:
+        """What a run is called where it is left out."""
+        name = f"{run.variant or run.preset}, seed {run.seed}"
+        return f"{self.folders[run.folder]}: {name}" if run.folder in self.folders else name
+
     def _trace(self, run: RunRow) -> Trace | None:
         place = run.folder, run.key
         if place not in self._traces:
@@ -379,6 +433,5 @@ class Reader:
                 self._traces[place] = trace_of(run, self.widths, self.measure)
             except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
                 self._traces[place] = None
-                name = f"{run.variant or run.preset}, seed {run.seed}"
-                self.unreadable[name] = f"its log cannot be read: {error}"
+                self.unreadable[self.name_of(run)] = f"its log cannot be read: {error}"
         return self._traces[place]

@@ -1,8 +1,8 @@
 """A report of results: one page that stands for itself, and its pictures as files.
 
 What a page shows follows from what was run. Runs of the thesis's learners in its worlds give its
-figures and a verdict on each of its findings; settings that were swept give maps and points; any
-other variants give curves, and are set against the first of them.
+figures and a verdict on each of its findings; settings that were swept give maps and points;
+variants give curves, and unless they are of one such map they are set against the first of them.
 """
 
 import contextlib
@@ -29,6 +29,7 @@ from app.figures import (
     draw_curves,
     draw_dots,
     draw_values,
+    grouped,
     shown_estimate,
     style_of,
 )
@@ -43,7 +44,6 @@ from app.metrics import (
     shown_first,
 )
 from app.readout import (
-    AXES,
     Folder,
     Group,
     Reader,
@@ -51,13 +51,16 @@ from app.readout import (
     RunRow,
     Trace,
     Widths,
+    folder_names,
     groups_of,
+    in_short,
     measured,
     read_folder,
     widths_of,
 )
 from app.report_sweeps import write_sweeps
 from app.statistics import Axis, Contrast, Estimate
+from app.sweep import differing
 from app.thesis import Placed
 from app.thesis_finding import Finding
 from sim import geometry
@@ -70,6 +73,7 @@ _MOST_LINES = 8
 _MOST_ROWS = 60
 _MOST_OPEN_ROWS = 16
 _LEAST_FOR_QUARTILES = 4
+_MOST_KEYS = 10
 
 
 # --- Curves --------------------------------------------------------------------------------------
@@ -99,34 +103,36 @@ def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
     return marks
 
 
-def _curve_notes(widths: Widths, axis: Axis) -> str:
+def _curve_notes(widths: Widths, axis: Axis, panels: Sequence[Panel]) -> str:
     share = f"{statistics.LEAST_SHARE:.0%}".replace("%", " %")
+    has_marks = any(line.marks for panel in panels for line in panel.lines)
+    marks = " Dashed marks: introductions of skills (median over runs)." if has_marks else ""
     return (
         f"Mean reward per trial in windows of {widths.of(axis):,} {axis}; n runs (seeds) each;"
-        " shaded: 95 % bootstrap interval over runs, point by point. Dashed marks:"
-        " introductions of skills (median over runs). Faint: some runs have ended, and the mean is"
-        " over those that go on, which may not be typical; where fewer than"
-        f" {share} do, the curve ends."
+        f" shaded: 95 % bootstrap interval over runs, point by point.{marks}"
+        " Faint: some runs have ended, and the mean is over those that go on, which may not be"
+        f" typical; where fewer than {share} do, the curve ends."
     )
 
 
 def _curve_pictures(
-    page: Page, reader: Reader, name: str, caption: str, panels: Callable[[Axis], Sequence[Panel]]
+    page: Page,
+    reader: Reader,
+    name: str,
+    caption: str,
+    panels: Callable[[Axis], Sequence[Panel]],
+    note: str = "",
 ) -> Markup:
     """A picture against steps, and the same against trials to be opened."""
-    by_steps, by_trials = (
-        page.picture(
-            name if axis == "steps" else f"{name}_trials",
-            caption if axis == "steps" else f"{caption}, against trials",
-            draw_curves(
-                name if axis == "steps" else f"{name}_trials",
-                panels(axis),
-                axis,
-                page.small_print(_curve_notes(reader.widths, axis)),
-            ),
-        )
-        for axis in AXES
-    )
+
+    def picture(axis: Axis, name: str, caption: str) -> Markup:
+        drawn = panels(axis)
+        notes = [_curve_notes(reader.widths, axis, drawn), *([note] if note else [])]
+        drawing = draw_curves(name, drawn, axis, page.small_print(" ".join(notes)))
+        return page.picture(name, caption, drawing)
+
+    by_steps = picture("steps", name, caption)
+    by_trials = picture("trials", f"{name}_trials", f"{caption}, against trials")
     return joined([by_steps, details("The same against trials", by_trials)])
 
 
@@ -292,16 +298,42 @@ def _window_cell(traces: Sequence[Trace], window: str) -> str:
 # --- Sections: any experiment --------------------------------------------------------------------
 
 
-def _curves(page: Page, reader: Reader, groups: Sequence[Group]) -> None:
+def _curves(
+    page: Page, reader: Reader, groups: Sequence[Group], metric: Metric, naming: str
+) -> None:
+    """Curves of all variants, or of the highest where they are too many for a picture."""
+    shown = _highest(groups, metric)
+
     def panels(axis: Axis) -> list[Panel]:
         lines = [
             _line(reader, group.label, group.runs, axis, style_of(index))
-            for index, group in enumerate(groups)
+            for index, group in enumerate(shown)
         ]
         return [Panel("", _with_clear_marks(lines))]
 
-    caption = "Reward of each variant"
-    page.say("Learning curves", _curve_pictures(page, reader, "curves", caption, panels))
+    caption, notes = "Reward of each variant", [naming] if naming else []
+    if len(shown) < len(groups):
+        which = f"the {len(shown)} of {len(groups)} variants with the highest {metric.title}"
+        caption = f"Reward of {which}"
+        notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
+    curves = _curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
+    page.say("Learning curves", curves, _minor_text(naming))
+
+
+def _highest(groups: Sequence[Group], metric: Metric) -> list[Group]:
+    """As many variants as a picture takes, those with the highest means, in their own order."""
+
+    def mean(place: int) -> float:
+        values = [v for v in groups[place].values(metric.column) if math.isfinite(v)]
+        return sum(values) / len(values) if values else -math.inf
+
+    best = sorted(range(len(groups)), key=mean, reverse=True)[:_MOST_LINES]
+    return [groups[place] for place in sorted(best)]
+
+
+def _minor_text(text: str) -> Markup:
+    """A paragraph that steps back; nothing where there is nothing to say."""
+    return element("p", text, class_="minor") if text else Markup()
 
 
 def _with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
@@ -311,12 +343,13 @@ def _with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
     return [line._replace(marks=()) for line in lines]
 
 
-def _scalars(page: Page, groups: Sequence[Group]) -> None:
+def _scalars(page: Page, groups: Sequence[Group], naming: str) -> None:
     there = {m.column for m in METRICS if measured(groups, m.column)}
     text = (
         f"{_MEANS_RULE} Steps are medians, with a run that never got there counted as longer than"
         " any that did."
     )
+    text = f"{text} {naming}" if naming else text
     how_well, how, endings = (
         [metric for metric in METRICS if metric.column in names & there]
         for names in (PERFORMANCE, BEHAVIOUR, ENDINGS)
@@ -411,7 +444,7 @@ def _steps(value: float) -> str:
     return f"{value / 1e6:.3g} M" if value >= 1e5 else f"{value:,.0f}"
 
 
-def _ablation(page: Page, groups: Sequence[Group], metric: Metric) -> None:
+def _ablation(page: Page, groups: Sequence[Group], metric: Metric, naming: str) -> None:
     """Variants beside the first one."""
     base, *others = groups[:_MOST_ROWS]
     column = metric.column
@@ -431,8 +464,8 @@ def _ablation(page: Page, groups: Sequence[Group], metric: Metric) -> None:
         ],
     }
     small = page.small_print(
-        "Mean over n runs (seeds); bars: 95 % bootstrap interval. Differences are paired by seed"
-        " where seeds are shared."
+        "Mean over n runs (seeds); bars: 95 % bootstrap interval. Differences are to"
+        f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
     )
     drawing = draw_dots("variants", columns, small, zero=(difference,))
     rows = [
@@ -461,7 +494,7 @@ def _ablation(page: Page, groups: Sequence[Group], metric: Metric) -> None:
     page.say(
         "Variants beside one another",
         page.picture("variants", caption, drawing),
-        element("p", f"{_MEANS_RULE} {_DIFFERENCES_RULE}"),
+        element("p", f"{_MEANS_RULE} {_DIFFERENCES_RULE} {naming}".strip()),
         table(header, rows),
         _left_out(len(groups)),
     )
@@ -476,11 +509,12 @@ def pairs_of(first: Sequence[Group], second: Sequence[Group]) -> tuple[list[Pair
     """Variants of two folders that belong together, and those left alone.
 
     They do if preset and overrides agree; else if all settings do, however they came about; else
-    if the overrides do. Each time only where no other variant has the same.
+    if the overrides do; else if they have the same label. Each time only where no other variant
+    has the same.
     """
     pairs: list[Pair] = []
     left, right = first, second
-    for key_of in (_full_key, _spec_key, _overrides_key):
+    for key_of in (_full_key, _spec_key, _overrides_key, _label_of):
         mine, theirs = ([(key_of(group), group) for group in side] for side in (left, right))
         alike = _single(mine) & _single(theirs)
         partners = dict(theirs)
@@ -509,21 +543,32 @@ def _overrides_key(group: Group) -> str:
     return json.dumps(group.overrides, sort_keys=True)
 
 
+def _label_of(group: Group) -> str:
+    return group.label
+
+
 def _comparison(page: Page, reader: Reader, first: Folder, second: Folder, metric: Metric) -> None:
     pairs, alone = pairs_of(groups_of(first.rows), groups_of(second.rows))
     if not pairs:
         raise ResultsError(
             f"{str(first.path)!r} and {str(second.path)!r} have no variant in common;"
-            " allowed: folders whose variants set the same keys to the same values"
+            " allowed: folders whose variants set the same keys to the same values, or have the"
+            " same labels"
         )
     picture = _comparison_picture(page, pairs, metric)
-    rule = element("p", f"{_MEANS_RULE} {_DIFFERENCES_RULE}")
+    rule = element("p", f"{_MEANS_RULE} {_DIFFERENCES_RULE} {_SAMPLES_RULE}")
     page.say("Difference B \N{MINUS SIGN} A", picture, rule, *_comparison_tables(pairs))
     for number, pair in enumerate(pairs[:_MOST_LINES], 1):
         _pair_curves(page, reader, number, pair)
     if alone:
         names = element("ul", joined(element("li", group.label) for group in alone))
         page.say("In one folder only", names)
+
+
+_SAMPLES_RULE = (
+    "A and B are over the seeds that their difference is over, n of them, if it is paired, and"
+    " else over all runs that each of them has."
+)
 
 
 def _pair_name(pair: Pair) -> str:
@@ -556,30 +601,62 @@ def _comparison_tables(pairs: Sequence[Pair]) -> list[Markup]:
         "B",
         "B \N{MINUS SIGN} A [95 %]",
         "P(B > A)",
-        "n of B \N{MINUS SIGN} A",
+        "n",
         "paired",
     )
     tables = []
     for pair in pairs[:_MOST_ROWS]:
         rows = []
         for metric in METRICS:
-            before, after = pair
             found = _compared(pair, metric)
+            values = _samples(pair, metric.column, found.paired)
             if found.difference.n:
                 rows.append(
                     (
                         metric.label,
-                        _scalar_cell(before.values(metric.column)),
-                        _scalar_cell(after.values(metric.column)),
-                        _difference_cell(after, before, metric.column, found.difference),
+                        *map(_scalar_cell, values),
+                        _difference_cell(pair[1], pair[0], metric.column, found.difference),
                         f"{found.improvement:.2f}",
-                        found.difference.n,
+                        found.difference.n if found.paired else " and ".join(map(_n, values)),
                         "by seed" if found.paired else "no",
                     )
                 )
         text = element("p", _identical(pair), class_="minor")
-        tables.append(joined([element("h3", _pair_name(pair)), table(header, rows), text]))
+        unlike = _unlike(pair)
+        differing = element("p", unlike) if unlike else Markup()
+        tables.append(
+            joined([element("h3", _pair_name(pair)), differing, table(header, rows), text])
+        )
     return tables
+
+
+def _samples(pair: Pair, column: str, paired: bool) -> tuple[list[float], list[float]]:
+    """Values of A and of B: of the seeds that a paired difference is over, else all."""
+    before, after = (
+        {seed: value for seed, value in group.by_seed(column).items() if not math.isnan(value)}
+        for group in pair
+    )
+    if not paired:
+        return [*before.values()], [*after.values()]
+    shared = [seed for seed in before if seed in after]
+    return [before[seed] for seed in shared], [after[seed] for seed in shared]
+
+
+def _n(values: Sequence[float]) -> str:
+    return str(len(values))
+
+
+def _unlike(pair: Pair) -> str:
+    """In which settings A and B differ, and how; empty if they do not."""
+    first, second = pair
+    found = differing(first.runs[0].settings, second.runs[0].settings)
+    if first.preset != second.preset:
+        found.insert(0, ("preset", first.preset, second.preset))
+    if not found:
+        return ""
+    shown = [f"{key} (A: {grouped(a)}, B: {grouped(b)})" for key, a, b in found[:_MOST_KEYS]]
+    more = f"; and {len(found) - len(shown)} more" if len(found) > len(shown) else ""
+    return f"A and B differ in their settings: {'; '.join(shown)}{more}."
 
 
 def _identical(pair: Pair) -> str:
@@ -630,8 +707,11 @@ def write_report(folders: Sequence[Path], out: Path | None, compare: bool) -> Pa
     if all(row.error for row in rows):
         shown = ", ".join(repr(str(folder)) for folder in folders)
         raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
-    reader = Reader(widths_of(rows), thesis.quantities_of)
-    title = _overview(page, read, rows, compare)
+    several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
+    reader = Reader(widths_of(rows), thesis.quantities_of, several)
+    # What both sides of a comparison hold is looked at twice, and was still run once.
+    apart = [row for table in _without_copies(tables) for row in table]
+    title = _overview(page, read, apart, compare)
     # Folders may differ in what they measure first; the page shows one thing all through.
     metric = shown_first(read[0].metrics)
     if compare:
@@ -644,7 +724,8 @@ def write_report(folders: Sequence[Path], out: Path | None, compare: bool) -> Pa
     return place
 
 
-def _everything(page: Page, reader: Reader, groups: Sequence[Group], metric: Metric) -> None:
+def _everything(page: Page, reader: Reader, found: Sequence[Group], metric: Metric) -> None:
+    groups, naming = in_short(found)
     placed = thesis.placed_of(groups)
     # One learner alone in a world replicates nothing; it is a variant like any other.
     if len({learner for _, learner in placed}) < 2:
@@ -658,10 +739,10 @@ def _everything(page: Page, reader: Reader, groups: Sequence[Group], metric: Met
     swept = write_sweeps(page, groups, metric, _rng)
     rest = [group for group in others if group.preset not in swept]
     if len(rest) > 1:
-        _ablation(page, rest, metric)
-    if 0 < len(others) <= _MOST_LINES:
-        _curves(page, reader, others)
-    _scalars(page, groups)
+        _ablation(page, rest, metric, naming)
+    if others:
+        _curves(page, reader, others, metric, naming)
+    _scalars(page, groups, naming)
 
 
 def _without_copies(tables: Iterable[Sequence[RunRow]]) -> list[list[RunRow]]:
@@ -688,9 +769,11 @@ def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compar
     failed = sum(bool(row.error) for row in rows)
     versions = ", ".join(sorted({row.version for row in rows if row.version})) or "unknown"
     seeds = {row.seed for row in rows}
+    also = f" ({failed} more failed)" if failed else ""
     lines = [
-        f"{len(rows) - failed} runs over {len(seeds)} seeds"
-        f" ({failed} more failed), by version {versions} of the lab.",
+        *_descriptions(read),
+        f"{len(rows) - failed} runs over {len(seeds)} seeds{also}, by version {versions} of the"
+        " lab.",
     ]
     if compare:
         lines.append(f"A is {read[0].path}, B is {read[1].path}.")
@@ -707,8 +790,20 @@ def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compar
     return " and ".join(names) if compare else ", ".join(names)
 
 
+def _descriptions(read: Sequence[Folder]) -> list[str]:
+    """What the experiments are about, each with the names of its folders if there are several."""
+    names = folder_names(folder.path for folder in read)
+    by_text: dict[str, list[str]] = {}
+    for folder in read:
+        if folder.description:
+            by_text.setdefault(folder.description, []).append(names[folder.path])
+    if len(names) == 1:
+        return [*by_text]
+    return [f"{', '.join(dict.fromkeys(which))}: {text}" for text, which in by_text.items()]
+
+
 def _missing_runs(page: Page, reader: Reader, rows: Iterable[RunRow]) -> None:
-    failed = {f"{r.variant or r.preset}, seed {r.seed}": r.error for r in rows if r.error}
+    failed = {reader.name_of(run): run.error for run in rows if run.error}
     missing = {**failed, **reader.unreadable}
     if missing:
         cells = [(name, element("span", why)) for name, why in missing.items()]

@@ -1,4 +1,4 @@
-"""Sections of a report on what was swept: maps and points, and whether it makes a difference."""
+"""Sections of a report on what was swept: maps, points, and whether it makes a difference."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -10,8 +10,10 @@ import numpy as np
 from app import presets, statistics
 from app.figures import (
     Axle,
+    Effect,
     Series,
     draw_differences,
+    draw_effects,
     draw_plane,
     draw_points,
     excludes_zero,
@@ -23,9 +25,11 @@ from app.metrics import AREA, FINAL_REWARD, PERFORMANCE, Metric
 from app.readout import Group, measured
 from app.statistics import Contrast, Estimate
 from app.sweep import (
+    Design,
     Place,
     Sweep,
     Values,
+    design_of,
     differences,
     highest,
     highest_unseen,
@@ -54,6 +58,8 @@ class _Swept(NamedTuple):
 def write_sweeps(page: Page, groups: Sequence[Group], first: Metric, rng: Rng) -> set[str]:
     """Write sections of what was swept.
 
+    More settings than a plane has are shown one by one; their variants remain to be shown.
+
     Args:
         page: to write on.
         groups: all variants.
@@ -61,7 +67,7 @@ def write_sweeps(page: Page, groups: Sequence[Group], first: Metric, rng: Rng) -
         rng: for the intervals.
 
     Returns:
-        The presets that were swept.
+        The presets of which one setting or two were swept.
     """
     by_preset: dict[str, list[Group]] = {}
     for group in groups:
@@ -81,6 +87,13 @@ def write_sweeps(page: Page, groups: Sequence[Group], first: Metric, rng: Rng) -
         _plane_section(page, number, preset, swept, first, rng)
     for number, of_presets in enumerate(rows.values(), 1):
         _points_section(page, number, of_presets, first, rng)
+    designs = {
+        preset: design
+        for preset, of_preset in by_preset.items()
+        if preset not in there and (design := _design(of_preset)) is not None
+    }
+    for number, (preset, design) in enumerate(designs.items(), 1):
+        _effects_section(page, number, preset, design, by_preset[preset], first, rng)
     return set(there)
 
 
@@ -89,6 +102,10 @@ def _swept(groups: Sequence[Group]) -> _Swept | None:
     if found is None:
         return None
     return _Swept(found, {place: groups[index] for place, index in found.places.items()})
+
+
+def _design(groups: Sequence[Group]) -> Design | None:
+    return design_of([group.overrides for group in groups], groups[0].runs[0].settings)
 
 
 def _metrics(groups: Iterable[Group], first: Metric) -> list[Metric]:
@@ -124,6 +141,75 @@ def _points_section(
         drawing = draw_points(name, axle, series, metric.label, small)
         parts.append(page.picture(name, f"{metric.label} against {axle.label}", drawing))
     page.say(f"Sweep over {axle.label}", *parts)
+
+
+# --- Many settings -------------------------------------------------------------------------------
+
+
+def _effects_section(
+    page: Page,
+    number: int,
+    preset: str,
+    design: Design,
+    groups: Sequence[Group],
+    first: Metric,
+    rng: Rng,
+) -> None:
+    parts: list[Markup] = []
+    texts: list[str] = []
+    for metric in _metrics(groups, first):
+        values = [group.by_seed(metric.column) for group in groups]
+        found = [
+            [_mean_over([values[k] for k in places], rng) for places in having]
+            for having in design.having
+        ]
+        effects = [
+            Effect(axle, [contrast.estimate for contrast in contrasts])
+            for axle, contrasts in zip(design.axles, found, strict=True)
+        ]
+        text = _effects_text(design, [contrast for contrasts in found for contrast in contrasts])
+        texts.append(text)
+        name = f"settings_{number}_{metric.column}"
+        drawing = draw_effects(name, effects, metric.label, page.small_print(f"{preset}. {text}"))
+        caption = f"{metric.label} of {preset} at each value of each setting"
+        parts.append(page.picture(name, caption, drawing))
+        rows = [
+            (axle.label, grouped(value), shown_estimate(estimate), estimate.n, len(places))
+            for (axle, estimates), having in zip(effects, design.having, strict=True)
+            for value, estimate, places in zip(axle.values, estimates, having, strict=True)
+        ]
+        header = ("setting", "value", f"{metric.label} [95 %]", "n", "variants")
+        parts.append(details("The intervals", table(header, rows)))
+    # Small print is part of a picture, where it can be neither searched nor read aloud.
+    said = [element("p", text) for text in dict.fromkeys(texts)]
+    page.say(f"Each setting of {preset}", *said, *parts)
+
+
+def _mean_over(values: Sequence[Values], rng: Rng) -> Contrast:
+    """Mean over variants of equal weight, by seed where they share seeds."""
+    return statistics.contrast([(1 / len(values), by_seed) for by_seed in values], rng())
+
+
+def _effects_text(design: Design, found: Sequence[Contrast]) -> str:
+    """What the points and bars of the settings are, as far as it is true of these."""
+    n = _counts(contrast.estimate for contrast in found)
+    notes = ["Mean over all variants that have a value of a setting, whatever their others."]
+    if all(contrast.paired for contrast in found):
+        notes += [
+            f"Bars: 95 % bootstrap interval over n = {n} seeds, each averaged over the variants"
+            " first. As points share seeds, two may well differ though their bars overlap."
+        ]
+    elif any(contrast.estimate.n > 1 for contrast in found):
+        notes += [f"Bars: 95 % bootstrap interval over n = {n} runs of each variant."]
+    else:
+        notes += ["Single runs give no interval."]
+    notes += ["What settings do together is not seen here."]
+    if not design.is_whole:
+        notes += [
+            "Not all combinations of the values are there, so two points may differ by what else"
+            " differs between their variants."
+        ]
+    return " ".join(notes)
 
 
 # --- Planes --------------------------------------------------------------------------------------

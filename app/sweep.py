@@ -1,5 +1,5 @@
-"""What was swept in the variants of an experiment, one setting or the plane of two, and whether
-it makes a difference.
+"""What was swept in the variants of an experiment, one setting, the plane of two or more, and
+whether it makes a difference.
 """
 
 import json
@@ -26,6 +26,11 @@ BETWEEN = " / "
 """Stands between the values of a short name."""
 _FEWEST = 3
 """Variants that make a sweep; two are a comparison."""
+_LEAST_COMBINED = 0.5
+"""Share of all combinations of several settings that have to be there for a mean over the others
+to be one over much the same others at each value."""
+NOT_SET = "not set"
+"""Stands for the value of a setting that is not there."""
 
 
 class Sweep(NamedTuple):
@@ -60,6 +65,44 @@ def sweep_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Swee
         for place, overrides in enumerate(variants)
     }
     return Sweep(axles, places) if len(places) == len(variants) else None
+
+
+class Design(NamedTuple):
+    """Variants of one preset that differ in more settings than a plane has."""
+
+    axles: tuple[Axle, ...]
+    having: tuple[tuple[tuple[int, ...], ...], ...]
+    """Of each axle, and each of its values: the places of the variants that have it."""
+    is_whole: bool
+    """Whether all combinations of the values are there."""
+
+
+def design_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Design | None:
+    """How three or more settings were combined in the variants of a preset.
+
+    None where there are fewer, or where too few of their combinations are there for a value to be
+    seen apart from the others. Settings that move together count as one.
+
+    Args:
+        variants: what each of them sets.
+        settings: all settings of one of them, to call an episode by its skill.
+    """
+    if any(set(overrides) != set(variants[0]) for overrides in variants):
+        return None
+    bundles = _bundles(variants)
+    axles = tuple(_axle(bundle, variants, settings) for bundle in bundles)
+    combinations = math.prod(len(axle.values) for axle in axles)
+    there = {tuple(_value(bundle, overrides) for bundle in bundles) for overrides in variants}
+    if len(axles) <= 2 or len(there) < max(len(variants), _LEAST_COMBINED * combinations):
+        return None
+    having = tuple(
+        tuple(
+            tuple(place for place, sets in enumerate(variants) if _value(bundle, sets) == value)
+            for value in axle.values
+        )
+        for axle, bundle in zip(axles, bundles, strict=True)
+    )
+    return Design(axles, having, len(there) == combinations)
 
 
 def _bundles(variants: Sequence[Overrides]) -> list[list[str]]:
@@ -211,6 +254,13 @@ def _leaves(settings: Any, key: str = "") -> dict[str, Any]:
     for name, value in items:
         found |= _leaves(value, f"{key}.{name}" if key else str(name))
     return found
+
+
+def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
+    """Settings that are not the same in both, by dotted key, with both their values."""
+    mine, theirs = _leaves(first), _leaves(second)
+    both = ((key, mine.get(key, NOT_SET), theirs.get(key, NOT_SET)) for key in {**mine, **theirs})
+    return [(key, one, other) for key, one, other in both if one != other]
 
 
 def _below(leaves: Mapping[str, Any], keys: Iterable[str]) -> dict[str, Any]:

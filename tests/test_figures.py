@@ -1,6 +1,9 @@
-"""Pictures of the value: what is drawn where, and in which colour."""
+"""Pictures: what is drawn where, in which colour, and with how much room."""
 
+import csv
 import io
+import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import WorldSpec
 
+LONG = ", ".join(f"schedule.skills.circle_clockwise.freeze{k}=12000" for k in range(12))
 EDGES = geometry.ring_edges(WorldSpec())
 NOTHING = (244, 245, 247)
 
@@ -93,3 +97,61 @@ def test_an_interval_that_does_not_exist_excludes_nothing() -> None:
 def test_large_whole_values_have_a_comma() -> None:
     shown = [figures.grouped(value) for value in (999, 1_500, 24_000, 0.95, "a", -2_000)]
     assert shown == ["999", "1,500", "24,000", "0.95", "a", "-2,000"]
+
+
+# --- Rows and axes -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Figures as they are drawn, to be looked at after."""
+    found: list[Any] = []
+    save = figures._saved  # pyright: ignore[reportPrivateUsage]
+
+    def kept(name: str, figure: Any, *more: Any) -> figures.Drawing:
+        drawing = save(name, figure, *more)
+        found.append(figure)
+        return drawing
+
+    monkeypatch.setattr(figures, "_saved", kept)
+    return found
+
+
+def test_long_names_of_rows_do_not_run_into_one_another(drawn: list[Any]) -> None:
+    dots = [figures.Dot(f"{k}, {LONG}", Estimate(k, k - 1, k + 1, 3)) for k in range(5)]
+    drawing = figures.draw_dots("rows", {LONG: dots, "another": dots}, "small print")
+    axes = drawn[0].axes[0]
+    boxes = [label.get_window_extent() for label in axes.get_yticklabels()]
+    assert all(low.y1 < high.y0 for high, low in itertools.pairwise(boxes))
+    # What does not fit is in the numbers.
+    assert f"{LONG}" in drawing.csv
+
+
+def test_titles_of_axes_have_two_lines_at_most(drawn: list[Any]) -> None:
+    some = Estimate(1.0, 0.5, 1.5, 3)
+    axles = figures.Axle(LONG, (1, 2)), figures.Axle(LONG, (1, 2, 3))
+    figures.draw_dots("a", {LONG: [figures.Dot("b", some)]}, "")
+    figures.draw_points("b", axles[0], [figures.Series("c", [some, some])], LONG, "")
+    figures.draw_plane("c", axles, {(0, 0): some}, LONG, "")
+    effects = [figures.Effect(axle, [some] * len(axle.values)) for axle in axles]
+    figures.draw_effects("d", effects, LONG, "")
+    titles = [
+        title for figure in drawn for a in figure.axes for title in (a.get_xlabel(), a.get_ylabel())
+    ]
+    assert max(title.count("\n") for title in titles) == 1
+
+
+def test_each_setting_has_a_plot_and_its_numbers(drawn: list[Any]) -> None:
+    effects = [
+        figures.Effect(figures.Axle(f"key{k}", values), [Estimate(k, k - 1, k + 1, 4)] * 3)
+        for k, values in enumerate(
+            [(1, 10, 100), ("a", "b", "c"), (0, 1, 1000), (1, 2, 3), (4, 5, 6)]
+        )
+    ]
+    rows = list(csv.reader(figures.draw_effects("e", effects, "what", "").csv.splitlines()))
+    assert rows[0] == ["setting", "value", "what", "low", "high", "n"]
+    assert rows[1:4] == [["key0", value, "0", "-1", "1", "4"] for value in ("1", "10", "100")]
+    assert len(rows) == 1 + 5 * 3
+    shown = [axes for axes in drawn[0].axes if axes.get_visible()]
+    assert [axes.get_xlabel() for axes in shown] == [f"key{k}" for k in range(5)]
+    assert shown[0].get_xscale() == "log"

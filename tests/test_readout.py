@@ -26,7 +26,7 @@ def add_run(
     variant: str = "",
     overrides: Mapping[str, Any] = {},
     share: float = 0.5,
-    arrays: Mapping[str, np.ndarray] = {},
+    arrays: Mapping[str, Any] = {},
     **columns: Any,
 ) -> None:
     """Add a run of 300 trials of ten steps; a share of the trials, drawn by seed, are captures."""
@@ -180,6 +180,51 @@ def test_runs_that_may_have_ended_early_are_a_group_of_their_own(tmp_path: Path)
         add_run(place, seed)
     groups = readout.groups_of(run for place in folders for run in readout.read_folder(place).rows)
     assert [[run.seed for run in group.runs] for group in groups] == [[0], [1, 2]]
+
+
+def groups_in(*folders: Path) -> list[readout.Group]:
+    return readout.groups_of(run for place in folders for run in readout.read_folder(place).rows)
+
+
+def test_labels_that_folders_share_get_their_names_where_settings_differ(tmp_path: Path) -> None:
+    places = [tmp_path / name for name in ("a", "b", "c", "other/a")]
+    for number, place in enumerate(places):
+        new_folder(place)
+        settings = {"trials": 20 if number == 2 else 10}
+        add_run(place, number, settings=json.dumps(settings))
+        add_run(place, number, preset="standard_q")
+    labels = [[group.label for group in groups_in(*some)] for some in (places[:2], places[:3])]
+    assert labels[0] == ["standard_q", "timed"]
+    assert sorted(labels[1]) == ["a, b: timed", "c: timed", "standard_q"]
+    found = {group.label for group in groups_in(*places[2:])}
+    assert found == {"c: timed", "a: timed", "standard_q"}
+
+
+def test_folders_of_the_same_name_go_by_their_paths(tmp_path: Path) -> None:
+    places = [tmp_path / name for name in ("x/a", "y/a", "b")]
+    names = readout.folder_names(places)
+    assert [names[place] for place in places] == [str(places[0]), str(places[1]), "b"]
+
+
+def test_short_names_are_for_variants_that_nobody_has_named(folder: Path) -> None:
+    for alpha, trials in ((0.1, 1), (0.2, 2)):
+        sets = {"learner.alpha": alpha, "x": trials, "same": 0}
+        label = f"timed, learner.alpha={alpha}, x={trials}, same=0"
+        add_run(folder, 0, variant=label, overrides=sets)
+    groups, naming = readout.in_short(groups_in(folder))
+    assert [group.label for group in groups] == ["0.1, 1", "0.2, 2"]
+    assert naming == "Variants are named by their values of learner.alpha, x."
+    add_run(folder, 0, variant="mine", overrides={"learner.alpha": 0.3, "x": 1, "same": 0})
+    groups, naming = readout.in_short(groups_in(folder))
+    assert groups[0].label == "mine"
+    assert groups[1].label == "timed, learner.alpha=0.1, x=1, same=0"
+    assert naming == ""
+
+
+def test_the_description_of_an_experiment_is_read(tmp_path: Path) -> None:
+    assert readout.read_folder(new_folder(tmp_path / "a")).description == ""
+    told = new_folder(tmp_path / "b", description="what for")
+    assert readout.read_folder(told).description == "what for"
 
 
 def test_what_was_killed_in_the_middle_of_a_row_can_be_read(tmp_path: Path, folder: Path) -> None:

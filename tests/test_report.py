@@ -1,6 +1,7 @@
 """The report: from folders of results to a page that stands for itself."""
 
 import csv
+import itertools
 import json
 import os
 import shlex
@@ -421,6 +422,154 @@ def test_values_on_a_scale_of_ratios() -> None:
     assert not figures.Axle("x", (0.1, 0.3, 0.95)).is_crowded
 
 
+# --- Many variants -------------------------------------------------------------------------------
+
+KEYS = ("learner.epsilon", "learner.alpha", "learner.gamma", "schedule.skills.avoid.freeze")
+
+
+def many_runs(folder: Path, n_seeds: int = 3, named: bool = False) -> None:
+    """18 variants of four settings, of which the last two move together."""
+    for epsilon, alpha, gamma in itertools.product((0.05, 0.1, 0.2), (1, 2, 3), (0.9, 0.99)):
+        sets: dict[str, Any] = dict(
+            zip(KEYS, (epsilon, alpha, gamma, 300 if gamma == 0.9 else 3_000), strict=True)
+        )
+        label = ", ".join(["timed", *(f"{key}={value}" for key, value in sets.items())])
+        for seed in range(n_seeds):
+            add_run(
+                folder,
+                seed,
+                variant=label.replace("=", " ") if named else label,
+                overrides=sets,
+                final_reward=100 * epsilon + alpha + 10 * seed,
+            )
+
+
+def test_variants_of_many_settings_have_short_names_and_it_is_said_what_they_are(
+    folder: Path,
+) -> None:
+    many_runs(folder)
+    page = page_of(folder)
+    names = [row["row"] for row in rows_of(folder, "variants")]
+    assert names[0] == "0.05 / 1 / 0.9, 300"
+    assert len({*names}) == 18
+    what = " / ".join((*KEYS[:2], f"{KEYS[2]}, {KEYS[3]}"))
+    # With the differences, the curves and the scalars.
+    assert text_of(page).count(f"named by their values of {what}, in this order.") == 3
+    assert "final reward: difference to 0.05 / 1 / 0.9, 300 [95 %]" in text_of(page)
+
+
+def test_variants_that_somebody_has_named_keep_their_names(folder: Path) -> None:
+    many_runs(folder, n_seeds=1, named=True)
+    page = page_of(folder)
+    assert "named by their values" not in text_of(page)
+    assert rows_of(folder, "variants")[0]["row"].startswith("timed, learner.epsilon 0.05")
+
+
+def test_each_of_many_settings_has_its_mean_over_all_others(folder: Path) -> None:
+    many_runs(folder)
+    page = page_of(folder)
+    rows = rows_of(folder, "settings_1_final_reward")
+    both = f"{KEYS[2]}, {KEYS[3]}"
+    means = [5 * times + 12 for times in (1, 2, 4)]
+    expected = [
+        *((KEYS[0], str(e), mean) for e, mean in zip((0.05, 0.1, 0.2), means, strict=True)),
+        *((KEYS[1], str(a), 35 / 3 + a + 10) for a in (1, 2, 3)),
+        *((both, pair, 35 / 3 + 12) for pair in ("0.9, 300", "0.99, 3000")),
+    ]
+    label = metrics.FINAL_REWARD.label
+    assert [(row["setting"], row["value"]) for row in rows] == [(k, v) for k, v, _ in expected]
+    np.testing.assert_allclose([float(row[label]) for row in rows], [m for *_, m in expected])
+    # Below five seeds the interval is the range of the seeds, each averaged over the others first.
+    np.testing.assert_allclose([float(row["high"]) for row in rows], [m + 10 for *_, m in expected])
+    assert {row["n"] for row in rows} == {"3"}
+    assert "over n = 3 seeds, each averaged" in text_of(page)
+    assert "Not all combinations" not in text_of(page)
+
+
+def test_variants_with_seeds_of_their_own_have_means_over_settings_too(folder: Path) -> None:
+    for number, (x, y, z) in enumerate(itertools.product((1, 2), (1, 2), (1, 2))):
+        for seed in range(2):
+            sets = {"x": x, "y": y, "z": z}
+            add_run(folder, 2 * number + seed, variant=str(sets), overrides=sets, final_reward=x)
+    page = page_of(folder)
+    rows = rows_of(folder, "settings_1_final_reward")
+    assert [float(row[metrics.FINAL_REWARD.label]) for row in rows] == [1, 2, 1.5, 1.5, 1.5, 1.5]
+    assert "over n = 2 runs of each variant" in text_of(page)
+    assert "share seeds" not in text_of(page)
+
+
+def test_the_curves_of_many_variants_are_those_of_the_highest(folder: Path) -> None:
+    many_runs(folder, n_seeds=2)
+    page = page_of(folder)
+    lines = dict.fromkeys(row["line"] for row in rows_of(folder, "curves") if row["reward"])
+    assert list(lines) == [
+        *(f"0.1 / 3 / {last}" for last in ("0.9, 300", "0.99, 3000")),
+        *(f"0.2 / {a} / {last}" for a in (1, 2, 3) for last in ("0.9, 300", "0.99, 3000")),
+    ]
+    assert "the 8 of 18 variants with the highest final reward" in text_of(page)
+
+
+def test_curves_of_all_variants_are_not_called_the_highest(folder: Path) -> None:
+    for seed in range(2):
+        add_run(folder, seed)
+    assert "with the highest" not in text_of(page_of(folder))
+
+
+def test_marks_are_spoken_of_only_where_there_are_any(folder: Path, tmp_path: Path) -> None:
+    drawn: list[str] = []
+    draw = report.draw_curves
+
+    def kept(name: str, panels: Any, axis: Any, small: str) -> figures.Drawing:
+        drawn.append(small)
+        return draw(name, panels, axis, small)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "draw_curves", kept)
+        add_run(folder, 0)
+        page_of(folder)
+        assert all("Dashed marks" in small for small in drawn)
+        without = new_folder(tmp_path / "without")
+        add_run(without, 0)
+        arrays = dict(np.load(without / "arrays" / "k0.npz"))
+        arrays |= {"introductions": np.array([[0, 0]]), "introduced": np.array(["approach"])}
+        np.savez(without / "arrays" / "k0.npz", **arrays)
+        drawn.clear()
+        page_of(without)
+        assert len(drawn) == 2
+        assert not any("Dashed marks" in small for small in drawn)
+
+
+# --- The overview --------------------------------------------------------------------------------
+
+
+def test_the_overview_says_what_the_experiment_is_about(tmp_path: Path) -> None:
+    first = new_folder(tmp_path / "a", description="How <much> freezing matters.")
+    second = new_folder(tmp_path / "b", description="Another matter.")
+    for folder in (first, second):
+        add_run(folder, 0)
+    assert "\nHow <much> freezing matters.\n" in text_of(page_of(first))
+    text = text_of(page_of(first, second))
+    assert "a: How <much> freezing matters." in text
+    assert "b: Another matter." in text
+
+
+def test_failures_are_spoken_of_only_where_there_are_any(folder: Path) -> None:
+    add_run(folder, 0)
+    assert "failed" not in text_of(page_of(folder))
+    add_run(folder, 1, status="failed", error="out of luck")
+    assert "1 runs over 2 seeds (1 more failed)" in text_of(page_of(folder))
+
+
+@pytest.mark.parametrize("compare", [False, True])
+def test_runs_that_are_in_two_folders_are_counted_once(tmp_path: Path, compare: bool) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for folder in folders:
+        for seed in range(3):
+            add_run(folder, seed)
+    add_run(folders[1], 3)
+    assert "4 runs over 4 seeds" in text_of(page_of(*folders, compare=compare))
+
+
 # --- Two folders ---------------------------------------------------------------------------------
 
 
@@ -492,6 +641,7 @@ def slow_pairs(first: Sequence[Group], second: Sequence[Group]) -> tuple[list[An
         lambda group: (group.preset, group.overrides),
         lambda group: group.runs[0].settings,
         lambda group: group.overrides,
+        lambda group: group.label,
     ]
     for key in keys:
         for one in list(left):
@@ -511,7 +661,7 @@ def test_pairs_are_those_that_looking_at_all_of_them_finds(seed: int) -> None:
     def folder_of(side: str) -> list[Group]:
         return [
             group(
-                f"{side}{number}",
+                str(draw.choice([f"{side}{number}", "alpha", "beta"])),
                 str(draw.choice(["timed", "standard_q", "mine"])),
                 {"x": int(draw.integers(4))},
                 int(draw.integers(5)),
@@ -545,10 +695,90 @@ def test_the_keys_of_a_variant_are_written_once_in_each_round(
 
 def test_folders_without_a_variant_in_common_are_refused(tmp_path: Path) -> None:
     first, second = (new_folder(tmp_path / name) for name in "ab")
-    add_run(first, 0, overrides={"x": 1})
-    add_run(second, 0, overrides={"x": 2})
+    add_run(first, 0, variant="x=1", overrides={"x": 1})
+    add_run(second, 0, variant="x=2", overrides={"x": 2})
     with pytest.raises(ResultsError, match="no variant in common"):
         report.write_report([first, second], None, True)
+
+
+def test_variants_that_only_share_a_label_are_compared_and_their_settings_told(
+    tmp_path: Path,
+) -> None:
+    first, second = (new_folder(tmp_path / name) for name in "ab")
+    for folder, epsilon in ((first, 0.1), (second, 0.2)):
+        for preset in ("timed", "standard_q"):
+            settings = presets.load(preset, [f"learner.epsilon={epsilon}"]).model_dump(mode="json")
+            for seed in range(3):
+                add_run(
+                    folder,
+                    seed,
+                    preset,
+                    overrides={"learner.epsilon": epsilon},
+                    settings=json.dumps(settings),
+                )
+    page = page_of(first, second, compare=True)
+    assert [row["row"] for row in rows_of(first, "difference")] == ["standard_q", "timed"]
+    told = "A and B differ in their settings: learner.epsilon (A: 0.1, B: 0.2)."
+    assert text_of(page).count(told) == 2
+
+
+def test_of_many_settings_that_differ_some_are_told(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    world = presets.load("timed").model_dump(mode="json")["world"]
+    for folder, value in zip(folders, (1, 2), strict=True):
+        more = {f"key{number}": value for number in range(13)}
+        add_run(folder, 0, settings=json.dumps({"world": world, **more}))
+    text = text_of(page_of(*folders, compare=True))
+    assert "key9 (A: 1, B: 2); and 3 more." in text
+    assert "key10" not in text
+
+
+def test_pairs_with_the_same_settings_are_not_said_to_differ(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for folder in folders:
+        add_run(folder, 0)
+    assert "differ in their settings" not in text_of(page_of(*folders, compare=True))
+
+
+def test_a_and_b_are_over_the_seeds_of_their_paired_difference(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for folder, n_seeds in zip(folders, (3, 6), strict=True):
+        for seed in range(n_seeds):
+            add_run(folder, seed, final_reward=10.0 * seed)
+    rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
+    row = rows[metrics.FINAL_REWARD.label]
+    assert (row["A"], row["B"], row["n"]) == ("10 [0, 20]", "10 [0, 20]", "3")
+
+
+def test_without_shared_seeds_a_and_b_are_over_all_of_their_runs(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for folder, seeds in zip(folders, (range(2), range(2, 5)), strict=True):
+        for seed in seeds:
+            add_run(folder, seed, final_reward=10.0 * seed)
+    rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
+    row = rows[metrics.FINAL_REWARD.label]
+    assert (row["A"], row["B"]) == ("5 [0, 10]", "30 [20, 40]")
+    assert (row["n"], row["paired"]) == ("2 and 3", "no")
+
+
+def test_variants_of_folders_that_only_share_a_label_are_told_apart(tmp_path: Path) -> None:
+    short, long = (new_folder(tmp_path / name) for name in ("zehn", "dreissig"))
+    for folder, trials in ((short, 10), (long, 30)):
+        settings = {**presets.load("timed").model_dump(mode="json"), "trials": trials}
+        for seed in range(2):
+            add_run(folder, seed, settings=json.dumps(settings))
+        add_run(folder, 9, status="failed", error="out of luck", settings=json.dumps(settings))
+    page = page_of(short, long)
+    names = [row["row"] for row in rows_of(short, "variants")]
+    assert names[:2] == ["zehn: timed", "dreissig: timed"]
+    assert {row["line"] for row in rows_of(short, "curves") if row["reward"]} >= {
+        "zehn: timed",
+        "dreissig: timed",
+    }
+    assert [row["run"] for row in table_of(page, "out of luck")] == [
+        "zehn: timed, seed 9",
+        "dreissig: timed, seed 9",
+    ]
 
 
 # --- What cannot be reported ---------------------------------------------------------------------

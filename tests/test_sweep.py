@@ -97,6 +97,47 @@ def test_axles_are_named_in_words_where_there_are_any(keys: Sequence[str], words
     assert [axle.label for axle in swept.axles] == [words]
 
 
+# --- More settings than a plane has --------------------------------------------------------------
+
+
+def test_each_value_of_many_settings_has_the_variants_that_have_it() -> None:
+    variants = [{**v, "b.z": v["a.z"]} for v in grid(x=[1, 2], y=["s", "t", "u"], a_z=[4, 3])]
+    design = sweep.design_of(variants, {})
+    assert design is not None
+    assert [axle.key for axle in design.axles] == ["x", "y", "{a, b}.z"]
+    assert design.is_whole
+    for axle, having in zip(design.axles, design.having, strict=True):
+        key = axle.key.replace("{a, b}", "a")
+        for value, places in zip(axle.values, having, strict=True):
+            assert list(places) == [k for k, sets in enumerate(variants) if sets[key] == value]
+
+
+def test_few_settings_and_few_combinations_are_no_design() -> None:
+    whole = grid(x=[1, 2], y=[1, 2], z=[1, 2])
+    assert sweep.design_of(grid(x=[1, 2], y=[1, 2]), {}) is None
+    assert sweep.design_of([*whole, whole[0]], {}) is None
+    assert sweep.design_of([*whole[:-1], {"x": 2}], {}) is None
+    fewer = sweep.design_of(whole[:-1], {})
+    assert fewer is not None
+    assert not fewer.is_whole
+    one_at_a_time = [
+        {"x": x, "y": y, "z": z}
+        for x, y, z in ((0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (0, 2, 0), (0, 0, 1), (0, 0, 2))
+    ]
+    assert sweep.design_of(one_at_a_time, {}) is None
+
+
+def test_settings_that_differ_are_found_wherever_they_are() -> None:
+    first = {"description": "one", "a": {"b": [1, {"c": 2}], "d": 3}, "e": None}
+    second = {"description": "other", "a": {"b": [1, {"c": 4}], "d": 3}, "f": 0}
+    assert sweep.differing(first, second) == [
+        ("a.b.1.c", 2, 4),
+        ("e", None, sweep.NOT_SET),
+        ("f", sweep.NOT_SET, 0),
+    ]
+    assert sweep.differing(first, {**first, "description": "other"}) == []
+
+
 # --- The preset's own values ---------------------------------------------------------------------
 
 
