@@ -12,6 +12,7 @@ import queue
 import time
 import uuid
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final, Self
 
 from distributed import Client, Future, Security, rpc
@@ -209,8 +210,11 @@ def perform_same(task: Task, wanted_version: str) -> Finished | None:
 def _connected(address: str) -> Client:
     allowed = "allowed: tcp://HOST:PORT of a running Dask scheduler"
     try:
-        # Dask's client waits for ever where something listens and says nothing.
-        identity = asyncio.run(asyncio.wait_for(_identity(address), CONNECT_S))
+        # Dask's client waits for ever where something listens and says nothing. In a thread, since
+        # the caller's own may be in the middle of an event loop, as a notebook's is.
+        with ThreadPoolExecutor(1) as executor:
+            asking = asyncio.wait_for(_identity(address), CONNECT_S)
+            identity = executor.submit(asyncio.run, asking).result()
         if identity.get("type") != "Scheduler":
             raise ClusterError(f"is no Dask scheduler; {allowed}")
         return Client(address, timeout=CONNECT_S, name="pounce", set_as_default=False)

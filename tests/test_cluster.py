@@ -1,5 +1,6 @@
 """Experiments on a Dask cluster: the same results, whatever becomes of workers and scheduler."""
 
+import asyncio
 import contextlib
 import json
 import os
@@ -379,3 +380,13 @@ def test_without_dask_the_command_says_what_to_install(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert cli.main(["experiment", file, "--cluster", "tcp://127.0.0.1:8786"]) == 2
     assert "pip install 'pounce-lab[cluster]'" in complaint(capsys)
+
+
+def test_it_can_be_used_from_within_an_event_loop(dask: Dask) -> None:
+    dask.add_workers("one")
+
+    async def connected() -> int:
+        with Cluster(dask.address) as crew:
+            return crew.size
+
+    assert asyncio.run(connected()) == 1
