@@ -111,7 +111,7 @@ def progress_html(standing: Standing) -> str:
         return f'{name} stopped: <span style="color:#e03131">{escape(standing.error)}</span>'
     found = standing.progress
     if found is None:
-        return f"{name}: getting ready …"
+        return f"{name}: getting ready …" if standing.running else f"{name}: stopped."
     failed = f", {found.failed:,} failed" if found.failed else ""
     counts = f"{found.done:,} of {found.total:,} runs done{failed}"
     if not standing.running:

@@ -108,3 +108,4 @@ def test_how_it_stands_is_said_in_words() -> None:
     assert "goes on" not in progress_html(standing(running=False, progress=over))
     assert "No &lt;space&gt;" in progress_html(standing(running=False, error="No <space>"))
     assert "getting ready" in progress_html(standing(progress=None))
+    assert progress_html(standing(progress=None, running=False)).endswith("stopped.")
