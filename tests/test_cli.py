@@ -56,7 +56,13 @@ def environment() -> dict[str, str]:
 
 
 def process(*argv: str, **options: Any) -> subprocess.Popen[Any]:
-    return subprocess.Popen([*POUNCE, *argv], env=environment(), **options)
+    # Whoever runs the tests in the background has them ignore interrupts, and children inherit it.
+    return subprocess.Popen(
+        [*POUNCE, *argv],
+        env=environment(),
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        **options,
+    )
 
 
 # --- Help ----------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -389,4 +390,6 @@ def test_it_can_be_used_from_within_an_event_loop(dask: Dask) -> None:
         with Cluster(dask.address) as crew:
             return crew.size
 
-    assert asyncio.run(connected()) == 1
+    # In a thread, since this one may be in the middle of a loop of the browser's.
+    with ThreadPoolExecutor(1) as executor:
+        assert executor.submit(asyncio.run, connected()).result() == 1
