@@ -150,12 +150,15 @@ class Controls:
         self._steering.update(status)
 
     def ask(self, event: Any, request: Request) -> int:
+        """Enqueue a request of the browser of an event; as :meth:`ask_for`."""
+        return self.ask_for(event.client, request)
+
+    def ask_for(self, client: viser.ClientHandle | None, request: Request) -> int:
         """Enqueue a request; the browser that made it is told if it cannot be carried out.
 
         Returns:
             Its ticket.
         """
-        client = event.client
 
         def refused(reason: str) -> None:
             if client is not None:

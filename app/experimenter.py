@@ -19,10 +19,10 @@ from app.door import RefusedError, guarded
 from app.experiments import MAX_LABEL, Experiment, ExperimentError
 from app.laboratory import Progress
 from app.machine import available_cores, duration
-from app.planner import safe_name
+from app.planner import Ask, safe_name
 from app.presets import dump
 from app.results import FolderError
-from app.session import GoBack, Request, Session, Status
+from app.session import GoBack, Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change
 from app.workbench import BusyError, Quote, Standing, Workbench
@@ -40,8 +40,6 @@ _N_SESSION_SEEDS: Final = 10
 _TRIALS_APART: Final = 1_000
 _MAX_WORKERS: Final = 64
 
-Ask = Callable[[viser.GuiEvent, Request], int]
-"""Enqueues a request for the browser of an event; returns its ticket, as ``Controls.ask``."""
 Show = Callable[[viser.ClientHandle], object]
 """Opens the results in a browser."""
 

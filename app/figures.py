@@ -167,6 +167,13 @@ def style_of(index: int) -> Style:
 # --- Learning curves -----------------------------------------------------------------------------
 
 
+def with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
+    """Lines without marks where theirs differ: it could not be seen which are whose."""
+    if len({tuple(line.marks) for line in lines if line.marks}) <= 1:
+        return lines
+    return [line._replace(marks=()) for line in lines]
+
+
 def draw_curves(name: str, panels: Sequence[Panel], axis: Axis, small_print: str) -> Drawing:
     """Reward against steps or trials: a panel for each world, one scale of reward for all."""
     width = 8.0 if len(panels) == 1 else min(3.9 * len(panels), 12.5)

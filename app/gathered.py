@@ -16,7 +16,7 @@ from app import statistics
 from app.cost import estimated_steps
 from app.experiments import Experiment
 from app.metrics import Metric, shown_first
-from app.replicate import DONE
+from app.replicate import DONE, log_in
 from app.statistics import Axis, Band, Estimate
 from learners import measures
 from learners.spec import RunSpec
@@ -45,7 +45,6 @@ class RunFact(NamedTuple):
     """Share of captures in the last 2,000 trials; NaN where there is none."""
     steps_to_70: float
     """Infinite for never, NaN where it was not measured."""
-    trials: int
     steps: int
     seconds: float
     digest: str
@@ -125,18 +124,12 @@ class Gatherer:
                 self._runs.append(fact)
             return
         with np.load(io.BytesIO(arrays)) as found:
-            outcome, steps = found["outcome"], found["steps"].astype(np.int64)
-            moments, names = found["introductions"].tolist(), found["introduced"].tolist()
+            outcome, steps, joined = log_in(found)
         world = self._experiment.variants[place].spec.world
         reward = measures.rewards(world, outcome)
         windowed: dict[Axis, np.ndarray] = {
             axis: statistics.windowed(reward, steps, width, axis)
             for axis, width in self._widths.items()
-        }
-        joined = {
-            name: (trial, step)
-            for name, (trial, step) in zip(names, moments, strict=True)
-            if trial > 0
         }
         with self._lock:
             self._runs.append(fact)
@@ -161,7 +154,9 @@ class Gatherer:
         if known is not None and known.n == len(curves):
             return known
         band = statistics.band(curves, self._widths[axis], _rng(), _RESAMPLES)
-        found = Curve(variant, len(curves), band, _moments(joined))
+        moments = statistics.medians_of_all(joined)
+        shared = [Moment(name, *at) for name, at in moments.items()]
+        found = Curve(variant, len(curves), band, shared)
         with self._lock:
             self._curves[variant, axis] = found
         return found
@@ -203,7 +198,6 @@ def _fact(place: int, row: Mapping[str, Any], metric: Metric, measured: Sequence
         value=_number(row.get(metric.column)),
         success=_number(row.get("final_success")),
         steps_to_70=never if reached is None else float(reached),
-        trials=int(row.get("trials") or 0),
         steps=int(row.get("steps") or 0),
         seconds=_number(row.get("seconds")),
         digest=str(row.get("digest") or ""),
@@ -212,15 +206,3 @@ def _fact(place: int, row: Mapping[str, Any], metric: Metric, measured: Sequence
 
 def _number(value: Any) -> float:
     return float("nan") if value is None else float(value)
-
-
-def _moments(joined: Sequence[Mapping[str, tuple[int, int]]]) -> list[Moment]:
-    """Skills that joined in every run, each at the median over the runs."""
-    names = dict.fromkeys(name for run in joined for name in run)
-    found = []
-    for name in names:
-        moments = [run[name] for run in joined if name in run]
-        if len(moments) == len(joined):
-            trial, step = np.median(np.asarray(moments, np.float64), axis=0)
-            found.append(Moment(name, float(trial), float(step)))
-    return found

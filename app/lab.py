@@ -63,7 +63,7 @@ class Browser:
             self._load_experiment = client.gui.add_upload_button(
                 "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
             )
-        self.results = ResultsPanel(client, lab.calls, lab.bench, lab.ask, lab.wake)
+        self.results = ResultsPanel(client, lab.calls, lab.bench, lab.ask_for, lab.wake)
         self._load_experiment.on_upload(guarded(self._take_experiment))
         save.on_click(
             guarded(
@@ -186,6 +186,10 @@ class Lab:
     def ask(self, event: Any, request: Any) -> int:
         """Enqueue a request of a browser; returns its ticket."""
         return self._controls.ask(event, request)
+
+    def ask_for(self, client: viser.ClientHandle, request: Any) -> int:
+        """Enqueue a request of a browser that no event of viser's tells of."""
+        return self._controls.ask_for(client, request)
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""

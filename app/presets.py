@@ -13,7 +13,7 @@ A preset passes through four stages, each of which notes what is wrong and carri
 import os
 import re
 import stat
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -416,9 +416,9 @@ def shipped() -> dict[str, Traversable]:
 
 
 @cache
-def shipped_spec(name: str) -> RunSpec | None:
-    """A shipped preset; None if there is none of that name."""
-    return load(name) if name in shipped() else None
+def shipped_settings(name: str) -> Mapping[str, Any] | None:
+    """All settings of a shipped preset, as JSON has them; None if there is none of that name."""
+    return load(name).model_dump(mode="json") if name in shipped() else None
 
 
 class _Source(NamedTuple):

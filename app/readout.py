@@ -17,8 +17,9 @@ import numpy as np
 from app import experiments, presets, results, statistics
 from app.figures import shown_value
 from app.metrics import METRICS, MILESTONES, NAMES
+from app.replicate import log_in
 from app.statistics import Axis
-from app.sweep import BETWEEN, names_of
+from app.sweep import BETWEEN, short_names
 from learners import measures
 from sim.spec import WorldSpec
 
@@ -26,7 +27,6 @@ AXES: tuple[Axis, ...] = ("steps", "trials")
 """What learning curves are drawn against."""
 
 _WIDEST_TRIALS = 1_000
-_PRESET = "preset"
 _COLUMNS = (
     "key",
     "variant",
@@ -275,11 +275,15 @@ def in_short(groups: Sequence[Group]) -> tuple[Sequence[Group], str]:
     Variants that set the same keys are told apart by the values of those that differ. Where
     somebody has named one of them, all keep their labels, and nothing is said.
     """
-    if len(groups) < 2 or not all("=" in group.label for group in groups):
+    if len(groups) < 2:
         return groups, ""
-    sets = [{_PRESET: group.preset, **group.overrides} for group in groups]
-    found = names_of(sets, groups[0].runs[0].settings)
-    if found is None or found.what == (_PRESET,):
+    found = short_names(
+        [group.label for group in groups],
+        [group.preset for group in groups],
+        [group.overrides for group in groups],
+        groups[0].runs[0].settings,
+    )
+    if found is None:
         return groups, ""
     named = [replace(group, label=name) for group, name in zip(groups, found.of, strict=True)]
     order = ", in this order" if len(found.what) > 1 else ""
@@ -380,9 +384,7 @@ def trace_of(run: RunRow, widths: Widths, measure: Measure) -> Trace:
         OSError, ValueError, KeyError, zipfile.BadZipFile: it is missing or damaged.
     """
     with np.load(run.folder / "arrays" / f"{run.key}.npz") as arrays:
-        outcome, steps = arrays["outcome"], arrays["steps"].astype(np.int64)
-        moments = arrays["introductions"].reshape(-1, 2).tolist()
-        names = arrays["introduced"].tolist()
+        outcome, steps, joined = log_in(arrays)
         pictures = None
         if "moments" in arrays:
             pictures = Pictures(arrays["moments"], arrays["value_share"], arrays["value_distance"])
@@ -396,9 +398,6 @@ def trace_of(run: RunRow, widths: Widths, measure: Measure) -> Trace:
     reward = measures.rewards(world, outcome)
     curves: dict[Axis, np.ndarray] = {
         axis: statistics.windowed(reward, steps, widths.of(axis), axis) for axis in AXES
-    }
-    joined = {
-        name: (trial, step) for name, (trial, step) in zip(names, moments, strict=True) if trial > 0
     }
     quantities = measure(run, Log(reward, steps, pictures))
     return Trace(run.seed, curves, quantities, joined, pictures)

@@ -12,7 +12,7 @@ import json
 import re
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -326,6 +326,31 @@ def arrays_of(run: Run, pictures: Pictures | None = None) -> dict[str, np.ndarra
             "value_distance": np.array(pictures.distance, np.float32),
         }
     return arrays
+
+
+class Log(NamedTuple):
+    """How the trials of a run went, as its arrays have it."""
+
+    outcome: np.ndarray
+    """(trial,) int8."""
+    steps: np.ndarray
+    """(trial,) int64."""
+    joined: dict[str, tuple[int, int]]
+    """Trial and step of each skill that joined after the start."""
+
+
+def log_in(arrays: Mapping[str, np.ndarray]) -> Log:
+    """The log in the arrays of :func:`arrays_of`, as they are read back.
+
+    Raises:
+        KeyError, ValueError: they are damaged.
+    """
+    moments = arrays["introductions"].reshape(-1, 2).tolist()
+    names = arrays["introduced"].tolist()
+    joined = {
+        name: (trial, step) for name, (trial, step) in zip(names, moments, strict=True) if trial > 0
+    }
+    return Log(arrays["outcome"], arrays["steps"].astype(np.int64), joined)
 
 
 def packed(arrays: dict[str, np.ndarray]) -> bytes:

@@ -32,6 +32,7 @@ from app.figures import (
     grouped,
     shown_estimate,
     style_of,
+    with_clear_marks,
 )
 from app.markup import Markup, Page, details, document, element, escaped, joined, minor, table
 from app.metrics import (
@@ -93,14 +94,11 @@ def _line(reader: Reader, label: str, runs: Iterable[RunRow], axis: Axis, style:
 
 def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
     """Introductions that all runs have come to, at the median over the runs."""
-    column = 1 if axis == "steps" else 0
-    names = dict.fromkeys(name for trace in traces for name in trace.introductions)
-    marks = []
-    for name in names:
-        moments = [t.introductions[name][column] for t in traces if name in t.introductions]
-        if len(moments) == len(traces):
-            marks.append(Mark(float(np.median(moments)), name.replace("_", " ")))
-    return marks
+    medians = statistics.medians_of_all([trace.introductions for trace in traces])
+    return [
+        Mark(step if axis == "steps" else trial, name.replace("_", " "))
+        for name, (trial, step) in medians.items()
+    ]
 
 
 def _curve_notes(widths: Widths, axis: Axis, panels: Sequence[Panel]) -> str:
@@ -309,7 +307,7 @@ def _curves(
             _line(reader, group.label, group.runs, axis, style_of(index))
             for index, group in enumerate(shown)
         ]
-        return [Panel("", _with_clear_marks(lines))]
+        return [Panel("", with_clear_marks(lines))]
 
     caption, notes = "Reward of each variant", [naming] if naming else []
     if len(shown) < len(groups):
@@ -334,13 +332,6 @@ def _highest(groups: Sequence[Group], metric: Metric) -> list[Group]:
 def _minor_text(text: str) -> Markup:
     """A paragraph that steps back; nothing where there is nothing to say."""
     return element("p", text, class_="minor") if text else Markup()
-
-
-def _with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
-    """Lines without marks where theirs differ: it could not be seen which are whose."""
-    if len({tuple(line.marks) for line in lines if line.marks}) <= 1:
-        return lines
-    return [line._replace(marks=()) for line in lines]
 
 
 def _scalars(page: Page, groups: Sequence[Group], naming: str) -> None:
@@ -672,7 +663,7 @@ def _pair_curves(page: Page, reader: Reader, number: int, pair: Pair) -> None:
             _line(reader, f"{side}: {group.label}", group.runs, axis, style_of(index))
             for index, (side, group) in enumerate(zip("AB", pair, strict=True))
         ]
-        return [Panel(_pair_name(pair), _with_clear_marks(lines))]
+        return [Panel(_pair_name(pair), with_clear_marks(lines))]
 
     name = f"pair_{number}"
     caption = f"Reward in A and B: {_pair_name(pair)}"

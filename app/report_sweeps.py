@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -270,20 +269,12 @@ def _plane(preset: str, swept: _Swept, metric: Metric, rng: Rng) -> _Plane:
     return _Plane(preset, (across, up), metric, values, reference, found, _span(metric, settings))
 
 
-@cache
-def _shipped(preset: str) -> Mapping[str, Any] | None:
-    """All settings of a preset that comes with the lab; None where it does not."""
-    if preset not in presets.shipped():
-        return None
-    return presets.load(preset).model_dump(mode="json")
-
-
 def _reference(preset: str, swept: _Swept, values: Mapping[Place, Values]) -> _Reference:
     """The preset's own setting if it was run, else the cell that came out highest.
 
     The highest of many is where it is by luck as well; what was settled before is not.
     """
-    axles, shipped = swept.sweep.axles, _shipped(preset)
+    axles, shipped = swept.sweep.axles, presets.shipped_settings(preset)
     if shipped is not None:
         runs = {place: group.runs[0] for place, group in swept.groups.items()}
         own = own_place(

@@ -169,13 +169,9 @@ class Folder:
         Raises:
             FolderError: they could not be written.
         """
-        passing = self.arrays / f".{key}.tmp"
         try:
-            _write_through(passing, arrays)
-            os.replace(passing, self.arrays / f"{key}.npz")
+            _write(self.arrays / f"{key}.npz", arrays)
         except OSError as error:
-            with contextlib.suppress(OSError):
-                passing.unlink(missing_ok=True)
             raise _unwritable(error) from error
 
     def _refuse_stranger(self) -> None:
@@ -372,9 +368,15 @@ def version() -> str:
 
 
 def _write(path: Path, data: bytes) -> None:
+    """Put a file into place, whole."""
     passing = path.with_name(f".{path.name}.tmp")
-    _write_through(passing, data)
-    os.replace(passing, path)
+    try:
+        _write_through(passing, data)
+        os.replace(passing, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            passing.unlink(missing_ok=True)
+        raise
 
 
 def _write_through(path: Path, data: bytes) -> None:

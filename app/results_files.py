@@ -6,7 +6,7 @@ from typing import Final
 
 from app import figures, results_view
 from app.charts import styles_of
-from app.figures import Dot, Drawing, Line, Mark, Panel, Series
+from app.figures import Dot, Drawing, Line, Mark, Panel, Series, with_clear_marks
 from app.gathered import Curve, Gatherer, Gathering
 from app.results_view import View
 from app.statistics import Axis, Estimate
@@ -44,19 +44,16 @@ def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
     return figures.draw_dots(name, {gathering.metric.label: dots}, small)
 
 
-def _lines(gathering: Gathering, curves: Sequence[Curve], axis: Axis) -> list[Line]:
+def _lines(gathering: Gathering, curves: Sequence[Curve], axis: Axis) -> Sequence[Line]:
     variants = [gathering.experiment.variants[curve.variant] for curve in curves]
-    lines: list[Line] = []
+    lines = []
     for curve, variant, style in zip(curves, variants, styles_of(variants), strict=True):
         marks = [
             Mark(moment.step if axis == "steps" else moment.trial, moment.skill.replace("_", " "))
             for moment in curve.joined
         ]
         lines.append(Line(variant.label, curve.band, style, curve.n, marks))
-    if len({tuple(line.marks) for line in lines if line.marks}) > 1:
-        # It could not be seen which are whose.
-        return [line._replace(marks=()) for line in lines]
-    return lines
+    return with_clear_marks(lines)
 
 
 def _swept(

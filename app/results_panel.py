@@ -3,8 +3,7 @@
 import threading
 from collections.abc import Callable
 from html import escape
-from types import SimpleNamespace
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import viser
 
@@ -16,7 +15,7 @@ from app.gathered import RunFact
 from app.results import FolderError, table_csv
 from app.results_files import drawing_of
 from app.results_view import View
-from app.session import OpenRun, Request
+from app.session import OpenRun
 from app.workbench import Standing, Workbench
 
 CALLS_FRAME: Final = "pounce-calls"
@@ -32,9 +31,6 @@ _REFRESH_S, _LATER_REFRESH_S, _LATER_S = 1.0, 3.0, 10.0
 beneath it."""
 _RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"
 _CLOSE = "Close"
-
-Ask = Callable[[Any, Request], int]
-"""Enqueues a request for the browser of an event, as ``Controls.ask``."""
 
 
 class _Wish(NamedTuple):
@@ -58,14 +54,14 @@ class ResultsPanel:
         client: viser.ClientHandle,
         calls: Calls,
         bench: Workbench,
-        ask: Ask,
+        ask_for: Callable[[viser.ClientHandle, OpenRun], object],
         wake: Callable[[], object],
     ) -> None:
         """``wake`` lets the render loop draw at once."""
         self._client = client
         self._calls = calls
         self._bench = bench
-        self._ask = ask
+        self._ask_for = ask_for
         self._lock = threading.Lock()
         self._view: View | None = None
         self._of: Standing | None = None
@@ -163,7 +159,7 @@ class ResultsPanel:
         runs = standing.gatherer.gathering().runs
         fact = next((run for run in runs if run.key == key and run.digest), None)
         if fact is not None:
-            self._ask(SimpleNamespace(client=self._client), opened(standing, fact))
+            self._ask_for(self._client, opened(standing, fact))
             self._panel.visible = False
 
     def _clicked(self, event: viser.GuiEvent) -> None:

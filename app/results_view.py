@@ -19,10 +19,9 @@ from app.experiments import Experiment
 from app.gathered import MOST_CURVES, Gatherer, Gathering, RunFact
 from app.markup import escaped
 from app.statistics import Axis, Estimate
-from app.sweep import BETWEEN, Sweep, names_of, own_place, sweep_of
+from app.sweep import BETWEEN, Sweep, own_place, short_names, sweep_of
 
 ROWS_PER_PAGE: Final = 8
-_PRESET: Final = "preset"
 MOST_CELLS: Final = 300
 """Cells of a plane, or points of a line, that can be told apart and clicked."""
 
@@ -65,13 +64,13 @@ def swept(experiment: Experiment) -> Sweep | None:
 def own_setting(experiment: Experiment) -> int | None:
     """Place of the variant with the shipped preset's own values of what was swept, if any."""
     sweep, variants = swept(experiment), experiment.variants
-    shipped = presets.shipped_spec(variants[0].preset)
+    shipped = presets.shipped_settings(variants[0].preset)
     if sweep is None or shipped is None:
         return None
     found = own_place(
         {at: variants[place].overrides for at, place in sweep.places.items()},
         {at: variants[place].spec.model_dump(mode="json") for at, place in sweep.places.items()},
-        shipped.model_dump(mode="json"),
+        shipped,
     )
     return None if found is None else sweep.places[found]
 
@@ -84,13 +83,13 @@ def in_short(experiment: Experiment) -> tuple[Experiment, str]:
     stays before them where there are several. Others keep their labels, and nothing is said.
     """
     variants = experiment.variants
-    if not all("=" in variant.label for variant in variants):
-        # Somebody has named them.
-        return experiment, ""
-    settings = variants[0].spec.model_dump(mode="json")
-    sets = [{_PRESET: v.preset, **v.overrides} for v in variants]
-    found = names_of(sets, settings)
-    if found is None or found.what == (_PRESET,):
+    found = short_names(
+        [variant.label for variant in variants],
+        [variant.preset for variant in variants],
+        [variant.overrides for variant in variants],
+        variants[0].spec.model_dump(mode="json"),
+    )
+    if found is None:
         return experiment, ""
     named = tuple(
         replace(variant, label=name) for variant, name in zip(variants, found.of, strict=True)

@@ -183,6 +183,21 @@ def _lower_median(values: np.ndarray, axis: int) -> Any:
     return np.take(np.partition(values, middle, axis=axis), middle, axis=axis)
 
 
+def medians_of_all(
+    moments: Sequence[Mapping[str, tuple[int, int]]],
+) -> dict[str, tuple[float, float]]:
+    """Medians over runs of two numbers that go by a name, of the names that every run has."""
+    names = dict.fromkeys(name for run in moments for name in run)
+    return {
+        name: (
+            float(np.median([run[name][0] for run in moments])),
+            float(np.median([run[name][1] for run in moments])),
+        )
+        for name in names
+        if all(name in run for run in moments)
+    }
+
+
 # --- Comparisons ---------------------------------------------------------------------------------
 
 Term = tuple[float, Mapping[int, float]]

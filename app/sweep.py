@@ -24,6 +24,7 @@ Values = Mapping[int, float]
 
 BETWEEN = " / "
 """Stands between the values of a short name."""
+_PRESET = "preset"
 _FEWEST = 3
 """Variants that make a sweep; two are a comparison."""
 _LEAST_COMBINED = 0.5
@@ -217,6 +218,29 @@ def names_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Name
         for overrides in variants
     )
     return Names(what, of) if bundles and len(set(of)) == len(of) else None
+
+
+def short_names(
+    labels: Sequence[str],
+    presets: Sequence[str],
+    variants: Sequence[Overrides],
+    settings: Mapping[str, Any],
+) -> Names | None:
+    """:func:`names_of` variants that nobody has named, the preset before them where it differs.
+
+    Args:
+        labels: of the variants; one without a "=" was given by somebody, and then all are kept.
+        presets: of the variants.
+        variants: what each of them sets.
+        settings: all settings of one of them, to call an episode by its skill.
+    """
+    if not all("=" in label for label in labels):
+        return None
+    sets = [
+        {_PRESET: preset, **overrides} for preset, overrides in zip(presets, variants, strict=True)
+    ]
+    found = names_of(sets, settings)
+    return None if found is None or found.what == (_PRESET,) else found
 
 
 def own_place(

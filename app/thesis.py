@@ -53,17 +53,12 @@ Placed = Mapping[Place, Sequence[RunRow]]
 """Runs by where in the thesis's experiments they belong."""
 
 
-@cache
-def _shipped(preset: str) -> dict[str, Any]:
-    return presets.load(preset).model_dump(mode="json")
-
-
 def place_of(run: RunRow) -> Place | None:
     """Where in the thesis's experiments a run belongs, if it is one of them."""
     # Of runs that end once they have learned enough, the good ones are short: selected by outcome.
-    if run.limited or run.preset not in LEARNER_TITLES:
+    shipped = presets.shipped_settings(run.preset)
+    if run.limited or run.preset not in LEARNER_TITLES or shipped is None:
         return None
-    shipped = _shipped(run.preset)
     if any(run.settings.get(key) != shipped[key] for key in ("learner", "schedule", "trials")):
         return None
     world = dict(run.settings.get("world", {}))

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from app import replicate
+
 BROWSER_NAMES = (
     "chromium",
     "chromium-browser",
@@ -86,3 +88,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 item.add_marker(pytest.mark.xdist_group("browser"))
     is_worker = hasattr(config, "workerinput")
     items.sort(key=lambda item: (BROWSER_TESTS in item.path.parents) != is_worker)
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Keys of the runs that are made."""
+    made: list[str] = []
+    perform = replicate.perform
+
+    def count(task: replicate.Task, *others: Any) -> Any:
+        made.append(task.key)
+        return perform(task, *others)
+
+    monkeypatch.setattr("app.laboratory.perform", count)
+    return made

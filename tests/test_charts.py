@@ -68,7 +68,6 @@ def fact(variant: int, seed: int, value: float, error: str = "", **others: objec
         value=NOTHING if error else value,
         success=NOTHING if error else 0.7,
         steps_to_70=math.inf,
-        trials=400,
         steps=60_000,
         seconds=1.5,
         digest="0123456789abcdef",

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from app import cli, readout, replicate, results
+from app import cli, readout, results
 from app.experiments import Experiment, parse
 from app.laboratory import Switch, Threads, run_experiment
 from app.results import Folder, FolderError, finished_in, goes_on
@@ -51,20 +51,6 @@ def changed(path: Path, query: str, *values: Any) -> None:
 def meta(path: Path) -> dict[str, str]:
     with contextlib.closing(sqlite3.connect(path / "results.sqlite")) as database:
         return dict(database.execute("SELECT key, value FROM meta"))
-
-
-@pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Keys of the runs that are made."""
-    made: list[str] = []
-    perform = replicate.perform
-
-    def count(task: replicate.Task, *others: Any) -> Any:
-        made.append(task.key)
-        return perform(task, *others)
-
-    monkeypatch.setattr("app.laboratory.perform", count)
-    return made
 
 
 def test_a_kill_in_the_middle_of_a_row_loses_that_row_alone(

@@ -70,7 +70,6 @@ def _row(run: RunFact) -> dict[str, Any]:
         "final_reward": None if math.isnan(run.value) else run.value,
         "final_success": None if math.isnan(run.success) else run.success,
         "steps_to_70": run.steps_to_70,
-        "trials": run.trials,
         "steps": run.steps,
         "seconds": run.seconds,
         "digest": run.digest,

@@ -110,7 +110,7 @@ def test_paused_it_waits_and_goes_on(tmp_path: Path) -> None:
     assert len(standing.gatherer.gathering().runs) == 80
 
 
-def test_stopped_it_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stopped_it_goes_on_where_it_was(tmp_path: Path, counted: list[str]) -> None:
     bench = Workbench(tmp_path)
     path = bench.start(small(40), workers=1)
     until(lambda: bool(bench.standing and bench.standing.gatherer.gathering().runs))
@@ -119,18 +119,11 @@ def test_stopped_it_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.Mon
     assert 0 < len(before) < 80
     assert rows(path).keys() == {run.key for run in before}
 
-    made: list[str] = []
-    perform = replicate.perform
-
-    def counted(task: replicate.Task, *others: Any) -> Any:
-        made.append(task.key)
-        return perform(task, *others)
-
-    monkeypatch.setattr("app.laboratory.perform", counted)
+    counted.clear()
     assert bench.start(small(40), workers=1) == path
     after = over(bench).gatherer.gathering().runs
     assert len(after) == len(rows(path)) == 80
-    assert not set(made) & {run.key for run in before}
+    assert not set(counted) & {run.key for run in before}
 
 
 def test_fewer_seeds_of_what_is_there_are_shown_alone(tmp_path: Path) -> None:
