@@ -11,7 +11,7 @@ import io
 import math
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.sax.saxutils import escape
 
@@ -378,7 +378,7 @@ def _plane(
     _draw_cells(axes, (n_across, n_up), faces)
     axes.set_xlim(-0.5, n_across - 0.5)
     axes.set_ylim(-0.5, n_up - 0.5)
-    shown_across, shown_up = ([grouped(value) for value in axle.values] for axle in axles)
+    shown_across, shown_up = (told_apart(axle.values, grouped) for axle in axles)
     crowded = max(map(len, shown_across), default=0) > 6
     axes.set_xticks(range(n_across), list(map(_plain, shown_across)))
     axes.tick_params(axis="x", rotation=45 if crowded else 0)
@@ -388,8 +388,8 @@ def _plane(
     axes.set_facecolor("#EEEEEE")
     figure.colorbar(ScalarMappable(*scale), ax=axes, label=_axis_title(what))
     titles = {
-        f"cell-{i}-{j}": f"{across.label} = {shown_value(across.values[i])}, "
-        f"{up.label} = {shown_value(up.values[j])}: {shown_estimate(cell)}, n = {cell.n}"
+        f"cell-{i}-{j}": f"{across.label} = {shown_across[i]}, "
+        f"{up.label} = {shown_up[j]}: {shown_estimate(cell)}, n = {cell.n}"
         for (i, j), cell in cells.items()
     }
     rows: list[Sequence[Any]] = [[across.key, up.key, what, "low", "high", "n"]]
@@ -506,7 +506,7 @@ def _places_along(axes: "Axes", axle: Axle) -> np.ndarray:
         axes.set_xscale("log")
         axes.minorticks_off()
     if axle.is_logarithmic or not on_scale:
-        axes.set_xticks(x, [_plain(shown_value(value)) for value in axle.values])
+        axes.set_xticks(x, [*map(_plain, told_apart(axle.values))])
     return x
 
 
@@ -540,7 +540,7 @@ def draw_effects(name: str, effects: Sequence[Effect], what: str, small: str) ->
             capsize=3,
         )
         axes.margins(x=0.12)
-        shown = [shown_value(value) for value in axle.values]
+        shown = told_apart(axle.values)
         if len(shown) <= _MOST_TICKS:
             axes.set_xticks(x, list(map(_plain, shown)))
         if sum(map(len, shown)) > _SMALL_TICK_CHARACTERS:
@@ -741,6 +741,18 @@ def grouped(value: Any) -> str:
     """The value of a setting, a large whole number with a comma at the thousands."""
     is_large = isinstance(value, int) and abs(value) >= 1_000
     return f"{value:,}" if is_large else shown_value(value)
+
+
+def told_apart(values: Sequence[Any], shown: Callable[[Any], str] = shown_value) -> list[str]:
+    """The values of a setting, in all their digits where two would else look the same.
+
+    Args:
+        values: of one setting; the same value may be there more than once.
+        shown: a value in short.
+    """
+    short = [shown(value) for value in values]
+    exact = [repr(value) if isinstance(value, float) else shown(value) for value in values]
+    return short if len(set(short)) == len(set(exact)) else exact
 
 
 def shown_estimate(estimate: Estimate, form: str = ".3g") -> str:

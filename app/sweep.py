@@ -6,12 +6,13 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from app import statistics
-from app.figures import Axle, grouped, shown_value
+from app.figures import Axle, grouped, told_apart
 from app.statistics import Contrast
 
 Overrides = Mapping[str, Any]
@@ -55,16 +56,12 @@ def sweep_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Swee
     if len(variants) < _FEWEST or any(set(overrides) != keys for overrides in variants):
         return None
     bundles = _bundles(variants)
-    axles = tuple(_axle(bundle, variants, settings) for bundle in bundles)
-    if not 1 <= len(axles) <= 2:
+    if not 1 <= len(bundles) <= 2:
         return None
-    places = {
-        tuple(
-            axle.values.index(_value(bundle, overrides))
-            for axle, bundle in zip(axles, bundles, strict=True)
-        ): place
-        for place, overrides in enumerate(variants)
-    }
+    columns = [_column(bundle, variants) for bundle in bundles]
+    axles = tuple(map(partial(_axle, settings=settings), bundles, columns))
+    along = (map(axle.values.index, column) for axle, column in zip(axles, columns, strict=True))
+    places = {where: place for place, where in enumerate(zip(*along, strict=True))}
     return Sweep(axles, places) if len(places) == len(variants) else None
 
 
@@ -91,17 +88,18 @@ def design_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Des
     if any(set(overrides) != set(variants[0]) for overrides in variants):
         return None
     bundles = _bundles(variants)
-    axles = tuple(_axle(bundle, variants, settings) for bundle in bundles)
+    columns = [_column(bundle, variants) for bundle in bundles]
+    axles = tuple(map(partial(_axle, settings=settings), bundles, columns))
     combinations = math.prod(len(axle.values) for axle in axles)
-    there = {tuple(_value(bundle, overrides) for bundle in bundles) for overrides in variants}
+    there = {*zip(*columns, strict=True)}
     if len(axles) <= 2 or len(there) < max(len(variants), _LEAST_COMBINED * combinations):
         return None
     having = tuple(
         tuple(
-            tuple(place for place, sets in enumerate(variants) if _value(bundle, sets) == value)
+            tuple(place for place, own in enumerate(column) if own == value)
             for value in axle.values
         )
-        for axle, bundle in zip(axles, bundles, strict=True)
+        for axle, column in zip(axles, columns, strict=True)
     )
     return Design(axles, having, len(there) == combinations)
 
@@ -117,10 +115,8 @@ def _bundles(variants: Sequence[Overrides]) -> list[list[str]]:
     return list(columns.values())
 
 
-def _axle(
-    bundle: Sequence[str], variants: Sequence[Overrides], settings: Mapping[str, Any]
-) -> Axle:
-    values = list(dict.fromkeys(_value(bundle, overrides) for overrides in variants))
+def _axle(bundle: Sequence[str], column: Sequence[Any], settings: Mapping[str, Any]) -> Axle:
+    values = list(dict.fromkeys(column))
     axle = Axle(_name(bundle, settings), values, _words(bundle, settings))
     return axle._replace(values=sorted(values)) if axle.is_numeric else axle
 
@@ -182,11 +178,15 @@ def _skill(name_or_place: str, settings: Mapping[str, Any]) -> str:
     return episodes[place]["skill"] if place < len(episodes) else ""
 
 
-def _value(bundle: Sequence[str], overrides: Overrides) -> Any:
-    values = [overrides[key] for key in bundle]
-    if all(value == values[0] for value in values) and isinstance(values[0], int | float):
-        return values[0]
-    return ", ".join(shown_value(value) for value in values)
+def _column(bundle: Sequence[str], variants: Sequence[Overrides]) -> list[Any]:
+    """What keys that move together are set to in each variant: a number, or a text."""
+    texts = [told_apart([overrides[key] for overrides in variants]) for key in bundle]
+    column: list[Any] = []
+    for overrides, shown in zip(variants, zip(*texts, strict=True), strict=True):
+        first, *others = (overrides[key] for key in bundle)
+        is_one_number = isinstance(first, int | float) and all(value == first for value in others)
+        column.append(first if is_one_number else ", ".join(shown))
+    return column
 
 
 # --- Whether it makes a difference ---------------------------------------------------------------
@@ -212,12 +212,16 @@ def names_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Name
     if any(set(overrides) != keys for overrides in variants):
         return None
     bundles = _bundles(variants)
-    what = tuple(_axle(bundle, variants, settings).label for bundle in bundles)
-    of = tuple(
-        BETWEEN.join(grouped(_value(bundle, overrides)) for bundle in bundles)
-        for overrides in variants
+    if not bundles:
+        return None
+    columns = [_column(bundle, variants) for bundle in bundles]
+    what = tuple(
+        _axle(bundle, column, settings).label
+        for bundle, column in zip(bundles, columns, strict=True)
     )
-    return Names(what, of) if bundles and len(set(of)) == len(of) else None
+    shown = (told_apart(column, grouped) for column in columns)
+    of = tuple(map(BETWEEN.join, zip(*shown, strict=True)))
+    return Names(what, of) if len(set(of)) == len(of) else None
 
 
 def short_names(

@@ -60,6 +60,15 @@ def test_keys_that_move_together_count_as_one_axle(
     assert sorted(swept.places.values()) == list(range(len(variants)))
 
 
+@pytest.mark.parametrize("near", [2000.00390625, 2000.0000000000002])
+def test_values_that_look_the_same_in_short_are_told_apart(near: float) -> None:
+    swept = found([{"a.x": a, "b.x": b} for a, b in [(0, 1), (2000.0, near), (near, 2000.0)]])
+    assert list(swept.axles[0].values) == ["0, 1", f"2000.0, {near}", f"{near}, 2000.0"]
+    names = sweep.names_of([{"x": 2000.0}, {"x": near}], {})
+    assert names is not None
+    assert names.of == ("2000.0", str(near))
+
+
 def test_keys_that_have_the_same_value_are_one_number() -> None:
     swept = found([{"a.x": at, "b.x": at, "fixed": 7} for at in (30, 0, 300)])
     assert list(swept.axles[0].values) == [0, 30, 300]
