@@ -44,6 +44,11 @@ _SMALL_TICK_CHARACTERS = 32
 """Of all ticks of a small plot, and of its title that stands upright."""
 _MOST_TICKS = 6
 """Values that a small plot has a tick for each of."""
+_RUN_HEIGHTS = 5
+"""At which the runs of a row are drawn, so that equal ones can be told apart."""
+_RUNS_SPREAD = 0.5
+"""Of a row's height, that its runs lie in."""
+_MOST_SHAPES = 1_000
 _FAINT = 0.5
 _MOST_UNEVEN = 10
 """Times that one gap between swept values may be as wide as another on their own scale."""
@@ -108,10 +113,11 @@ class Panel(NamedTuple):
 
 
 class Dot(NamedTuple):
-    """An estimate with its name."""
+    """An estimate with its name, and the values of the runs that it is from."""
 
     label: str
     estimate: Estimate
+    runs: Sequence[float] = ()
 
 
 class Axle(NamedTuple):
@@ -303,15 +309,30 @@ Cells = Mapping[tuple[int, int], Estimate]
 """Estimates by place: index along the first axle, and along the second."""
 
 
-def draw_plane(name: str, axles: tuple[Axle, Axle], cells: Cells, what: str, small: str) -> Drawing:
+def draw_plane(
+    name: str,
+    axles: tuple[Axle, Axle],
+    cells: Cells,
+    what: str,
+    small: str,
+    framed: tuple[int, int] | None = None,
+) -> Drawing:
     """Two settings swept together: a map of the plane, each cell with its value.
 
     Cells have equal sizes whatever their values; those without runs stay hatched. In a page, the
     interval of a cell shows under the pointer.
+
+    Args:
+        name: of the drawing.
+        axles: the settings.
+        cells: the estimates.
+        what: they are of.
+        small: small print.
+        framed: place of the cell that has a frame, if any.
     """
     norm, colours = _scale_of([cell.value for cell in cells.values()])
     faces = {
-        place: _Face(colours(norm(cell.value)), f"{cell.value:.3g}")
+        place: _Face(colours(norm(cell.value)), f"{cell.value:.3g}", framed=place == framed)
         for place, cell in cells.items()
         if math.isfinite(cell.value)
     }
@@ -579,6 +600,7 @@ def draw_dots(
         there = [(k, dot) for k, dot in enumerate(dots) if math.isfinite(dot.estimate.value)]
         if what in zero:
             axes.axvline(0, color=_INK, linewidth=0.8, dashes=(4, 3), zorder=1)
+        _draw_runs(axes, dots)
         axes.errorbar(
             [dot.estimate.value for _, dot in there],
             [k for k, _ in there],
@@ -596,6 +618,32 @@ def draw_dots(
     found[0].set_yticks(range(len(labels)), labels)
     found[0].set_ylim(n_rows - 0.5, -0.5)
     return _saved(name, figure, rows)
+
+
+def _draw_runs(axes: "Axes", dots: Sequence[Dot]) -> None:
+    """Each run small and pale, a little above or below the middle of its row."""
+    heights = _RUNS_SPREAD * (np.arange(_RUN_HEIGHTS) / (_RUN_HEIGHTS - 1) - 0.5)
+    places = [
+        (value, k + heights[index % _RUN_HEIGHTS])
+        for k, dot in enumerate(dots)
+        for index, value in enumerate(dot.runs)
+        if math.isfinite(value)
+    ]
+    if places:
+        x, y = zip(*places, strict=True)
+        axes.plot(
+            x,
+            y,
+            linestyle="none",
+            marker="o",
+            markersize=2.6,
+            markeredgewidth=0,
+            color=_GREY,
+            alpha=0.5,
+            zorder=1.5,
+            # As shapes, thousands of them would make a page that no browser opens quickly.
+            rasterized=len(places) > _MOST_SHAPES,
+        )
 
 
 def _row_label(dot: Dot) -> str:

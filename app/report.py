@@ -446,7 +446,7 @@ def _ablation(page: Page, groups: Sequence[Group], metric: Metric, naming: str) 
     difference = f"{metric.title}: difference to {base.label}"
     columns = {
         metric.label: [
-            Dot(group.label, statistics.mean(group.values(column), _rng()))
+            Dot(group.label, statistics.mean(group.values(column), _rng()), group.values(column))
             for group in (base, *others)
         ],
         difference: [
@@ -455,7 +455,8 @@ def _ablation(page: Page, groups: Sequence[Group], metric: Metric, naming: str) 
         ],
     }
     small = page.small_print(
-        "Mean over n runs (seeds); bars: 95 % bootstrap interval. Differences are to"
+        "Mean over n runs (seeds); bars: 95 % bootstrap interval; pale dots: single runs."
+        " Differences are to"
         f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
     )
     drawing = draw_dots("variants", columns, small, zero=(difference,))

@@ -6,6 +6,7 @@ from typing import Final
 
 from app import figures, results_view
 from app.charts import styles_of
+from app.experiments import Experiment
 from app.figures import Dot, Drawing, Line, Mark, Panel, Series, with_clear_marks
 from app.gathered import Curve, Gatherer, Gathering
 from app.results_view import View
@@ -16,36 +17,45 @@ _MOST_ROWS: Final = 60
 
 
 def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
-    """What a browser looks at, with its numbers."""
-    small = (
-        f"{gathering.experiment.name}: {len(gathering.runs):,} of"
-        f" {gathering.experiment.n_runs:,} runs are over; n runs (seeds) each; 95 % bootstrap"
-        " intervals over runs."
+    """What a browser looks at, with its numbers; variants are called as they are there."""
+    experiment, what = results_view.in_short(gathering.experiment)
+    sweep, own = (
+        results_view.swept(gathering.experiment),
+        results_view.own_setting(gathering.experiment),
     )
-    name = gathering.experiment.name
-    sweep = results_view.swept(gathering.experiment)
+    small = (
+        f"{experiment.name}: {len(gathering.runs):,} of {experiment.n_runs:,} runs are over;"
+        " n runs (seeds) each; 95 % bootstrap intervals over runs."
+    )
     if view.chart == "plane" and sweep is not None:
-        return _swept(name, gatherer, gathering, sweep, small)
+        return _swept(gatherer, gathering, sweep, own, small)
+    if what:
+        small += f" Variants are named by {what}."
     if view.chart == "curves":
         found = [
             gatherer.curve(variant, view.axis)
-            for variant in results_view.places_of_curves(
-                len(gathering.experiment.variants), view.variant
-            )
+            for variant in results_view.places_of_curves(len(experiment.variants), view.variant)
         ]
-        lines = _lines(gathering, [curve for curve in found if curve.n], view.axis)
+        lines = _lines(experiment, [curve for curve in found if curve.n], view.axis)
         return figures.draw_curves(
-            name, [Panel(gathering.experiment.name, lines)], view.axis, small
+            experiment.name, [Panel(experiment.name, lines)], view.axis, small
         )
+    values: list[list[float]] = [[] for _ in experiment.variants]
+    for run in gathering.runs:
+        values[run.variant].append(run.value)
+    shown = experiment.variants[:_MOST_ROWS]
     dots = [
-        Dot(variant.label, gatherer.estimate(place))
-        for place, variant in enumerate(gathering.experiment.variants[:_MOST_ROWS])
+        Dot(variant.label, gatherer.estimate(place), values[place])
+        for place, variant in enumerate(shown)
     ]
-    return figures.draw_dots(name, {gathering.metric.label: dots}, small)
+    small += " Pale dots are single runs."
+    if len(shown) < len(experiment.variants):
+        small += f" The first {len(shown)} of {len(experiment.variants):,} variants."
+    return figures.draw_dots(experiment.name, {gathering.metric.label: dots}, small)
 
 
-def _lines(gathering: Gathering, curves: Sequence[Curve], axis: Axis) -> Sequence[Line]:
-    variants = [gathering.experiment.variants[curve.variant] for curve in curves]
+def _lines(experiment: Experiment, curves: Sequence[Curve], axis: Axis) -> Sequence[Line]:
+    variants = [experiment.variants[curve.variant] for curve in curves]
     lines = []
     for curve, variant, style in zip(curves, variants, styles_of(variants), strict=True):
         marks = [
@@ -57,16 +67,22 @@ def _lines(gathering: Gathering, curves: Sequence[Curve], axis: Axis) -> Sequenc
 
 
 def _swept(
-    name: str, gatherer: Gatherer, gathering: Gathering, sweep: Sweep, small: str
+    gatherer: Gatherer, gathering: Gathering, sweep: Sweep, own: int | None, small: str
 ) -> Drawing:
+    name, label = gathering.experiment.name, gathering.metric.label
     there = {place: gatherer.estimate(variant) for place, variant in sweep.places.items()}
     if len(sweep.axles) == 2:
         cells = {(at[0], at[1]): found for at, found in there.items() if found.n}
         across, up = sweep.axles
-        return figures.draw_plane(name, (across, up), cells, gathering.metric.label, small)
+        framed = next(
+            ((at[0], at[1]) for at, variant in sweep.places.items() if variant == own), None
+        )
+        if framed is not None:
+            small += " The frame is the preset's own setting."
+        return figures.draw_plane(name, (across, up), cells, label, small, framed)
     (axle,) = sweep.axles
     nothing = Estimate(math.nan, math.nan, math.nan, 0)
     series = [there.get((index,), nothing) for index in range(len(axle.values))]
     points = [found if found.n else None for found in series]
-    label = gathering.experiment.variants[0].preset
-    return figures.draw_points(name, axle, [Series(label, points)], gathering.metric.label, small)
+    preset = gathering.experiment.variants[0].preset
+    return figures.draw_points(name, axle, [Series(preset, points)], label, small)
