@@ -317,11 +317,6 @@ def sum_text(link: Link) -> str:
     )
 
 
-def link_text(link: Link) -> str:
-    """A link of a chain in one line."""
-    return f"{action_text(link)}: {sum_text(link)}"
-
-
 def ending_text(chain: Chain) -> str:
     """What a chain ends with, in a sentence."""
     x, y = chain.last

@@ -23,15 +23,16 @@ from app.inspect import (
     HuntShown,
     Link,
     OptionReading,
+    action_text,
     chain_html,
     ending_text,
     hunts_html,
-    link_text,
     number,
     options_html,
     reading_at,
     reading_html,
     rose_svg,
+    sum_text,
     why,
 )
 from app.inspector import Inspector, board_points, cell_under, ring_radius
@@ -205,7 +206,7 @@ def test_there_is_nothing_to_read_off_the_grid(behind: Snapshot, x: int, y: int)
 
 
 def texts(chain: Chain) -> list[str]:
-    return [link_text(link) for link in chain.links]
+    return [f"{action_text(link)}: {sum_text(link)}" for link in chain.links]
 
 
 def test_a_chain_leads_to_the_capture_that_feeds_it(behind: Snapshot) -> None:

@@ -285,8 +285,9 @@ def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(
     chain = inspect.why(snapshot, 14, 20, heading=0)
     assert chain.ending == "capture"
     expect(screen.text(inspect.ending_text(chain))).to_be_visible()
+    first = chain.links[0]
     expect(screen.page.get_by_role("listitem").first).to_have_text(
-        inspect.link_text(chain.links[0])
+        f"{inspect.action_text(first)}: {inspect.sum_text(first)}"
     )
     lines = ["/inspect/chain/line", 2 * len(chain.cells)]
     screen.page.wait_for_function(HAS_POINTS, arg=lines)
