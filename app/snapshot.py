@@ -119,7 +119,7 @@ def take(
     n_skills = len(spec.learner.skills)
     selection_q = rows.values(state.selection)[:, :n_options].reshape(*shape, n_options).copy()
     if new_curve or former is None:
-        curve = measures.curve(spec.world, state, curve_window(run.step))
+        curve = measures.curve(state, curve_window(run.step))
     else:
         curve = former.curve
     return Snapshot(

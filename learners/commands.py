@@ -89,7 +89,11 @@ class SetSchedule:
 
 @dataclass(frozen=True)
 class Undo:
-    """Take back a command given by hand, by its number in the run's history."""
+    """Take back a command given by hand, by its number in the run's history.
+
+    What commands have set is then as if it had not been given; what was learned meanwhile stays.
+    Refused where what the command made has ended since.
+    """
 
     number: int
 

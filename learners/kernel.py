@@ -86,12 +86,18 @@ class LearnerState(NamedTuple):
     """(2,) uint64: counters of the decisions and the starts."""
     log_outcome: np.ndarray
     """(trial,) int8: how each trial ended; the logs grow with the trials."""
+    log_reward: np.ndarray
+    """(trial,) float32: reward of each trial, as rewards were when it ended.
+
+    Outcome and rewards say it, so the loop leaves it to ``learners.run``: kept until the end of a
+    step, the reward would cost a register.
+    """
     log_steps: np.ndarray
     """(trial,) int32: steps in each trial."""
     log_new_states: np.ndarray
     """(trial,) int32: visits of states not visited before with the repertoire of the time."""
     log_switches: np.ndarray
-    """(trial,) int32: steps whose option differed from that of the step before."""
+    """(trial,) int32: steps with another option than the step before; the first counts as one."""
     log_change: np.ndarray
     """(trial,) float32: sum of |dQ| of the selection."""
     log_cell: np.ndarray
@@ -104,9 +110,8 @@ class Settings(NamedTuple):
     n_options: np.uint64
     present: np.uint64
     """Options present, as bits."""
-    option_skill: np.ndarray
-    """(option,) uint64: the skill that an option runs; ignored for primitive moves."""
     options_are_moves: bool
+    """Whether options are the primitive moves; otherwise each is the skill of its number."""
     reward_weights: np.ndarray
     """(skill * 4,) float32, see ``learners.skills.local_reward``."""
     alpha: np.float32
@@ -232,7 +237,6 @@ def advance(
     episode_option = settings.episode_option
     episode_chance = settings.episode_chance
     options_are_moves = settings.options_are_moves
-    option_skill = settings.option_skill
     weights = settings.reward_weights
     distance = world.distance
     angle = world.angle
@@ -278,8 +282,7 @@ def advance(
         if options_are_moves:
             move = option
         else:
-            skill = option_skill[option]
-            skill_row = (skill * n_skill_states + skill_state) << _ROW_SHIFT
+            skill_row = (option * n_skill_states + skill_state) << _ROW_SHIFT
             move = skill_move(skill_words, skill_row, epsilon16, draw)
 
         cell_t = moved(cell_word, clipped, move_step, cell, move)
@@ -319,12 +322,11 @@ def advance(
                 first_reach[s_tm1] = trial
 
         if not options_are_moves:
-            skill = option_skill[option]
             turn = _NOTHING
             if not word_t & PREY_BIT:
                 turn = wrapped(angle[cell_t] - angle[cell])
-            r_t = local_reward(weights, skill, distance[cell], distance[cell_t], turn)
-            skill_row_t = (skill * n_skill_states + skill_state_t) << _ROW_SHIFT
+            r_t = local_reward(weights, option, distance[cell], distance[cell_t], turn)
+            skill_row_t = (option * n_skill_states + skill_state_t) << _ROW_SHIFT
             target = np.float32(r_t + gamma * skill_table[skill_row_t + _BEST])
             backup(skill_table, skill_words, skill_row, move, target, skill_alpha)
 

@@ -51,14 +51,17 @@ def trials_done(state: LearnerState) -> int:
 
 
 def rewards(world: WorldSpec, outcomes: np.ndarray) -> np.ndarray:
-    """Reward of each trial from how it ended, ``(trial,) float64``."""
+    """Reward of each trial from how it ended, ``(trial,) float64``.
+
+    Only for a run whose rewards never changed; what they were is in ``LearnerState.log_reward``.
+    """
     by_outcome = np.zeros(4)
     by_outcome[CAPTURE] = world.capture_reward
     by_outcome[FLIGHT] = world.flight_reward
     return by_outcome[outcomes]
 
 
-def curve(world: WorldSpec, state: LearnerState, window_steps: int = CURVE_WINDOW_STEPS) -> Curve:
+def curve(state: LearnerState, window_steps: int = CURVE_WINDOW_STEPS) -> Curve:
     """Learning curve over windows of ``window_steps`` steps; the last may be a part of one."""
     done = trials_done(state)
     if done == 0:
@@ -67,7 +70,7 @@ def curve(world: WorldSpec, state: LearnerState, window_steps: int = CURVE_WINDO
     window = (ended_at - 1) // window_steps
     n_windows = int(window[-1]) + 1
     count = np.bincount(window, minlength=n_windows)
-    total = np.bincount(window, rewards(world, state.log_outcome[:done]), minlength=n_windows)
+    total = np.bincount(window, state.log_reward[:done], minlength=n_windows)
     mean = np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
     steps = np.minimum((np.arange(n_windows) + 1) * window_steps, int(state.tally[kernel.STEP]))
     return Curve(steps, mean)
@@ -81,30 +84,52 @@ def endings(state: LearnerState, recent: int | None = None) -> Endings:
     return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
 
 
-def mean_reward(world: WorldSpec, state: LearnerState, recent: int = FINAL_TRIALS) -> float:
+def mean_reward(state: LearnerState, recent: int = FINAL_TRIALS) -> float:
     """Mean reward of the most recent trials; NaN before the first has ended."""
     done = trials_done(state)
     if done == 0:
         return float("nan")
-    return float(rewards(world, state.log_outcome[max(done - recent, 0) : done]).mean())
+    return float(state.log_reward[max(done - recent, 0) : done].mean(dtype=np.float64))
 
 
 def switches_per_step(state: LearnerState, recent: int = FINAL_TRIALS) -> float:
     """Share of the most recent trials' steps whose option differed from that of the step before.
 
-    0 before the first trial has ended.
+    The first step of a trial has none before it and does not count. 0 before there is a second.
     """
     done = trials_done(state)
-    window = slice(max(done - recent, 0), done)
-    return float(state.log_switches[window].sum()) / max(int(state.log_steps[window].sum()), 1)
+    first = max(done - recent, 0)
+    window, trials = slice(first, done), done - first
+    steps = int(state.log_steps[window].sum()) - trials
+    # The log counts the first step of each trial.
+    switches = int(state.log_switches[window].sum()) - trials
+    return switches / max(steps, 1)
+
+
+def equivalent_distance(value: np.ndarray, capture_reward: float, gamma: float) -> np.ndarray:
+    """Steps from certain capture that a value is worth: n = ln(V / capture_reward) / ln(gamma).
+
+    A state n steps from certain capture is worth ``capture_reward * gamma**n``. If gamma is 0,
+    so that only the capture itself is worth something, every value above 0 is 0 steps away.
+
+    Returns:
+        Float64 of the shape of ``value``: below 0 where a value is above ``capture_reward``; NaN
+        where it is not above 0, and everywhere if ``capture_reward`` is not above 0.
+    """
+    distance = np.full(value.shape, np.nan)
+    if capture_reward > 0:
+        positive = value > 0
+        worth = value[positive].astype(np.float64) / capture_reward
+        with np.errstate(divide="ignore"):
+            distance[positive] = np.log(worth) / np.log(gamma)
+    return distance
 
 
 def folded_value(utility: np.ndarray, capture_reward: float, gamma: float) -> FoldedValue:
     """Values turned into the prey's own frame and averaged over its headings.
 
-    A state n steps from certain capture is worth ``capture_reward * gamma**n``, which falls over
-    so many powers of ten that values are averaged as the n they stand for, their equivalent
-    distance to capture.
+    Values fall over so many powers of ten that they are averaged as their equivalent distances to
+    capture.
 
     Args:
         utility: (heading, ring, direction): value of each state, the largest over its present
@@ -113,18 +138,13 @@ def folded_value(utility: np.ndarray, capture_reward: float, gamma: float) -> Fo
         gamma: discount per step.
 
     Returns:
-        Distances and shares. No state has a distance if ``capture_reward`` or ``gamma`` is not
-        above 0.
+        Distances and shares. No state has a distance if ``capture_reward`` is not above 0.
     """
-    positive = utility > 0
-    distance = np.full(utility.shape, np.nan)
-    if capture_reward > 0 and gamma > 0:
-        worth = utility[positive].astype(np.float64) / capture_reward
-        distance[positive] = np.log(worth) / np.log(gamma)
+    distance = equivalent_distance(utility, capture_reward, gamma)
     n_directions = utility.shape[2]
     turned = geometry.fold(distance, n_directions)
     known = np.isfinite(turned)
     count = known.sum(axis=0)
     total = np.where(known, turned, 0).sum(axis=0)
     mean = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
-    return FoldedValue(mean, geometry.fold(positive, n_directions).mean(axis=0))
+    return FoldedValue(mean, geometry.fold(utility > 0, n_directions).mean(axis=0))

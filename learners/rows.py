@@ -70,11 +70,6 @@ def best(table: np.ndarray) -> np.ndarray:
     return table.reshape(-1, WORDS)[:, BEST]
 
 
-def greedy(table: np.ndarray) -> np.ndarray:
-    """View of each row's set of greedy actions as bits, ``(row,) uint32``."""
-    return table.view(np.uint32).reshape(-1, WORDS)[:, GREEDY]
-
-
 def scan(
     table: np.ndarray, row: np.uint64, changed: np.uint64, value: np.float32
 ) -> tuple[np.uint64, np.float32, np.float32]:

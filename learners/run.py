@@ -4,13 +4,14 @@ The run applies commands between steps, lets the schedule give its own at the st
 trials it names, and calls the kernel from one such event to the next.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self, assert_never
+from typing import Any, NamedTuple, Self, TypeVar, assert_never
 
 import numpy as np
 from pydantic import ValidationError
 
-from learners import kernel
+from learners import kernel, measures
 from learners.commands import (
     PARAMETERS,
     Command,
@@ -28,9 +29,9 @@ from learners.commands import (
     Undo,
 )
 from learners.kernel import LearnerState, Settings
-from learners.rows import MAX_ACTIONS
+from learners.parameters import value_of
 from learners.skills import SKILLS
-from learners.spec import INTRODUCTION, MAX_TRIALS, MOVES, RunSpec, ScheduleSpec
+from learners.spec import INTRODUCTION, MAX_TRIALS, MOVES, RunSpec, ScheduleSpec, SkillTimer
 from learners.state import (
     copy_state,
     join_option,
@@ -43,9 +44,16 @@ from learners.state import (
 )
 from sim import rng
 from sim.bits import U
+from sim.spec import ProblemsError
 from sim.world import World, compile_world, start_of_trial
 
 _NEVER = 2**62
+_BEFORE_ALL = -1
+"""Less than the number of any event."""
+_NO_TIMER = SkillTimer(at=MAX_TRIALS)
+"""Of a skill that became an option by hand; without one it would have joined at the start."""
+
+Kind = TypeVar("Kind", bound=Command)
 
 
 class Episode(NamedTuple):
@@ -63,6 +71,16 @@ class Introduction(NamedTuple):
     skill: str
     trial: int
     step: int
+
+
+class Removal(NamedTuple):
+    """What a skill takes with it when it leaves."""
+
+    introduction: Introduction
+    column: np.ndarray
+    """(state,) float32: its values in the selection table."""
+    episode: Episode | None
+    """Its exploration, if it was being explored."""
 
 
 class Timer(NamedTuple):
@@ -92,7 +110,7 @@ class Control:
     spec: RunSpec
     """The preset as commands have changed it."""
     introductions: tuple[Introduction, ...] = ()
-    """Of the skills that are present."""
+    """Of the skills that are present, the newest last."""
     episodes: tuple[Episode, ...] = ()
     """The newest first; at most one for each skill."""
     frozen_until: int = 0
@@ -207,8 +225,11 @@ class Run:
         while made < max_steps and self.trial < until:
             self._begin_trial()
             stop = min(until, self._next_event())
-            settings = self._settings()
+            settings, first = self._settings(), self.trial
             made += kernel.advance(self.world, self.state, settings, max_steps - made, stop)
+            ended = slice(first, self.trial)
+            outcomes = self.state.log_outcome[ended]
+            self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
         return made
 
     def apply(self, command: Command) -> None:
@@ -262,32 +283,30 @@ class Run:
         control = self.control
         match command:
             case Introduce():
-                return self._introduce(command)
+                self._introduce(command)
             case Explore():
                 return self._explore(command)
             case StopExploring(skill=skill):
                 return self._stop_exploring(skill)
             case FreezeSelection(frozen=frozen):
                 self.control = replace(control, selection_frozen=frozen)
-                return control.selection_frozen
             case FreezeSkills(frozen=frozen):
                 self.control = replace(control, skills_frozen=frozen)
-                return control.skills_frozen
             case FollowSchedule(on=on):
                 self.control = replace(control, schedule_on=on)
-                return control.schedule_on
             case DefineSkill():
-                return self._define(command)
+                self._define(command)
             case Remove(skill=skill):
                 return self._remove(skill)
             case SetParameter():
-                return self._set_parameter(command)
+                self._set_parameter(command)
             case SetSchedule(schedule=schedule):
-                return self._set_schedule(schedule)
+                self._set_schedule(schedule)
             case Undo(number=number):
-                return self._undo(number)
+                self._undo(number)
             case _:
                 assert_never(command)
+        return None
 
     def _undo(self, number: int) -> None:
         history = self.control.history
@@ -299,25 +318,25 @@ class Run:
         memo = self._memos[number]
         match event.command:
             case Introduce(skill=skill):
-                self._remove(skill)
+                self._take_back_introduction(number, skill)
             case Explore(skill=skill):
-                self._drop_episode(skill)
+                self._take_back_exploration(number, skill, memo)
             case StopExploring():
-                self._resume_exploring(memo)
+                self._resume_exploring(number, memo)
             case FreezeSelection():
-                self.control = replace(self.control, selection_frozen=memo)
+                self._obey(self._other(FreezeSelection(False), number))
             case FreezeSkills():
-                self.control = replace(self.control, skills_frozen=memo)
+                self._obey(self._other(FreezeSkills(False), number))
             case FollowSchedule():
-                self.control = replace(self.control, schedule_on=memo)
+                self._obey(self._other(FollowSchedule(True), number))
             case DefineSkill(skill=skill):
                 raise CommandError(f"{skill} does nothing until it is added, so it may stay")
             case Remove():
-                self._bring_back(memo)
+                self._bring_back(number, memo)
             case SetParameter(key=key):
                 self._change_spec(key, self._value_without(key, number))
             case SetSchedule():
-                self._set_schedule(memo)
+                self._set_schedule(self._schedule_without(number))
             case Undo():
                 raise CommandError("an undo cannot be undone; give the command again")
         marked = replace(event, undone=True)
@@ -325,16 +344,54 @@ class Run:
             self.control, history=(*history[:number], marked, *history[number + 1 :])
         )
 
+    def _others(self, kind: type[Kind], number: int) -> Iterator[tuple[int, Kind]]:
+        """Commands of a kind, the latest first, and their numbers.
+
+        Those that were undone are left out, and the one of ``number``.
+        """
+        for event in reversed(self.control.history):
+            if event.number != number and not event.undone and isinstance(event.command, kind):
+                yield event.number, event.command
+
+    def _other(self, at_first: Kind, number: int) -> Kind:
+        """The command that would hold if the one of this number had not been given.
+
+        ``at_first`` is the command that a run starts as if it had been given.
+        """
+        return next((command for _, command in self._others(type(at_first), number)), at_first)
+
+    def _last_about(self, skill: str, kind: type[Introduce | Explore], number: int) -> int:
+        """Number of the latest command of a kind about a skill.
+
+        Those that were undone are left out, and the one of ``number``.
+        """
+        numbers = (n for n, command in self._others(kind, number) if command.skill == skill)
+        return next(numbers, _BEFORE_ALL)
+
     def _value_without(self, key: str, number: int) -> float:
         """Value of a parameter if the command of this number had not been given."""
-        for event in reversed(self.control.history):
-            command = event.command
-            if event.number == number or event.undone or not isinstance(command, SetParameter):
-                continue
+        for _, command in self._others(SetParameter, number):
             if command.key == key:
                 return command.value
-        section, name = key.split(".")
-        return getattr(getattr(self.preset, section), name)
+        return value_of(self.preset, key)
+
+    def _schedule_without(self, number: int) -> ScheduleSpec:
+        """The schedule if the command of this number had not been given."""
+        at_first = _BEFORE_ALL, SetSchedule(self.preset.schedule)
+        given, command = next(self._others(SetSchedule, number), at_first)
+        # As each skill that was made room for since then got it.
+        timers = dict.fromkeys(self._options_made_after(given), _NO_TIMER)
+        schedule = command.schedule
+        return schedule.model_copy(update={"skills": {**schedule.skills, **timers}})
+
+    def _options_made_after(self, number: int) -> list[str]:
+        """Skills that became options with an introduction later than the event of this number."""
+        introduced: dict[str, int] = {}
+        for event in self.control.history:
+            if isinstance(event.command, Introduce):
+                introduced.setdefault(event.command.skill, event.number)
+        made = self.spec.learner.skills[len(self.preset.learner.skills) :]
+        return [skill for skill in made if introduced[skill] > number]
 
     def _set_parameter(self, command: SetParameter) -> None:
         if command.key not in PARAMETERS:
@@ -356,16 +413,11 @@ class Run:
         try:
             spec = RunSpec.model_validate(document)
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(str(part) for part in first["loc"])
-            raise CommandError(
-                f"{where}: {first['input']!r} is not allowed: {first['msg']}"
-            ) from None
+            raise CommandError(_first_problem(error)) from None
         self.control = replace(self.control, spec=spec)
 
-    def _set_schedule(self, schedule: ScheduleSpec) -> ScheduleSpec:
-        """Put another plan in place; returns the one it replaces."""
-        former, former_timers, control = self.spec.schedule, self._timers, self.control
+    def _set_schedule(self, schedule: ScheduleSpec) -> None:
+        former_timers, control = self._timers, self.control
         document = self.spec.model_dump()
         document["schedule"] = schedule.model_dump()
         self._adopt(document)
@@ -380,7 +432,6 @@ class Run:
                 f"what was to happen before trial {first:,} is past and cannot change;"
                 f" allowed: anything from trial {first:,} on"
             )
-        return former
 
     def _introduce(self, command: Introduce) -> None:
         skill = command.skill
@@ -415,8 +466,7 @@ class Run:
         former = self.spec
         document = former.model_dump()
         document["learner"]["options"] = (*former.learner.skills, skill)
-        # A timer that never comes: without one the skill would have joined at the start.
-        document["schedule"]["skills"][skill] = {"at": MAX_TRIALS, "freeze": 0}
+        document["schedule"]["skills"][skill] = _NO_TIMER.model_dump()
         self._adopt(document)
         self.state = with_option(self.state, former)
         self._timers = timers_of(self.spec)
@@ -436,42 +486,79 @@ class Run:
                 explore = Explore(skill, episode.duration, episode.probability)
                 self._give(explore, by_hand=False)
 
-    def _remove(self, skill: str) -> tuple[Introduction, np.ndarray]:
-        """Take a skill out; returns its introduction and its column of the selection table."""
+    def _take_back_introduction(self, number: int, skill: str) -> None:
+        if skill not in self.present or self._last_about(skill, Introduce, number) > number:
+            raise CommandError(f"{skill} has been removed since")
+        self._remove(skill)
+        history = self.control.history
+        freezes = [
+            history[other].trial + command.freeze_trials
+            for other, command in self._others(Introduce, number)
+        ]
+        self.control = replace(self.control, frozen_until=max(freezes, default=0))
+
+    def _remove(self, skill: str) -> Removal:
         if skill not in self.present:
             raise CommandError(f"{skill!r} has not joined, so it cannot be removed")
         if len(self.present) == 1:
             raise CommandError(f"{skill} is the only skill, and the learner needs one")
         (left,) = (entry for entry in self.control.introductions if entry.skill == skill)
         column = leave_option(self.state, self._option(skill))
-        self._drop_episode(skill)
+        episode = self._drop_episode(skill)
         others = tuple(entry for entry in self.control.introductions if entry.skill != skill)
         self.control = replace(self.control, introductions=others)
         self.state.tally[kernel.REPERTOIRE] += 1
-        return left, column
+        return Removal(left, column, episode)
 
-    def _bring_back(self, memo: tuple[Introduction, np.ndarray]) -> None:
-        entry, column = memo
-        if entry.skill in self.present:
+    def _bring_back(self, number: int, removal: Removal) -> None:
+        entry, column, episode = removal
+        if self._last_about(entry.skill, Introduce, number) > number:
             raise CommandError(f"{entry.skill} has joined again since")
         return_option(self.state, self._option(entry.skill), column)
         self.state.tally[kernel.REPERTOIRE] += 1
-        self.control = replace(self.control, introductions=(*self.control.introductions, entry))
+        introductions = sorted(
+            (*self.control.introductions, entry),
+            key=lambda entry: self._last_about(entry.skill, Introduce, number),
+        )
+        self.control = replace(self.control, introductions=tuple(introductions))
+        self._bring_back_episode(number, episode)
 
     def _stop_exploring(self, skill: str) -> Episode:
-        for episode in self.control.episodes:
-            if episode.skill == skill:
-                self._drop_episode(skill)
-                return episode
-        raise CommandError(f"{skill} is not being explored")
+        episode = self._drop_episode(skill)
+        if episode is None:
+            raise CommandError(f"{skill} is not being explored")
+        return episode
 
-    def _resume_exploring(self, episode: Episode) -> None:
-        if episode.skill not in self.present or episode.until_trial <= self.trial:
+    def _resume_exploring(self, number: int, episode: Episode) -> None:
+        skill = episode.skill
+        # Another exploration would have taken its place, and a removal would have ended it.
+        ended_since = any(
+            self._last_about(skill, kind, number) > number for kind in (Explore, Introduce)
+        )
+        if ended_since or skill not in self.present or episode.until_trial <= self.trial:
             raise CommandError("that exploration would be over by now")
-        self._drop_episode(episode.skill)
-        self.control = replace(self.control, episodes=(episode, *self.control.episodes))
+        self._bring_back_episode(number, episode)
 
-    def _explore(self, command: Explore) -> None:
+    def _take_back_exploration(self, number: int, skill: str, former: Episode | None) -> None:
+        runs = any(e.skill == skill and e.until_trial > self.trial for e in self.control.episodes)
+        if not runs or self._last_about(skill, Explore, number) > number:
+            raise CommandError(f"that exploration of {skill} is over")
+        self._drop_episode(skill)
+        self._bring_back_episode(number, former)
+
+    def _bring_back_episode(self, number: int, episode: Episode | None) -> None:
+        """Let an episode that the command of this number ended go on, unless it would be over."""
+        if episode is None or episode.until_trial <= self.trial:
+            return
+        episodes = sorted(
+            (episode, *self.control.episodes),
+            key=lambda episode: self._last_about(episode.skill, Explore, number),
+            reverse=True,
+        )
+        self.control = replace(self.control, episodes=tuple(episodes))
+
+    def _explore(self, command: Explore) -> Episode | None:
+        """Begin an episode; returns the one of the same skill that ends with it."""
         if command.skill not in self.present:
             raise CommandError(f"{command.skill!r} has not joined, so it cannot be explored")
         _check_trials("duration", command.duration_trials, fewest=1)
@@ -479,14 +566,18 @@ class Run:
             raise CommandError(
                 f"probability: {command.probability} is not allowed; allowed: 0 to 1"
             )
-        self._drop_episode(command.skill)
+        former = self._drop_episode(command.skill)
         until = self.trial + command.duration_trials
         newest = Episode(command.skill, command.probability, until)
         self.control = replace(self.control, episodes=(newest, *self.control.episodes))
+        return former
 
-    def _drop_episode(self, skill: str) -> None:
-        others = tuple(episode for episode in self.control.episodes if episode.skill != skill)
+    def _drop_episode(self, skill: str) -> Episode | None:
+        """End the episode of a skill; returns it, None if it has none."""
+        episodes = self.control.episodes
+        others = tuple(episode for episode in episodes if episode.skill != skill)
         self.control = replace(self.control, episodes=others)
+        return next((episode for episode in episodes if episode.skill == skill), None)
 
     def _option(self, skill: str) -> int:
         return self.spec.learner.skills.index(skill)
@@ -504,7 +595,6 @@ class Run:
         return Settings(
             n_options=U(n_options),
             present=U(present),
-            option_skill=np.arange(MAX_ACTIONS, dtype=np.uint64),
             options_are_moves=learner.options == MOVES,
             reward_weights=weights.ravel(),
             alpha=np.float32(0.0 if self.selection_is_frozen else learner.alpha),
@@ -524,6 +614,18 @@ def _check_trials(what: str, trials: int, fewest: int = 0) -> None:
         raise CommandError(
             f"{what}: {trials} trials is not allowed; allowed: {fewest} to {MAX_TRIALS}"
         )
+
+
+def _first_problem(error: ValidationError) -> str:
+    first = error.errors()[0]
+    key, value, cause = first["loc"], first["input"], first.get("ctx", {}).get("error")
+    if isinstance(cause, ProblemsError):
+        # Whose value is only the part that is wrong, and not all that was looked at.
+        problem = cause.problems[0]
+        key, value, message = (*key, *problem.key), problem.value, problem.message
+    else:
+        message = f"is not allowed: {first['msg']}" if cause is None else str(cause)
+    return f"{'.'.join(map(str, key))}: {value!r} {message}"
 
 
 def replay(spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int) -> Run:

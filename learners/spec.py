@@ -8,14 +8,15 @@ from collections.abc import Iterable
 from itertools import islice
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from learners.rows import MAX_ACTIONS
 from learners.skills import SKILLS, LocalReward
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 
 MAX_TRIALS = 2_000_000
-"""Trials a run may have: its log takes 21 bytes for each."""
+"""Trials a run may have: its log takes 25 bytes for each."""
 
 SkillName = Annotated[
     str,
@@ -95,6 +96,11 @@ def _truth(value: object) -> object:
     return value
 
 
+def _plain_zero(value: float) -> float:
+    # There are two zeros, and which of them is the larger is up to each program.
+    return value if np.float32(value) else 0.0
+
+
 class LearnerSpec(Spec):
     """Options and learning parameters (section 4.2)."""
 
@@ -112,7 +118,7 @@ class LearnerSpec(Spec):
     """Discount per step, at both levels."""
     epsilon: Rate = 0.1
     """Chance of a random choice, at both levels."""
-    initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)] = 0.0
+    initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6), AfterValidator(_plain_zero)] = 0.0
     """Value of everything not yet tried, at both levels."""
     custom_skills: dict[SkillName, SkillWeights] = Field(default_factory=dict)
     """Skills of one's own, by name; those among the options are learned."""

@@ -9,6 +9,7 @@ from learners.kernel import LearnerState
 from learners.spec import MAX_TRIALS, RunSpec
 from sim import rng
 from sim.geometry import N_MOVES
+from sim.spec import N_HEADINGS
 from sim.world import World, start_of_trial
 
 _LOGS = tuple(name for name in LearnerState._fields if name.startswith("log_"))
@@ -48,6 +49,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         change=np.zeros(1),
         streams=streams,
         log_outcome=np.zeros(spec.trials, np.int8),
+        log_reward=np.zeros(spec.trials, np.float32),
         log_steps=np.zeros(spec.trials, np.int32),
         log_new_states=np.zeros(spec.trials, np.int32),
         log_switches=np.zeros(spec.trials, np.int32),
@@ -126,17 +128,18 @@ def return_option(state: LearnerState, option: int, column: np.ndarray) -> None:
 def tables(spec: RunSpec, state: LearnerState) -> dict[str, np.ndarray]:
     """The tables under their own shapes, as copies.
 
-    ``selection_q (heading, distance, direction, option)``, NaN where an option never joined;
+    ``selection_q (heading, distance, direction, option)``, NaN where an option is absent;
     ``skill_q (skill, distance, direction, move)``; ``visits`` like ``selection_q``;
     ``first_reach (heading, distance, direction)``, -1 where never.
     """
-    shape = (8, spec.world.n_distances, spec.world.n_directions)
+    shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
     n_options, n_skills = n_options_of(spec), len(spec.learner.skills)
     selection = rows.values(state.selection)[:, :n_options].copy()
     selection[np.isneginf(selection)] = np.nan
+    skills = rows.values(state.skills)[:, :N_MOVES].copy()
     return {
         "selection_q": selection.reshape(*shape, n_options),
-        "skill_q": rows.values(state.skills)[:, :N_MOVES].reshape(n_skills, *shape[1:], N_MOVES),
+        "skill_q": skills.reshape(n_skills, *shape[1:], N_MOVES),
         "visits": state.visits.reshape(*shape, n_options).copy(),
         "first_reach": state.first_reach.reshape(shape).copy(),
     }

@@ -56,12 +56,6 @@ def skill_states(spec: WorldSpec) -> np.ndarray:
     return ring * spec.n_directions + direction
 
 
-def states(spec: WorldSpec) -> np.ndarray:
-    """Reading of heading, ring and direction at each cell, ``(heading, y, x) int64``."""
-    by_heading = np.arange(N_HEADINGS)[:, None, None] * spec.n_skill_states
-    return by_heading + skill_states(spec)
-
-
 def visible(spec: WorldSpec) -> np.ndarray:
     """Whether a prey of each heading sees each cell, ``(heading, y, x) bool`` (section 4.1).
 

@@ -20,6 +20,9 @@ _S31 = np.uint64(31)
 DECISIONS = 0
 STARTS = 1
 
+MAX_SEED = 2**63 - 1
+"""Highest seed: the most that a signed 64-bit integer holds."""
+
 
 @piece
 def mix(counter: np.uint64) -> np.uint64:
@@ -33,10 +36,10 @@ def streams(seed: int) -> np.ndarray:
     """Counters of the stream of decisions and the stream of starts, ``(2,) uint64``.
 
     Raises:
-        ValueError: the seed is not in 0...2**63 - 1.
+        ValueError: the seed is not in 0...``MAX_SEED``.
     """
-    if not 0 <= seed < 2**63:
-        raise ValueError(f"seed: {seed} is not allowed; allowed: 0 to {2**63 - 1}")
+    if not 0 <= seed <= MAX_SEED:
+        raise ValueError(f"seed: {seed} is not allowed; allowed: 0 to {MAX_SEED}")
     with np.errstate(over="ignore"):
         root = np.uint64(seed)
         return np.array([mix(root + GAMMA), mix(root + GAMMA + GAMMA)], dtype=np.uint64)

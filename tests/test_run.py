@@ -1,15 +1,17 @@
 """A run depends on its preset, its seed and its commands, and on nothing else."""
 
 import hashlib
+import math
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from app import presets
@@ -30,7 +32,7 @@ from learners.commands import (
     Undo,
 )
 from learners.kernel import LearnerState
-from learners.run import Run, replay
+from learners.run import Control, Run, replay
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
 from learners.state import copy_state, join_option, new_state, tables
 from sim.world import CAPTURE, TIMEOUT, compile_world
@@ -202,7 +204,7 @@ def test_a_seed_out_of_range_is_refused(seed: int) -> None:
 
 
 @given(step=st.integers(0, 12_000))
-@settings(max_examples=20, deadline=None, derandomize=True, database=None)
+@settings(max_examples=20)
 def test_a_copy_resumes_bit_for_bit(step: int) -> None:
     run = drive(Run(quick_timed(), 5), [step])
     checkpoint = run.copy()
@@ -240,7 +242,7 @@ def test_a_journal_replays_beside_a_schedule() -> None:
 
 
 @given(step=st.integers(0, 25_000))
-@settings(max_examples=20, deadline=None, derandomize=True, database=None)
+@settings(max_examples=20)
 def test_a_copy_can_be_steered_on_bit_for_bit(step: int) -> None:
     spec = small("timed", *BY_HAND)
     whole = drive(Run(spec, 8), [30_000], STEERING)
@@ -259,6 +261,11 @@ def test_a_replay_stops_before_later_commands() -> None:
 # --- Skill timers --------------------------------------------------------------------------------
 
 
+def greedy_sets(state: LearnerState) -> np.ndarray:
+    """What the selection table keeps as each row's set of greedy options, as bits."""
+    return state.selection_words.reshape(-1, rows.WORDS)[:, rows.GREEDY]
+
+
 def assert_rows_are_up_to_date(state: LearnerState) -> None:
     """What the selection table keeps of each row is what a look at all of its values finds."""
     values = rows.values(state.selection)
@@ -266,7 +273,7 @@ def assert_rows_are_up_to_date(state: LearnerState) -> None:
     is_greedy = values == best[:, None]
     members = (is_greedy << np.arange(rows.MAX_ACTIONS)).sum(axis=1)
     np.testing.assert_array_equal(rows.best(state.selection), best)
-    np.testing.assert_array_equal(rows.greedy(state.selection), members)
+    np.testing.assert_array_equal(greedy_sets(state), members)
     others = np.max(values, axis=1, where=~is_greedy, initial=rows.NO_VALUE)
     assert (state.selection.reshape(-1, rows.WORDS)[:, rows.SECOND] >= others).all()
 
@@ -309,12 +316,12 @@ def test_the_first_values_of_an_option_and_the_maxima_that_follow(
     assert column[: len(KNOWN)].tolist() == joined
     assert (column[len(KNOWN) :] == initial_q).all()
     assert rows.best(state.selection)[: len(KNOWN)].tolist() == best
-    assert rows.greedy(state.selection)[: len(KNOWN)].tolist() == greedy
+    assert greedy_sets(state)[: len(KNOWN)].tolist() == greedy
     assert_rows_are_up_to_date(state)
 
 
 @given(step=st.integers(0, 30_000), initial_q=st.sampled_from([0.0, -3.5, 40.0]))
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=40)
 def test_a_skill_that_joins_changes_no_utility(step: int, initial_q: float) -> None:
     run = Run(small("timed", *BY_HAND, f"learner.initial_q={initial_q}"), 6)
     advance_to(run, step)
@@ -333,7 +340,7 @@ def test_a_skill_that_joins_changes_no_utility(step: int, initial_q: float) -> N
 
 
 @given(step=st.integers(0, 30_000), initial_q=st.sampled_from([0.0, -3.5, 40.0]))
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=40)
 def test_without_safe_introduction_utility_rises_to_the_initial_value(
     step: int, initial_q: float
 ) -> None:
@@ -504,6 +511,338 @@ def test_a_timer_that_was_due_while_the_schedule_was_off_stays_undone() -> None:
     assert run.present == ("approach", "avoid")
 
 
+# --- Undoing what was set ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("undone", [(2, 1), (1, 2)], ids=["last first", "first first"])
+@pytest.mark.parametrize(
+    ("there", "back"),
+    [
+        (FreezeSelection(True), FreezeSelection(False)),
+        (FreezeSkills(True), FreezeSkills(False)),
+        (FollowSchedule(False), FollowSchedule(True)),
+    ],
+)
+def test_a_setting_is_as_at_first_once_all_its_changes_are_undone(
+    there: Command, back: Command, undone: tuple[int, int]
+) -> None:
+    run = Run(small("timed", *BY_HAND), 9)
+    before = run.control
+    run.apply(there)
+    run.apply(back)
+    for number in undone:
+        run.apply(Undo(number))
+    assert replace(run.control, history=before.history) == before
+
+
+def plan_with(plan: ScheduleSpec, **ats: int) -> ScheduleSpec:
+    """A plan with timers of some skills at other trials."""
+    timers = {skill: SkillTimer(at=at, freeze=5) for skill, at in ats.items()}
+    return plan.model_copy(update={"skills": {**plan.skills, **timers}})
+
+
+def test_undoing_a_plan_leaves_the_plan_that_came_after_it() -> None:
+    run = Run(quick_timed(), 9)
+    first = plan_with(run.spec.schedule, avoid=80)
+    second = plan_with(first, circle_clockwise=50)
+    run.apply(SetSchedule(first))
+    run.apply(SetSchedule(second))
+    run.apply(Undo(1))
+    assert run.spec.schedule == second
+    run.apply(Undo(2))
+    assert run.spec.schedule == run.preset.schedule
+    run.advance(until_trial=70)
+    assert [entry.trial for entry in run.control.introductions] == [0, 40, 60]
+
+
+def test_a_plan_can_be_undone_after_a_skill_that_it_does_not_know_has_joined() -> None:
+    run = Run(quick_timed(), 9)
+    run.advance(until_trial=20)
+    run.apply(SetSchedule(plan_with(run.spec.schedule, avoid=80)))
+    run.apply(Introduce("circle_counterclockwise", 0))
+    run.advance(until_trial=30)
+    run.apply(Undo(1))
+    timers = run.spec.schedule.skills
+    assert timers.pop("circle_counterclockwise").at == MAX_TRIALS
+    assert timers == run.preset.schedule.skills
+    run.advance(until_trial=70)
+    assert [entry.trial for entry in run.control.introductions] == [0, 20, 40, 60]
+
+
+def test_a_plan_cannot_be_undone_once_the_one_before_it_has_missed_its_time() -> None:
+    run = Run(quick_timed(), 9)
+    run.apply(SetSchedule(plan_with(run.spec.schedule, circle_clockwise=50)))
+    run.advance(until_trial=45)
+    before = everything(run)
+    with pytest.raises(CommandError, match="is past and cannot change"):
+        run.apply(Undo(1))
+    assert everything(run) == before
+
+
+JOINING = "circle_counterclockwise"
+"""A skill that the preset does not have."""
+
+
+ats = st.sampled_from([5, 20, 30, 40])
+plans = st.builds(plan_with, st.just(quick_timed().schedule), circle_clockwise=ats, avoid=ats)
+later_plans = st.builds(plan_with, plans, **{JOINING: ats})
+"""Plans that know of the skill that the preset does not have."""
+changes = st.one_of(
+    st.builds(FreezeSelection, st.booleans()),
+    st.builds(FreezeSkills, st.booleans()),
+    st.builds(FollowSchedule, st.booleans()),
+    st.builds(SetParameter, st.just("learner.alpha"), st.sampled_from([0.2, 0.4])),
+    st.builds(SetSchedule, plans),
+    st.builds(SetSchedule, later_plans),
+    st.just(Introduce(JOINING, 0)),
+)
+
+
+def is_carried_out(run: Run, command: Command) -> bool:
+    try:
+        run.apply(command)
+    except CommandError:
+        return False
+    return True
+
+
+def settings_of(run: Run) -> Control:
+    """What commands have set, without what has happened meanwhile."""
+    return replace(run.control, introductions=(), episodes=(), frozen_until=0, history=())
+
+
+@given(
+    script=st.lists(st.tuples(st.integers(0, 2), changes), min_size=2, max_size=12),
+    numbers=st.lists(st.integers(1, 13), unique=True),
+    wait=st.sampled_from([0, 3]),
+)
+@settings(max_examples=150)
+def test_what_is_undone_is_as_if_it_had_not_been_given(
+    script: list[tuple[int, Command]], numbers: list[int], wait: int
+) -> None:
+    run = Run(quick_timed(), 9)
+    given_at: dict[int, tuple[int, Command]] = {}
+    for trials, command in script:
+        run.advance(until_trial=run.trial + trials)
+        number = len(run.control.history)
+        if is_carried_out(run, command):
+            given_at[number] = run.trial, command
+    run.advance(until_trial=run.trial + wait)
+    can_be_undone = {n for n, (_, given) in given_at.items() if not isinstance(given, Introduce)}
+    undone = [n for n in numbers if n in can_be_undone and is_carried_out(run, Undo(n))]
+
+    other = Run(quick_timed(), 9)
+    for number, (trial, command) in given_at.items():
+        other.advance(until_trial=trial)
+        if number not in undone:
+            assume(is_carried_out(other, command))
+    other.advance(until_trial=run.trial)
+    assert settings_of(run) == settings_of(other)
+    assert run.planned() == other.planned()
+
+
+# --- Undoing what was done to the repertoire -----------------------------------------------------
+
+
+def three_skills(*settings: str) -> Run:
+    """A run in which three skills learn from the first trial on."""
+    run = Run(small("hierarchical_3", *settings), 9)
+    run.advance(until_trial=20)
+    return run
+
+
+def by_hand(run: Run, command: Command) -> int:
+    """Give a command; returns its number."""
+    number = len(run.control.history)
+    run.apply(command)
+    return number
+
+
+def assert_refused(run: Run, command: Command, message: str) -> None:
+    before = everything(run)
+    with pytest.raises(CommandError) as refusal:
+        run.apply(command)
+    assert str(refusal.value) == message
+    assert everything(run) == before
+
+
+def test_undoing_an_exploration_that_is_over_leaves_the_one_that_came_after_it() -> None:
+    run = Run(quick_timed(), 9)
+    run.advance(until_trial=41)
+    short = by_hand(run, Explore("approach", 5, 0.5))
+    run.advance(until_trial=50)
+    run.apply(Explore("approach", 30, 0.7))
+    assert_refused(run, Undo(short), "that exploration of approach is over")
+
+
+def test_an_exploration_that_another_replaced_cannot_be_undone_before_that_one() -> None:
+    run = three_skills()
+    first = by_hand(run, Explore("avoid", 50, 0.5))
+    second = by_hand(run, Explore("avoid", 30, 0.7))
+    assert_refused(run, Undo(first), "that exploration of avoid is over")
+    run.apply(Undo(second))
+    run.apply(Undo(first))
+    assert run.control.episodes == ()
+
+
+def test_undoing_an_exploration_lets_the_one_that_it_replaced_go_on() -> None:
+    run = three_skills()
+    run.apply(Explore("avoid", 50, 0.5))
+    run.apply(Explore("approach", 50, 0.4))
+    before = run.control.episodes
+    replacing = by_hand(run, Explore("avoid", 30, 0.7))
+    run.advance(until_trial=30)
+    run.apply(Undo(replacing))
+    assert run.control.episodes == before, "in their order: the newest is asked first"
+
+
+def test_undoing_an_exploration_does_not_bring_back_one_that_would_be_over() -> None:
+    run = three_skills()
+    run.apply(Explore("avoid", 5, 0.5))
+    replacing = by_hand(run, Explore("avoid", 30, 0.7))
+    run.advance(until_trial=25)
+    run.apply(Undo(replacing))
+    assert run.control.episodes == ()
+
+
+def test_an_exploration_that_was_stopped_goes_on_in_its_place() -> None:
+    run = three_skills()
+    run.apply(Explore("avoid", 50, 0.5))
+    run.apply(Explore("approach", 50, 0.4))
+    before = run.control.episodes
+    stop = by_hand(run, StopExploring("avoid"))
+    run.apply(Undo(stop))
+    assert run.control.episodes == before
+
+
+@pytest.mark.parametrize(
+    "since",
+    [[Explore("avoid", 30, 0.7)], [Remove("avoid"), Introduce("avoid", 0)]],
+    ids=["explored again", "removed and introduced"],
+)
+def test_a_stop_cannot_be_undone_once_the_exploration_would_have_ended(
+    since: list[Command],
+) -> None:
+    run = three_skills()
+    run.apply(Explore("avoid", 50, 0.5))
+    stop = by_hand(run, StopExploring("avoid"))
+    for command in since:
+        run.apply(command)
+    assert_refused(run, Undo(stop), "that exploration would be over by now")
+
+
+def test_the_freeze_of_an_introduction_ends_with_its_undoing() -> None:
+    run = three_skills()
+    introduction = by_hand(run, Introduce("circle_counterclockwise", 300))
+    run.advance(until_trial=30)
+    assert run.selection_is_frozen
+    run.apply(Undo(introduction))
+    assert not run.selection_is_frozen
+    assert "circle_counterclockwise" not in run.present
+    before = copy_state(run.state)
+    run.advance(until_trial=40)
+    assert (run.state.selection != before.selection).any()
+
+
+def test_the_freezes_of_other_introductions_outlast_an_undoing() -> None:
+    run = Run(small("timed", *BY_HAND), 9)
+    run.advance(until_trial=20)
+    run.apply(Introduce("circle_clockwise", 400))
+    long = by_hand(run, Introduce("avoid", 900))
+    until = [entry.trial for entry in run.control.introductions][1] + 400
+    run.apply(Undo(long))
+    assert run.control.frozen_until == until
+    run.apply(Remove("circle_clockwise"))
+    assert run.control.frozen_until == until, "a freeze goes on when its skill leaves"
+
+
+def test_undoing_an_introduction_leaves_a_later_one_of_the_same_skill() -> None:
+    run = three_skills()
+    first = by_hand(run, Introduce("circle_counterclockwise", 0))
+    removal = by_hand(run, Remove("circle_counterclockwise"))
+    gone = "circle_counterclockwise has been removed since"
+    assert_refused(run, Undo(first), gone)
+    second = by_hand(run, Introduce("circle_counterclockwise", 0))
+    assert_refused(run, Undo(first), gone)
+    assert_refused(run, Undo(removal), "circle_counterclockwise has joined again since")
+    for number in (second, removal, first):
+        run.apply(Undo(number))
+    assert run.present == run.preset.learner.skills
+
+
+def test_a_removal_cannot_be_undone_in_the_place_of_a_later_one() -> None:
+    run = three_skills()
+    removal = by_hand(run, Remove("avoid"))
+    run.apply(Introduce("avoid", 0))
+    run.apply(Remove("avoid"))
+    assert_refused(run, Undo(removal), "avoid has joined again since")
+
+
+@pytest.mark.parametrize(("back_at", "goes_on"), [(39, True), (40, False)])
+def test_a_skill_that_returns_is_explored_as_before_unless_that_would_be_over(
+    back_at: int, goes_on: bool
+) -> None:
+    run = three_skills()
+    run.apply(Explore("avoid", 20, 0.5))
+    run.apply(Explore("approach", 100, 0.4))
+    before = run.control
+    removal = by_hand(run, Remove("avoid"))
+    run.advance(until_trial=back_at)
+    run.apply(Undo(removal))
+    assert run.control.introductions == before.introductions, "the newest is last"
+    assert run.control.episodes == (before.episodes if goes_on else before.episodes[:1])
+
+
+REPERTOIRE = ("approach", "circle_clockwise", "avoid")
+repertoire_changes = st.one_of(
+    st.builds(Introduce, st.sampled_from(REPERTOIRE[1:]), st.sampled_from([0, 3, 40])),
+    st.builds(Explore, st.sampled_from(REPERTOIRE), st.sampled_from([2, 5, 60]), st.just(0.5)),
+    st.builds(StopExploring, st.sampled_from(REPERTOIRE)),
+    # The first skill stays: a removal that another skill made possible would outlast its undoing.
+    st.builds(Remove, st.sampled_from(REPERTOIRE[1:])),
+)
+undoings = st.integers(0, 3)
+"""How many commands that could be undone are passed over before one is."""
+
+
+def undoing(run: Run, passed_over: int) -> Undo:
+    """The undoing of a command given by hand and not undone, counted from the latest."""
+    open_numbers = [
+        event.number
+        for event in reversed(run.control.history)
+        if event.by_hand and not event.undone and not isinstance(event.command, Undo)
+    ]
+    return Undo(open_numbers[passed_over] if passed_over < len(open_numbers) else -1)
+
+
+def repertoire_of(run: Run) -> tuple[object, ...]:
+    """Which skills joined when, in which order they are explored, and how long it is frozen."""
+    joined = [(entry.skill, entry.trial) for entry in run.control.introductions]
+    explored = [episode for episode in run.control.episodes if episode.until_trial > run.trial]
+    return joined, explored, run.control.frozen_until
+
+
+@given(script=st.lists(st.tuples(st.integers(0, 2), repertoire_changes | undoings), max_size=14))
+@settings(max_examples=200)
+def test_what_was_done_to_the_repertoire_and_undone_is_as_if_it_had_not_been(
+    script: list[tuple[int, Command | int]],
+) -> None:
+    spec = small("timed", *BY_HAND)
+    run = Run(spec, 9)
+    for trials, change in script:
+        run.advance(until_trial=run.trial + trials)
+        is_carried_out(run, undoing(run, change) if isinstance(change, int) else change)
+
+    other = Run(spec, 9)
+    for event in run.control.history:
+        if event.by_hand and not event.undone and not isinstance(event.command, Undo):
+            other.advance(until_trial=event.trial)
+            # What is about a skill that never joined falls away with its introduction.
+            is_carried_out(other, event.command)
+    other.advance(until_trial=run.trial)
+    assert repertoire_of(run) == repertoire_of(other)
+
+
 # --- Biased exploration episodes -----------------------------------------------------------------
 
 EXPLORED_STEPS = 40_000
@@ -559,7 +898,6 @@ def test_an_episode_lasts_for_its_trials() -> None:
     run.advance(until_trial=30)
     during = option_counts(run) - before
     assert during.tolist() == [0, 0, int(run.state.log_steps[20:30].sum())]
-    assert run.copy().advance(max_steps=1) == 1
     run.advance(until_trial=60)
     assert run.control.episodes == ()
     assert (option_counts(run) - before)[:2].min() > 0
@@ -595,7 +933,7 @@ REFUSED: Sequence[tuple[Command, str]] = (
     (SetParameter("world.size", 60), "'world.size' cannot change while a run goes on; allowed: "),
     (SetParameter("learner.epsilon", 1.5), "learner.epsilon: 1.5 is not allowed"),
     (SetParameter("learner.epsilon", float("nan")), "learner.epsilon: nan is not allowed"),
-    (DefineSkill("avoid", SkillWeights()), "avoid"),
+    (DefineSkill("avoid", SkillWeights()), "'avoid' is the name of a built-in skill; allowed: "),
     (DefineSkill("Not a name", SkillWeights()), "Not a name"),
     (Undo(0), "nothing was done by hand under the number 0"),
     (Undo(-1), "nothing was done by hand under the number -1"),
@@ -605,7 +943,10 @@ REFUSED: Sequence[tuple[Command, str]] = (
         "is past and cannot change",
     ),
     (SetSchedule(ScheduleSpec(skills={"approach": LATER})), "is past and cannot change"),
-    (SetSchedule(ScheduleSpec(skills={"sneak": LATER})), "sneak"),
+    (
+        SetSchedule(ScheduleSpec(skills={"sneak": LATER})),
+        "schedule.skills.sneak: 'sneak' is not among the learner's options; allowed: approach, ",
+    ),
 )
 
 
@@ -620,6 +961,7 @@ def test_a_command_that_cannot_be_carried_out_changes_nothing(
     with pytest.raises(CommandError) as refusal:
         run.apply(command)
     assert message in str(refusal.value)
+    assert len(str(refusal.value)) < 200, "a refusal is to quote what is wrong and no more"
     assert everything(run) == before
 
 
@@ -665,6 +1007,9 @@ def test_trials_end_as_logged(kept: Run) -> None:
     assert steps.max() == limit
     assert (steps[outcome == TIMEOUT] == limit).all()
     assert (state.log_cell[:done][outcome == CAPTURE] == kept.world.prey_cell).all()
+    np.testing.assert_array_equal(
+        state.log_reward[:done], measures.rewards(kept.spec.world, outcome)
+    )
     assert (state.log_switches[:done] <= steps).all()
     assert (state.log_switches[:done] >= 1).all(), "the first option of a trial counts"
     assert (state.log_new_states[:done] <= steps).all()
@@ -712,6 +1057,15 @@ def test_an_initial_value_above_0_was_there_from_the_first_trial_on() -> None:
     assert not run.state.first_reach.any()
 
 
+@pytest.mark.parametrize("initial_q", ["-0.0", "-1e-60", "1e-60"])
+def test_what_tables_hold_as_0_is_0(initial_q: str) -> None:
+    runs = [Run(small("timed", f"learner.initial_q={value}"), 11) for value in ("0", initial_q)]
+    assert math.copysign(1, runs[1].spec.learner.initial_q) == 1
+    for run in runs:
+        run.advance(max_steps=2_000)
+    assert_same(*runs)
+
+
 def test_the_trail_remembers_where_the_predator_has_been(kept: Run) -> None:
     if kept.state.tally[kernel.TRIAL_STEP] > 0:
         here = kept.state.trail[kept.step % kernel.TRAIL_LENGTH]
@@ -729,21 +1083,29 @@ def test_the_trail_remembers_where_the_predator_has_been(kept: Run) -> None:
 
 def test_the_curve_is_the_mean_over_trials_that_ended_in_each_window(kept: Run) -> None:
     window = 7_000
-    curve = measures.curve(kept.spec.world, kept.state, window)
+    curve = measures.curve(kept.state, window)
     ended_at = np.cumsum(kept.state.log_steps[: kept.trial])
     rewards = np.array([0.0, 100.0, -50.0, 0.0])[kept.state.log_outcome[: kept.trial]]
     for index, (end, reward) in enumerate(zip(curve.steps, curve.reward, strict=True)):
         inside = (ended_at > index * window) & (ended_at <= (index + 1) * window)
         assert reward == pytest.approx(rewards[inside].mean())
         assert end == min((index + 1) * window, kept.step)
-    assert measures.mean_reward(kept.spec.world, kept.state, 30) == rewards[-30:].mean()
+    assert measures.mean_reward(kept.state, 30) == rewards[-30:].mean()
 
 
 def test_a_window_in_which_no_trial_ended_has_no_reward() -> None:
     run = drive(Run(small("standard_q"), 11), [10_000])
-    curve = measures.curve(run.spec.world, run.state, 5)
+    curve = measures.curve(run.state, 5)
     assert np.isnan(curve.reward).any()
     assert np.isfinite(curve.reward).sum() <= run.trial
+
+
+def test_tables_are_copies() -> None:
+    run = drive(Run(quick_timed(), 11), [5_000])
+    before = everything(run)
+    for table in tables(run.spec, run.state).values():
+        table.fill(7)
+    assert everything(run) == before
 
 
 # --- What it is compiled from, and what it takes -------------------------------------------------
