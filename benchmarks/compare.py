@@ -25,7 +25,6 @@ from benchmarks.schedule import explorations
 from learners import rows
 from learners.kernel import LearnerState
 from learners.run import Run
-from learners.skills import SKILLS
 from learners.spec import RunSpec
 from sim.geometry import N_MOVES
 from sim.rng import GAMMA, mix
@@ -254,8 +253,9 @@ def c_arguments(spec: RunSpec, seed: int) -> list[str]:
     numbers += ["--alpha", learner.alpha, "--skill-alpha", learner.skill_alpha]
     numbers += ["--gamma", learner.gamma, "--epsilon", learner.epsilon]
     numbers += ["--initial-q", learner.initial_q, "--seed", seed, "--trials", spec.trials]
+    numbers += ["--safe-introduction", int(schedule.safe_introduction)]
     for skill in learner.skills:
-        numbers += ["--skill", *SKILLS[skill]]
+        numbers += ["--skill", *learner.reward_of(skill)]
         numbers += [schedule.introduced_at(skill), schedule.freeze_of(skill)]
     for exploration in explorations(spec):
         numbers += ["--episode", *exploration]
@@ -298,13 +298,14 @@ def python_agent(spec: RunSpec, seed: int) -> "gym_agent.Agent":
     return gym_agent.SkillAgent(
         [
             gym_agent.Skill(
-                *SKILLS[skill],
+                *learner.reward_of(skill),
                 introduced_at=schedule.introduced_at(skill),
                 freeze_trials=schedule.freeze_of(skill),
             )
             for skill in learner.skills
         ],
         [gym_agent.Exploration(*exploration) for exploration in explorations(spec)],
+        safe_introduction=schedule.safe_introduction,
         alpha=learner.alpha,
         skill_alpha=learner.skill_alpha,
         gamma=learner.gamma,

@@ -250,6 +250,7 @@ class SkillAgent:
         self,
         skills: Sequence[Skill],
         explorations: Sequence[Exploration],
+        safe_introduction: bool,
         alpha: float,
         skill_alpha: float,
         gamma: float,
@@ -257,10 +258,14 @@ class SkillAgent:
         initial_q: float,
         seed: int,
     ) -> None:
-        """Make an agent that knows nothing; skills join when their timers say so."""
+        """Make an agent that knows nothing; skills join when their timers say so.
+
+        Explorations are given the oldest first.
+        """
         self.rng = np.random.default_rng(seed)
         self.skills = skills
         self.explorations = explorations
+        self.safe_introduction = safe_introduction
         self.selection = QTable(len(skills), alpha, gamma, epsilon, initial_q, self.rng)
         self.tables = [
             QTable(len(MOVES), skill_alpha, gamma, epsilon, initial_q, self.rng) for _ in skills
@@ -278,7 +283,7 @@ class SkillAgent:
             skill.introduced_at <= trial < skill.introduced_at + skill.freeze_trials
             for skill in self.skills
         )
-        newest_first = sorted(self.explorations, key=lambda e: -e.start)
+        newest_first = reversed(self.explorations)
         self.running = [episode for episode in newest_first if episode.runs_in(trial)]
 
     def act(self, state: State) -> tuple[int, int]:
@@ -317,8 +322,8 @@ class SkillAgent:
         return self.selection.choose(state, left or self.present)
 
     def _join(self, option: int) -> None:
-        """Q(s, new) = min(initial, max over the present options of Q(s, .)) for every s."""
-        if self.present:
+        """Q(s, new) = min(initial, max over the present options of Q(s, .)); unsafe: initial."""
+        if self.present and self.safe_introduction:
             for state, row in self.selection.values.items():
                 utility = self.selection.utility(state, self.present)
                 row[option] = min(self.selection.initial_q, utility)

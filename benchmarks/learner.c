@@ -34,7 +34,7 @@
 #define LIKELY(x) __builtin_expect(!!(x), 1)
 #define UNLIKELY(x) __builtin_expect(!!(x), 0)
 
-enum { N_HEADINGS = 8, N_MOVES = 9, MAX_ACTIONS = 12, MAX_SKILLS = 12, MAX_EPISODES = 64 };
+enum { N_HEADINGS = 8, N_MOVES = 9, MAX_ACTIONS = 12, MAX_SKILLS = 12, MAX_EPISODES = 2048 };
 enum { PREY_BIT = 1 << 8, FRAME_BIT = 1 << 9 };
 #define NO_OPTION 255u
 
@@ -71,6 +71,7 @@ typedef struct {
 typedef struct {
     WorldSettings world;
     bool moves; /* the options are the primitive moves */
+    bool safe_introduction;
     int n_skills, n_episodes;
     Skill skills[MAX_SKILLS];
     Episode episodes[MAX_EPISODES];
@@ -116,8 +117,8 @@ typedef struct {
     uint32_t present;
     float alpha;
     int n_episodes;
-    uint32_t episode_option[MAX_EPISODES];
-    uint64_t episode_chance[MAX_EPISODES];
+    uint32_t episode_option[MAX_SKILLS]; /* one for each skill at most */
+    uint64_t episode_chance[MAX_SKILLS];
 } Phase;
 
 static void *table_memory(size_t bytes)
@@ -412,7 +413,9 @@ static void join(Learner *learner, int option)
     for (size_t i = 0; i < learner->n_skill_states * N_HEADINGS; i++) {
         Row *row = &learner->selection[i];
         const float initial = learner->settings.initial_q;
-        rescan(row, (uint32_t)option, row->greedy && row->best < initial ? row->best : initial);
+        const bool is_worse =
+            learner->settings.safe_introduction && row->greedy && row->best < initial;
+        rescan(row, (uint32_t)option, is_worse ? row->best : initial);
     }
 }
 
@@ -552,6 +555,7 @@ static void usage(const char *problem)
             "            --step-limit --capture --flight   (lengths as for a grid of 120)\n"
             "  learner   --alpha --skill-alpha --gamma --epsilon --initial-q\n"
             "  options   the nine moves, or one for each --skill GAIN ARC INWARD AT FREEZE\n"
+            "            --safe-introduction 0 or 1\n"
             "  episodes  --episode SKILL START DURATION PROBABILITY   (skills count from 0;\n"
             "            the oldest first)\n"
             "  run       --seed --trials\n",
@@ -582,6 +586,7 @@ static Settings parse(char **argument)
     Settings s = {
         .world = {120, 24, 18, 500, 27.0, 10.0, 60.0, 100.0f, -50.0f},
         .moves = true,
+        .safe_introduction = true,
         .alpha = 0.6f,
         .skill_alpha = 0.6f,
         .gamma = 0.9f,
@@ -608,6 +613,7 @@ static Settings parse(char **argument)
         else if (TAKES("--gamma")) s.gamma = (float)NUMBER();
         else if (TAKES("--epsilon")) s.epsilon = NUMBER();
         else if (TAKES("--initial-q")) s.initial_q = (float)NUMBER();
+        else if (TAKES("--safe-introduction")) s.safe_introduction = integer(argument++) != 0;
         else if (TAKES("--seed")) s.seed = integer(argument++);
         else if (TAKES("--trials")) s.trials = (int64_t)integer(argument++);
         else if (TAKES("--skill")) {

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.schedule import Phase, phases
-from learners.skills import SKILLS
 from learners.spec import RunSpec
 from sim import geometry
 from sim.bits import U
@@ -292,10 +291,11 @@ class PlainRun:
         return Outcome(*total.tolist())
 
     def _join(self, option: int) -> None:
-        """Q(s, new) = min(initial, max over the present options of Q(s, .)) for every s."""
+        """Q(s, new) = min(initial, max over the present options of Q(s, .)); unsafe: initial."""
         utility = self.q.max(axis=1)
         initial = self.spec.learner.initial_q
-        self.q[:, option] = np.where(np.isneginf(utility), initial, np.minimum(initial, utility))
+        is_safe = self.spec.schedule.safe_introduction and not np.isneginf(utility).any()
+        self.q[:, option] = np.minimum(initial, utility) if is_safe else initial
 
     def _rules(self, phase: Phase) -> Rules:
         learner = self.spec.learner
@@ -312,5 +312,5 @@ class PlainRun:
             epsilon=learner.epsilon,
             episode_option=np.array([e.option for e in phase.running], np.int64),
             episode_chance=np.array([e.probability for e in phase.running], np.float64),
-            reward_weights=np.array([SKILLS[s] for s in learner.skills]).reshape(-1, 3),
+            reward_weights=np.array([learner.reward_of(s) for s in learner.skills]).reshape(-1, 3),
         )

@@ -385,11 +385,6 @@ def test_compiled_hunts_equal_plain_ones() -> None:
     assert plain.stdout.split() == ["plain", fingerprint()]
 
 
-if __name__ == "__main__":
-    is_compiled = hasattr(greedy.follow, "py_func")
-    sys.stdout.write(f"{'compiled' if is_compiled else 'plain'} {fingerprint()}")
-
-
 @pytest.mark.parametrize("preset", ["timed", "standard_q"])
 def test_the_share_of_captures_is_that_of_single_hunts(preset: str) -> None:
     run = Run(presets.load(preset, ["world.size=40", "schedule=null"]), 3)
@@ -404,3 +399,8 @@ def test_the_share_of_captures_is_that_of_single_hunts(preset: str) -> None:
         captures += hunted.outcome == CAPTURE
     assert 0 < captures < 300
     assert greedy.success_share(run.world, policy, starts, 300) == captures / 300
+
+
+if __name__ == "__main__":
+    is_compiled = hasattr(greedy.follow, "py_func")
+    sys.stdout.write(f"{'compiled' if is_compiled else 'plain'} {fingerprint()}")
