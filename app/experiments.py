@@ -27,31 +27,36 @@ from sys import intern
 from typing import Any, Final, NamedTuple
 
 from app import presets
-from app.metrics import METRICS, NAMES
-from app.presets import (
+from app.document import (
     EXTENDS,
-    REFUSED,
+    MAX_DEPTH,
+    MAX_NAME,
     Key,
     Node,
     PresetError,
     PresetProblem,
+    Refused,
     UnusableError,
+    children,
     document_of,
     dotted,
+    file_of,
     in_order,
+    n_values,
     plain,
     printable,
     quoted,
 )
+from app.metrics import METRICS, NAMES
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
+from sim.rng import MAX_SEED
 
 MAX_RUNS: Final = 100_000
 MAX_VARIANTS: Final = 10_000
 MAX_VALUES: Final = 400_000
 """Of all variants together, each with those of its preset: they are what takes time and memory."""
 MAX_STEPS: Final = 10**12
-MAX_SEED: Final = 2**63 - 1
 MAX_PROBLEMS: Final = 100
 """As many as anyone would read: where every variant is wrong, the rest is not looked at."""
 MAX_WRONG_VALUES: Final = MAX_VALUES // 4
@@ -147,15 +152,18 @@ class Experiment:
 
     def trials_of(self, variant: Variant) -> int:
         """Trials after which a run of a variant ends, whatever else may end it."""
-        if self.steps is not None and self.trials is None:
-            return MAX_TRIALS
-        return variant.spec.trials
+        return _n_trials(variant.spec, self.trials, self.steps)
 
     def runs(self) -> "Iterator[tuple[Variant, int]]":
         """Every run as its variant and seed: first all variants with the first seed."""
         for index in range(len(self.seeds)):
             for variant in self.variants:
                 yield variant, self.seeds_of(variant)[index]
+
+
+def _n_trials(spec: RunSpec, trials: int | None, steps: int | None) -> int:
+    """Trials after which a run ends in an experiment that states these trials and steps."""
+    return MAX_TRIALS if steps is not None and trials is None else spec.trials
 
 
 def own_seed(label: str, seed: int) -> int:
@@ -184,7 +192,7 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     Raises:
         ExperimentError: it cannot be run; with all that is wrong with it.
     """
-    label, folder = printable(name_or_path, presets.MAX_NAME) or "''", Path()
+    label, folder = printable(name_or_path, MAX_NAME) or "''", Path()
     own = shipped()
     if name_or_path in own:
         label = f"presets/experiments/{name_or_path}.yaml"
@@ -192,7 +200,7 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
         return replace(experiment, source=name_or_path)
     path = Path(name_or_path)
     try:
-        data = presets.file_of(path)
+        data = file_of(path)
     except (FileNotFoundError, NotADirectoryError):
         message = (
             f"is neither a shipped experiment nor a file{did_you_mean(name_or_path, own)};"
@@ -244,6 +252,8 @@ class _Choice(NamedTuple):
     values: tuple[Node, ...]
     """Each knows its key in the preset, and the place of the experiment it is from."""
     label: str | None = None
+    whole: Node | None = None
+    """Where all of it stands: its label if it has one; None if it has only its values."""
 
 
 @dataclass(frozen=True)
@@ -292,6 +302,8 @@ class _Plan(NamedTuple):
 
     name: str
     label: str
+    named_by: Node
+    """Its label if it has one, else the preset as it is named."""
     base: presets.Base
     fixed: tuple[Node, ...]
     axes: tuple[_Axis, ...]
@@ -304,7 +316,7 @@ class _Plan(NamedTuple):
     def n_values(self) -> int:
         """In all variants together."""
         n_variants = self.n_variants
-        given = sum(map(presets.n_values, (self.base.tree, *self.fixed)))
+        given = sum(map(n_values, (self.base.tree, *self.fixed)))
         # Each choice is in as many variants as any other of its axis.
         varied = (axis.n_values * n_variants // len(axis.choices) for axis in self.axes)
         return given * n_variants + sum(varied)
@@ -344,10 +356,10 @@ class _Reader:
         steps = self._whole(entries.get("steps"), 1, MAX_STEPS)
         metrics = self._metrics(entries.get("metrics"))
         stop = self._stop(entries.get("stop"))
-        plans = self._plans(entries)
+        plans = self._plans(entries, trials is not None)
         if not self._few_enough(plans, len(seeds)):
             return None
-        variants = self._variants(plans)
+        variants = self._variants(plans, trials, steps)
         own = {} if common_starts else self._own_seeds(variants, seeds)
         return Experiment(
             name=name,
@@ -364,7 +376,7 @@ class _Reader:
         )
 
     def _fault(self, node: Node, message: str) -> None:
-        if node.value is not REFUSED:
+        if not isinstance(node.value, Refused):
             value = None if isinstance(node.value, dict) and not node.key else quoted(plain(node))
             self._problems.append(node.problem(message, value))
 
@@ -381,7 +393,7 @@ class _Reader:
         return {name: child for name, child in node.value.items() if not names or name in names}
 
     def _items(self, node: Node | None, what: str) -> list[Node]:
-        if node is None or node.value is None or node.value is REFUSED:
+        if node is None or node.value is None or isinstance(node.value, Refused):
             return []
         if not isinstance(node.value, list) or not node.value:
             self._fault(node, f"must be a list; allowed: {what}")
@@ -389,7 +401,7 @@ class _Reader:
         return node.value
 
     def _text(self, node: Node | None, longest: int) -> str:
-        if node is None or node.value is None or node.value is REFUSED:
+        if node is None or node.value is None or isinstance(node.value, Refused):
             return ""
         if not isinstance(node.value, str) or len(node.value) > longest:
             self._fault(node, f"must be a text; allowed: up to {longest} characters")
@@ -406,10 +418,14 @@ class _Reader:
         if node is None or node.value is None:
             return None
         value = node.value
-        if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
-            self._fault(node, f"must be a whole number; allowed: {low} to {high}")
-            return None
-        return value
+        if isinstance(value, int) and not isinstance(value, bool):
+            if low <= value <= high:
+                return value
+            wrong = f"must be at least {low}" if value < low else f"must be at most {high}"
+        else:
+            wrong = "must be a whole number"
+        self._fault(node, f"{wrong}; allowed: {low} to {high}")
+        return None
 
     def _seeds(self, node: Node | None) -> Sequence[int]:
         if node is None or not isinstance(node.value, list):
@@ -456,16 +472,15 @@ class _Reader:
         every = self._whole(entries.get("every"), 1, MAX_TRIALS)
         return Stop(float(value), trials or Stop.trials, every or Stop.every)
 
-    def _plans(self, entries: Mapping[str, Node]) -> list[_Plan]:
+    def _plans(self, entries: Mapping[str, Node], has_trials: bool) -> list[_Plan]:
         node = entries.get("presets")
         if node is None:
             self._fault(self._root, "has no presets; allowed: a list of presets")
             return []
         fixed, axes = self._varied(entries)
         self._refuse_twice(axes, ())
-        trials = entries.get("trials")
-        if trials is not None and isinstance(trials.value, int):
-            fixed = (*fixed, trials)
+        if has_trials:
+            fixed = (*fixed, entries["trials"])
         plans = []
         for item in self._items(node, "presets, each a name, a path, or {preset, label, ...}"):
             plan = self._plan(item, fixed, axes)
@@ -475,6 +490,7 @@ class _Reader:
 
     def _plan(self, item: Node, fixed: tuple[Node, ...], axes: tuple[_Axis, ...]) -> _Plan | None:
         name, label = item, ""
+        entries: dict[str, Node] = {}
         own_axes: tuple[_Axis, ...] = ()
         if isinstance(item.value, dict):
             entries = self._mapping(item, _PRESET_KEYS)
@@ -485,6 +501,7 @@ class _Reader:
                 self._fault(item, "names no preset; allowed: preset: NAME")
                 return None
             name = entries["preset"]
+        named_by = entries[_LABEL] if label else name
         is_written_here = isinstance(name.value, dict)
         if is_written_here and not label:
             self._fault(item, "has no label; allowed: a label for a preset that has no name")
@@ -497,12 +514,12 @@ class _Reader:
         try:
             if is_written_here:
                 base = self._shelf.base_within(_with_key(name, ()))
-                return _Plan(label, label, base, fixed, axes)
+                return _Plan(label, label, named_by, base, fixed, axes)
             base = self._shelf.base_of(name.value)
         except UnusableError as error:
             self._fault(name, error.message)
             return None
-        return _Plan(name.value, label or Path(name.value).stem, base, fixed, axes)
+        return _Plan(name.value, label or Path(name.value).stem, named_by, base, fixed, axes)
 
     def _varied(self, entries: Mapping[str, Node]) -> tuple[tuple[Node, ...], tuple[_Axis, ...]]:
         """What is set once, and the axes."""
@@ -519,13 +536,15 @@ class _Reader:
             keys = dict.fromkeys(value.key for choice in choices for value in choice.values)
             if choices:
                 nodes = [value for choice in choices for value in choice.values]
-                axes.append(_Axis(tuple(keys), choices, sum(map(presets.n_values, nodes))))
+                axes.append(_Axis(tuple(keys), choices, sum(map(n_values, nodes))))
         return fixed, tuple(axes)
 
     def _choice(self, item: Node) -> _Choice:
         entries = dict(self._mapping(item))
-        label = self._text(entries.pop(_LABEL, None), MAX_LABEL)
-        return _Choice(self._settings(item._replace(value=entries)), label or None)
+        written = entries.pop(_LABEL, None)
+        label = self._text(written, MAX_LABEL) or None
+        values = self._settings(item._replace(value=entries))
+        return _Choice(values, label, item if label is None else written)
 
     def _settings(self, node: Node) -> tuple[Node, ...]:
         found = []
@@ -556,7 +575,7 @@ class _Reader:
 
     def _key(self, name: str, node: Node) -> Key | None:
         key: Key = tuple(name.split("."))
-        if not all(key) or len(key) > presets.MAX_DEPTH:
+        if not all(key) or len(key) > MAX_DEPTH:
             self._fault(node, "is not a key; allowed: a dotted key of a preset")
             return None
         if key[0] == EXTENDS:
@@ -628,8 +647,13 @@ class _Reader:
         self._problems.append(self._root.problem(message))
         return False
 
-    def _variants(self, plans: Iterable[_Plan]) -> tuple[Variant, ...]:
+    def _variants(
+        self, plans: Iterable[_Plan], trials: int | None, steps: int | None
+    ) -> tuple[Variant, ...]:
         found: dict[str, Variant] = {}
+        made: dict[str, _Made] = {}
+        effects: dict[tuple[object, ...], _Made] = {}
+        late: dict[PresetProblem, PresetProblem] = {}  # One for all values of a line that are late.
         wrong: dict[PresetProblem, None] = {}
         n_wrong_values = 0
         for plan, base, choices in _combinations(plans):
@@ -641,19 +665,26 @@ class _Reader:
                 wrong.update(dict.fromkeys(error.problems))
                 n_wrong_values += plan.n_values // plan.n_variants
                 continue
-            message = ""
+            this, n_trials = _Made(plan, choices), _n_trials(variant.spec, trials, steps)
+            # Plans are there to the end, choices until the next plan: each has an id of its own.
+            alike = made.setdefault(variant.label, this)
+            same = effects.setdefault((id(plan), *_effects(choices, n_trials)), this)
+            problem = None
             if len(variant.label) > _MAX_WHOLE_LABEL:
-                message = (
+                problem = self._root.problem(
                     f"has a variant whose label is {len(variant.label)} characters long;"
                     f" allowed: up to {_MAX_WHOLE_LABEL}, or settings with a label"
                 )
-            elif variant.label in found:
-                message = f"has two variants named {quoted(variant.label)}; allowed: a label each"
-            if message:
-                wrong[self._root.problem(message)] = None
-                n_wrong_values += plan.n_values // plan.n_variants
-            else:
+            elif alike is not this:
+                problem = _named_alike(this, alike)
+            elif same is not this:
+                found_late = _too_late(this, same, n_trials)
+                problem = late.setdefault(found_late._replace(value=None), found_late)
+            if problem is None:
                 found[variant.label] = variant
+            else:
+                wrong[problem] = None
+                n_wrong_values += plan.n_values // plan.n_variants
         self._problems += islice(wrong, MAX_PROBLEMS)
         return tuple(found.values())
 
@@ -678,6 +709,80 @@ def _combinations(
             yield plan, base, choices
 
 
+class _Made(NamedTuple):
+    """What a variant is made of."""
+
+    plan: _Plan
+    choices: Sequence[_Choice]
+
+    def first_unlike(self, other: "_Made") -> tuple[_Choice, _Choice]:
+        """The first choice in which two variants of one plan differ: its own, and the other's."""
+        pairs = zip(self.choices, other.choices, strict=True)
+        return next((own, its) for own, its in pairs if own is not its)
+
+
+def _named_alike(this: _Made, other: _Made) -> PresetProblem | None:
+    """What is wrong with a variant that is named like an earlier one, where they part ways."""
+    if this.plan is not other.plan:
+        node = this.plan.named_by
+        message = "makes a variant named like one of another preset; allowed: a label each"
+        return node.problem(message, quoted(plain(node)))
+    choice, earlier = this.first_unlike(other)
+    if any(isinstance(leaf.value, Refused) for value in choice.values for leaf in _leaves(value)):
+        return None  # What it would have been is not known, and that has been said.
+    node = choice.values[0] if choice.whole is None else choice.whole
+    if choice.label is not None and choice.label == earlier.label:
+        message = "is there twice; allowed: a label each"
+    elif list(map(plain, choice.values)) == list(map(plain, earlier.values)):
+        moves = choice.whole is None and len(choice.values) > 1
+        with_all = ", with all that moves with it" if moves else ""
+        message = f"is there twice{with_all}; allowed: each once"
+    else:
+        message = "makes a variant named like another; allowed: settings with a label each"
+    return node.problem(message, quoted(plain(node)))
+
+
+def _leaves(node: Node) -> Iterator[Node]:
+    """The values within a value that hold no others."""
+    within = [leaf for _, child in children(node) for leaf in _leaves(child)]
+    yield from within or [node]
+
+
+def _is_late(leaf: Node, n_trials: int) -> bool:
+    """Whether it is when a skill joins or an episode starts, after the last trial of a run."""
+    match leaf.key:
+        case ("schedule", "skills" | "episodes", _, "at"):
+            return isinstance(leaf.value, int) and leaf.value >= n_trials
+        case _:
+            return False
+
+
+def _effects(choices: Iterable[_Choice], n_trials: int) -> Iterator[object]:
+    """What choices of one plan lead to, alike where they differ only in what is late."""
+    for choice in choices:
+        leaves = [leaf for value in choice.values for leaf in _leaves(value)]
+        late = [_is_late(leaf, n_trials) for leaf in leaves]
+        if any(late):
+            yield frozenset(
+                (leaf.key, None if is_late else repr(leaf.value))
+                for leaf, is_late in zip(leaves, late, strict=True)
+            )
+        else:
+            yield id(choice)
+
+
+def _too_late(this: _Made, other: _Made, n_trials: int) -> PresetProblem:
+    """What is wrong with a variant that differs from an earlier one only in what is late."""
+    choice, _ = this.first_unlike(other)
+    leaves = (leaf for value in choice.values for leaf in _leaves(value))
+    late = next(leaf for leaf in leaves if _is_late(leaf, n_trials))
+    message = (
+        f"comes after the last of {n_trials} trials, as another value does, so that both make the"
+        f" same runs; allowed: 0 to {n_trials - 1}, and one later"
+    )
+    return late.problem(message, quoted(late.value))
+
+
 def _is_finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -695,7 +800,7 @@ def _for_key(values: _Values, key: Key) -> _Values:
 
 
 def _n_values(values: _Values) -> int:
-    return len(values) if isinstance(values, _Range) else sum(map(presets.n_values, values))
+    return len(values) if isinstance(values, _Range) else sum(map(n_values, values))
 
 
 def _n_steps(first: _Number, last: _Number, step: _Number) -> int:

@@ -1,12 +1,12 @@
 """Presets: what is shipped, what is read, what is refused in which words, what is written."""
 
+import difflib
 import itertools
 import os
 import re
 import shlex
-import time
 import tracemalloc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import get_args, get_origin
 
@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from app import presets
-from app.presets import PresetError, dump, load, parse, shipped
+from app import experiments, presets
+from app.document import PresetError
+from app.presets import dump, load, parse, shipped
 from learners.rows import MAX_ACTIONS
 from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward
 from learners.spec import (
@@ -558,15 +559,25 @@ def test_a_skill_that_a_base_defines_is_changed_weight_by_weight(tmp_path: Path)
     }
 
 
-def test_many_skills_that_are_not_known_are_told_apart_in_time() -> None:
+def test_many_skills_that_are_not_known_are_compared_with_a_few_names_each(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compared = []
+    close_matches = difflib.get_close_matches
+
+    def count(word: str, names: Sequence[str], n: int) -> list[str]:
+        compared.append(len(names))
+        return close_matches(word, names, n)
+
+    monkeypatch.setattr(difflib, "get_close_matches", count)
     skills = ", ".join(f"s{index:04}_of_my_own: {{}}" for index in range(600))
-    start = time.perf_counter()
     for value, n_timers in (("{at: 5}", 650), ("null", 1_200)):
         timers = ", ".join(f"t{index:04}_of_my_own: {value}" for index in range(n_timers))
         error = refusal(with_custom_skills(f"{{{skills}}}", "[s_of]", f"{{skills: {{{timers}}}}}"))
         assert len(error.problems) == 1 + n_timers
         assert max(map(len, str(error).splitlines())) < 2_000
-    assert time.perf_counter() - start < 10
+    # Each name that is not known is compared with a few of the 600, not with all of them.
+    assert 0 < max(compared) < 100
 
 
 # --- Several at once -----------------------------------------------------------------------------
@@ -733,14 +744,12 @@ def test_an_alias_bomb_is_refused_before_anything_is_expanded() -> None:
         f"{name}: &{name} [{', '.join(['*' + before] * 10)}]"
         for before, name in itertools.pairwise(names)
     ]
-    start = time.perf_counter()
     tracemalloc.start()
     try:
         wrong = wrong_places("\n".join(rows))
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert time.perf_counter() - start < 5
     assert peak < 4 * 2**20
     assert {"a", "b", "b.0", "j.9"} <= {key for _, key in wrong}
 
@@ -749,6 +758,65 @@ def test_a_value_within_itself_is_refused() -> None:
     first, second, *_ = complaints("a: &a [*a]")
     assert first == "1: a: value &a: anchors are not read; allowed: the value alone"
     assert second.startswith("1: a.0: value *a: aliases are not read;")
+
+
+HUGE = "9" * 5_000
+HOSTILE = {
+    "an alias within itself": "a: &a [*a]",
+    "a mapping within itself": "a: &a {b: *a}",
+    "an anchored document": "&a {a: *a, b: [*a, *a]}",
+    "a list for a document": "[*a, {b: *a}]",
+    "an alias for a document": "*a",
+    "an alias in a text": "description: [*a]",
+    "an alias in a number": "trials: {a: *a}",
+    "an alias in a mapping": "world: [*a]\nset: [*a]\ngrid: [*a]\nstop: [*a]",
+    "an alias as a base": "extends: *a",
+    "an alias in a base": "extends: [*a]\npresets: [[*a], {preset: [*a]}, {label: [*a]}]",
+    "an alias in a preset within": (
+        "presets:\n  - {label: b, preset: {extends: *a, world: {size: *a}}}\n"
+        "  - {label: c, preset: {extends: [*a], world: {size: [*a]}}}"
+    ),
+    "an alias in options": "learner: {options: [*a], alpha: [*a]}\npresets: [timed, *a]",
+    "aliases for the same": "presets: [timed]\ngrid: {learner.epsilon: [*a, *a, [*a], [*a]]}",
+    "an alias for a key": "presets: [timed]\n*a : 1\n? [*a]\n: 2\n? {b: *a}\n: 3",
+    "an alias in a key": "presets: [timed]\nset: {a..b: [*a], extends: [*a]}",
+    "a merge": "<<: {a: *a}\nworld: {<<: [*a]}",
+    "merges": "<<: [{size: 1}, *a]\n<<: *a",
+    "a tag": "description: [!!python/name:os.mkdir x, !!set {a}, !<x> y, !\u202e z]",
+    "a tagged document": "!!python/object/apply:os.mkdir {a: [*a]}",
+    "a tagged key": "!!binary aGVsbG8=: 1\n!!null ? : [*a]",
+    "a huge number": f"trials: {HUGE}\nseeds: [{HUGE}]\nb: [-{HUGE}]",
+    "a huge number for a key": f"{HUGE}: [*a]\nworld: {{{HUGE}: {HUGE}}}",
+    "half a character": 'b: ["\\uD800"]\n"\\uDFFF": [*a]',
+    "keys that are given twice": "b: 1\nb: [*a]\nworld: {size: 1, size: [!!set {a}]}",
+    "keys that are no texts": "1: [*a]\n1.5: x\nnull: x\n2001-01-01: x\n? \n: x\n? []\n: x",
+    "keys within keys": "? ? ? [*a]\n    : b\n  : c\n: d",
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+@pytest.mark.parametrize("read", [parse, experiments.parse], ids=["preset", "experiment"])
+def test_whatever_is_in_a_text_a_problem_shows_it_as_written(
+    read: Callable[[str, str], object], text: str
+) -> None:
+    with pytest.raises(PresetError) as caught:
+        read(text, "mine.yaml")
+    lines = str(caught.value).splitlines()
+    assert len(lines) == len(caught.value.problems) == len(set(lines))
+    for line in lines:
+        assert re.match(r"mine\.yaml:\d+: ", line)
+        assert line.isprintable()
+        assert len(line) < 1_000
+        assert " object at " not in line
+        assert "Refused" not in line
+
+
+def test_a_value_that_was_not_read_is_shown_as_written_also_within_another() -> None:
+    complaints_of_b = [line for line in complaints("b: [1]\nb: [*a, !mine x]") if "2: b" in line]
+    first, second, third = complaints_of_b
+    assert first.startswith("2: b.0: value *a: aliases are not read;")
+    assert second.startswith("2: b.1: value !mine: tags are not read;")
+    assert third.startswith("2: b: value [*a, !mine]: is given twice, first on line 1;")
 
 
 @pytest.mark.parametrize(
@@ -1235,7 +1303,6 @@ def runs(draw: st.DrawFn) -> RunSpec:
 
 
 @given(runs())
-@settings(deadline=None)
 def test_what_is_written_reads_back_as_it_was(spec: RunSpec) -> None:
     text = dump(spec)
     assert parse(text, "dumped") == spec
@@ -1326,7 +1393,7 @@ def outcome(text: str, *settings_: str) -> RunSpec | PresetError:
         max_size=4,
     )
 )
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=5 * settings().max_examples)
 def test_a_text_is_read_or_refused(preset: str, cuts: list[tuple[int, int, str]]) -> None:
     text = preset
     for start, length, splinter in cuts:
