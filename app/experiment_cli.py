@@ -15,6 +15,21 @@ from urllib.parse import urlsplit
 from tyro.conf import Positional, arg
 
 from app import terminal
+from app.cli_words import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    HIDDEN_HINT,
+    RESULTS,
+    Flag,
+    UsageError,
+    WrongPresetError,
+    complain,
+    say,
+    shown,
+    whole_number,
+    workers_of,
+)
 from app.machine import duration
 
 if TYPE_CHECKING:
@@ -22,12 +37,14 @@ if TYPE_CHECKING:
     from app.laboratory import Crew, Outcome, Progress
     from app.results import Folder
 
-RESULTS = "results"
-"""Folder of the results of experiments that are not told where to put them."""
+EXAMPLES = (
+    "pounce experiment figure_4_1",
+    "pounce experiment timing_circle_avoid --seeds 10 --dry-run",
+    "pounce experiment my-experiment.yaml --out results --resume",
+    "pounce experiment figure_4_2 --cluster tcp://HOST:8786",
+)
 
 _SCHEMES = ("tcp", "tls")
-_HIDDEN_HINT = ""
-_Flag = Annotated[bool, arg(help_behavior_hint=_HIDDEN_HINT)]
 
 
 @dataclass(frozen=True)
@@ -35,7 +52,7 @@ class Experiment:
     """Make all runs of an experiment on all cores, into a folder of results."""
 
     experiment: Annotated[
-        Positional[str], arg(metavar="EXPERIMENT", help_behavior_hint=_HIDDEN_HINT)
+        Positional[str], arg(metavar="EXPERIMENT", help_behavior_hint=HIDDEN_HINT)
     ] = ""
     """A shipped experiment, or a file."""
     seeds: Annotated[
@@ -50,32 +67,91 @@ class Experiment:
         str | None, arg(metavar="ADDRESS", help_behavior_hint="(default: this machine)")
     ] = None
     """Make the runs on the Dask cluster at tcp://HOST:PORT; the same results."""
-    out: Annotated[str | None, arg(metavar="DIR", help_behavior_hint="(default: results/NAME)")] = (
-        None
-    )
+    out: Annotated[
+        str | None, arg(metavar="DIR", help_behavior_hint=f"(default: {RESULTS}/NAME)")
+    ] = None
     """Folder of the results."""
-    resume: _Flag = False
-    """Go on where an earlier call ended; no run is made twice."""
-    force: _Flag = False
-    """Begin again in a folder that holds results, which are lost."""
-    dry_run: _Flag = False
-    """Print what it would take, and run nothing."""
-    json: _Flag = False
-    """Print one JSON object and nothing else."""
+    resume: Flag = False
+    """Go on where an earlier call ended; no run is made twice, and a report on fewer runs goes."""
+    force: Flag = False
+    """Begin again in a folder that holds results, which are lost, as is a report on them."""
+    dry_run: Flag = False
+    """Print what it would take, and run nothing; refuses what would be refused."""
+    json: Flag = False
+    """Print one JSON object and nothing else; what is wrong goes to stderr, with exit code 2."""
 
 
-def wanted(command: Experiment, n_seeds: int | None) -> "experiments.Experiment":
-    """The experiment that is asked for.
+def obey(command: Experiment) -> int:
+    """Make the runs and say how that ended; returns the exit code.
 
     Raises:
-        ExperimentError: it cannot be run.
+        UsageError: the words make no sense.
     """
+    workers = workers_of(command.workers)
+    _check(command)
+    experiment = _wanted(command)
+    # The crew before the folder, of which --force clears what is there.
+    with _crew_of(command.cluster, workers) as crew:
+        if command.dry_run:
+            say(_planned(command, experiment, crew.size))
+            return EXIT_OK
+        return _carry_out(command, experiment, crew)
+
+
+def _check(command: Experiment) -> None:
+    """Refuse words that make no sense, whatever the experiment is."""
+    if command.cluster is not None and command.workers is not None:
+        raise UsageError("--cluster and --workers exclude each other; allowed: one of them")
+    if command.out is not None and not command.out:
+        raise UsageError("--out: '' is not allowed; allowed: a folder")
+    if command.resume and command.force:
+        raise UsageError("--resume and --force exclude each other; allowed: one of them")
+    if command.cluster is not None and not _is_address(command.cluster):
+        raise UsageError(
+            f"--cluster: {shown(command.cluster)} is not allowed; allowed: tcp://HOST:PORT of a"
+            " running Dask scheduler, or tls://HOST:PORT"
+        )
+
+
+def _wanted(command: Experiment) -> "experiments.Experiment":
+    """The experiment that is asked for."""
     from app import experiments
 
-    return experiments.load(command.experiment, n_seeds)
+    n_seeds = None
+    if command.seeds is not None:
+        n_seeds = whole_number("--seeds", command.seeds, 1, experiments.MAX_RUNS)
+    if not command.experiment:
+        names = ", ".join(experiments.shipped())
+        raise UsageError(f"EXPERIMENT is missing; allowed: {names}, or a file")
+    try:
+        return experiments.load(command.experiment, n_seeds)
+    except experiments.ExperimentError as error:
+        raise WrongPresetError(str(error)) from error
 
 
-def is_address(text: str) -> bool:
+def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: "Crew") -> int:
+    """Make all runs, showing the progress on a terminal; returns the exit code."""
+    from app.laboratory import ClusterError, run_experiment
+    from app.results import FolderError
+
+    with _folder_of(command, experiment) as folder:
+        try:
+            with _progress(experiment.n_runs) as on_progress:
+                outcome = run_experiment(experiment, folder, crew, on_progress)
+        except FolderError as error:
+            complain(f"{shown(str(folder.path))} {error}")
+            return EXIT_FAILED
+        except ClusterError as error:
+            complain(f"{shown(command.cluster or '')} {error}")
+            return EXIT_FAILED
+        except KeyboardInterrupt:
+            complain(f"interrupted; what is finished is in {folder.path}, and --resume goes on")
+            return EXIT_INTERRUPTED
+        say(_report(command, experiment, folder, outcome))
+    return EXIT_FAILED if outcome.failed else EXIT_OK
+
+
+def _is_address(text: str) -> bool:
     """Whether a text can be the address of a Dask scheduler: ``tcp://HOST:PORT``, or ``tls://``."""
     try:
         found = urlsplit(text)
@@ -87,87 +163,81 @@ def is_address(text: str) -> bool:
     )
 
 
-def crew_of(address: str | None, workers: int) -> "Crew":
-    """Those who make the runs: so many threads of this machine, or the cluster at an address.
-
-    Raises:
-        ClusterError: the cluster cannot be used.
-    """
+def _crew_of(address: str | None, workers: int) -> "Crew":
+    """Those who make the runs: so many threads of this machine, or the cluster at an address."""
     from app.laboratory import ClusterError, Threads
 
     if address is None:
         return Threads(workers)
     if importlib.util.find_spec("distributed") is None:
-        raise ClusterError("needs a package that is missing: pip install 'pounce-lab[cluster]'")
+        raise UsageError(
+            f"--cluster: {shown(address)} needs a package that is missing:"
+            " pip install 'pounce-lab[cluster]'"
+        )
     from app.cluster import Cluster
 
-    return Cluster(address)
+    try:
+        return Cluster(address)
+    except ClusterError as error:
+        raise UsageError(f"--cluster: {shown(address)} {error}") from error
 
 
-def path_of(command: Experiment, experiment: "experiments.Experiment") -> Path:
+def _path_of(command: Experiment, experiment: "experiments.Experiment") -> Path:
     """Where the results go."""
     return Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
 
 
-def folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder":
-    """The folder of the results, claimed.
-
-    Raises:
-        FolderError: it cannot be used; the message names it.
-    """
+def _folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder":
+    """The folder of the results, claimed."""
     from app.results import Folder, FolderError
 
-    path = path_of(command, experiment)
+    path = _path_of(command, experiment)
     try:
         return Folder(path, experiment, command.resume, command.force)
     except FolderError as error:
-        raise FolderError(f"--out: {str(path)!r} {error}") from error
+        raise UsageError(f"--out: {str(path)!r} {error}") from error
 
 
-def planned(command: Experiment, experiment: "experiments.Experiment", workers: int) -> str:
-    """What an experiment would take, in words or as JSON.
-
-    Raises:
-        FolderError: what is done cannot be read.
-    """
+def _planned(command: Experiment, experiment: "experiments.Experiment", workers: int) -> str:
+    """What an experiment would take, in words or as JSON."""
     from app.cost import plan
-    from app.results import finished_in
+    from app.results import FolderError, finished_if_claimed
+    from app.words import in_short
 
-    finished = finished_in(path_of(command, experiment)) if command.resume else set()
+    path = _path_of(command, experiment)
+    try:
+        finished = finished_if_claimed(path, experiment, command.resume, command.force)
+    except FolderError as error:
+        raise UsageError(f"--out: {str(path)!r} {error}") from error
     found = plan(experiment, workers, finished)
     if command.json:
         document = {"experiment": experiment.name, **found._asdict(), "workers": workers}
         return json.dumps(document)
+    about = "at most about" if found.at_most else "about"
     there = f"; {found.done:,} are done" if found.done else ""
     return (
         f"{experiment.name}: {found.runs:,} runs ({found.variants:,} variants,"
         f" {len(experiment.seeds):,} seeds{there})\n"
-        f"  steps  about {found.steps / 1e6:,.0f} M\n"
-        f"  time   about {duration(found.seconds)} with {workers} at a time\n"
-        f"  disk   about {found.disk_bytes / 1e6:,.1f} MB"
+        f"  steps  {about} {in_short(found.steps)}\n"
+        f"  time   {_lasting(found.seconds, about)} with {workers} at a time\n"
+        f"  disk   {about} {max(found.disk_bytes / 1e6, 0.1):,.1f} MB"
     )
 
 
-def carried_out(experiment: "experiments.Experiment", folder: "Folder", crew: "Crew") -> "Outcome":
-    """Make all runs, showing the progress on a terminal.
-
-    Raises:
-        FolderError: results could no longer be written.
-        ClusterError: the cluster was lost.
-    """
-    from app.laboratory import run_experiment
-
-    with _progress(experiment.n_runs) as on_progress:
-        return run_experiment(experiment, folder, crew, on_progress)
+def _lasting(seconds: float, about: str = "") -> str:
+    """A time in words; nothing takes none."""
+    return "less than a second" if seconds < 1 else f"{about} {duration(seconds)}".strip()
 
 
-def report(
+def _report(
     command: Experiment,
     experiment: "experiments.Experiment",
     folder: "Folder",
     outcome: "Outcome",
 ) -> str:
     """How an experiment ended, in words or as JSON."""
+    from app.words import in_short
+
     if command.json:
         document = {
             "experiment": experiment.name,
@@ -181,7 +251,7 @@ def report(
         return json.dumps(document)
     lines = [
         f"{experiment.name}: {outcome.done:,} of {outcome.total:,} runs done,"
-        f" {outcome.steps / 1e6:,.0f} M steps in {duration(outcome.seconds)}",
+        f" {in_short(outcome.steps)} steps in {_lasting(outcome.seconds)}",
         f"results in {folder.path}",
     ]
     if outcome.failed:

@@ -1,37 +1,23 @@
 """The command ``pounce report``: a page on results, from the words of a command line."""
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from app.experiment_cli import RESULTS
-
-EXIT_OK = 0
-EXIT_FAILED = 1
-EXIT_USAGE = 2
-
-_HIDDEN_HINT = ""
-
-
-@dataclass(frozen=True)
-class Report:
-    """Write a page on the results of experiments, with figures and findings."""
-
-    folders: Annotated[
-        Positional[tuple[str, ...]], arg(metavar="[DIR ...]", help_behavior_hint=_HIDDEN_HINT)
-    ] = ()
-    """Folders that pounce experiment has written; several are taken together. Without any, the
-    latest one in results."""
-    compare: Annotated[bool, arg(help_behavior_hint=_HIDDEN_HINT)] = False
-    """Set the second of two folders against the first."""
-    out: Annotated[
-        str | None, arg(metavar="FILE", help_behavior_hint="(default: DIR/report.html)")
-    ] = None
-    """The page; its figures go into a folder beside it."""
-
+from app import terminal
+from app.cli_words import (
+    EXIT_FAILED,
+    EXIT_OK,
+    HIDDEN_HINT,
+    RESULTS,
+    Flag,
+    UsageError,
+    complain,
+    say,
+    shown,
+)
 
 EXAMPLES = (
     "pounce report",
@@ -41,24 +27,49 @@ EXAMPLES = (
 )
 
 
-def report(command: Report) -> int:
-    """Write the page and say where it is; returns the exit code."""
+@dataclass(frozen=True)
+class Report:
+    """Write a page on the results of experiments, with figures and findings."""
+
+    folders: Annotated[
+        Positional[tuple[str, ...]], arg(metavar="[DIR ...]", help_behavior_hint=HIDDEN_HINT)
+    ] = ()
+    """Folders that pounce experiment has written; several are taken together. Without any, the
+    latest one in results."""
+    compare: Flag = False
+    """Set the second of two folders against the first."""
+    out: Annotated[
+        str | None, arg(metavar="FILE", help_behavior_hint="(default: DIR/report.html)")
+    ] = None
+    """The page; its figures go into a folder beside it. Of several folders A and B the default is
+    report_A_B/report.html beside A, with --compare compare_A_B/report.html."""
+
+
+def obey(command: Report) -> int:
+    """Write the page and say where it is; returns the exit code.
+
+    Raises:
+        UsageError: the words make no sense.
+    """
     if not command.folders and not command.compare:
         latest = latest_results(Path(RESULTS))
         command = replace(command, folders=() if latest is None else (str(latest),))
-    problem = _problem(command)
-    if problem:
-        return _refuse(problem, EXIT_USAGE)
+    _check(command)
     # Here, so that the lab starts without the libraries that draw.
     from app.readout import ResultsError
     from app.report import write_report
 
     out = None if command.out is None else Path(command.out)
+    folders = [Path(folder) for folder in command.folders]
     try:
-        page = write_report([Path(folder) for folder in command.folders], out, command.compare)
+        with terminal.status() as tell:
+            written = write_report(folders, out, command.compare, tell)
     except ResultsError as error:
-        return _refuse(str(error), EXIT_FAILED)
-    sys.stdout.write(f"{page}\n")
+        complain(str(error))
+        return EXIT_FAILED
+    for warning in written.warnings:
+        complain(warning)
+    say(str(written.page))
     return EXIT_OK
 
 
@@ -69,28 +80,25 @@ def latest_results(root: Path) -> Path | None:
     return None if latest is None else latest.parent
 
 
-def _problem(command: Report) -> str:
-    """What makes no sense in the words; empty if they do."""
+def _check(command: Report) -> None:
+    """Refuse words that make no sense."""
     if command.compare and len(command.folders) != 2:
-        return f"--compare: {len(command.folders)} folders were given; allowed: two"
+        raise UsageError(f"--compare: {len(command.folders)} folders were given; allowed: two")
     if not command.folders:
-        return (
+        raise UsageError(
             f"DIR is missing, and there are no results in {RESULTS!r}; allowed: a folder that"
             " pounce experiment has written"
         )
     if not all(command.folders):
-        return "DIR: '' is not allowed; allowed: a folder that pounce experiment has written"
+        raise UsageError(
+            "DIR: '' is not allowed; allowed: a folder that pounce experiment has written"
+        )
     if any("\0" in path for path in (*command.folders, command.out or "")):
-        return "DIR and --out: a path contains a NUL character; allowed: paths"
+        raise UsageError("DIR and --out: a path contains a NUL character; allowed: paths")
     if command.out is not None:
         # A page that took the place of results, or of an experiment, would be a loss.
+        out = shown(command.out)
         if Path(command.out).suffix.lower() not in (".html", ".htm"):
-            return f"--out: {command.out!r} is not allowed; allowed: a file that ends in .html"
+            raise UsageError(f"--out: {out} is not allowed; allowed: a file that ends in .html")
         if Path(command.out).is_dir():
-            return f"--out: {command.out!r} is a folder; allowed: a file that ends in .html"
-    return ""
-
-
-def _refuse(message: str, code: int) -> int:
-    sys.stderr.write(message + "\n")
-    return code
+            raise UsageError(f"--out: {out} is a folder; allowed: a file that ends in .html")

@@ -10,13 +10,12 @@ import sys
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from app import cli, headless, presets
+from app import cli, cli_words, headless, presets
 from learners.run import Run
 from learners.spec import RunSpec
 from learners.state import digest
@@ -173,6 +172,18 @@ def test_the_order_of_a_seed_list_is_kept(capsys: pytest.CaptureFixture[str]) ->
     assert [run["seed"] for run in runs] == [9, 2, 5]
 
 
+def test_a_seed_list_has_no_more_seeds_than_a_number_of_seeds(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(headless, "run_seeds", None)  # no work may be done
+    for words in (["--seeds", "100001"], ["--seed-list", ",".join(map(str, range(100_001)))]):
+        assert cli.main(["run", "timed", *words]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith(f"{words[0]}: ")
+        assert " ".join(err.split()).endswith("1 to 100000")
+
+
 def test_one_seed_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
     assert [run["seed"] for run in json_of(capsys, "run", "timed", *QUICK)["runs"]] == [0]
 
@@ -239,11 +250,12 @@ def test_the_table_has_the_curve_in_windows(capsys: pytest.CaptureFixture[str]) 
     assert " ".join(steps.split()) == (
         "steps 0–0.5 M 0.5–1 M 1–1.5 M 1.5–2 M 3.5–4 M last 2,000 trials"
     )
-    means = [np.mean([result.phases.reward[window] for result in results]) for window in range(3)]
+    means = [np.mean([result.phases[window] for result in results]) for window in range(3)]
     means.append(np.mean([result.mean_reward_last_2000 for result in results]))
     cells = reward.split()[1:]
     assert [float(cells[index]) for index in (0, 1, 2, 5)] == pytest.approx(means, abs=0.051)
-    assert cells[4] == "–"
+    # They end within the fourth window.
+    assert cells[3:5] == ["–", "–"]
 
 
 # --- Progress, pipes and interrupts --------------------------------------------------------------
@@ -300,14 +312,26 @@ def test_a_closed_pipe_ends_quietly() -> None:
     assert running.stderr is not None
     assert running.stderr.read() == b""
     running.stderr.close()
-    assert running.wait() == cli.EXIT_PIPE_CLOSED
+    assert running.wait() == cli_words.EXIT_PIPE_CLOSED
+
+
+def test_a_closed_pipe_ends_the_lab_quietly() -> None:
+    running = process(
+        "lab", "--no-browser", "--port", "9000", stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert running.stdout is not None
+    running.stdout.close()
+    assert running.stderr is not None
+    assert running.stderr.read() == b""
+    running.stderr.close()
+    assert running.wait() == cli_words.EXIT_PIPE_CLOSED
 
 
 def test_a_closed_pipe_for_errors_ends_quietly() -> None:
     running = process("run", "timed", "--seeds", "0", stderr=subprocess.PIPE)
     assert running.stderr is not None
     running.stderr.close()
-    assert running.wait() == cli.EXIT_PIPE_CLOSED
+    assert running.wait() == cli_words.EXIT_PIPE_CLOSED
 
 
 def test_an_interrupt_ends_a_run_with_nothing_written(empty_folder: Path) -> None:
@@ -558,7 +582,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
         calls.append(arguments)
         return 0
 
-    monkeypatch.setitem(sys.modules, "app.lab", SimpleNamespace(run_lab=run_lab))
+    monkeypatch.setattr("app.lab.run_lab", run_lab)
     return calls
 
 
@@ -595,20 +619,31 @@ def test_the_lab_takes_options(
     assert call["seed"] == 3
 
 
+@pytest.mark.parametrize(
+    ("host", "reason"),
+    [("192.0.2.1", "Cannot assign requested address"), ("no..host", "label empty or too long")],
+)
 def test_an_address_that_cannot_be_listened_on_is_refused(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    host: str, reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def run_lab(**arguments: Any) -> int:
-        raise OSError(99, "Cannot assign requested address")
-
-    monkeypatch.setitem(sys.modules, "app.lab", SimpleNamespace(run_lab=run_lab))
-    assert cli.main(["lab", "--host", "192.0.2.1", "--port", "9000"]) == 2
+    assert cli.main(["lab", "--host", host, "--port", "9000"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert " ".join(err.split()) == (
-        "--host and --port: '192.0.2.1' and 9000 cannot be listened on: Cannot assign requested"
-        " address; allowed: an address of this machine and a free port"
-    )
+    said = " ".join(err.split())
+    assert said.startswith(f"--host and --port: {host!r} and 9000 cannot be listened on: ")
+    assert reason in said
+    assert said.endswith("; allowed: an address of this machine and a free port")
+
+
+def test_what_goes_wrong_while_the_lab_is_open_is_not_laid_to_the_address(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def run_lab(**arguments: Any) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.lab.run_lab", run_lab)
+    with pytest.raises(OSError, match="No space left on device"):
+        cli.main(["lab"])
 
 
 def test_presets_are_listed_with_their_files(capsys: pytest.CaptureFixture[str]) -> None:
