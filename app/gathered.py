@@ -16,7 +16,7 @@ from app import statistics
 from app.cost import estimated_steps
 from app.experiments import Experiment
 from app.metrics import Metric, shown_first
-from app.replicate import DONE, log_in
+from app.replicate import DONE, gist, log_in
 from app.statistics import Axis, Band, Estimate
 from learners import measures
 from learners.spec import RunSpec
@@ -27,7 +27,6 @@ MOST_CURVES: Final = 8
 _WINDOWS: Final = 50
 _TRIALS_WINDOW: Final = 2_000
 _RESAMPLES: Final = 999
-_BOOTSTRAP_SEED: Final = 20
 
 
 class RunFact(NamedTuple):
@@ -153,7 +152,7 @@ class Gatherer:
             known = self._curves.get((variant, axis))
         if known is not None and known.n == len(curves):
             return known
-        band = statistics.band(curves, self._widths[axis], _rng(), _RESAMPLES)
+        band = statistics.band(curves, self._widths[axis], statistics.bootstrap_rng(), _RESAMPLES)
         moments = statistics.medians_of_all(joined)
         shared = [Moment(name, *at) for name, at in moments.items()]
         found = Curve(variant, len(curves), band, shared)
@@ -169,15 +168,10 @@ class Gatherer:
         n = sum(not np.isnan(value) for value in values)
         if known is not None and known.n == n:
             return known
-        found = statistics.mean(values, _rng(), _RESAMPLES)
+        found = statistics.mean(values, statistics.bootstrap_rng(), _RESAMPLES)
         with self._lock:
             self._estimates[variant] = found
         return found
-
-
-def _rng() -> np.random.Generator:
-    """A generator for one interval, so that an interval does not depend on which came before."""
-    return np.random.default_rng(_BOOTSTRAP_SEED)
 
 
 def _rewards(spec: RunSpec) -> tuple[float, float]:
@@ -189,12 +183,11 @@ def _rewards(spec: RunSpec) -> tuple[float, float]:
 def _fact(place: int, row: Mapping[str, Any], metric: Metric, measured: Sequence[str]) -> RunFact:
     never = float("inf") if "steps_to_70" in measured else float("nan")
     reached = row.get("steps_to_70")
-    lines = str(row.get("error") or "").strip().splitlines()
     return RunFact(
         key=str(row["key"]),
         variant=place,
         seed=int(row["seed"]),
-        error="" if row["status"] == DONE else (lines[-1] if lines else row["status"]),
+        error="" if row["status"] == DONE else gist(str(row.get("error") or "")) or row["status"],
         value=_number(row.get(metric.column)),
         success=_number(row.get("final_success")),
         steps_to_70=never if reached is None else float(reached),

@@ -1,6 +1,5 @@
 """Many seeds of one preset on all cores, without a page, and what is written of them."""
 
-import contextlib
 import csv
 import json
 import math
@@ -17,16 +16,14 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from app import statistics
+from app.folders import make_folders, remove_folders
+from app.replicate import made_run
 from learners import measures
 from learners.run import Run
 from learners.spec import RunSpec
 from learners.state import digest, tables
 
-PHASE_STEPS = 500_000
-"""Window of the coarse learning curve that people compare learners by."""
-
-_SLICE_STEPS = 2_000_000
-"""Steps between two looks at whether to stop: a tenth of a second."""
 _POLL_S = 0.1
 
 
@@ -45,8 +42,9 @@ class RunResult:
     mean_reward_last_2000: float
     curve: measures.Curve
     """Over windows of 100,000 steps."""
-    phases: measures.Curve
-    """Over windows of ``PHASE_STEPS``."""
+    phases: np.ndarray
+    """(window,) float64: mean reward in each window of ``PHASE_STEPS`` of :mod:`app.statistics`
+    that it went through wholly; NaN where no trial ended."""
     digest: str
 
     def as_json(self) -> dict[str, Any]:
@@ -162,7 +160,7 @@ class _Pool:
         while (index := self._take()) is not None:
             seed = self._seeds[index]
             try:
-                result = self._run(seed)
+                result = self._result(seed)
             except Exception as error:
                 raise SeedFailedError(seed, error) from error
             if result is not None:
@@ -183,25 +181,36 @@ class _Pool:
             self._next += 1
             return self._next - 1
 
-    def _run(self, seed: int) -> RunResult | None:
+    def _result(self, seed: int) -> RunResult | None:
         """The result of one run, or None if it was stopped."""
         began = time.perf_counter()
-        run = Run(self._spec, seed)
-        while run.trial < self._spec.trials:
-            if self.stop.is_set():
-                return None
-            trials = run.trial
-            steps = run.advance(max_steps=_SLICE_STEPS)
+        trials = steps = 0
+
+        def note(run: Run) -> None:
+            nonlocal trials, steps
             with self._lock:
                 self._trials += run.trial - trials
-                self._steps += steps
+                self._steps += run.step - steps
+            trials, steps = run.trial, run.step
+
+        run = made_run(
+            self._spec,
+            seed,
+            self._spec.trials,
+            on_progress=note,
+            wanted=lambda: not self.stop.is_set(),
+        )
+        if run is None:
+            return None
         result = _result(run, time.perf_counter() - began)
         self._on_finished(run)
         return result
 
 
 def _result(run: Run, seconds: float) -> RunResult:
-    world, state = run.spec.world, run.state
+    state = run.state
+    done = measures.trials_done(state)
+    reward, steps = state.log_reward[:done], state.log_steps[:done]
     endings = measures.endings(state)
     return RunResult(
         seed=run.seed,
@@ -211,19 +220,20 @@ def _result(run: Run, seconds: float) -> RunResult:
         captures=endings.captures,
         flights=endings.flights,
         timeouts=endings.timeouts,
-        mean_reward_last_2000=measures.mean_reward(world, state),
-        curve=measures.curve(world, state),
-        phases=measures.curve(world, state, PHASE_STEPS),
+        mean_reward_last_2000=measures.mean_reward(state),
+        curve=measures.curve(state),
+        phases=statistics.windowed(reward, steps, statistics.PHASE_STEPS, "steps"),
         digest=digest(state),
     )
 
 
 class Output:
-    """The result files of one experiment: in the end all of them are there, or none.
+    """The result files of the runs of a preset, each of them whole, ``NAME.json`` last.
 
-    They are written to a hidden folder beside their final places first, and moved there when
-    everything is complete, ``NAME.json`` last. Used as a context, which removes that folder, and
-    the folders that had to be made if nothing came to lie in them.
+    They are written to a hidden folder beside their final places first, and moved there one after
+    the other when everything is complete: where ``NAME.json`` is, the others are. Used as a
+    context, which removes that folder, and the folders that had to be made if nothing came to lie
+    in them.
     """
 
     def __init__(self, folder: Path, name: str, seeds: Iterable[int], overwrite: bool) -> None:
@@ -236,14 +246,14 @@ class Output:
         self._name = name
         self._tables = {seed: f"{name}-seed{seed}.npz" for seed in seeds}
         try:
-            self._made = _make_folders(folder)
+            self._made = make_folders(folder)
         except OSError as error:
             raise _unwritable(error) from error
         try:
             self._refuse_taken(overwrite)
             self._staging = Path(tempfile.mkdtemp(prefix=".pounce-", dir=folder))
         except OSError as error:
-            _remove_folders(self._made)
+            remove_folders(self._made)
             raise _unwritable(error) from error
 
     def __enter__(self) -> Self:
@@ -251,7 +261,7 @@ class Output:
 
     def __exit__(self, *exception: object) -> None:
         shutil.rmtree(self._staging, ignore_errors=True)
-        _remove_folders(self._made)
+        remove_folders(self._made)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -319,21 +329,3 @@ def _exists(path: Path) -> bool:
     except FileNotFoundError:
         return False
     return True
-
-
-def _make_folders(folder: Path) -> list[Path]:
-    """Make a folder and those above it; returns the ones that were not there, the lowest first."""
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        _remove_folders(missing)
-        raise
-    return missing
-
-
-def _remove_folders(folders: Iterable[Path]) -> None:
-    """Remove folders from the lowest up, as far as they are empty."""
-    for folder in folders:
-        with contextlib.suppress(OSError):
-            folder.rmdir()

@@ -52,8 +52,6 @@ class Outcome:
     failed: int
     steps: int
     seconds: float
-    stopped: bool
-    """Whether it was stopped before all runs were over."""
 
 
 class ClusterError(Exception):
@@ -355,12 +353,10 @@ class _Ledger:
 
     def outcome(self) -> Outcome:
         """How it ended."""
-        over = self._done_before + self._done + self._failed
         return Outcome(
             total=self.total,
             done=self._done_before + self._done,
             failed=self._failed,
             steps=self._steps,
             seconds=self._seconds,
-            stopped=over < self.total,
         )

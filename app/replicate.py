@@ -14,6 +14,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import dropwhile
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -173,6 +174,23 @@ def failed(key: str, error: BaseException, seconds: float | None = None) -> Fini
     return Finished(key, row, b"")
 
 
+def gist(error: str) -> str:
+    """What went wrong in a run, on one line: the type of the error and all of its message.
+
+    Args:
+        error: of the row of a run that failed.
+    """
+    lines = error.strip().splitlines()
+    # A traceback is indented; what was raised begins after its last line of code.
+    places = [index for index, line in enumerate(lines) if line.startswith('  File "')]
+    said = lines[places[-1] + 1 :] if places else lines
+    return " ".join(line.strip() for line in dropwhile(_is_code, said))
+
+
+def _is_code(line: str) -> bool:
+    return line.startswith("    ")
+
+
 def made_run(
     spec: RunSpec,
     seed: int,
@@ -280,7 +298,7 @@ def measured(run: Run, metrics: Sequence[str] = NAMES) -> dict[str, Any]:
         run: that is over.
         metrics: columns of :mod:`app.metrics` that are wanted.
     """
-    world, state = run.spec.world, run.state
+    state = run.state
     done = measures.trials_done(state)
     outcomes, steps = state.log_outcome[:done], state.log_steps[:done]
     endings = measures.endings(state)
@@ -289,20 +307,21 @@ def measured(run: Run, metrics: Sequence[str] = NAMES) -> dict[str, Any]:
         "captures": lambda: endings.captures,
         "flights": lambda: endings.flights,
         "timeouts": lambda: endings.timeouts,
-        "final_reward": lambda: measures.mean_reward(world, state) if done else None,
+        "final_reward": lambda: measures.mean_reward(state) if done else None,
         "final_success": lambda: final.captures / sum(final) if done else None,
         "greedy_success": lambda: greedy_success(run),
-        "area": lambda: area_under(measures.curve(world, state)),
+        "area": lambda: area_under(measures.curve(state)),
         "steps_to_50": lambda: steps_to(outcomes, steps, 0.5),
         "steps_to_70": lambda: steps_to(outcomes, steps, 0.7),
         "mean_hunt_length": lambda: float(steps[-measures.FINAL_TRIALS :].mean()) if done else None,
         "switches_per_step": lambda: measures.switches_per_step(state),
     }
     always = {"digest": digest(state), "trials": done, "steps": run.step}
-    return always | {name: found[name]() if name in metrics else None for name in NAMES}
+    asked = set(metrics) - always.keys()
+    return {name: found[name]() if name in asked else None for name in NAMES} | always
 
 
-def arrays_of(run: Run, pictures: Pictures | None = None) -> dict[str, np.ndarray]:
+def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
     """What is kept of a run beside its row.
 
     ``outcome (trial,) int8``, ``steps (trial,) int32``, ``introductions (skill, [trial, step])
@@ -313,19 +332,15 @@ def arrays_of(run: Run, pictures: Pictures | None = None) -> dict[str, np.ndarra
     done = measures.trials_done(run.state)
     joined = run.control.introductions
     moments = np.array([[entry.trial, entry.step] for entry in joined], np.int64)
-    arrays = {
+    return {
         "outcome": run.state.log_outcome[:done],
         "steps": run.state.log_steps[:done],
         "introductions": moments.reshape(-1, 2),
         "introduced": np.array([entry.skill for entry in joined], "U32"),
+        "moments": np.array(pictures.moments, np.int64),
+        "value_share": np.array(pictures.share, np.float32),
+        "value_distance": np.array(pictures.distance, np.float32),
     }
-    if pictures is not None:
-        arrays |= {
-            "moments": np.array(pictures.moments, np.int64),
-            "value_share": np.array(pictures.share, np.float32),
-            "value_distance": np.array(pictures.distance, np.float32),
-        }
-    return arrays
 
 
 class Log(NamedTuple):

@@ -12,13 +12,16 @@ import io
 import json
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
 from app.experiments import Experiment
-from app.replicate import DONE, FAILED, settings_of
+from app.files import write_whole
+from app.folders import make_folders, remove_folders
+from app.replicate import DONE, FAILED, gist, settings_of
 from sim.compiled import SOURCE_DIGEST
 
 SCHEMA_VERSION: Final = 2
@@ -52,7 +55,10 @@ COLUMNS: Final = {
 }
 """Of the table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC."""
 
+REPORT_PAGE: Final = "report.html"
+"""A report on the results of a folder, in it; its figures are beside it."""
 
+_FIGURES: Final = (".svg", ".png", ".csv")
 _LOCK: Final = ".lock"
 _PATIENCE_S: Final = 30.0
 """A reader, such as the page, may hold the table for a moment."""
@@ -73,26 +79,20 @@ class Folder:
         """
         self.path = path
         self.arrays = path / "arrays"
-        with contextlib.ExitStack() as stack:
-            try:
-                is_new = is_free(path)
-                if not (is_new or force or resume):
-                    raise FolderError(
-                        "is there already and not empty; allowed: another folder, --resume to go"
-                        " on, or --force to begin again"
-                    )
-                if not is_new:
-                    self._refuse_stranger()
-                path.mkdir(parents=True, exist_ok=True)
-                stack.enter_context(_locked(path))
-                if is_new or force:
-                    self._begin(experiment)
-                else:
-                    self._go_on(experiment)
-            except sqlite3.Error as error:
-                raise FolderError(f"holds a results.sqlite that cannot be used: {error}") from error
-            except OSError as error:
-                raise _unwritable(error) from error
+        self._is_report_old = True
+        with contextlib.ExitStack() as stack, _claiming():
+            is_new = _is_new(path, resume, force)
+            path.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(_locked(path))
+            if is_new and not is_free(path):
+                raise FolderError(
+                    "has just been written to by another pounce; allowed: another folder, or"
+                    " --resume to go on"
+                )
+            if is_new or force:
+                self._begin(experiment)
+            else:
+                self._go_on(experiment)
             stack.callback(self._database.close)
             self._stack = stack.pop_all()
 
@@ -109,11 +109,7 @@ class Folder:
 
     def finished(self) -> set[str]:
         """Keys of the runs that are done, and whose arrays are there."""
-        rows = self._database.execute("SELECT key FROM runs WHERE status = ?", (DONE,))
-        with os.scandir(self.arrays) as entries:
-            # After a loss of power a file may be there and empty.
-            there = {entry.name for entry in entries if entry.stat().st_size}
-        return {key for (key,) in rows if f"{key}.npz" in there}
+        return _finished(self._database, self.path)
 
     def disown(self, key: str, error: str) -> None:
         """Note that a run counts as failed, so that it is made again."""
@@ -138,16 +134,16 @@ class Folder:
         return (self.arrays / f"{key}.npz").read_bytes()
 
     def first_error(self) -> str:
-        """Last line of what the first failed run said."""
+        """What the first failed run said, on one line."""
         query = "SELECT variant, seed, error FROM runs WHERE status = ? ORDER BY rowid LIMIT 1"
         row = self._database.execute(query, (FAILED,)).fetchone()
         if row is None:
             return ""
         variant, seed, error = row
-        return f"{variant}, seed {seed}: {error.strip().splitlines()[-1]}"
+        return f"{variant}, seed {seed}: {gist(error)}"
 
     def write(self, row: Mapping[str, Any]) -> None:
-        """Add a run, or replace one that failed.
+        """Add a run, or replace one that failed. A report that did not know it is removed.
 
         Raises:
             FolderError: the row could not be written.
@@ -156,12 +152,16 @@ class Folder:
         places = ", ".join("?" * len(COLUMNS))
         values = [row.get(name) for name in COLUMNS]
         try:
+            # One that is written from now on says of how many runs it is.
+            self._remove_old_report()
             with self._database:
                 self._database.execute(
                     f"INSERT OR REPLACE INTO runs ({names}) VALUES ({places})", values
                 )
         except sqlite3.Error as error:
             raise FolderError(f"cannot be written to: {error}; --resume goes on later") from error
+        except OSError as error:
+            raise _unwritable(error) from error
 
     def save(self, key: str, arrays: bytes) -> None:
         """Put the arrays of a run into place, whole.
@@ -170,57 +170,63 @@ class Folder:
             FolderError: they could not be written.
         """
         try:
-            _write(self.arrays / f"{key}.npz", arrays)
+            write_whole(self.arrays / f"{key}.npz", arrays)
         except OSError as error:
             raise _unwritable(error) from error
 
-    def _refuse_stranger(self) -> None:
-        """--force begins results again; it clears nothing that is not results."""
-        is_begun = (self.path / "experiment.yaml").is_file() and self.arrays.is_dir()
-        if not self.table.is_file() and not is_begun:
-            raise FolderError("holds something else than results; allowed: another folder")
-
     def _begin(self, experiment: Experiment) -> None:
-        self.arrays.mkdir(exist_ok=True)
+        self._remove_old_report()
         for name in ("", "-journal", "-wal", "-shm"):
             self.table.with_name(self.table.name + name).unlink(missing_ok=True)
         self._clear("*.npz", ".*.tmp")
-        _write(self.path / "experiment.yaml", experiment.text)
-        self._database = self._opened()
-        columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
-        with self._database:
-            self._database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
-            self._database.execute(f"CREATE TABLE runs ({columns})")
-        self._note(
-            schema_version=str(SCHEMA_VERSION),
-            name=experiment.name,
-            description=experiment.description,
-            common_starts=json.dumps(experiment.common_starts),
-            source=experiment.source,
-            steps=json.dumps(experiment.steps),
-            stop=json.dumps(None if experiment.stop is None else asdict(experiment.stop)),
-            metrics=json.dumps(experiment.metrics),
-            version=version(),
-            seeds=json.dumps(list(experiment.seeds)),
-        )
+        # First of all: if the disk is full, a new folder is still free afterwards.
+        write_whole(self.path / "experiment.yaml", experiment.text)
+        self.arrays.mkdir(exist_ok=True)
+        self._begin_table(experiment)
 
-    def _go_on(self, experiment: Experiment) -> None:
-        if not self.table.is_file():
-            raise FolderError("holds no results to go on with; allowed: --force to begin again")
+    def _begin_table(self, experiment: Experiment) -> None:
+        """Make the table, at one stroke: whatever comes in between, it is whole or empty."""
+        about = {
+            "schema_version": str(SCHEMA_VERSION),
+            "name": experiment.name,
+            "description": experiment.description,
+            "common_starts": json.dumps(experiment.common_starts),
+            "source": experiment.source,
+            "steps": json.dumps(experiment.steps),
+            "stop": json.dumps(None if experiment.stop is None else asdict(experiment.stop)),
+            "metrics": json.dumps(experiment.metrics),
+            "version": version(),
+            "seeds": json.dumps(list(experiment.seeds)),
+        }
+        columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
         self._database = self._opened()
         try:
-            objection = _objection(self._database, self.path, experiment)
-            if objection:
-                raise FolderError(
-                    f"{objection}; allowed: another folder, or --force to begin again"
-                )
+            with self._database:
+                # Otherwise each table would be there before the next.
+                self._database.execute("BEGIN")
+                self._database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
+                self._database.execute(f"CREATE TABLE runs ({columns})")
+                self._database.executemany("INSERT INTO meta VALUES (?, ?)", list(about.items()))
+        except BaseException:
+            self._database.close()
+            raise
+
+    def _go_on(self, experiment: Experiment) -> None:
+        if _is_unbegun(self.path, experiment):
+            self.arrays.mkdir(exist_ok=True)
+            self._begin_table(experiment)
+            return
+        self._database = self._opened()
+        try:
+            _refuse_to_go_on(self._database, self.path, experiment)
+            self.arrays.mkdir(exist_ok=True)
             self._clear(".*.tmp")
             (before,) = self._database.execute(
                 "SELECT value FROM meta WHERE key = 'seeds'"
             ).fetchone()
             # Of other seeds, what is there stays.
             seeds = dict.fromkeys([*json.loads(before), *experiment.seeds])
-            self._note(seeds=json.dumps([*seeds]))
+            self._note_seeds([*seeds])
         except BaseException:
             self._database.close()
             raise
@@ -228,16 +234,114 @@ class Folder:
     def _opened(self) -> sqlite3.Connection:
         return sqlite3.connect(self.table, timeout=_PATIENCE_S)
 
-    def _note(self, **values: str) -> None:
+    def _note_seeds(self, seeds: Sequence[int]) -> None:
         with self._database:
-            self._database.executemany(
-                "INSERT OR REPLACE INTO meta VALUES (?, ?)", list(values.items())
+            self._database.execute(
+                "UPDATE meta SET value = ? WHERE key = 'seeds'", (json.dumps(list(seeds)),)
             )
+
+    def _remove_old_report(self) -> None:
+        """Remove a report on what was there when the folder was claimed."""
+        if not self._is_report_old:
+            return
+        page = self.path / REPORT_PAGE
+        # The page comes first: where it is, its pictures are.
+        page.unlink(missing_ok=True)
+        figures = figures_of(page)
+        if figures.is_dir():
+            for path in figures.iterdir():
+                if path.suffix in _FIGURES:
+                    path.unlink()
+            remove_folders([figures])
+        self._is_report_old = False
 
     def _clear(self, *patterns: str) -> None:
         for pattern in patterns:
             for path in self.arrays.glob(pattern):
                 path.unlink()
+
+
+def figures_of(page: Path) -> Path:
+    """The folder of the figures of a report."""
+    return page.with_name(f"{page.stem}_figures")
+
+
+@contextlib.contextmanager
+def _claiming() -> Iterator[None]:
+    """Whatever is in the way of using a folder is a `FolderError`."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise FolderError(f"holds a results.sqlite that cannot be used: {error}") from error
+    except OSError as error:
+        raise _unwritable(error) from error
+
+
+def _is_new(path: Path, resume: bool, force: bool) -> bool:
+    """Whether nothing is there; if something is, it must be results that may be used so."""
+    if is_free(path):
+        return True
+    if not (force or resume):
+        raise FolderError(
+            "is there already and not empty; allowed: another folder, --resume to go on, or"
+            " --force to begin again"
+        )
+    # --force begins results again; it clears nothing that is not results.
+    is_begun = (path / "experiment.yaml").is_file() and (path / "arrays").is_dir()
+    if not (path / "results.sqlite").is_file() and not is_begun:
+        raise FolderError("holds something else than results; allowed: another folder")
+    return False
+
+
+def _is_unbegun(path: Path, experiment: Experiment) -> bool:
+    """Whether a folder of this experiment was left before its table said anything.
+
+    Raises:
+        FolderError: it has no table at all.
+    """
+    table = path / "results.sqlite"
+    if not table.is_file():
+        raise FolderError("holds no results to go on with; allowed: --force to begin again")
+    # A journal beside an empty table is that of its first lines, which are to be written again.
+    return table.stat().st_size == 0 and _is_of(path, experiment)
+
+
+def _is_of(path: Path, experiment: Experiment) -> bool:
+    """Whether a folder's record is this very experiment."""
+    file = path / "experiment.yaml"
+    # Its size first, since it may have become anything.
+    return file.stat().st_size == len(experiment.text) and file.read_bytes() == experiment.text
+
+
+def _refuse_to_go_on(database: sqlite3.Connection, path: Path, experiment: Experiment) -> None:
+    objection = _objection(database, path, experiment)
+    if objection:
+        raise FolderError(f"{objection}; allowed: another folder, or --force to begin again")
+
+
+def finished_if_claimed(path: Path, experiment: Experiment, resume: bool, force: bool) -> set[str]:
+    """Keys of the runs that would be there already if a `Folder` were made of this.
+
+    Nothing changes, but for a moment in which it is tried whether the folder can be written to.
+
+    Raises:
+        FolderError: as a `Folder` would raise.
+    """
+    with _claiming():
+        if _is_new(path, resume, force):
+            made = make_folders(path)
+            try:
+                with tempfile.TemporaryFile(dir=path):
+                    pass
+            finally:
+                remove_folders(made)
+            return set()
+        with _locked(path):
+            if force or _is_unbegun(path, experiment):
+                return set()
+            with contextlib.closing(reader(path)) as database:
+                _refuse_to_go_on(database, path, experiment)
+                return _finished(database, path)
 
 
 def goes_on(path: Path, experiment: Experiment) -> bool:
@@ -246,9 +350,12 @@ def goes_on(path: Path, experiment: Experiment) -> bool:
     Raises:
         FolderError: it cannot be looked into.
     """
-    if not (path / "results.sqlite").is_file() or not (path / "experiment.yaml").is_file():
+    table = path / "results.sqlite"
+    if not table.is_file() or not (path / "experiment.yaml").is_file():
         return False
     try:
+        if not table.stat().st_size:
+            return _is_of(path, experiment)
         with contextlib.closing(reader(path)) as database:
             return not _objection(database, path, experiment)
     except (sqlite3.OperationalError, OSError) as error:
@@ -264,7 +371,7 @@ def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment)
     if found != str(SCHEMA_VERSION):
         written = "without a version" if found is None else f"of version {found}"
         return f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}"
-    if (path / "experiment.yaml").read_bytes() != experiment.text:
+    if not _is_of(path, experiment):
         return "holds the results of another experiment"
     others = database.execute(
         "SELECT DISTINCT version FROM runs WHERE status = ? AND version != ?", (DONE, version())
@@ -282,14 +389,25 @@ def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment)
 
 
 def finished_in(path: Path) -> set[str]:
-    """Keys of the runs that are done in a folder, which may not be there.
+    """Keys of the runs that are done in a folder, and whose arrays are; it may not be there.
 
     Raises:
-        FolderError: its table cannot be read.
+        FolderError: it cannot be read.
     """
-    if not (path / "results.sqlite").is_file():
+    table = path / "results.sqlite"
+    if not table.is_file() or not table.stat().st_size:
         return set()
-    return {key for (key,) in _read(path, f"SELECT key FROM runs WHERE status = '{DONE}'")}
+    with _reading(path) as database:
+        return _finished(database, path)
+
+
+def _finished(database: sqlite3.Connection, path: Path) -> set[str]:
+    rows = database.execute("SELECT key FROM runs WHERE status = ?", (DONE,)).fetchall()
+    there: set[str] = set()
+    with contextlib.suppress(FileNotFoundError), os.scandir(path / "arrays") as entries:
+        # After a loss of power a file may be there and empty.
+        there = {e.name for e in entries if e.name.endswith(".npz") and e.stat().st_size}
+    return {key for (key,) in rows if f"{key}.npz" in there}
 
 
 def table_csv(path: Path) -> str:
@@ -301,16 +419,19 @@ def table_csv(path: Path) -> str:
     out = io.StringIO(newline="")
     writer = csv.writer(out)
     writer.writerow(COLUMNS)
-    writer.writerows(_read(path, f"SELECT {', '.join(COLUMNS)} FROM runs ORDER BY rowid"))
+    with _reading(path) as database:
+        query = f"SELECT {', '.join(COLUMNS)} FROM runs ORDER BY rowid"
+        writer.writerows(database.execute(query))
     return out.getvalue()
 
 
-def _read(path: Path, query: str) -> list[tuple[Any, ...]]:
-    """What a table answers, while somebody else may be writing to it."""
+@contextlib.contextmanager
+def _reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """The results table of a folder; whatever is in the way of reading it is a `FolderError`."""
     try:
         with contextlib.closing(reader(path)) as database:
-            return database.execute(query).fetchall()
-    except sqlite3.Error as error:
+            yield database
+    except (sqlite3.Error, OSError) as error:
         raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
 
 
@@ -328,20 +449,27 @@ def is_free(path: Path) -> bool:
     Raises:
         OSError: it cannot be looked into.
     """
-    return not path.exists() or all(entry.name == _LOCK for entry in path.iterdir())
+    # While it is locked, SQLite keeps a journal beside the lock.
+    ours = {_LOCK, f"{_LOCK}-journal"}
+    return not path.exists() or all(entry.name in ours for entry in path.iterdir())
 
 
 @contextlib.contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """Keep others from writing into a folder; whatever ends this program unlocks it."""
-    # SQLite's locks are there on every system.
-    lock = sqlite3.connect(path / _LOCK, timeout=0, isolation_level=None)
-    with contextlib.closing(lock):
+    with contextlib.ExitStack() as stack:
         try:
+            # SQLite's locks are there on every system.
+            lock = sqlite3.connect(path / _LOCK, timeout=0, isolation_level=None)
+            stack.callback(lock.close)
             lock.execute("BEGIN EXCLUSIVE")
-        except sqlite3.OperationalError as error:
+        except sqlite3.Error as error:
+            if error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY:
+                raise FolderError(
+                    "is being written to by another pounce; allowed: another folder, or later"
+                ) from error
             raise FolderError(
-                "is being written to by another pounce; allowed: another folder, or later"
+                f"cannot be locked: {error}; allowed: a folder that can be written to"
             ) from error
         yield
 
@@ -365,26 +493,6 @@ def version() -> str:
     except importlib.metadata.PackageNotFoundError:
         released = "0"
     return f"{released}+{SOURCE_DIGEST[:8]}"
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Put a file into place, whole."""
-    passing = path.with_name(f".{path.name}.tmp")
-    try:
-        _write_through(passing, data)
-        os.replace(passing, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            passing.unlink(missing_ok=True)
-        raise
-
-
-def _write_through(path: Path, data: bytes) -> None:
-    """Write a file so that it is on the disk before anything says so."""
-    with path.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def _unwritable(error: OSError) -> FolderError:

@@ -21,6 +21,12 @@ LEAST_RUNS = 5
 LEAST_SHARE = 0.5
 """Share of runs that must still go on for their average to be shown."""
 
+PHASE_STEPS = 500_000
+"""Window of the coarse learning curve by which learners are compared."""
+PHASES: Mapping[str, int] = {"0–0.5 M": 0, "0.5–1 M": 1, "1–1.5 M": 2, "1.5–2 M": 3, "3.5–4 M": 7}
+"""Those of its windows that are tabulated, by the steps that they are of: their places in it."""
+
+_BOOTSTRAP_SEED = 20
 _BATCH_NUMBERS = 4_000_000
 """Numbers that are resampled at a time: 32 MB."""
 
@@ -87,6 +93,11 @@ class Reached(NamedTuple):
 # --- The bootstrap -------------------------------------------------------------------------------
 
 
+def bootstrap_rng() -> np.random.Generator:
+    """A generator for one interval, so that no interval depends on which came before it."""
+    return np.random.default_rng(_BOOTSTRAP_SEED)
+
+
 def expanded_level(n: int) -> float:
     """Level of the percentile interval that covers ``CONFIDENCE`` with ``n`` runs."""
     from scipy import stats
@@ -146,6 +157,11 @@ def _estimate(
 def mean(values: Sequence[float], rng: np.random.Generator, resamples: int = RESAMPLES) -> Estimate:
     """Mean over runs; those without a value (NaN) are left out, and ``n`` says so."""
     return _estimate(values, np.mean, rng, resamples)
+
+
+def average(values: np.ndarray) -> float:
+    """Mean of numbers of one run; NaN where there are none."""
+    return float(values.mean()) if values.size else math.nan
 
 
 def interquartile_mean(values: Sequence[float], rng: np.random.Generator) -> Estimate:

@@ -1,12 +1,14 @@
 """The folder of results: what an accident leaves behind, and who may write to it."""
 
 import contextlib
+import errno
 import json
 import os
 import shutil
 import sqlite3
 import subprocess
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ import pytest
 from app import cli, readout, results
 from app.experiments import Experiment, parse
 from app.laboratory import Switch, Threads, run_experiment
+from app.report import write_report
 from app.results import Folder, FolderError, finished_in, goes_on
 from app.workbench import folder_for
 
@@ -89,6 +92,38 @@ def test_a_folder_has_one_writer(tmp_path: Path) -> None:
     carried_out(path, resume=True)
 
 
+@pytest.mark.parametrize("force", [False, True])
+def test_what_another_writer_has_just_written_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, force: bool
+) -> None:
+    locked = results._locked
+
+    def late(path: Path) -> AbstractContextManager[None]:
+        """Somebody else begins and ends after the folder was looked into."""
+        monkeypatch.setattr(results, "_locked", locked)
+        carried_out(path)
+        return locked(path)
+
+    monkeypatch.setattr(results, "_locked", late)
+    with pytest.raises(FolderError, match="just been written to by another pounce"):
+        Folder(tmp_path / "a", small(), False, force)
+    assert len(finished_in(tmp_path / "a")) == 2
+
+
+@pytest.mark.parametrize("damage", ["a folder", "no lock"])
+def test_a_lock_that_cannot_be_used_is_named(tmp_path: Path, damage: str) -> None:
+    carried_out(tmp_path)
+    lock = tmp_path / ".lock"
+    lock.unlink(missing_ok=True)
+    if damage == "a folder":
+        lock.mkdir()
+    else:
+        lock.write_bytes(b"something else" * 100)
+    with pytest.raises(FolderError, match="cannot be locked"):
+        Folder(tmp_path, small(), True, False)
+    assert len(finished_in(tmp_path)) == 2
+
+
 def test_a_writer_that_was_killed_keeps_nobody_out(tmp_path: Path) -> None:
     path = tmp_path / "a"
     carried_out(path)
@@ -122,10 +157,31 @@ def test_a_run_without_its_arrays_is_made_again(
         first.unlink()
     else:
         first.write_bytes(b"")
+    assert len(finished_in(tmp_path)) == 1
     counted.clear()
     carried_out(tmp_path, resume=True)
     assert counted == [first.stem]
     assert first.read_bytes() == sound
+
+
+def test_without_the_folder_of_arrays_all_runs_are_made_again(
+    tmp_path: Path, counted: list[str]
+) -> None:
+    carried_out(tmp_path)
+    shutil.rmtree(tmp_path / "arrays")
+    assert finished_in(tmp_path) == set()
+    counted.clear()
+    carried_out(tmp_path, resume=True)
+    assert len(counted) == len(finished_in(tmp_path)) == 2
+
+
+def test_a_record_that_has_become_large_is_not_read(tmp_path: Path) -> None:
+    carried_out(tmp_path)
+    with (tmp_path / "experiment.yaml").open("r+b") as file:
+        file.truncate(1 << 40)
+    assert not goes_on(tmp_path, small())
+    with pytest.raises(FolderError, match="results of another experiment"):
+        Folder(tmp_path, small(), True, False)
 
 
 def test_seeds_that_are_there_stay_in_the_record(tmp_path: Path) -> None:
@@ -174,3 +230,182 @@ def test_what_ended_stays_ended() -> None:
     switch.pause()
     assert not switch.paused
     assert not switch.wanted()
+
+
+# --- Beginning and going on ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("resume", [True, False])
+def test_a_folder_that_was_left_before_its_table_said_anything_is_begun(
+    tmp_path: Path, resume: bool
+) -> None:
+    path = tmp_path / "small"
+    (path / "arrays").mkdir(parents=True)
+    (path / "experiment.yaml").write_text(TEXT)
+    (path / "results.sqlite").touch()
+    assert finished_in(path) == set()
+    assert goes_on(path, small())
+    assert folder_for(tmp_path, small()) == path
+    carried_out(path, resume=resume, force=not resume)
+    assert len(finished_in(path)) == 2
+
+
+def test_an_empty_table_of_another_experiment_is_not_gone_on_with(tmp_path: Path) -> None:
+    (tmp_path / "experiment.yaml").write_text(f"{TEXT}# another\n")
+    (tmp_path / "results.sqlite").touch()
+    assert not goes_on(tmp_path, small())
+    with pytest.raises(FolderError):
+        carried_out(tmp_path, resume=True)
+
+
+def test_a_table_is_begun_wholly_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(results, "COLUMNS", {"key": "TEXT ("})
+    with pytest.raises(FolderError):
+        carried_out(tmp_path)
+    monkeypatch.undo()
+    carried_out(tmp_path, resume=True)
+    assert len(finished_in(tmp_path)) == 2
+
+
+def test_where_the_disk_is_full_at_once_the_folder_stays_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, data: bytes) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(results, "write_whole", full)
+    with pytest.raises(FolderError, match="No space left"):
+        carried_out(tmp_path / "a")
+    monkeypatch.undo()
+    carried_out(tmp_path / "a")
+    assert len(finished_in(tmp_path / "a")) == 2
+
+
+def with_a_report(path: Path) -> Path:
+    write_report([path], None, False)
+    page = path / "report.html"
+    assert page.is_file()
+    assert list((path / "report_figures").iterdir())
+    return page
+
+
+def test_beginning_again_takes_the_report_away(tmp_path: Path) -> None:
+    carried_out(tmp_path)
+    page = with_a_report(tmp_path)
+    with Folder(tmp_path, small(), False, True):
+        assert not page.exists()
+        assert not (tmp_path / "report_figures").exists()
+
+
+def test_a_report_on_fewer_runs_goes_when_there_are_more(tmp_path: Path) -> None:
+    carried_out(tmp_path)
+    page = with_a_report(tmp_path)
+    mine = tmp_path / "report_figures" / "notes.txt"
+    mine.write_text("mine")
+    carried_out(tmp_path, resume=True)
+    assert page.exists()
+    carried_out(tmp_path, 3, resume=True)
+    assert not page.exists()
+    assert [*mine.parent.iterdir()] == [mine]
+
+
+def test_a_report_that_is_written_while_runs_are_made_stays(tmp_path: Path) -> None:
+    pages: list[Path] = []
+
+    def report_once(_: Any, row: dict[str, Any], __: bytes) -> None:
+        if not pages:
+            pages.append(with_a_report(tmp_path))
+
+    with Folder(tmp_path, small(4), False, False) as folder:
+        run_experiment(small(4), folder, Threads(1), on_row=report_once)
+    assert pages[0].exists()
+
+
+# --- A plan refuses what the experiment would refuse ---------------------------------------------
+
+
+def as_it_is(folder: Path) -> dict[str, bytes | None]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+@pytest.mark.parametrize(
+    ("out", "words"),
+    [
+        ("done", []),
+        ("foreign", []),
+        ("foreign", ["--resume"]),
+        ("foreign", ["--force"]),
+        ("another", ["--resume"]),
+        ("no table", ["--resume"]),
+        ("damaged", ["--resume"]),
+        ("a file", []),
+        ("a file/below", []),
+        ("x" * 300, []),
+    ],
+)
+def test_a_dry_run_refuses_what_would_be_refused(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    out: str,
+    words: list[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.yaml").write_text(TEXT)
+    Path("a file").write_text("mine")
+    Path("foreign").mkdir()
+    Path("foreign", "thesis.txt").write_text("mine")
+    for name in ("done", "no table", "damaged"):
+        carried_out(Path(name))
+    Path("no table", "results.sqlite").unlink()
+    Path("damaged", "results.sqlite").write_text("no table, but a longer text" * 100)
+    with Folder(Path("another"), parse(f"{TEXT}# another", "small.yaml"), False, False):
+        pass
+    before = as_it_is(tmp_path)
+    command = ["experiment", "small.yaml", "--seeds", "2", "--out", out, *words]
+    assert cli.main([*command, "--dry-run"]) == 2
+    planned = capsys.readouterr()
+    assert as_it_is(tmp_path) == before
+    assert cli.main(command) == 2
+    assert capsys.readouterr() == planned
+    assert planned.out == ""
+
+
+def test_a_dry_run_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.yaml").write_text(TEXT)
+    Path("there").mkdir()
+    carried_out(Path("done"))
+    page = with_a_report(Path("done"))
+    before = as_it_is(tmp_path)
+    for words in (["new/deep"], ["there"], ["done", "--resume"], ["done", "--force"]):
+        assert cli.main(["experiment", "small.yaml", "--dry-run", "--out", *words]) == 0
+    assert as_it_is(tmp_path) == before
+    assert page.exists()
+
+
+def test_a_dry_run_knows_of_another_pounce_at_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "small.yaml").write_text(TEXT)
+    command = ["experiment", str(tmp_path / "small.yaml"), "--dry-run", "--resume"]
+    with Folder(tmp_path / "a", small(), False, False):
+        assert cli.main([*command, "--out", str(tmp_path / "a")]) == 2
+    assert "is being written to by another pounce" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_wrong_file_is_said_on_standard_error_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "small.yaml").write_text("presets: [nothing]\n")
+    assert cli.main(["experiment", str(tmp_path / "small.yaml"), "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "small.yaml:1" in err
