@@ -7,13 +7,14 @@ thesis, so that a copy in black and white still tells who is who.
 """
 
 import csv
+import functools
+import html
 import io
 import math
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
-from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -28,9 +29,11 @@ if TYPE_CHECKING:
 _INK = "#222222"
 _GREY = "#666666"
 _PNG_DPI = 160
-_SMALL_PRINT_SIZE = 6.5
-_CHARACTERS_PER_INCH = 20
-"""Of the small print."""
+_LEAST_SMALL_PRINT, _MOST_SMALL_PRINT = 7.5, 10.0
+_SMALL_PRINT_PER_INCH = 0.95
+"""Points of the small print by the width of the figure, as a wide one shrinks on paper."""
+_CHARACTERS_PER_INCH = 130
+"""Of print of one point."""
 _LEGEND_CHARACTERS = 46
 _AXIS_CHARACTERS = 40
 _AXIS_LINES = 2
@@ -53,8 +56,15 @@ _FAINT = 0.5
 _MOST_UNEVEN = 10
 """Times that one gap between swept values may be as wide as another on their own scale."""
 _MOST_LABELLED_CELLS = 400
-_OTHERS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#222222", "#B8A800")
+_NO_PICTURE = "\N{WHITE SQUARE}"
+"""Stands for a character that the font lacks."""
+SKY_BLUE = "#56B4E9"
+_OTHERS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", SKY_BLUE, "#222222", "#B8A800")
+MOST_STYLES = len(_OTHERS)
+"""Lines after which colours come again."""
 _DASHES: Sequence[tuple[float, ...]] = ((), (6, 2), (1.5, 1.5), (7, 2, 1.5, 2), (3, 1.5))
+_DIFFERENCES = ("#0D2A5B", "#4A70A8", "#B4B4B4", "#F2D18E", "#FFF6DC")
+"""From below zero to above it: blue to orange, and from dark to light."""
 _VALUE_SCALE = Ruler(0, 200, "root")
 """Equivalent distances; hardly a state is farther."""
 _VALUE_TICKS = (0, 10, 25, 50, 100, 150, 200)
@@ -63,10 +73,11 @@ _PARTS_OF_SECTOR = 6
 _TITLE_ROOM = 0.34
 """Height above a map, in its radii."""
 _LEGEND_PIXELS = 256
-_UNITS: Mapping[Axis, tuple[float, str]] = {
+AXIS_UNITS: Mapping[Axis, tuple[float, str]] = {
     "steps": (1e-6, "simulation steps (millions)"),
     "trials": (1e-3, "trials (thousands)"),
 }
+"""What steps or trials are multiplied by to be drawn, and what an axis of them is called."""
 
 
 class Style(NamedTuple):
@@ -193,7 +204,7 @@ def draw_curves(name: str, panels: Sequence[Panel], axis: Axis, small_print: str
 
 
 def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
-    scale, label = _UNITS[axis]
+    scale, label = AXIS_UNITS[axis]
     for line in panel.lines:
         band, style = line.band, line.style
         if not band.mean.size:
@@ -209,7 +220,9 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
     axes.set_xlim(left=0)
     axes.margins(x=0.02)
     axes.set_xlabel(label)
-    axes.set_title(panel.title, fontsize=9.5, pad=22 if any(p.marks for p in panel.lines) else 6)
+    axes.set_title(
+        _plain(panel.title), fontsize=9.5, pad=22 if any(p.marks for p in panel.lines) else 6
+    )
     for mark in _distinct(mark for line in panel.lines for mark in line.marks):
         at = mark.at * scale
         axes.axvline(at, color=_GREY, linewidth=0.9, dashes=(5, 4), zorder=1)
@@ -230,7 +243,7 @@ def _name_marks(axes: "Axes", panel: Panel, scale: float) -> None:
         level = level + 1 if following - at < room else 0
         following = at
         axes.annotate(
-            mark.label,
+            _plain(mark.label),
             (at, 1),
             (0, 2 + 9 * level),
             xycoords=axes.get_xaxis_transform(),
@@ -332,7 +345,7 @@ def draw_plane(
     """
     norm, colours = _scale_of([cell.value for cell in cells.values()])
     faces = {
-        place: _Face(colours(norm(cell.value)), f"{cell.value:.3g}", framed=place == framed)
+        place: _Face(colours(norm(cell.value)), _number(cell.value, ".3g"), framed=place == framed)
         for place, cell in cells.items()
         if math.isfinite(cell.value)
     }
@@ -349,8 +362,8 @@ def draw_differences(
 ) -> Drawing:
     """The plane of two settings once more: how far each cell lies from one of them.
 
-    The scale of colours has its middle at no difference. A number is bold where its interval
-    excludes 0, and has a sign, which colours lack in a copy in black and white.
+    The scale of colours has its middle at no difference, and grows lighter all the way, so that a
+    copy in black and white keeps the sign. A number is bold where its interval excludes 0.
 
     Args:
         name: of the drawing.
@@ -367,7 +380,7 @@ def draw_differences(
         if math.isfinite(cell.value)
     }
     faces[reference] = _Face(colours(norm(0.0)), "0", framed=True)
-    return _plane(name, axles, cells, faces, (norm, colours), what, small)
+    return _plane(name, axles, cells, faces, (norm, colours), what, small, has_zero=True)
 
 
 class _Face(NamedTuple):
@@ -387,6 +400,7 @@ def _plane(
     scale: tuple[Any, Any],
     what: str,
     small: str,
+    has_zero: bool = False,
 ) -> Drawing:
     from matplotlib.cm import ScalarMappable
 
@@ -407,7 +421,9 @@ def _plane(
     axes.set_xlabel(_wrapped(across.label, most_lines=_AXIS_LINES))
     axes.set_ylabel(_axis_title(up.label))
     axes.set_facecolor("#EEEEEE")
-    figure.colorbar(ScalarMappable(*scale), ax=axes, label=_axis_title(what))
+    bar = figure.colorbar(ScalarMappable(*scale), ax=axes, label=_axis_title(what))
+    if has_zero:
+        bar.ax.axhline(0, color=_INK, linewidth=1.5)
     titles = {
         f"cell-{i}-{j}": f"{across.label} = {shown_across[i]}, "
         f"{up.label} = {shown_up[j]}: {shown_estimate(cell)}, n = {cell.n}"
@@ -428,11 +444,11 @@ def _scale_of(values: Sequence[float]) -> tuple[Any, Any]:
 
 
 def _scale_around_zero(values: Sequence[float]) -> tuple[Any, Any]:
-    from matplotlib import colormaps
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
 
+    colours = LinearSegmentedColormap.from_list("differences", _DIFFERENCES)
     farthest = max((abs(value) for value in values if math.isfinite(value)), default=0) or 1.0
-    return Normalize(-farthest, farthest), colormaps["RdBu"]
+    return Normalize(-farthest, farthest), colours
 
 
 def excludes_zero(estimate: Estimate) -> bool:
@@ -828,12 +844,13 @@ def _figure(width: float, height: float, small_print: str, least_width: float = 
     from matplotlib.figure import Figure
 
     width = max(width, least_width)
+    size = min(max(_SMALL_PRINT_PER_INCH * width, _LEAST_SMALL_PRINT), _MOST_SMALL_PRINT)
     lines = [
         line
         for paragraph in small_print.splitlines()
-        for line in textwrap.wrap(paragraph, int(width * _CHARACTERS_PER_INCH))
+        for line in textwrap.wrap(paragraph, int(width * _CHARACTERS_PER_INCH / size))
     ]
-    foot = (len(lines) * _SMALL_PRINT_SIZE * 1.35 + 5) / 72
+    foot = (len(lines) * size * 1.35 + 5) / 72
     figure = Figure((width, height + foot), facecolor="white")
     share = foot / (height + foot)
     figure.set_layout_engine("constrained", rect=(0, share, 1, 1 - share))
@@ -841,7 +858,7 @@ def _figure(width: float, height: float, small_print: str, least_width: float = 
         0.012,
         share * 0.94,
         _plain("\n".join(lines)),
-        fontsize=_SMALL_PRINT_SIZE,
+        fontsize=size,
         color=_GREY,
         va="top",
         linespacing=1.3,
@@ -861,12 +878,23 @@ def _axis_title(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """A text that matplotlib does not take for mathematics, and that has a picture."""
-    return _written(text).replace("$", r"\$")
+    """A text that matplotlib does not take for mathematics, and whose characters have pictures."""
+    known = _pictured()
+    shown = "".join(c if ord(c) in known or c == "\n" else _NO_PICTURE for c in written(text))
+    return shown.replace("$", r"\$")
 
 
-def _written(text: str) -> str:
-    """A text without characters that no document may have."""
+@functools.cache
+def _pictured() -> frozenset[int]:
+    """Characters of the font that comes with matplotlib: a picture is the same on all machines."""
+    from matplotlib import font_manager
+
+    font = font_manager.findfont("DejaVu Sans", fallback_to_default=False)
+    return frozenset(font_manager.get_font(font).get_charmap())
+
+
+def written(text: str) -> str:
+    """A text without control characters and halves of characters, which no document may have."""
     return re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
 
 
@@ -895,8 +923,8 @@ def _as_element(name: str, document: str, titles: Mapping[str, str]) -> str:
         return f"{match[1]}{own.get(match[2], match[2])}{match[3]}"
 
     def titled(match: re.Match[str]) -> str:
-        title = titles.get(match[1])
-        return match[0] + (f"<title>{escape(_written(title))}</title>" if title else "")
+        title = html.escape(written(titles.get(match[1], "")), quote=False)
+        return match[0] + (f"<title>{title}</title>" if title else "")
 
     element = re.sub(r'<g id="([^"]+)">', titled, element)
     return re.sub(r'(\bid="|href="#|url\(#)([^")]+)("|\))', renamed, element)

@@ -1,11 +1,10 @@
 """A page in the making: texts that are escaped once, and pictures that stand in the page."""
 
 import html
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from app.figures import Drawing
+from app.figures import Drawing, written
 
 _STYLE = """
 :root { color-scheme: light; }
@@ -24,8 +23,18 @@ thead th { border-bottom: 1px solid #555; } th { font-weight: 600; }
 tbody th { font-weight: 400; min-width: 11rem; } td { white-space: nowrap; }
 .holds { color: #00603f; font-weight: 600; } .fails { color: #9c2b00; font-weight: 600; }
 .undecided { color: #555; font-style: italic; } .minor { color: #666; }
+.warning { color: #9c2b00; font-weight: 600; }
 code { font-size: .9em; overflow-wrap: anywhere; } summary { cursor: pointer; margin: .6rem 0; }
-@media print { body { margin: 0; max-width: none; } section { break-inside: auto; } }
+@page { size: A4 portrait; margin: 14mm 12mm; }
+@media print {
+  body { margin: 0; padding: 0; max-width: none; font-size: 10pt; } p { max-width: none; }
+  .scroll { overflow: visible; } table { font-size: 8pt; line-height: 1.35; }
+  th, td, tbody th { white-space: normal; min-width: 0; padding-right: .4rem; }
+  th:first-child { overflow-wrap: anywhere; min-width: 5rem; }
+  tr, figure { break-inside: avoid; } h2, h3, summary { break-after: avoid; }
+  details::details-content { content-visibility: visible; block-size: auto; }
+  summary { list-style: none; font-weight: 600; }
+}
 """
 
 
@@ -37,9 +46,7 @@ def escaped(text: object) -> Markup:
     """A text as it may stand in a page; what is markup already stays as it is."""
     if isinstance(text, Markup):
         return text
-    # Control characters and halves of characters have no place in a page, however written.
-    plain = re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", str(text))
-    return Markup(html.escape(plain))
+    return Markup(html.escape(written(str(text))))
 
 
 def element(tag: str, content: object, **attributes: str) -> Markup:
@@ -89,14 +96,18 @@ class Page:
     """Name of the folder of pictures, as the page calls it."""
     sections: list[Markup] = field(default_factory=list)
     drawings: dict[str, Drawing] = field(default_factory=dict)
+    warnings: Sequence[str] = ()
+    """What whoever sees any picture has to know."""
+    tell: Callable[[str], object] = lambda _: None
+    """Told what is being done."""
 
     def say(self, title: str, *parts: object) -> None:
         """Add a section."""
         self.sections.append(element("section", joined([element("h2", title), *parts])))
 
     def small_print(self, *notes: str) -> str:
-        """Notes of a picture, and the commands that made it."""
-        return "\n".join([*notes, f"Made by: {' && '.join(self.commands)}"])
+        """Notes of a picture, what one has to know, and the commands that made it."""
+        return "\n".join([*notes, *self.warnings, f"Made by: {' && '.join(self.commands)}"])
 
     def picture(self, name: str, caption: str, drawing: Drawing) -> Markup:
         """Keep a picture, and return it as it stands in the page."""

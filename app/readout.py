@@ -7,26 +7,31 @@ import shlex
 import sqlite3
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from app import experiments, presets, results, statistics
-from app.figures import shown_value
-from app.metrics import METRICS, MILESTONES, NAMES
+from app import experiments, results, statistics
+from app.experiments import Stop
+from app.metrics import METRICS, MILESTONES
 from app.replicate import log_in
 from app.statistics import Axis
 from app.sweep import BETWEEN, short_names
 from learners import measures
+from learners.spec import MAX_TRIALS
 from sim.spec import WorldSpec
+from sim.world import CAPTURE
 
 AXES: tuple[Axis, ...] = ("steps", "trials")
 """What learning curves are drawn against."""
 
 _WIDEST_TRIALS = 1_000
+_LARGEST_LOG = 16 * MAX_TRIALS
+"""Bytes of the arrays of a run; five of a trial, and little beside that."""
 _COLUMNS = (
     "key",
     "variant",
@@ -38,11 +43,12 @@ _COLUMNS = (
     "error",
     "version",
     "digest",
-    "trials",
-    "steps",
     *(metric.column for metric in METRICS),
     *MILESTONES,
 )
+
+
+_T = TypeVar("_T")
 
 
 class ResultsError(Exception):
@@ -65,21 +71,34 @@ class RunRow:
     settings: Mapping[str, Any]
     limited: bool
     """Whether a stop condition or a number of steps may have ended it before its trials did."""
+    stop: Stop | None
+    """What ended it as soon as it was so good, if it ever was."""
     seed: int
     error: str
     """Why it failed; empty if it did not."""
     version: str
     digest: str
-    trials: int
-    steps: int
     scalars: Mapping[str, float]
+    """Numbers of :mod:`app.metrics` by column; NaN where there is none."""
     milestones: Mapping[str, float | None]
+    """Those that were measured; None for never."""
+
+    @property
+    def trials(self) -> int:
+        """Trials that it finished."""
+        return _whole(self.scalars["trials"])
+
+    @property
+    def steps(self) -> int:
+        """Steps that it took."""
+        return _whole(self.scalars["steps"])
 
     @property
     def identity(self) -> str:
         """What a run is a function of, as a text."""
         settings = {key: self.settings[key] for key in self.settings if key != "description"}
-        return json.dumps([self.preset, settings, self.limited, self.seed], sort_keys=True)
+        about = [self.preset, settings, self.limited, self.stop and asdict(self.stop), self.seed]
+        return json.dumps(about, sort_keys=True)
 
 
 @dataclass(frozen=True)
@@ -90,10 +109,12 @@ class Folder:
     rows: Sequence[RunRow]
     command: str
     """That made the results."""
-    metrics: Sequence[str] = NAMES
+    metrics: Sequence[str]
     """Columns that were measured, first the one that is charted if it is a mean."""
-    description: str = ""
+    description: str
     """What the experiment is about, in its own words."""
+    planned: int
+    """Runs that the experiment makes in all, those that fail included."""
 
 
 @dataclass
@@ -113,6 +134,11 @@ class Group:
         """A scalar of each run, in the order of the runs."""
         return [run.scalars[column] for run in self.runs]
 
+    def milestones(self, column: str) -> dict[int, float | None]:
+        """Steps until something was reached, of each run of which it was measured."""
+        runs = (run for run in self.runs if column in run.milestones)
+        return {run.seed: run.milestones[column] for run in runs}
+
 
 def read_folder(path: Path) -> Folder:
     """Read the table of results in a folder.
@@ -128,26 +154,35 @@ def read_folder(path: Path) -> Folder:
     try:
         with contextlib.closing(results.reader(path)) as db:
             db.row_factory = sqlite3.Row
-            meta = _meta_of(db, shown)
+            _refuse_version(db, shown)
+            meta = {row["key"]: row["value"] for row in db.execute("SELECT key, value FROM meta")}
             found = db.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY rowid").fetchall()
-        limited = _is_limited(meta)
-        rows = _in_order(path, [_row(path, row, limited) for row in found])
-        metrics, command = _metrics_of(meta), _command_of(path, meta)
-        description = str(meta.get("description") or "")
-    except (sqlite3.Error, ValueError, TypeError) as error:
+        about = _about(path, meta)
+        # The runs of a variant share their settings, which are most of what a row holds.
+        mapping = cache(_mapping)
+        rows = [_row(about, row, mapping) for row in found]
+        labels = _labels_in(path)
+        n_variants = len(labels or {row.variant for row in rows})
+        command, description = _command_of(path, meta), str(meta["description"])
+        planned = n_variants * len(json.loads(meta["seeds"]))
+    except (sqlite3.Error, ValueError, TypeError, KeyError) as error:
         raise ResultsError(f"{shown} holds a damaged results.sqlite: {error}") from error
-    return Folder(path, rows, command, metrics, description)
+    return Folder(path, _in_order(labels, rows), command, about.metrics, description, planned)
 
 
-def _in_order(path: Path, rows: Iterable[RunRow]) -> list[RunRow]:
+def _labels_in(path: Path) -> Collection[str]:
+    """Labels of the variants of the experiment of a folder; empty if it can no longer be read."""
+    with contextlib.suppress(experiments.ExperimentError):
+        experiment = experiments.load(str(path / "experiment.yaml"))
+        return [variant.label for variant in experiment.variants]
+    return ()
+
+
+def _in_order(labels: Iterable[str], rows: Iterable[RunRow]) -> list[RunRow]:
     """Runs by variant and seed; in the table they stand in the order in which they ended.
 
-    Variants are in the order of the experiment, if it can still be read, else by name.
+    Variants are in the order of the labels, the others by name.
     """
-    labels: list[str] = []
-    with contextlib.suppress(OSError, presets.PresetError):
-        text = (path / "experiment.yaml").read_bytes()
-        labels = [variant.label for variant in experiments.parse(text, "", path).variants]
     places = {label: place for place, label in enumerate(labels)}
 
     def place(run: RunRow) -> tuple[int, int, str, str, int]:
@@ -157,69 +192,72 @@ def _in_order(path: Path, rows: Iterable[RunRow]) -> list[RunRow]:
     return sorted(rows, key=place)
 
 
-def _meta_of(db: sqlite3.Connection, shown: str) -> dict[str, Any]:
-    """Names and values of the meta table, whether it has them as rows or as columns."""
-    found = db.execute("SELECT * FROM meta").fetchall()
-    if found and set(found[0].keys()) == {"key", "value"}:
-        meta = {row["key"]: row["value"] for row in found}
-    else:
-        meta = dict(found[0]) if found else {}
-    version = meta.get("schema_version")
-    if str(version) != str(results.SCHEMA_VERSION):
+def _refuse_version(db: sqlite3.Connection, shown: str) -> None:
+    version = results.schema_version(db)
+    if version != str(results.SCHEMA_VERSION):
         raise ResultsError(
             f"{shown} holds results of version {version}, and this program reads version"
             f" {results.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
         )
-    return meta
 
 
 def _metrics_of(meta: Mapping[str, Any]) -> Sequence[str]:
-    """Columns that were asked for; all of them in results that do not say."""
-    found = json.loads(meta.get("metrics") or "[]")
+    """Columns that were asked for."""
+    found = json.loads(meta["metrics"])
     if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
         raise ValueError("metrics are not a list of names")
-    return found or NAMES
+    return found
 
 
-def _is_limited(meta: Mapping[str, Any]) -> bool:
-    """Whether anything but its trials may have ended a run."""
-    return any(json.loads(meta.get(name) or "null") is not None for name in ("stop", "steps"))
+class _About(NamedTuple):
+    """What all runs of a folder have in common."""
+
+    path: Path
+    metrics: Sequence[str]
+    limited: bool
+    stop: Stop | None
+
+
+def _about(path: Path, meta: Mapping[str, Any]) -> _About:
+    stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
+    limited = stop is not None or steps is not None
+    return _About(path, _metrics_of(meta), limited, None if stop is None else Stop(**stop))
 
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
-    """What made the results, as far as the table says."""
-    seeds = json.loads(meta.get("seeds") or "[]")
-    counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) and seeds else []
-    source = str(meta.get("source") or "")
+    """What made the results."""
+    seeds = json.loads(meta["seeds"])
+    counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) else []
+    source = str(meta["source"])
     if not source:
         # An experiment of the page has no file, and a name alone does not say where its file is.
-        name = str(meta.get("name") or "")
+        name = str(meta["name"])
         source = name if name in experiments.shipped() else str(path / "experiment.yaml")
     return shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)])
 
 
-def _row(folder: Path, row: sqlite3.Row, limited: bool) -> RunRow:
+def _row(about: _About, row: sqlite3.Row, mapping: Callable[[str], Mapping[str, Any]]) -> RunRow:
     failed = row["status"] != "done"
+    reached = {name: row[name] for name in MILESTONES if name in about.metrics}
     return RunRow(
-        folder=folder,
+        folder=about.path,
         key=str(row["key"]),
-        variant=str(row["variant"] or ""),
+        variant=str(row["variant"]),
         preset=Path(str(row["preset"])).stem,
-        overrides=_mapping(row["overrides"]),
-        settings=_mapping(row["settings"]),
-        limited=limited,
+        overrides=mapping(row["overrides"]),
+        settings=mapping(row["settings"]),
+        limited=about.limited,
+        stop=about.stop,
         seed=int(row["seed"]),
         error=str(row["error"] or row["status"]) if failed else "",
-        version=str(row["version"] or ""),
+        version=str(row["version"]),
         digest=str(row["digest"] or ""),
-        trials=int(row["trials"] or 0),
-        steps=int(row["steps"] or 0),
         scalars={metric.column: _float(row[metric.column]) for metric in METRICS},
-        milestones={name: None if row[name] is None else float(row[name]) for name in MILESTONES},
+        milestones={name: None if at is None else float(at) for name, at in reached.items()},
     )
 
 
-def _mapping(text: str) -> dict[str, Any]:
+def _mapping(text: str) -> Mapping[str, Any]:
     found = json.loads(text)
     if not isinstance(found, dict):
         raise ValueError("settings are not a mapping")
@@ -230,20 +268,25 @@ def _float(value: Any) -> float:
     return math.nan if value is None else float(value)
 
 
+def _whole(value: float) -> int:
+    return 0 if math.isnan(value) else int(value)
+
+
 def groups_of(rows: Iterable[RunRow]) -> list[Group]:
     """Runs that are over, together with those of the same variant and settings.
 
-    Where some may have ended early, they are no runs of the same as those that may not. Variants
-    of several folders that only share a label are told apart by their folders.
+    Where some may have ended early, they are no runs of the same as those that may not, or that
+    may have by another condition. Variants of several folders that only share a label are told
+    apart by their folders.
     """
     found: dict[str, Group] = {}
     for run in rows:
         if not run.error:
             settings = {**run.settings, "description": ""}
-            parts = [run.variant, run.preset, run.overrides, settings, run.limited]
+            ending = run.limited, run.stop and asdict(run.stop)
+            parts = [run.variant, run.preset, run.overrides, settings, ending]
             key = json.dumps(parts, sort_keys=True)
-            label = run.variant or _label(run.preset, run.overrides)
-            found.setdefault(key, Group(label, run.preset, run.overrides)).runs.append(run)
+            found.setdefault(key, Group(run.variant, run.preset, run.overrides)).runs.append(run)
     groups = list(found.values())
     _tell_apart(groups)
     return groups
@@ -295,10 +338,6 @@ def measured(groups: Iterable[Group], column: str) -> bool:
     return any(math.isfinite(value) for group in groups for value in group.values(column))
 
 
-def _label(preset: str, overrides: Mapping[str, Any]) -> str:
-    return ", ".join([preset, *(f"{key}={shown_value(v)}" for key, v in overrides.items())])
-
-
 # --- The log of a run ----------------------------------------------------------------------------
 
 
@@ -328,12 +367,15 @@ class Pictures(NamedTuple):
 class Log(NamedTuple):
     """What a run's arrays say of its trials."""
 
+    outcome: np.ndarray
+    """(trial,) int8."""
     reward: np.ndarray
     """(trial,) float64."""
     steps: np.ndarray
     """(trial,) int64: that each trial took."""
-    pictures: Pictures | None
-    """None in results that keep none."""
+    joined: Mapping[str, tuple[int, int]]
+    """Trial and step of each skill that joined after the start."""
+    pictures: Pictures
 
 
 Measure = Callable[[RunRow, Log], Mapping[str, float]]
@@ -363,8 +405,7 @@ def widths_of(rows: Iterable[RunRow]) -> Widths:
     )
 
 
-@dataclass(frozen=True)
-class Trace:
+class Trace(NamedTuple):
     """What is kept of a run's log, which is a thousand times as large."""
 
     seed: int
@@ -373,44 +414,62 @@ class Trace:
     quantities: Mapping[str, float]
     introductions: Mapping[str, tuple[int, int]]
     """Trial and step of each skill that joined after the start."""
-    pictures: Pictures | None
-    """None in results that keep none."""
+    met: tuple[int, int] | None
+    """Trial and step at which its stop condition was met and ended it; None if it never was."""
 
 
-def trace_of(run: RunRow, widths: Widths, measure: Measure) -> Trace:
+def read_log(run: RunRow) -> Log:
     """Read the log of a run.
 
     Raises:
         OSError, ValueError, KeyError, zipfile.BadZipFile: it is missing or damaged.
     """
-    with np.load(run.folder / "arrays" / f"{run.key}.npz") as arrays:
+    file = run.folder / "arrays" / f"{run.key}.npz"
+    with zipfile.ZipFile(file) as archive:
+        # As large as it says it is, before memory is taken for it.
+        if sum(part.file_size for part in archive.infolist()) > _LARGEST_LOG:
+            raise ValueError("its arrays are too large")
+    with np.load(file) as arrays:
         outcome, steps, joined = log_in(arrays)
-        pictures = None
-        if "moments" in arrays:
-            pictures = Pictures(arrays["moments"], arrays["value_share"], arrays["value_distance"])
+        pictures = Pictures(arrays["moments"], arrays["value_share"], arrays["value_distance"])
     world = WorldSpec.model_validate(run.settings["world"])
-    if outcome.shape != steps.shape or not outcome.size:
+    # A run of few steps may well have ended in the middle of its first trial.
+    if outcome.shape != steps.shape or (not outcome.size and run.trials):
         raise ValueError("its arrays do not fit together")
-    if pictures is not None:
-        shape = (*pictures.moments.shape, world.n_distances, world.n_directions)
-        if {pictures.share.shape, pictures.distance.shape} != {shape}:
-            raise ValueError("its pictures of the value do not fit its world")
-    reward = measures.rewards(world, outcome)
+    shape = (*pictures.moments.shape, world.n_distances, world.n_directions)
+    if {pictures.share.shape, pictures.distance.shape} != {shape}:
+        raise ValueError("its pictures of the value do not fit its world")
+    return Log(outcome, measures.rewards(world, outcome), steps, joined, pictures)
+
+
+def _trace_of(run: RunRow, log: Log, widths: Widths, measure: Measure) -> Trace:
     curves: dict[Axis, np.ndarray] = {
-        axis: statistics.windowed(reward, steps, widths.of(axis), axis) for axis in AXES
+        axis: statistics.windowed(log.reward, log.steps, widths.of(axis), axis) for axis in AXES
     }
-    quantities = measure(run, Log(reward, steps, pictures))
-    return Trace(run.seed, curves, quantities, joined, pictures)
+    return Trace(run.seed, curves, measure(run, log), log.joined, _met(log, run.stop))
+
+
+def _met(log: Log, stop: Stop | None) -> tuple[int, int] | None:
+    """Where the last look that was taken at a run found it good enough, if it did."""
+    n_trials = log.outcome.size
+    if stop is None or n_trials < stop.trials or n_trials % stop.every:
+        return None
+    captures = int((log.outcome[-stop.trials :] == CAPTURE).sum())
+    if captures < stop.success * stop.trials:
+        return None
+    return n_trials, int(log.steps.sum())
 
 
 @dataclass
 class Reader:
-    """Reads logs, each once, and notes those that cannot be read."""
+    """Reads logs and notes those that cannot be read; what is kept of them is read once."""
 
     widths: Widths
     measure: Measure
     folders: Mapping[Path, str] = field(default_factory=dict)
     """Names of folders, to tell their runs apart; empty where there is but one."""
+    on_read: Callable[[int], object] = lambda _: None
+    """Told how many logs have been read."""
     unreadable: dict[str, str] = field(default_factory=dict)
     """By name of the run: why its log cannot be read."""
     _traces: dict[tuple[Path, str], Trace | None] = field(default_factory=dict)
@@ -420,17 +479,32 @@ class Reader:
         found = (self._trace(run) for run in runs)
         return [trace for trace in found if trace is not None]
 
+    def pictures(self, runs: Iterable[RunRow]) -> list[Pictures]:
+        """Pictures of the value in the logs of runs, without those that cannot be read.
+
+        They are read anew: of all runs together they are too large to be kept.
+        """
+        found = (self._made(run, lambda log: log.pictures) for run in runs)
+        return [pictures for pictures in found if pictures is not None]
+
     def name_of(self, run: RunRow) -> str:
         """What a run is called where it is left out."""
-        name = f"{run.variant or run.preset}, seed {run.seed}"
+        name = f"{run.variant}, seed {run.seed}"
         return f"{self.folders[run.folder]}: {name}" if run.folder in self.folders else name
 
     def _trace(self, run: RunRow) -> Trace | None:
         place = run.folder, run.key
         if place not in self._traces:
-            try:
-                self._traces[place] = trace_of(run, self.widths, self.measure)
-            except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-                self._traces[place] = None
-                self.unreadable[self.name_of(run)] = f"its log cannot be read: {error}"
+            self._traces[place] = self._made(
+                run, lambda log: _trace_of(run, log, self.widths, self.measure)
+            )
+            self.on_read(len(self._traces))
         return self._traces[place]
+
+    def _made(self, run: RunRow, make: Callable[[Log], _T]) -> _T | None:
+        """Something made of the log of a run; None, and a note, where it cannot be read."""
+        try:
+            return make(read_log(run))
+        except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+            self.unreadable[self.name_of(run)] = f"its log cannot be read: {error}"
+            return None

@@ -1,10 +1,8 @@
 """Sections of a report on what was swept: maps, points, and whether it makes a difference."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
-
-import numpy as np
 
 from app import presets, statistics
 from app.figures import (
@@ -22,7 +20,8 @@ from app.figures import (
 from app.markup import Markup, Page, details, element, table
 from app.metrics import AREA, FINAL_REWARD, PERFORMANCE, Metric
 from app.readout import Group, measured
-from app.statistics import Contrast, Estimate
+from app.report_parts import NO_INTERVAL, Shown, bars_note, has_interval
+from app.statistics import Contrast, Estimate, bootstrap_rng
 from app.sweep import (
     Design,
     Place,
@@ -35,9 +34,6 @@ from app.sweep import (
     own_place,
     sweep_of,
 )
-
-Rng = Callable[[], np.random.Generator]
-"""Makes a generator for one interval."""
 
 _WIDE = 0.1
 """A wide margin, as a share of the range of a quantity; the thesis's findings have the same."""
@@ -54,7 +50,7 @@ class _Swept(NamedTuple):
     groups: Mapping[Place, Group]
 
 
-def write_sweeps(page: Page, groups: Sequence[Group], first: Metric, rng: Rng) -> set[str]:
+def write_sweeps(page: Page, groups: Sequence[Group], shown: Shown) -> set[str]:
     """Write sections of what was swept.
 
     More settings than a plane has are shown one by one; their variants remain to be shown.
@@ -62,8 +58,7 @@ def write_sweeps(page: Page, groups: Sequence[Group], first: Metric, rng: Rng) -
     Args:
         page: to write on.
         groups: all variants.
-        first: what is shown first, before the rewards.
-        rng: for the intervals.
+        shown: the numbers that are shown.
 
     Returns:
         The presets of which one setting or two were swept.
@@ -83,16 +78,16 @@ def write_sweeps(page: Page, groups: Sequence[Group], first: Metric, rng: Rng) -
             axle = swept.sweep.axles[0]
             rows.setdefault((axle.key, tuple(axle.values)), {})[preset] = swept
     for number, (preset, swept) in enumerate(planes.items(), 1):
-        _plane_section(page, number, preset, swept, first, rng)
+        _plane_section(page, number, preset, swept, shown)
     for number, of_presets in enumerate(rows.values(), 1):
-        _points_section(page, number, of_presets, first, rng)
+        _points_section(page, number, of_presets, shown)
     designs = {
         preset: design
         for preset, of_preset in by_preset.items()
         if preset not in there and (design := _design(of_preset)) is not None
     }
     for number, (preset, design) in enumerate(designs.items(), 1):
-        _effects_section(page, number, preset, design, by_preset[preset], first, rng)
+        _effects_section(page, number, preset, design, by_preset[preset], shown)
     return set(there)
 
 
@@ -107,36 +102,36 @@ def _design(groups: Sequence[Group]) -> Design | None:
     return design_of([group.overrides for group in groups], groups[0].runs[0].settings)
 
 
-def _metrics(groups: Iterable[Group], first: Metric) -> list[Metric]:
+def _metrics(groups: Iterable[Group], shown: Shown) -> list[Metric]:
     """What is shown of a sweep, of what was measured."""
     groups = list(groups)
-    return [m for m in dict.fromkeys((first, FINAL_REWARD, AREA)) if measured(groups, m.column)]
+    return [metric for metric in shown.swept if measured(groups, metric.column)]
 
 
 # --- Points --------------------------------------------------------------------------------------
 
 
 def _points_section(
-    page: Page, number: int, of_presets: Mapping[str, _Swept], first: Metric, rng: Rng
+    page: Page, number: int, of_presets: Mapping[str, _Swept], shown: Shown
 ) -> None:
     parts = []
     (axle,) = next(iter(of_presets.values())).sweep.axles
     everything = [group for swept in of_presets.values() for group in swept.groups.values()]
-    for metric in _metrics(everything, first):
+    for metric in _metrics(everything, shown):
+        page.tell(f"looking at what was swept: {metric.title}")
         series = [
             Series(
                 preset,
                 [
-                    statistics.mean(swept.groups[index,].values(metric.column), rng())
+                    statistics.mean(swept.groups[index,].values(metric.column), bootstrap_rng())
                     for index in range(len(axle.values))
                 ],
             )
             for preset, swept in of_presets.items()
         ]
         name = f"sweep_{number}_{metric.column}"
-        small = page.small_print(
-            "Mean over n runs (seeds) at each point; bars: 95 % bootstrap interval."
-        )
+        bars = bars_note(estimate for line in series for estimate in line.estimates if estimate)
+        small = page.small_print(f"Mean over n runs (seeds) at each point. {bars}")
         drawing = draw_points(name, axle, series, metric.label, small)
         parts.append(page.picture(name, f"{metric.label} against {axle.label}", drawing))
     page.say(f"Sweep over {axle.label}", *parts)
@@ -151,15 +146,15 @@ def _effects_section(
     preset: str,
     design: Design,
     groups: Sequence[Group],
-    first: Metric,
-    rng: Rng,
+    shown: Shown,
 ) -> None:
     parts: list[Markup] = []
     texts: list[str] = []
-    for metric in _metrics(groups, first):
+    for metric in _metrics(groups, shown):
+        page.tell(f"looking at what was swept: {metric.title}")
         values = [group.by_seed(metric.column) for group in groups]
         found = [
-            [_mean_over([values[k] for k in places], rng) for places in having]
+            [_mean_over([values[k] for k in places]) for places in having]
             for having in design.having
         ]
         effects = [
@@ -184,9 +179,9 @@ def _effects_section(
     page.say(f"Each setting of {preset}", *said, *parts)
 
 
-def _mean_over(values: Sequence[Values], rng: Rng) -> Contrast:
+def _mean_over(values: Sequence[Values]) -> Contrast:
     """Mean over variants of equal weight, by seed where they share seeds."""
-    return statistics.contrast([(1 / len(values), by_seed) for by_seed in values], rng())
+    return statistics.contrast([(1 / len(values), by_seed) for by_seed in values], bootstrap_rng())
 
 
 def _effects_text(design: Design, found: Sequence[Contrast]) -> str:
@@ -201,7 +196,7 @@ def _effects_text(design: Design, found: Sequence[Contrast]) -> str:
     elif any(contrast.estimate.n > 1 for contrast in found):
         notes += [f"Bars: 95 % bootstrap interval over n = {n} runs of each variant."]
     else:
-        notes += ["Single runs give no interval."]
+        notes += [NO_INTERVAL]
     notes += ["What settings do together is not seen here."]
     if not design.is_whole:
         notes += [
@@ -243,13 +238,14 @@ class _Plane(NamedTuple):
         return f"in the plane of {across.label} and {up.label}"
 
 
-def _plane_section(
-    page: Page, number: int, preset: str, swept: _Swept, first: Metric, rng: Rng
-) -> None:
+def _plane_section(page: Page, number: int, preset: str, swept: _Swept, shown: Shown) -> None:
     parts: list[Markup] = []
-    for metric in _metrics(swept.groups.values(), first):
-        plane = _plane(preset, swept, metric, rng)
-        cells = {at: statistics.mean([*v.values()], rng()) for at, v in plane.values.items()}
+    for metric in _metrics(swept.groups.values(), shown):
+        page.tell(f"looking at what was swept: {metric.title}")
+        plane = _plane(preset, swept, metric)
+        cells = {
+            at: statistics.mean([*v.values()], bootstrap_rng()) for at, v in plane.values.items()
+        }
         parts += [
             _map(page, number, plane, cells),
             _difference_map(page, number, plane),
@@ -260,12 +256,12 @@ def _plane_section(
     page.say(f"Sweep of {preset}", *parts)
 
 
-def _plane(preset: str, swept: _Swept, metric: Metric, rng: Rng) -> _Plane:
+def _plane(preset: str, swept: _Swept, metric: Metric) -> _Plane:
     across, up = swept.sweep.axles
     values = {place: group.by_seed(metric.column) for place, group in swept.groups.items()}
     reference = _reference(preset, swept, values)
     settings = swept.groups[reference.place].runs[0].settings
-    found = differences(values, reference.place, rng)
+    found = differences(values, reference.place)
     return _Plane(preset, (across, up), metric, values, reference, found, _span(metric, settings))
 
 
@@ -295,7 +291,7 @@ def _at(axles: Sequence[Axle], place: Place) -> str:
 
 
 def _span(metric: Metric, settings: Mapping[str, Any]) -> float | None:
-    if metric in (FINAL_REWARD, AREA):
+    if metric.column in (FINAL_REWARD.column, AREA.column):
         world = settings["world"]
         return abs(world["capture_reward"] - world["flight_reward"])
     return 1.0 if metric.column in PERFORMANCE else None
@@ -303,10 +299,15 @@ def _span(metric: Metric, settings: Mapping[str, Any]) -> float | None:
 
 def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
     name = f"plane_{number}_{plane.metric.column}"
+    intervals = (
+        "The 95 % bootstrap intervals are in the page and in the CSV."
+        if any(map(has_interval, cells.values()))
+        else NO_INTERVAL
+    )
     small = page.small_print(
-        f"{plane.preset}. Mean over n = {_counts(cells.values())} runs (seeds) in each cell; the"
-        " 95 % bootstrap intervals are in the page and in the CSV. Cells have equal sizes whatever"
-        " the values of the settings. Hatched: not run."
+        f"{plane.preset}. Mean over n = {_counts(cells.values())} runs (seeds) in each cell."
+        f" {intervals} Cells have equal sizes whatever the values of the settings. Hatched: not"
+        " run."
     )
     drawing = draw_plane(name, plane.axles, _flat(cells), plane.metric.label, small)
     return page.picture(name, f"{plane.metric.label} of {plane.preset} {plane.where}", drawing)
@@ -316,7 +317,7 @@ def _difference_map(page: Page, number: int, plane: _Plane) -> Markup:
     name = f"difference_{number}_{plane.metric.column}"
     notes = [
         f"{plane.preset}. Framed: {plane.reference.name}, which all others are set against.",
-        "Bold: the 95 % bootstrap interval of the difference excludes 0.",
+        *([_BOLD] if any(map(has_interval, _estimates(plane))) else []),
         _pairing(plane),
         _chance(plane),
         "All differences share the runs of the framed cell: if those had luck, all others seem too"
@@ -332,6 +333,7 @@ def _difference_map(page: Page, number: int, plane: _Plane) -> Markup:
     return page.picture(name, f"{what}, {plane.preset} {plane.where}", drawing)
 
 
+_BOLD = "Bold: the 95 % bootstrap interval of the difference excludes 0."
 _CURSE = (
     "The highest cell was chosen for having come out highest, which is luck in part, so the others"
     " are not really as far below it as they seem."
@@ -351,7 +353,7 @@ def _chance(plane: _Plane) -> str:
     estimates = [contrast.estimate for contrast in plane.differences.values()]
     fewest = min((estimate.n for estimate in estimates if estimate.n > 1), default=0)
     if not fewest:
-        return "A single run gives no interval."
+        return NO_INTERVAL
     # Below five runs the interval is the range of the differences, and they all lie on one side
     # of 0 once in 2 ** (n - 1) times.
     share = max(1 - statistics.CONFIDENCE, 2.0 ** (1 - fewest))
@@ -365,13 +367,15 @@ def _chance(plane: _Plane) -> str:
 def _tally(plane: _Plane) -> Markup:
     """How many cells differ, and by how much."""
     estimates = _estimates(plane)
+    n_single = sum(not has_interval(estimate) for estimate in estimates)
     told = [estimate.value for estimate in estimates if excludes_zero(estimate)]
     higher = _by_size("higher", [value for value in told if value > 0], plane.span)
     lower = _by_size("lower", [-value for value in told if value < 0], plane.span)
     rows = [
         *reversed(higher),
-        ("cannot be told apart: the interval includes 0", len(estimates) - len(told)),
+        ("cannot be told apart: the interval includes 0", len(estimates) - n_single - len(told)),
         *lower,
+        *([("no interval: single runs", n_single)] if n_single else []),
     ]
     header = (
         f"{plane.metric.title} against {plane.reference.name}",
@@ -414,10 +418,14 @@ def _in_words(plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
         close, estimates = _CLOSE * plane.span, _estimates(plane)
         near = sum(abs(estimate.value) < close for estimate in estimates)
         wholly = sum(-close < estimate.low and estimate.high < close for estimate in estimates)
+        surely = (
+            f", and {wholly} ({_share(wholly, estimates)}) do with their whole interval"
+            if any(map(has_interval, estimates))
+            else ""
+        )
         text.append(
             f"Of the other {len(estimates)} cells, {near} ({_share(near, estimates)}) lie"
-            f" less than {close:.2g} from {plane.reference.name}, and {wholly}"
-            f" ({_share(wholly, estimates)}) do with their whole interval."
+            f" less than {close:.2g} from {plane.reference.name}{surely}."
         )
     # Small print is part of a picture, where it can be neither searched nor read aloud.
     text.append(_chance(plane))

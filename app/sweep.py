@@ -5,7 +5,7 @@ whether it makes a difference.
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 from app import statistics
 from app.figures import Axle, grouped, told_apart
 from app.statistics import Contrast
+from app.words import plain
 
 Overrides = Mapping[str, Any]
 """What an experiment sets in a preset, by dotted key."""
@@ -163,7 +164,7 @@ def _words(bundle: Sequence[str], settings: Mapping[str, Any]) -> str:
         found = [re.fullmatch(pattern, key) for key in bundle]
         skills = [_skill(match[1], settings) for match in found if match is not None]
         if len(skills) == len(bundle) and all(skills):
-            *others, last = [skill.replace("_", " ") for skill in skills]
+            *others, last = map(plain, skills)
             listed = f"{', '.join(others)} and {last}" if others else last
             return (of_several if others else of_one).format(listed)
     return ""
@@ -334,19 +335,16 @@ def highest_unseen(values: Mapping[Place, Values]) -> float:
     return float(table[by_the_others.argmax(axis=0), np.arange(len(seeds))].mean())
 
 
-def differences(
-    values: Mapping[Place, Values], reference: Place, rng: Callable[[], np.random.Generator]
-) -> dict[Place, Contrast]:
+def differences(values: Mapping[Place, Values], reference: Place) -> dict[Place, Contrast]:
     """How much higher each other place is than one of them.
 
     Args:
         values: of each place.
         reference: the one that the others are set against.
-        rng: makes a generator for each interval.
     """
     theirs = values[reference]
     return {
-        place: statistics.contrast([(1.0, mine), (-1.0, theirs)], rng())
+        place: statistics.contrast([(1.0, mine), (-1.0, theirs)], statistics.bootstrap_rng())
         for place, mine in values.items()
         if place != reference
     }

@@ -1,22 +1,25 @@
 """The thesis's experiments: its worlds and learners, what is measured of them, and its findings."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from app import presets, statistics, thesis_spread
 from app.readout import Group, Log, Reader, RunRow
-from app.statistics import Contrast
+from app.statistics import PHASE_STEPS, PHASES, Contrast, average
 from app.thesis_finding import FINAL, WIDE, Finding, Place, Term, ahead, term
 from learners import measures
 
-TABLE_WINDOWS = ("0–0.5 M", "0.5–1 M", "1–1.5 M", "1.5–2 M", "3.5–4 M", FINAL)
+TABLE_WINDOWS = (*PHASES, FINAL)
 """Quantities that are tabulated for every learner in every world."""
 
-_WINDOW_STEPS = 500_000
+_WINDOWS: Mapping[str, tuple[int, int]] = {
+    **{name: (place * PHASE_STEPS, (place + 1) * PHASE_STEPS) for name, place in PHASES.items()},
+    "0–1 M": (0, 1_000_000),
+    "1–2 M": (1_000_000, 2_000_000),
+}
+"""Windows by name, each with the steps before which and with which it ends."""
 
 
 # --- Worlds and learners --------------------------------------------------------------------------
@@ -88,35 +91,19 @@ def placed_of(groups: Iterable[Group]) -> dict[Place, list[RunRow]]:
 
 def quantities_of(run: RunRow, log: Log) -> dict[str, float]:
     """What the findings speak of, by name; what the run did not get to is not there."""
-    reward, steps, pictures = log
-    ends = np.cumsum(steps, dtype=np.int64)
+    reward = log.reward
+    ends = np.cumsum(log.steps, dtype=np.int64)
     found = {
-        name: _mean(reward[(ends > first) & (ends <= last)])
-        for name, (first, last) in _windows().items()
-        if ends[-1] >= last
+        name: average(reward[(ends > first) & (ends <= last)])
+        for name, (first, last) in _WINDOWS.items()
+        if ends.size and ends[-1] >= last
     }
     if reward.size == run.settings["trials"]:
-        found[FINAL] = _mean(reward[-measures.FINAL_TRIALS :])
+        found[FINAL] = average(reward[-measures.FINAL_TRIALS :])
     for name, (first, last) in _phases(run.settings).items():
         if reward.size >= last > first:
-            found[name] = _mean(reward[first:last])
-    if pictures is not None:
-        found |= thesis_spread.quantities_of(run.settings, pictures)
-    return found
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean()) if values.size else math.nan
-
-
-@cache
-def _windows() -> dict[str, tuple[int, int]]:
-    """Windows by name, each with the steps before which and with which it ends."""
-    half = {
-        f"{k / 2:g}–{(k + 1) / 2:g} M": (k * _WINDOW_STEPS, (k + 1) * _WINDOW_STEPS)
-        for k in (0, 1, 2, 3, 7)
-    }
-    return {**half, "0–1 M": (0, 1_000_000), "1–2 M": (1_000_000, 2_000_000)}
+            found[name] = average(reward[first:last])
+    return found | thesis_spread.quantities_of(run.settings, log.pictures)
 
 
 def _phases(settings: Mapping[str, Any]) -> dict[str, tuple[int, int]]:

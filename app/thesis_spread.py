@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.readout import Pictures
+from app.statistics import average
 from app.thesis_finding import SHARE, STEPS, Condition, Finding, Place, Unit, ahead, term
 from learners.measures import FoldedValue
 from sim import geometry
@@ -116,7 +117,7 @@ def quantities_of(settings: Mapping[str, Any], pictures: Pictures) -> dict[str, 
 
 def _reach(region: Region) -> Callable[[FoldedValue], float]:
     """Share of the states of a region with a value above 0."""
-    return lambda value: _mean(region.of(value.share))
+    return lambda value: average(region.of(value.share))
 
 
 def _steps(region: Region) -> Callable[[FoldedValue], float]:
@@ -124,13 +125,9 @@ def _steps(region: Region) -> Callable[[FoldedValue], float]:
 
     def mean(value: FoldedValue) -> float:
         found = region.of(value.distance)
-        return _mean(found[np.isfinite(found)])
+        return average(found[np.isfinite(found)])
 
     return mean
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean()) if values.size else math.nan
 
 
 def _behind(value: FoldedValue) -> float:

@@ -1,15 +1,18 @@
 """Pictures: what is drawn where, in which colour, and with how much room."""
 
+import contextlib
 import csv
 import io
 import itertools
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from app import figures
-from app.statistics import Estimate
+from app.statistics import Band, Estimate
 from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import WorldSpec
@@ -69,9 +72,15 @@ def difference(value: float, arm: float) -> Estimate:
     return Estimate(value, value - arm, value + arm, 5)
 
 
+def of_difference(share: float) -> np.ndarray:
+    """The colour at a share of the scale of differences, (3,) from 0 to 1."""
+    norm, colours = figures._scale_around_zero([1.0])
+    return np.asarray(colours(norm(2 * share - 1))[:3])
+
+
 def test_differences_are_coloured_around_zero_however_lopsided_they_are() -> None:
-    """The lowest is deep red and what is as far above 0 would be deep blue: +1 is nearly white."""
-    from matplotlib import colormaps, image
+    """The lowest is as dark as it gets, and +1 is nearly the grey of 0, however light +20 is."""
+    from matplotlib import image
 
     axles = figures.Axle("x", (1, 2, 3)), figures.Axle("y", (1,))
     cells = {(0, 0): difference(-20.0, 1), (2, 0): difference(1.0, 0.5)}
@@ -79,12 +88,33 @@ def test_differences_are_coloured_around_zero_however_lopsided_they_are() -> Non
     picture = image.imread(io.BytesIO(drawing.png))[:, :, :3]
     # The scale beside the cells has all colours, in the right third of the picture.
     cells_only = picture[:, : picture.shape[1] * 2 // 3].reshape(-1, 3)
-    scale = colormaps["RdBu"]
     for at in (0.0, 0.5, (1 + 1 / 20) / 2):
-        assert (np.abs(cells_only - scale(at)[:3]).max(axis=1) < 0.01).sum() > 1_000
-    assert not (np.abs(cells_only - scale(1.0)[:3]).max(axis=1) < 0.01).any()
+        assert (np.abs(cells_only - of_difference(at)).max(axis=1) < 0.01).sum() > 1_000
+    assert not (np.abs(cells_only - of_difference(1.0)).max(axis=1) < 0.01).any()
     rows = drawing.csv.splitlines()
     assert rows[1:] == ["1,1,-20.0,-21.0,-19.0,5", "3,1,1.0,0.5,1.5,5"]
+
+
+def test_a_copy_in_black_and_white_keeps_the_sign_of_a_difference() -> None:
+    greys = [of_difference(at) @ (0.299, 0.587, 0.114) for at in np.linspace(0, 1, 41)]
+    steps = np.diff(greys)
+    assert (steps > 0).all()
+    assert steps.max() < 3 * steps.min()
+
+
+def test_negative_numbers_have_the_same_minus_in_both_planes() -> None:
+    axles = figures.Axle("x", (1, 2)), figures.Axle("y", (1,))
+    cells = {(0, 0): difference(-0.4, 0.1), (1, 0): difference(0.0, 0.1)}
+    texts = []
+    for draw in (
+        lambda: figures.draw_plane("a", axles, cells, "what", ""),
+        lambda: figures.draw_differences("a", axles, cells, (1, 0), "what", ""),
+    ):
+        with drawn_figures() as found:
+            draw()
+        texts.append([text.get_text() for text in found[0].axes[0].texts])
+    assert "\u22120.4" in texts[0]
+    assert "\u22120.400" in texts[1]
 
 
 def test_an_interval_that_does_not_exist_excludes_nothing() -> None:
@@ -102,8 +132,8 @@ def test_large_whole_values_have_a_comma() -> None:
 # --- Rows and axes -------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+@contextlib.contextmanager
+def drawn_figures() -> Iterator[list[Any]]:
     """Figures as they are drawn, to be looked at after."""
     found: list[Any] = []
     save = figures._saved  # pyright: ignore[reportPrivateUsage]
@@ -113,8 +143,58 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         found.append(figure)
         return drawing
 
-    monkeypatch.setattr(figures, "_saved", kept)
-    return found
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "_saved", kept)
+        yield found
+
+
+@pytest.fixture
+def drawn() -> Iterator[list[Any]]:
+    """Figures as they are drawn, to be looked at after."""
+    with drawn_figures() as found:
+        yield found
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_character_without_a_picture_becomes_a_square_and_stays_in_the_numbers(
+    drawn: list[Any],
+) -> None:
+    label = "漢字 \U0001f98a ε, $x$"
+    some = Estimate(1.0, 0.5, 1.5, 3)
+    band = Band(*(np.array([k]) for k in (0, 10, 1.0, 0.5, 1.5, 3)))
+    line = figures.Line(label, band, figures.style_of(0), 3, [figures.Mark(5, label)])
+    axles = figures.Axle(label, (label, "b")), figures.Axle("y", (1, 2))
+    value = FoldedValue(np.full((18, 24), 50.0), np.ones((18, 24)))
+    drawings = [
+        figures.draw_curves("a", [figures.Panel(label, [line])], "steps", label),
+        figures.draw_dots("b", {label: [figures.Dot(label, some)]}, label),
+        figures.draw_points("c", axles[0], [figures.Series(label, [some, some])], label, label),
+        figures.draw_plane("d", axles, {(0, 0): some}, label, label),
+        figures.draw_effects("e", [figures.Effect(axles[0], [some, some])], label, label),
+        figures.draw_values("f", [figures.ValueMap(label, value, 3)], EDGES, 27, label),
+    ]
+    assert all("漢字" in drawing.csv for drawing in drawings)
+    for figure in drawn:
+        texts = [text.get_text() for text in figure.findobj(Text)]
+        assert not any("漢" in text for text in texts)
+        assert any("\u25a1\u25a1 \u25a1 ε, \\$x\\$" in text for text in texts)
+
+
+@pytest.mark.parametrize("n_panels", [1, 3])
+def test_the_small_print_can_be_read_on_paper(n_panels: int, drawn: list[Any]) -> None:
+    band = Band(*(np.array([k]) for k in (0, 10, 1.0, 0.5, 1.5, 3)))
+    line = figures.Line("a", band, figures.style_of(0), 3)
+    words = "What is shaded is an interval. " * 20
+    panels = [figures.Panel(str(k), [line]) for k in range(n_panels)]
+    figures.draw_curves("a", panels, "steps", words)
+    (figure,) = drawn
+    (small,) = figure.texts
+    assert " ".join(small.get_text().split()) == words.strip()
+    on_paper = min(7.3 / figure.get_figwidth(), 1)
+    assert small.get_fontsize() * on_paper > 5.8
+    box = small.get_window_extent()
+    assert box.y0 >= 0
+    assert box.x1 <= figure.bbox.x1
 
 
 def test_long_names_of_rows_do_not_run_into_one_another(drawn: list[Any]) -> None:

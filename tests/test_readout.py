@@ -17,6 +17,18 @@ from app.results import COLUMNS, SCHEMA_VERSION
 from sim.world import CAPTURE, FLIGHT
 
 N_TRIALS = 300
+TABLE = "results.sqlite"
+
+
+def pictures(
+    trials: Sequence[int], share: np.ndarray, distance: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Arrays of pictures of the value, ``share`` and ``distance (moment, ring, direction)``."""
+    return {
+        "moments": np.array(trials, np.int64),
+        "value_share": share.astype(np.float32),
+        "value_distance": distance.astype(np.float32),
+    }
 
 
 def add_run(
@@ -33,6 +45,8 @@ def add_run(
     settings = presets.load(preset if preset in presets.shipped() else "timed")
     draw = np.random.default_rng(seed)
     outcome = np.where(draw.random(N_TRIALS) < share, CAPTURE, FLIGHT).astype(np.int8)
+    world = json.loads(columns.get("settings", "{}")).get("world", {})
+    shape = (0, world.get("n_distances", 18), world.get("n_directions", 24))
     key = f"k{len(list((folder / 'arrays').iterdir()))}"
     reward = float(np.where(outcome == CAPTURE, 100, -50).mean())
     row: dict[str, Any] = {
@@ -58,10 +72,10 @@ def add_run(
         steps=np.full(N_TRIALS, 10, np.int32),
         introductions=np.array([[0, 0], [100, 1000]]),
         introduced=np.array(["approach", "avoid"]),
-        **arrays,
+        **{**pictures([], np.zeros(shape), np.zeros(shape)), **arrays},
     )
     places = ", ".join("?" * len(row))
-    with sqlite3.connect(folder / "results.sqlite") as database:
+    with sqlite3.connect(folder / TABLE) as database:
         database.execute(f"INSERT INTO runs ({', '.join(row)}) VALUES ({places})", [*row.values()])
     database.close()
 
@@ -70,17 +84,25 @@ def new_folder(
     path: Path,
     version: str = str(SCHEMA_VERSION),
     name: str = "an experiment",
-    metrics: Any = None,
+    metrics: Any = NAMES,
     **meta: str,
 ) -> Path:
-    """A folder of results without a run; it does not say its metrics unless they are given."""
+    """A folder of results without a run."""
     (path / "arrays").mkdir(parents=True)
-    with sqlite3.connect(path / "results.sqlite") as database:
+    with sqlite3.connect(path / TABLE) as database:
         database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
         database.execute(f"CREATE TABLE runs ({', '.join(f'{k} {v}' for k, v in COLUMNS.items())})")
-        values = {"schema_version": version, "name": name, "seeds": "[0, 1, 2]", **meta}
-        if metrics is not None:
-            values["metrics"] = json.dumps(metrics)
+        values = {
+            "schema_version": version,
+            "name": name,
+            "description": "",
+            "source": "",
+            "seeds": "[0, 1, 2]",
+            "steps": "null",
+            "stop": "null",
+            "metrics": json.dumps(metrics),
+            **meta,
+        }
         database.executemany("INSERT INTO meta VALUES (?, ?)", [*values.items()])
     database.close()
     return path
@@ -101,15 +123,27 @@ def test_variants_are_in_the_order_of_the_experiment_whichever_ended_first(folde
     assert found == [(v, s) for v in ("timed", "standard_q", "another") for s in (0, 1)]
 
 
+def test_an_experiment_that_has_become_large_is_not_read(folder: Path) -> None:
+    for variant in ("b", "a"):
+        add_run(folder, 0, variant=variant)
+    with (folder / "experiment.yaml").open("wb") as file:
+        file.truncate(1 << 40)
+    assert [run.variant for run in readout.read_folder(folder).rows] == ["a", "b"]
+
+
 def test_unusable_folders_are_refused_in_clear_words(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "results.sqlite").write_text("nothing of the kind" * 100)
+    (tmp_path / "damaged" / TABLE).write_text("nothing of the kind" * 100)
     new_folder(tmp_path / "later", version="99")
+    with contextlib.closing(sqlite3.connect(new_folder(tmp_path / "part") / TABLE)) as database:
+        database.execute("DELETE FROM meta WHERE key = 'seeds'")
+        database.commit()
     for name, message in (
         ("missing", "is no folder"),
         ("empty", "no results.sqlite"),
         ("damaged", "damaged"),
+        ("part", "damaged"),
         ("later", "version 99"),
     ):
         with pytest.raises(readout.ResultsError, match=message):
@@ -117,18 +151,16 @@ def test_unusable_folders_are_refused_in_clear_words(tmp_path: Path) -> None:
 
 
 def test_settings_that_are_no_json_are_refused(folder: Path) -> None:
-    add_run(folder, 0, settings="{")
+    add_run(folder, 0)
+    with contextlib.closing(sqlite3.connect(folder / TABLE)) as database, database:
+        database.execute("UPDATE runs SET settings = '{'")
     with pytest.raises(readout.ResultsError, match="damaged"):
         readout.read_folder(folder)
 
 
-def test_folders_say_what_was_measured_and_without_a_word_it_was_everything(
-    tmp_path: Path,
-) -> None:
+def test_folders_say_what_was_measured(tmp_path: Path) -> None:
     some = new_folder(tmp_path / "some", metrics=["area", "flights"])
     assert list(readout.read_folder(some).metrics) == ["area", "flights"]
-    older = new_folder(tmp_path / "older")
-    assert readout.read_folder(older).metrics == NAMES
     for number, wrong in enumerate(({"area": 1}, [1], "area")):
         folder = new_folder(tmp_path / str(number), metrics=wrong)
         with pytest.raises(readout.ResultsError, match="metrics are not a list of names"):
@@ -140,7 +172,6 @@ def test_folders_say_what_was_measured_and_without_a_word_it_was_everything(
     [
         ("figure_4_1", {}, "figure_4_1"),
         ("mine", {}, "DIR/experiment.yaml"),
-        ("mine", {"source": ""}, "DIR/experiment.yaml"),
         ("mine", {"source": "files/my mine.yaml"}, "'files/my mine.yaml'"),
         ("figure_4_1", {"source": "./figure_4_1.yaml"}, "./figure_4_1.yaml"),
         ("figure_4_1", {"source": "figure_4_1"}, "figure_4_1"),
@@ -158,7 +189,6 @@ def test_the_command_names_an_experiment_that_can_be_found(
 @pytest.mark.parametrize(
     ("meta", "expected"),
     [
-        ({}, False),
         ({"stop": "null", "steps": "null"}, False),
         ({"stop": '{"success": 0.9, "trials": 500, "every": 100}', "steps": "null"}, True),
         ({"stop": "null", "steps": "5000000"}, True),
@@ -231,7 +261,7 @@ def test_what_was_killed_in_the_middle_of_a_row_can_be_read(tmp_path: Path, fold
     """The journal that a killed writer leaves is rolled back: its last row was never there."""
     add_run(folder, 0)
     killed = tmp_path / "killed"
-    with contextlib.closing(sqlite3.connect(folder / "results.sqlite")) as database:
+    with contextlib.closing(sqlite3.connect(folder / TABLE)) as database:
         # So small a cache spills into the table before the end of the transaction.
         database.execute("PRAGMA cache_size = 1")
         for number in range(100):
@@ -242,17 +272,6 @@ def test_what_was_killed_in_the_middle_of_a_row_can_be_read(tmp_path: Path, fold
     assert len(readout.read_folder(killed).rows) == 1
 
 
-def pictures(
-    trials: Sequence[int], share: np.ndarray, distance: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Arrays of pictures of the value, ``share`` and ``distance (moment, ring, direction)``."""
-    return {
-        "moments": np.array(trials, np.int64),
-        "value_share": share.astype(np.float32),
-        "value_distance": distance.astype(np.float32),
-    }
-
-
 def reader() -> readout.Reader:
     return readout.Reader(readout.Widths(100, 50), thesis.quantities_of)
 
@@ -261,20 +280,21 @@ def test_pictures_of_the_value_are_found_by_their_trial(folder: Path) -> None:
     share = np.zeros((2, 18, 24))
     share[1, 3, 4] = 0.25
     add_run(folder, 0, arrays=pictures([100, 200], share, np.where(share > 0, 7, np.nan)))
-    (trace,) = reader().traces(readout.read_folder(folder).rows)
-    assert trace.pictures is not None
-    value = trace.pictures.at(200)
+    (found,) = reader().pictures(readout.read_folder(folder).rows)
+    value = found.at(200)
     assert value is not None
     assert value.share[3, 4] == 0.25
     assert value.distance[3, 4] == 7
     assert np.isfinite(value.distance).sum() == 1
-    assert trace.pictures.at(300) is None
+    assert found.at(300) is None
 
 
-def test_results_without_pictures_are_read(folder: Path) -> None:
-    add_run(folder, 0)
-    (trace,) = reader().traces(readout.read_folder(folder).rows)
-    assert trace.pictures is None
+def test_a_log_that_is_larger_than_any_can_be_is_not_read(folder: Path) -> None:
+    nothing = np.zeros((10_000, 18, 24))
+    add_run(folder, 0, arrays=pictures(range(10_000), nothing, nothing))
+    reading = reader()
+    assert reading.traces(readout.read_folder(folder).rows) == []
+    assert "its arrays are too large" in reading.unreadable["timed, seed 0"]
 
 
 def test_pictures_of_another_world_are_refused(folder: Path) -> None:

@@ -5,7 +5,8 @@ import itertools
 import json
 import os
 import shlex
-import shutil
+import sqlite3
+import stat
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,13 +16,15 @@ import numpy as np
 import pytest
 import tyro
 
-from app import figures, metrics, presets, report
+from app import figures, metrics, presets, report, report_compare, report_parts
 from app.readout import Group, ResultsError, RunRow
 from app.report_cli import Report
-from app.report_cli import report as obey
+from app.results import REPORT_PAGE
 from tests.test_readout import N_TRIALS, add_run, new_folder, pictures
 
 CIRCLE = "schedule.skills.circle_clockwise.at"
+FINAL = metrics.FINAL_REWARD.of_runs(N_TRIALS, N_TRIALS)
+AREA = metrics.AREA
 AVOID = "schedule.skills.avoid.at"
 HOSTILE = '<script>alert("x")</script> & \x00 $\\frac$ http\ud800'
 
@@ -32,7 +35,9 @@ def folder(tmp_path: Path) -> Path:
 
 
 def page_of(*folders: Path, compare: bool = False) -> str:
-    return report.write_report(folders, None, compare).read_text(encoding="utf-8")
+    """A page on folders, kept in the first of them with its pictures."""
+    out = folders[0] / REPORT_PAGE if len(folders) > 1 else None
+    return report.write_report(folders, out, compare).page.read_text(encoding="utf-8")
 
 
 def text_of(page: str) -> str:
@@ -162,7 +167,7 @@ def test_a_run_that_may_have_ended_early_is_no_copy_of_one_that_may_not(tmp_path
     assert "Findings" not in text
     assert f"may have ended the runs in {limited} early" in text
     text = text_of(page_of(limited, whole))
-    assert "4 runs over 1 seeds" in text
+    assert "4 runs over 1 seed," in text
     assert "Figure 4.1" in text
     assert {row["n"] for row in rows_of(limited, "figure_4_1") if row["reward"]} == {"1"}
 
@@ -173,11 +178,11 @@ def test_the_command_of_a_page_makes_this_very_page(tmp_path: Path) -> None:
         add_run(folder, 0)
     out = tmp_path / "of mine.html"
     for compare in (False, True):
-        page = report.write_report(folders, out, compare).read_text(encoding="utf-8")
+        page = report.write_report(folders, out, compare).page.read_text(encoding="utf-8")
         (line,) = (code for code in codes_of(page) if code.startswith("pounce report"))
         command = tyro.cli(Report, args=shlex.split(line)[2:])
         assert command == Report(tuple(map(str, folders)), compare, str(out))
-    page = report.write_report(folders, None, False).read_text(encoding="utf-8")
+    page = report.write_report(folders, None, False).page.read_text(encoding="utf-8")
     assert f"pounce report {folders[0]} {folders[1]}" in codes_of(page)
 
 
@@ -234,7 +239,7 @@ def test_a_plane_has_each_cell_with_its_interval_under_the_pointer(folder: Path)
         ("1", "0.3", "2"),
         ("2", "0.1", "2"),
     ]
-    label = metrics.FINAL_REWARD.label
+    label = FINAL.label
     assert [float(row[label]) for row in rows] == [2.5, 4.5, 3.5]
     assert "<title>at = 2, p = 0.1: 3.5 [3, 4], n = 2</title>" in page
 
@@ -302,8 +307,10 @@ def test_without_the_presets_own_setting_cells_are_set_against_the_highest(folde
 def test_single_runs_make_a_plane_of_which_nothing_can_be_told(folder: Path) -> None:
     timing_runs(folder, (0, 12_000), n_seeds=1)
     page = page_of(folder)
-    assert "A single run gives no interval." in text_of(page)
-    assert tally_of(page)["cannot be told apart: the interval includes 0"] == ("3", "100 %")
+    assert "Single runs give no interval." in text_of(page)
+    assert "whole interval" not in text_of(page)
+    assert tally_of(page)["cannot be told apart: the interval includes 0"] == ("0", "0 %")
+    assert tally_of(page)["no interval: single runs"] == ("3", "100 %")
 
 
 def test_the_metric_that_is_asked_for_first_is_shown_first(tmp_path: Path) -> None:
@@ -360,7 +367,6 @@ def test_the_spread_of_value_is_drawn_and_its_findings_are_listed(folder: Path) 
     spread_runs(folder, pictures([12_000, 14_500], share, steps))
     page = page_of(folder)
     text = text_of(page)
-    assert "no pictures of the value" not in text
     assert "above 0.9 of the states" in text
     assert "1.00 [1.00, 1.00]" in text
     rows = rows_of(folder, "value_spread")
@@ -377,9 +383,23 @@ def test_the_spread_of_value_is_drawn_and_its_findings_are_listed(folder: Path) 
     assert "<image" in page
 
 
-def test_results_without_pictures_of_the_value_say_so(folder: Path) -> None:
+@pytest.mark.parametrize(("n_seeds", "said"), [(4, True), (5, False)])
+def test_findings_that_too_few_seeds_leave_undecided_say_first_how_many_it_takes(
+    folder: Path, n_seeds: int, said: bool
+) -> None:
+    share = np.full((2, 18, 24), 0.5)
+    for seed in range(n_seeds):
+        add_run(folder, seed, arrays=pictures([12_000, 14_500], share, 10 * share))
+        add_run(folder, seed, preset="standard_q", share=0.2)
+    text = text_of(page_of(folder))
+    assert ("So few seeds decide nothing" in text) is said
+    if said:
+        assert text.index("--seeds 30") < text.index("Each finding is a quantity")
+
+
+def test_without_a_moment_of_the_thesis_no_spread_is_drawn(folder: Path) -> None:
     spread_runs(folder, {})
-    assert "no pictures of the value" in text_of(page_of(folder))
+    page_of(folder)
     assert not (folder / "report_figures" / "value_spread.svg").exists()
 
 
@@ -395,17 +415,17 @@ def test_variants_with_settings_of_their_own_are_set_against_the_first(folder: P
 
 
 def test_the_interquartile_means_of_variants_and_of_their_differences(folder: Path) -> None:
-    for seed, wild in enumerate((-1000.0, 0.0, 0.0, 1000.0)):
+    for seed, wild in enumerate((-1000.0, 0.0, 0.0, 0.0, 1000.0)):
         add_run(folder, seed, flights=10 * seed)
         add_run(folder, seed, final_reward=10.0 * seed, variant="base", overrides={"x": 1})
         add_run(folder, seed, final_reward=10.0 * seed + wild, variant="wild", overrides={"x": 0})
-    for seed in range(3):
+    for seed in range(4):
         add_run(folder, seed, final_reward=1.0, variant="few", overrides={"x": 2})
     rows = {row["variant"]: row for row in table_of(page_of(folder), "P(variant higher)")}
     assert not any("P(variant better)" in row for row in rows.values())
-    label = f"{metrics.FINAL_REWARD.label} [95 %]"
-    assert "IQM 15" in rows["base"][label]
-    assert "IQM 15" in rows["wild"][label]
+    label = f"{FINAL.label} [95 %]"
+    assert "IQM 20" in rows["base"][label]
+    assert "IQM 20" in rows["wild"][label]
     assert "IQM" not in rows["few"][label]
     difference = "final reward: difference to timed [95 %]"
     assert "IQM" in rows["wild"][difference]
@@ -476,7 +496,7 @@ def test_each_of_many_settings_has_its_mean_over_all_others(folder: Path) -> Non
         *((KEYS[1], str(a), 35 / 3 + a + 10) for a in (1, 2, 3)),
         *((both, pair, 35 / 3 + 12) for pair in ("0.9, 300", "0.99, 3000")),
     ]
-    label = metrics.FINAL_REWARD.label
+    label = FINAL.label
     assert [(row["setting"], row["value"]) for row in rows] == [(k, v) for k, v, _ in expected]
     np.testing.assert_allclose([float(row[label]) for row in rows], [m for *_, m in expected])
     # Below five seeds the interval is the range of the seeds, each averaged over the others first.
@@ -493,7 +513,7 @@ def test_variants_with_seeds_of_their_own_have_means_over_settings_too(folder: P
             add_run(folder, 2 * number + seed, variant=str(sets), overrides=sets, final_reward=x)
     page = page_of(folder)
     rows = rows_of(folder, "settings_1_final_reward")
-    assert [float(row[metrics.FINAL_REWARD.label]) for row in rows] == [1, 2, 1.5, 1.5, 1.5, 1.5]
+    assert [float(row[FINAL.label]) for row in rows] == [1, 2, 1.5, 1.5, 1.5, 1.5]
     assert "over n = 2 runs of each variant" in text_of(page)
     assert "share seeds" not in text_of(page)
 
@@ -517,14 +537,14 @@ def test_curves_of_all_variants_are_not_called_the_highest(folder: Path) -> None
 
 def test_marks_are_spoken_of_only_where_there_are_any(folder: Path, tmp_path: Path) -> None:
     drawn: list[str] = []
-    draw = report.draw_curves
+    draw = report_parts.draw_curves
 
     def kept(name: str, panels: Any, axis: Any, small: str) -> figures.Drawing:
         drawn.append(small)
         return draw(name, panels, axis, small)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report, "draw_curves", kept)
+        patch.setattr(report_parts, "draw_curves", kept)
         add_run(folder, 0)
         page_of(folder)
         assert all("Dashed marks" in small for small in drawn)
@@ -557,7 +577,7 @@ def test_failures_are_spoken_of_only_where_there_are_any(folder: Path) -> None:
     add_run(folder, 0)
     assert "failed" not in text_of(page_of(folder))
     add_run(folder, 1, status="failed", error="out of luck")
-    assert "1 runs over 2 seeds (1 more failed)" in text_of(page_of(folder))
+    assert "1 run over 2 seeds (1 more failed)" in text_of(page_of(folder))
 
 
 @pytest.mark.parametrize("compare", [False, True])
@@ -568,6 +588,111 @@ def test_runs_that_are_in_two_folders_are_counted_once(tmp_path: Path, compare: 
             add_run(folder, seed)
     add_run(folders[1], 3)
     assert "4 runs over 4 seeds" in text_of(page_of(*folders, compare=compare))
+
+
+def test_a_page_on_an_unfinished_experiment_says_so_wherever_it_is_looked_at(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_print: list[str] = []
+    draw = report_parts.draw_curves
+
+    def kept(name: str, panels: Any, axis: Any, small: str) -> figures.Drawing:
+        small_print.append(small)
+        return draw(name, panels, axis, small)
+
+    monkeypatch.setattr(report_parts, "draw_curves", kept)
+    (folder / "experiment.yaml").write_text("presets: [timed, standard_q]\nseeds: 3\n")
+    for seed in range(2):
+        add_run(folder, seed)
+    add_run(folder, 2, status="failed", error="out of luck")
+    written = report.write_report([folder], None, False)
+    said = "Unfinished: 3 of 6 runs."
+    assert written.warnings == [said]
+    assert said in text_of(written.page.read_text(encoding="utf-8"))
+    assert small_print
+    assert all(said in small.splitlines() for small in small_print)
+    for seed in range(3):
+        add_run(folder, seed, preset="standard_q")
+    assert "Unfinished" not in page_of(folder)
+
+
+def test_of_several_experiments_it_is_said_which_is_unfinished(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for seed in range(3):
+        add_run(folders[0], seed)
+    add_run(folders[1], 0)
+    assert "Unfinished: 1 of 3 runs in b." in text_of(page_of(*folders))
+    assert "Unfinished: 1 of 3 runs in b." in text_of(page_of(*folders, compare=True))
+
+
+def test_what_is_of_all_trials_of_short_runs_is_not_said_to_be_of_the_last(folder: Path) -> None:
+    add_run(folder, 0)
+    text = text_of(page_of(folder))
+    assert "all 300 trials" in text
+    assert "last 2,000 trials" not in text
+
+
+def test_it_is_told_what_is_being_done(folder: Path) -> None:
+    for seed in range(3):
+        add_run(folder, seed)
+    add_run(folder, 3, status="failed", error="out of luck")
+    told: list[str] = []
+    report.write_report([folder], None, False, told.append)
+    assert told[0] == "reading tables of results"
+    assert [text for text in told if text.startswith("reading logs")] == [
+        "reading logs: 1 run",
+        "reading logs: 2 runs",
+        "reading logs: 3 runs",
+    ]
+    assert told[-1] == "writing the page"
+
+
+# --- What was not measured -----------------------------------------------------------------------
+
+
+def test_a_value_that_fewer_runs_have_says_how_many_do(folder: Path) -> None:
+    for seed in range(3):
+        found: dict[str, Any] = {} if not seed else {"final_reward": None, "area": None}
+        add_run(folder, seed, **found)
+        add_run(folder, seed, preset="standard_q", variant="all", overrides={"x": 1})
+    rows = {row["variant"]: row for row in table_of(page_of(folder), AREA.label)}
+    assert rows["timed"][AREA.label].endswith("of 1 run")
+    assert "run" not in rows["all"][AREA.label]
+
+
+def test_runs_that_finished_no_trial_are_not_taken_for_damaged(tmp_path: Path) -> None:
+    folder = new_folder(tmp_path / "short", steps="3")
+    none: dict[str, Any] = dict.fromkeys(("final_reward", "area"))
+    empty = {"outcome": np.zeros(0, np.int8), "steps": np.zeros(0, np.int32)}
+    for seed in range(2):
+        add_run(folder, seed)
+        add_run(folder, seed, preset="standard_q", trials=0, steps=3, **none)
+        key = f"k{2 * seed + 1}"
+        arrays = dict(np.load(folder / "arrays" / f"{key}.npz"))
+        np.savez(folder / "arrays" / f"{key}.npz", **{**arrays, **empty})
+    page = page_of(folder)
+    assert "left out" not in text_of(page)
+    # That a run has trials and its log none is damage as before.
+    with sqlite3.connect(folder / "results.sqlite") as database:
+        database.execute("UPDATE runs SET trials = 7 WHERE key = 'k1'")
+    database.close()
+    assert [row["run"] for row in table_of(page_of(folder), "do not fit together")] == [
+        "standard_q, seed 0"
+    ]
+
+
+def test_only_what_was_measured_has_a_table(tmp_path: Path) -> None:
+    folder = new_folder(tmp_path / "narrow", metrics=["steps_to_50", "mean_hunt_length"])
+    for seed in range(3):
+        nothing: dict[str, Any] = {"final_reward": None, "area": None, "mean_hunt_length": 9.0}
+        add_run(folder, seed, **nothing)
+    page = page_of(folder)
+    root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
+    heads = [["".join(c.itertext()) for c in table.iter("th")] for table in root.iter("table")]
+    assert all(len(head) > 3 for head in heads)
+    (row,) = table_of(page, "mean hunt (steps)")
+    assert row["steps to 50 % success"] == "200 [100, 300] by 3 of 3 runs"
+    assert "steps to 70 %" not in text_of(page)
 
 
 # --- Two folders ---------------------------------------------------------------------------------
@@ -589,22 +714,22 @@ def test_two_folders_are_compared_by_settings_and_seed(tmp_path: Path) -> None:
 
 def test_a_comparison_has_the_interquartile_means(tmp_path: Path) -> None:
     folders = [new_folder(tmp_path / name) for name in "ab"]
-    for seed, wild in enumerate((-1000.0, 3.0, 5.0, 1000.0)):
+    for seed, wild in enumerate((-1000.0, 3.0, 4.0, 5.0, 1000.0)):
         add_run(folders[0], seed, final_reward=10.0 * seed)
         add_run(folders[1], seed, final_reward=10.0 * seed + wild)
     rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
-    row = rows[metrics.FINAL_REWARD.label]
-    assert "IQM 15 " in row["A"]
-    assert "IQM 19 " in row["B"]
+    row = rows[FINAL.label]
+    assert "IQM 20 " in row["A"]
+    assert "IQM 24 " in row["B"]
     difference = row["B \N{MINUS SIGN} A [95 %]"]
-    assert difference.startswith("2 ")
+    assert difference.startswith("2.4 ")
     assert "IQM 4 " in difference
 
 
-def test_below_four_runs_a_comparison_has_no_interquartile_mean(tmp_path: Path) -> None:
+def test_below_five_runs_a_comparison_has_no_interquartile_mean(tmp_path: Path) -> None:
     folders = [new_folder(tmp_path / name) for name in "ab"]
     for folder in folders:
-        for seed in range(3):
+        for seed in range(4):
             add_run(folder, seed)
     rows = table_of(page_of(*folders, compare=True), "P(B > A)")
     assert rows
@@ -621,13 +746,12 @@ def group(variant: str, preset: str, sets: Mapping[str, Any], trials: int) -> Gr
         overrides=sets,
         settings={"trials": trials},
         limited=False,
+        stop=None,
         seed=0,
         error="",
         version="",
         digest="",
-        trials=trials,
-        steps=trials,
-        scalars={},
+        scalars={"trials": trials, "steps": trials},
         milestones={},
     )
     return Group(variant, preset, sets, [run])
@@ -670,7 +794,7 @@ def test_pairs_are_those_that_looking_at_all_of_them_finds(seed: int) -> None:
         ]
 
     first, second = folder_of("a"), folder_of("b")
-    pairs, alone = report.pairs_of(first, second)
+    pairs, alone = report_compare.pairs_of(first, second)
     found = [(one.label, other.label) for one, other in pairs], [one.label for one in alone]
     assert found == slow_pairs(first, second)
 
@@ -687,8 +811,8 @@ def test_the_keys_of_a_variant_are_written_once_in_each_round(
         return dumps(*args, **kwargs)
 
     sides = [[group(f"{side}{k}", side, {side: k}, k) for k in range(50)] for side in "ab"]
-    monkeypatch.setattr(report.json, "dumps", counted)
-    pairs, alone = report.pairs_of(*sides)
+    monkeypatch.setattr(report_compare.json, "dumps", counted)
+    pairs, alone = report_compare.pairs_of(*sides)
     assert (len(pairs), alone) == (50, [])
     assert n_written <= 3 * 100
 
@@ -746,7 +870,7 @@ def test_a_and_b_are_over_the_seeds_of_their_paired_difference(tmp_path: Path) -
         for seed in range(n_seeds):
             add_run(folder, seed, final_reward=10.0 * seed)
     rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
-    row = rows[metrics.FINAL_REWARD.label]
+    row = rows[FINAL.label]
     assert (row["A"], row["B"], row["n"]) == ("10 [0, 20]", "10 [0, 20]", "3")
 
 
@@ -756,7 +880,7 @@ def test_without_shared_seeds_a_and_b_are_over_all_of_their_runs(tmp_path: Path)
         for seed in seeds:
             add_run(folder, seed, final_reward=10.0 * seed)
     rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
-    row = rows[metrics.FINAL_REWARD.label]
+    row = rows[FINAL.label]
     assert (row["A"], row["B"]) == ("5 [0, 10]", "30 [20, 40]")
     assert (row["n"], row["paired"]) == ("2 and 3", "no")
 
@@ -779,6 +903,81 @@ def test_variants_of_folders_that_only_share_a_label_are_told_apart(tmp_path: Pa
         "zehn: timed, seed 9",
         "dreissig: timed, seed 9",
     ]
+
+
+def test_steps_to_a_share_of_captures_are_compared_as_medians(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / name) for name in "ab"]
+    for seed in range(3):
+        add_run(folders[0], seed, steps_to_50=100 * seed + 100, steps_to_70=None)
+        later = None if seed == 2 else 100 * seed + 150
+        add_run(folders[1], seed, steps_to_50=later, steps_to_70=None)
+    rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
+    row = rows["steps to 50 % success"]
+    assert row["A"] == "200 [100, 300] by 3 of 3 runs"
+    assert row["B"] == "250 [150, never] by 2 of 3 runs"
+    assert row["B \N{MINUS SIGN} A [95 %]"] == "50"
+    # A run that never got there took longer than any that did.
+    assert (row["P(B > A)"], row["n"], row["paired"]) == ("1.00", "3", "by seed")
+    row = rows["steps to 70 % success"]
+    assert (row["B \N{MINUS SIGN} A [95 %]"], row["P(B > A)"]) == ("–", "0.50")
+
+
+def test_variants_differ_in_all_that_was_measured(folder: Path) -> None:
+    for seed in range(5):
+        add_run(folder, seed, captures=10)
+        sets: dict[str, Any] = {"variant": "b", "overrides": {"x": 0}}
+        add_run(folder, seed, **sets, captures=12, steps_to_50=None)
+    rows = {row["quantity"]: row for row in table_of(page_of(folder), "quantity")}
+    assert FINAL.label not in rows
+    row = rows["captures"]
+    assert row["variant"] == "b"
+    assert (row["difference to timed [95 %]"], row["P(variant higher)"]) == ("2 [2, 2]", "1.00")
+    row = rows["steps to 50 % success"]
+    assert (row["difference to timed [95 %]"], row["P(variant higher)"]) == ("–", "1.00")
+    assert "greedy success (share of captures)" not in rows
+
+
+# --- Where a page goes ---------------------------------------------------------------------------
+
+
+def test_a_page_on_several_folders_takes_the_place_of_none_of_their_own(tmp_path: Path) -> None:
+    folders = [new_folder(tmp_path / "results" / name) for name in "ab"]
+    for folder in folders:
+        for seed in range(3):
+            add_run(folder, seed)
+    own = [report.write_report([folder], None, False).page for folder in folders]
+    assert own == [folder / "report.html" for folder in folders]
+    before = [page.read_bytes() for page in own]
+    for compare, name in ((True, "compare_a_b"), (False, "report_a_b")):
+        page = report.write_report(folders, None, compare).page
+        assert page == tmp_path / "results" / name / "report.html"
+        assert (page.parent / "report_figures").is_dir()
+    assert [page.read_bytes() for page in own] == before
+
+
+@pytest.mark.parametrize(
+    ("folders", "expected"),
+    [
+        (["a"], "a/report.html"),
+        (["a", "../here/a"], "a/report.html"),
+        (["a", "b/c"], "report_a_c/report.html"),
+        (["x/a", "y/a"], "x/report_x-a_y-a/report.html"),
+        ([".", "b"], "TMP/report_here_b/report.html"),
+    ],
+)
+def test_the_place_of_a_page_that_was_not_told(
+    folders: Sequence[str], expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    found = report.default_place([Path(folder) for folder in folders], False)
+    assert found == Path(expected.replace("TMP", str(tmp_path)))
+
+
+def test_the_name_of_a_page_on_many_folders_is_one_that_file_systems_take(tmp_path: Path) -> None:
+    folders = [tmp_path / f"{number}{'a' * 50}" for number in range(20)]
+    name = report.default_place(folders, False).parent.name
+    assert name == f"report_0{'a' * 50}_and_19_more"
 
 
 # --- What cannot be reported ---------------------------------------------------------------------
@@ -805,60 +1004,15 @@ def test_a_failed_write_leaves_the_old_page_and_nothing_else(
         report.write_report([folder], None, False)
     assert (folder / "report.html").read_text(encoding="utf-8") == old
     assert sorted(path.name for path in folder.iterdir()) == before
-    assert not list((folder / "report_figures").glob(".pounce-*"))
+    assert not list((folder / "report_figures").glob(".*"))
 
 
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
-        (Report(), "DIR is missing"),
-        (Report(compare=True), "0 folders were given"),
-        (Report(("a",), compare=True), "1 folders were given"),
-        (Report(("a", "")), "DIR: '' is not allowed"),
-        (Report(("a",), out="experiment.yaml"), "ends in .html"),
-        (Report(("a\0",)), "NUL"),
-    ],
-)
-def test_wrong_words_are_refused(
-    command: Report,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert obey(command) == 2
-    assert message in capsys.readouterr().err
-
-
-def test_without_a_folder_it_is_the_latest_results(
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_page_is_for_those_whom_new_files_are_for(folder: Path) -> None:
     add_run(folder, 0)
-    root = tmp_path / "here" / "results"
-    for name, written_at in (("older", 1_000), ("newest", 3_000), ("old", 2_000)):
-        shutil.copytree(folder, root / name)
-        os.utime(root / name / "results.sqlite", (written_at, written_at))
-    (root / "no results").mkdir()
-    monkeypatch.chdir(root.parent)
-    assert obey(Report()) == 0
-    page = Path("results", "newest", "report.html")
-    assert capsys.readouterr().out == f"{page}\n"
-    assert page.is_file()
-    assert not (root / "old" / "report.html").exists()
-
-
-def test_the_command_says_where_the_page_is(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    add_run(folder, 0)
-    out = tmp_path / "pages" / "of mine.html"
-    assert obey(Report((str(folder),), out=str(out))) == 0
-    assert capsys.readouterr().out == f"{out}\n"
-    assert out.is_file()
-    assert (tmp_path / "pages" / "of mine_figures" / "curves.svg").is_file()
-    assert obey(Report((str(tmp_path / "missing"),))) == 1
-    assert "is no folder" in capsys.readouterr().err
+    before = os.umask(0o077)
+    try:
+        page_of(folder)
+    finally:
+        os.umask(before)
+    written = [folder / "report.html", *(folder / "report_figures").iterdir()]
+    assert {stat.S_IMODE(path.stat().st_mode) for path in written} == {0o600}

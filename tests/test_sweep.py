@@ -191,7 +191,7 @@ def test_differences_are_paired_by_seed() -> None:
         (0,): {0: 1.0, 1: 50.0, 2: 9.0},
         (1,): {0: 3.0, 1: 52.0, 2: 11.0},
     }
-    (difference,) = sweep.differences(values, (0,), rng).values()
+    (difference,) = sweep.differences(values, (0,)).values()
     assert difference.paired
     assert difference.estimate == (2.0, 2.0, 2.0, 3)
 
