@@ -1,17 +1,20 @@
 """The chart that a browser looks at, as a file: drawn as in a report."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from app import figures, results_view
-from app.charts import styles_of
+from app.chart_parts import styles_of
 from app.experiments import Experiment
 from app.figures import Dot, Drawing, Line, Mark, Panel, Series, with_clear_marks
 from app.gathered import Curve, Gatherer, Gathering
 from app.results_view import View
 from app.statistics import Axis, Estimate
 from app.sweep import Sweep
+from app.words import plain
 
 _MOST_ROWS: Final = 60
 
@@ -19,16 +22,22 @@ _MOST_ROWS: Final = 60
 def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
     """What a browser looks at, with its numbers; variants are called as they are there."""
     experiment, what = results_view.in_short(gathering.experiment)
+    metric = results_view.metric_of(gathering)
     sweep, own = (
         results_view.swept(gathering.experiment),
         results_view.own_setting(gathering.experiment),
     )
+    most_runs = max(Counter(run.variant for run in gathering.runs).values(), default=0)
     small = (
         f"{experiment.name}: {len(gathering.runs):,} of {experiment.n_runs:,} runs are over;"
-        " n runs (seeds) each; 95 % bootstrap intervals over runs."
+        + (
+            " n runs (seeds) each; 95 % bootstrap intervals over runs."
+            if most_runs > 1
+            else " one run (seed) each, which has no interval."
+        )
     )
     if view.chart == "plane" and sweep is not None:
-        return _swept(gatherer, gathering, sweep, own, small)
+        return _swept(gatherer, replace(gathering, metric=metric), sweep, own, small)
     if what:
         small += f" Variants are named by {what}."
     if view.chart == "curves":
@@ -48,10 +57,11 @@ def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
         Dot(variant.label, gatherer.estimate(place), values[place])
         for place, variant in enumerate(shown)
     ]
-    small += " Pale dots are single runs."
+    if most_runs > 1:
+        small += " Pale dots are single runs."
     if len(shown) < len(experiment.variants):
         small += f" The first {len(shown)} of {len(experiment.variants):,} variants."
-    return figures.draw_dots(experiment.name, {gathering.metric.label: dots}, small)
+    return figures.draw_dots(experiment.name, {metric.label: dots}, small)
 
 
 def _lines(experiment: Experiment, curves: Sequence[Curve], axis: Axis) -> Sequence[Line]:
@@ -59,7 +69,7 @@ def _lines(experiment: Experiment, curves: Sequence[Curve], axis: Axis) -> Seque
     lines = []
     for curve, variant, style in zip(curves, variants, styles_of(variants), strict=True):
         marks = [
-            Mark(moment.step if axis == "steps" else moment.trial, moment.skill.replace("_", " "))
+            Mark(moment.step if axis == "steps" else moment.trial, plain(moment.skill))
             for moment in curve.joined
         ]
         lines.append(Line(variant.label, curve.band, style, curve.n, marks))

@@ -13,17 +13,49 @@ from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from app import charts, presets
-from app.charts import Address, link, shortened, shown_number
+from app import chart_parts, chart_sweeps, charts, presets
+from app.chart_parts import Address, Context, link, shortened, shown_number
 from app.experiments import Experiment
 from app.gathered import MOST_CURVES, Gatherer, Gathering, RunFact
 from app.markup import escaped
+from app.metrics import Metric, final_trials
 from app.statistics import Axis, Estimate
 from app.sweep import BETWEEN, Sweep, own_place, short_names, sweep_of
 
-ROWS_PER_PAGE: Final = 8
 MOST_CELLS: Final = 300
 """Cells of a plane, or points of a line, that can be told apart and clicked."""
+
+_USUAL_HEIGHT: Final = 752.0
+"""In pixels, for which the heights below hold."""
+_PLOT_PX: Final = 208.0
+_LEAST_PLOT_PX: Final = 150.0
+_PLOT_SHARE: Final = 0.5
+"""Of what the panel is higher; its rows get the rest but for a little."""
+_ROW_PX: Final = 22.0
+_ROWS: Final = 8
+_LEAST_ROWS: Final = 5
+_ROWS_SHARE: Final = 0.58
+
+
+class Size(NamedTuple):
+    """Room for the results, in pixels."""
+
+    width: float = 650.0
+    height: float = _USUAL_HEIGHT
+    """Of the whole panel."""
+
+    @property
+    def plot_px(self) -> float:
+        """Height of a chart within its axes."""
+        more = self.height - _USUAL_HEIGHT
+        return max(_PLOT_PX + _PLOT_SHARE * more, _LEAST_PLOT_PX)
+
+    @property
+    def rows(self) -> int:
+        """Runs on a page of the table."""
+        more = self.height - _USUAL_HEIGHT
+        return max(_ROWS + math.floor(_ROWS_SHARE * more / _ROW_PX), _LEAST_ROWS)
+
 
 Chart = Literal["curves", "runs", "plane"]
 Column = Literal["variant", "seed", "value", "success", "steps_to_70", "steps", "seconds", "digest"]
@@ -47,7 +79,7 @@ class View:
 # --- What can be looked at -----------------------------------------------------------------------
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=2)
 def swept(experiment: Experiment) -> Sweep | None:
     """What was swept, if all variants belong to one preset and fit into a plane or on a line."""
     variants = experiment.variants
@@ -60,7 +92,7 @@ def swept(experiment: Experiment) -> Sweep | None:
     return found
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=2)
 def own_setting(experiment: Experiment) -> int | None:
     """Place of the variant with the shipped preset's own values of what was swept, if any."""
     sweep, variants = swept(experiment), experiment.variants
@@ -75,7 +107,7 @@ def own_setting(experiment: Experiment) -> int | None:
     return None if found is None else sweep.places[found]
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=2)
 def in_short(experiment: Experiment) -> tuple[Experiment, str]:
     """An experiment whose variants have short labels, and what these are made of.
 
@@ -105,8 +137,15 @@ def first_view(experiment: Experiment) -> View:
     return View("plane" if sweep is not None and len(sweep.axles) == 2 else "runs")
 
 
-def answer(view: View, words: str, gathering: Gathering) -> View:
-    """The view after a click on a link with these words; the same if they make no sense."""
+def answer(view: View, words: str, gathering: Gathering, rows: int) -> View:
+    """The view after a click on a link with these words; the same if they make no sense.
+
+    Args:
+        view: what was looked at.
+        words: what the link says.
+        gathering: the runs that there are.
+        rows: on a page of the table.
+    """
     verb, _, what = words.partition("/")
     if verb == "chart":
         return _with_chart(view, what, gathering.experiment)
@@ -117,7 +156,7 @@ def answer(view: View, words: str, gathering: Gathering) -> View:
     if verb == "order":
         return _with_order(view, what)
     if verb == "page":
-        page = _place(what, _n_pages(len(_listed(gathering, view))))
+        page = _place(what, _n_pages(len(_listed(gathering, view)), rows))
         return view if page is None else replace(view, page=page)
     return view
 
@@ -160,9 +199,9 @@ def _place(text: str, n: int) -> int | None:
 
 _STYLE = (
     ".pounce-results{font-size:12.5px;line-height:1.4}"
-    f".pounce-results a{{color:{charts.LINK};text-decoration:none}}"
+    f".pounce-results a{{color:{chart_parts.LINK};text-decoration:none}}"
     ".pounce-results a:hover{text-decoration:underline}"
-    f".pounce-results a:focus-visible{{outline:2px solid {charts.LINK};outline-offset:1px}}"
+    f".pounce-results a:focus-visible{{outline:2px solid {chart_parts.LINK};outline-offset:1px}}"
     ".pounce-results .bar{display:flex;flex-wrap:wrap;gap:2px 18px;align-items:baseline}"
     ".pounce-results .bar .pager{margin-left:auto}"
     ".pounce-results .choice>*{margin-right:10px}"
@@ -174,14 +213,19 @@ _STYLE = (
     "white-space:nowrap;overflow:hidden;text-overflow:ellipsis;font-weight:400}"
     ".pounce-results thead th{white-space:normal;vertical-align:bottom;"
     "border-bottom:1px solid currentColor}"
-    ".pounce-results tbody tr:hover{background:rgba(128,128,128,.15)}"
+    ".pounce-results tbody td:has(>a){padding:0}"
+    ".pounce-results tbody td>a{display:block;padding:2px 6px 2px 0;overflow:hidden;"
+    "text-overflow:ellipsis}"
+    ".pounce-results tbody td>a:hover{text-decoration:none}"
+    ".pounce-results tbody td>a.plain{color:inherit}"
+    ".pounce-results tbody tr:not(.failed):hover{background:rgba(128,128,128,.15)}"
     ".pounce-results .text{text-align:left}"
-    f".pounce-results .failed td{{color:{charts.FAILED}}}"
+    f".pounce-results .failed td{{color:{chart_parts.FAILED}}}"
 )
 
 
 def results_html(
-    gatherer: Gatherer, gathering: Gathering, view: View, address: Address, width: float
+    gatherer: Gatherer, gathering: Gathering, view: View, address: Address, size: Size
 ) -> str:
     """Everything that is shown of the results.
 
@@ -190,23 +234,36 @@ def results_html(
         gathering: the runs that there are.
         view: what is looked at.
         address: what a link refers to, to call the lab with words.
-        width: of the page's panel inside, in pixels.
+        size: of the page's panel.
     """
     sweep, own = swept(gathering.experiment), own_setting(gathering.experiment)
     experiment, what = in_short(gathering.experiment)
-    gathering = replace(gathering, experiment=experiment)
+    gathering = replace(gathering, experiment=experiment, metric=metric_of(gathering))
     parts = [_choices(experiment, view, sweep, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
     else:
-        parts.append(_chart(gatherer, gathering, view, sweep, own, address, width))
+        context = Context(gathering, address, size.width, view.variant, size.plot_px)
+        parts.append(_chart(gatherer, context, view, sweep, own))
         if what:
             parts.append(f"<p>Variants are named by {escaped(what)}.</p>")
-        parts += _table(gathering, view, address, width)
+        parts += _table(gathering, view, address, size)
     return (
-        f'<div class="pounce-results" style="max-width:{width:.0f}px">'
-        f"<style>{_STYLE}{charts.STYLE}</style>{''.join(parts)}</div>"
+        f'<div class="pounce-results" style="max-width:{size.width:.0f}px">'
+        f"<style>{_STYLE}{chart_parts.style_sheet()}</style>{''.join(parts)}</div>"
     )
+
+
+def metric_of(gathering: Gathering) -> Metric:
+    """The number that is charted, called as it is of runs as long as these."""
+    return gathering.metric.of_runs(*_lengths(gathering.experiment))
+
+
+def _lengths(experiment: Experiment) -> tuple[int, int]:
+    """Trials of the shortest run that there can be, and of the longest."""
+    trials = [experiment.trials_of(variant) for variant in experiment.variants]
+    ends_earlier = experiment.stop is not None or experiment.steps is not None
+    return 0 if ends_earlier else min(trials), max(trials)
 
 
 def _choices(experiment: Experiment, view: View, sweep: Sweep | None, address: Address) -> str:
@@ -245,26 +302,21 @@ def _choice(verb: str, names: dict[str, str], present: str, address: Address) ->
 
 
 def _chart(
-    gatherer: Gatherer,
-    gathering: Gathering,
-    view: View,
-    sweep: Sweep | None,
-    own: int | None,
-    address: Address,
-    width: float,
+    gatherer: Gatherer, context: Context, view: View, sweep: Sweep | None, own: int | None
 ) -> str:
+    gathering = context.gathering
     if all(run.error for run in gathering.runs):
         return "<p>Every run that is over has failed.</p>"
     if view.chart == "curves":
-        places = places_of_curves(len(gathering.experiment.variants), view.variant)
+        places = places_of_curves(len(context.variants), view.variant)
         found = [gatherer.curve(place, view.axis) for place in places]
-        return charts.curves(gathering, found, view.axis, address, width, view.variant)
+        return charts.curves(context, found, view.axis)
     estimates = _estimates(gatherer, gathering)
     if view.chart == "runs" or sweep is None:
-        return charts.runs(gathering, estimates, address, width, view.variant)
+        return charts.runs(context, estimates)
     if len(sweep.axles) == 1:
-        return charts.line(gathering, sweep, estimates, address, width, view.variant)
-    return charts.plane(gathering, sweep, estimates, address, width, view.variant, own)
+        return chart_sweeps.line(context, sweep, estimates)
+    return chart_sweeps.plane(context, sweep, estimates, own)
 
 
 def places_of_curves(n_variants: int, chosen: int | None) -> Sequence[int]:
@@ -304,12 +356,12 @@ class _Head(NamedTuple):
 
 
 def _heads(gathering: Gathering) -> Sequence[_Head]:
-    metric = gathering.metric
+    metric, final = gathering.metric, final_trials(*_lengths(gathering.experiment))
     return (
         _Head("variant", "variant", "", 0),
-        _Head("seed", "seed", "", 40),
+        _Head("seed", "seed", "", 54),
         _Head("value", metric.title, metric.label, 76),
-        _Head("success", "success", "captures in the last 2,000 trials, in per cent", 60),
+        _Head("success", "success", f"captures in per cent, {final}", 60),
         _Head(
             "steps_to_70",
             "M steps to 70\N{NO-BREAK SPACE}%",
@@ -322,20 +374,25 @@ def _heads(gathering: Gathering) -> Sequence[_Head]:
     )
 
 
-def _table(gathering: Gathering, view: View, address: Address, width: float) -> list[str]:
+_MOST_STRETCH = 1.5
+"""Of columns in a wide table."""
+
+
+def _table(gathering: Gathering, view: View, address: Address, size: Size) -> list[str]:
     listed = _in_order(_listed(gathering, view), gathering.experiment, view)
-    page = min(view.page, _n_pages(len(listed)) - 1)
-    first = page * ROWS_PER_PAGE
-    heads = _heads(gathering)
-    label_px = width - sum(head.width for head in heads) - _OPEN_PX
+    page = min(view.page, _n_pages(len(listed), size.rows) - 1)
+    first = page * size.rows
+    stretch = min(max(size.width / Size().width, 1), _MOST_STRETCH)
+    heads = [head._replace(width=round(head.width * stretch)) for head in _heads(gathering)]
+    label_px = size.width - sum(head.width for head in heads) - _OPEN_PX
     head = "".join(_head(head, view, address) for head in heads)
     rows = "".join(
         _row(run, gathering.experiment.variants[run.variant].label, address, label_px)
-        for run in listed[first : first + ROWS_PER_PAGE]
+        for run in listed[first : first + size.rows]
     )
     columns = "".join(f'<col style="width:{head.width}px"/>' for head in heads[1:])
     return [
-        f'<div class="bar"><b>Runs</b>{_pager(len(listed), page, address)}</div>',
+        f'<div class="bar"><b>Runs</b>{_pager(len(listed), page, address, size.rows)}</div>',
         f'<table><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
         f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>",
     ]
@@ -347,8 +404,8 @@ def _listed(gathering: Gathering, view: View) -> Sequence[RunFact]:
     return [run for run in gathering.runs if run.variant == view.variant]
 
 
-def _n_pages(n_runs: int) -> int:
-    return max(math.ceil(n_runs / ROWS_PER_PAGE), 1)
+def _n_pages(n_runs: int, rows: int) -> int:
+    return max(math.ceil(n_runs / rows), 1)
 
 
 def _in_order(listed: Sequence[RunFact], experiment: Experiment, view: View) -> list[RunFact]:
@@ -394,21 +451,23 @@ _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
     name = escaped(shortened(label, max(int(label_px / _CHARACTER_PX), 8)))
-    title = f' title="{escaped(label)}'
-    seed = f'<td title="{run.seed}">{run.seed}</td>'
+    hint = escaped(label)
     if run.error:
-        error, hint = (
+        error, whole_error = (
             escaped(run.error if len(run.error) <= most else f"{run.error[:most]}…")
             for most in (_LONGEST_ERROR, _LONGEST_HINT)
         )
         return (
-            f'<tr class="failed"><td class="text"{title}">{name}</td>{seed}'
-            f'<td class="text" colspan="7" title="{hint}">failed: {error}</td></tr>'
+            f'<tr class="failed"><td class="text" title="{hint}">{name}</td>'
+            f'<td title="{run.seed}">{run.seed}</td>'
+            f'<td class="text" colspan="7" title="{whole_error}">failed: {error}</td></tr>'
         )
     words = f"open/{run.key}"
-    opened = link(address, words, name, f'{title}: open this run in the lab"')
-    # The same again at the end of the row, which those who go by keyboard need not pass twice.
-    again = link(address, words, "open ▸", ' tabindex="-1" title="open this run in the lab"')
+    opened = link(address, words, name, f' title="{hint}: open this run in the lab"')
+    # The whole row does the same, which those who go by keyboard need not pass nine times.
+    again = ' tabindex="-1"'
+    seed = link(address, words, str(run.seed), f'{again} class="plain" title="{run.seed}"')
+    opens = link(address, words, "open ▸", f'{again} title="open this run in the lab"')
     cells = (
         shown_number(run.value, 4),
         "–" if math.isnan(run.success) else f"{100 * run.success:.0f} %",
@@ -417,8 +476,13 @@ def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
         "–" if math.isnan(run.seconds) else f"{run.seconds:.1f}",
         escaped(run.digest[:8]),
     )
-    texts = "".join(f"<td>{cell}</td>" for cell in cells)
-    return f'<tr><td class="text">{opened}</td>{seed}{texts}<td>{again}</td></tr>'
+    links = [
+        seed,
+        *(link(address, words, cell, f'{again} class="plain"') for cell in cells),
+        opens,
+    ]
+    others = "".join(f"<td>{content}</td>" for content in links)
+    return f'<tr><td class="text">{opened}</td>{others}</tr>'
 
 
 def _reached(steps: float) -> str:
@@ -428,10 +492,10 @@ def _reached(steps: float) -> str:
     return "never" if math.isinf(steps) else f"{steps / 1e6:.2f}"
 
 
-def _pager(n_runs: int, page: int, address: Address) -> str:
+def _pager(n_runs: int, page: int, address: Address, rows: int) -> str:
     """Which runs are shown, and the way to others."""
-    n_pages = _n_pages(n_runs)
-    first, last = page * ROWS_PER_PAGE + 1, min((page + 1) * ROWS_PER_PAGE, n_runs)
+    n_pages = _n_pages(n_runs, rows)
+    first, last = page * rows + 1, min((page + 1) * rows, n_runs)
     span = f"{first:,}–{last:,} of {n_runs:,}" if n_runs else "none yet"
     if n_pages == 1:
         return f'<span class="pager">{span}</span>'

@@ -1,5 +1,6 @@
 """Charts show every run and variant where its number says, and link each to what it is."""
 
+import colorsys
 import itertools
 import math
 import re
@@ -12,10 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app import charts, experiments
+from app import chart_parts, chart_sweeps, charts, experiments
+from app.chart_parts import Context
 from app.experiments import Experiment
 from app.figures import THESIS_STYLES, Style, style_of
-from app.gathered import Curve, Gathering, Moment, RunFact
+from app.gathered import MOST_CURVES, Curve, Gathering, Moment, RunFact
 from app.metrics import FINAL_REWARD
 from app.statistics import Band, Estimate
 from app.sweep import Sweep, sweep_of
@@ -78,6 +80,13 @@ def fact(variant: int, seed: int, value: float, error: str = "", **others: objec
 def gathering_of(experiment: Experiment, runs: Sequence[RunFact]) -> Gathering:
     """What there is, if these runs are over."""
     return Gathering(experiment, FINAL_REWARD, runs, -50.0, 100.0)
+
+
+def context_of(
+    experiment: Experiment, runs: Sequence[RunFact], chosen: int | None = None
+) -> Context:
+    """What a chart is asked for, if these runs are over."""
+    return Context(gathering_of(experiment, runs), address, WIDTH, chosen)
 
 
 def estimates_of(experiment: Experiment, runs: Sequence[RunFact]) -> list[Estimate]:
@@ -180,7 +189,7 @@ def points_of(path: str) -> list[tuple[float, float]]:
 
 @given(st.floats(-1e3, 1e3), st.floats(1, 1e6), st.integers(2, 10))
 def test_ticks_are_round_numbers_between_the_ends(low: float, span: float, most: int) -> None:
-    found = charts.ticks(low, low + span, most)
+    found = chart_parts.ticks(low, low + span, most)
     assert len(found) <= most + 1
     assert all(low - span * 1e-6 <= tick <= low + span * (1 + 1e-6) for tick in found)
     for a, b in itertools.pairwise(found):
@@ -191,7 +200,7 @@ def test_ticks_are_round_numbers_between_the_ends(low: float, span: float, most:
 
 @given(st.text(max_size=80), st.integers(1, 60))
 def test_shortened_texts_fit(text: str, characters: int) -> None:
-    short = charts.shortened(text, characters)
+    short = chart_parts.shortened(text, characters)
     assert len(short) <= characters
     assert short == text or "…" in short
 
@@ -199,7 +208,7 @@ def test_shortened_texts_fit(text: str, characters: int) -> None:
 def test_the_values_in_a_label_outlive_its_keys() -> None:
     label = "timed, circle_clockwise.at=12000, avoid.at=14500"
     for characters in range(20, len(label)):
-        short = charts.shortened(label, characters)
+        short = chart_parts.shortened(label, characters)
         assert len(short) <= characters
         assert re.search(r"=12000, .*=14500$", short), short
 
@@ -209,11 +218,11 @@ def test_the_values_in_a_label_outlive_its_keys() -> None:
     [(80.0, "80.0"), (0.7, "0.700"), (100.0, "100"), (12345.6, "12,346"), (-3.0, "\u22123.00")],
 )
 def test_numbers_have_three_digits(value: float, text: str) -> None:
-    assert charts.shown_number(value) == text
+    assert chart_parts.shown_number(value) == text
 
 
 def test_a_number_that_is_not_there_is_a_dash() -> None:
-    assert charts.shown_number(NOTHING) == "–"
+    assert chart_parts.shown_number(NOTHING) == "–"
 
 
 # --- Colours -------------------------------------------------------------------------------------
@@ -225,23 +234,50 @@ def _luminance(colour: str) -> float:
     return float(linear @ (0.2126, 0.7152, 0.0722))
 
 
+def colours_on_pages(name: str) -> tuple[str, str]:
+    """What a name of a colour stands for on a light page, and on a dark one."""
+    light, dark = re.findall(r"\.pounce-results\{(--[^}]*)\}", chart_parts.style_sheet())
+    key = name.removeprefix("var(").removesuffix(")")
+    found = [dict(rule.split(":") for rule in rules.split(";") if rule) for rules in (light, dark)]
+    return found[0][key], found[1][key]
+
+
 @pytest.mark.parametrize("style", [*THESIS_STYLES.values(), *map(style_of, range(8))])
 def test_lines_stand_out_from_white_and_from_nearly_black(style: Style) -> None:
-    colour = charts.colour_of(style)
-    if colour != "currentColor":
-        own, dark = _luminance(colour), _luminance("#1a1b1e")
-        assert 1.05 / (own + 0.05) >= 2.5
-        assert (own + 0.05) / (dark + 0.05) >= 3
+    name = chart_parts.colour_of(style)
+    if name != "currentColor":
+        on_white, on_dark = (_luminance(colour) for colour in colours_on_pages(name))
+        assert 1.05 / (on_white + 0.05) >= 3
+        # As the dots of runs are drawn, which are small and a little transparent.
+        dark = _luminance("#242424")
+        assert (0.75 * on_dark + 0.25 * dark + 0.05) / (dark + 0.05) >= 3.5
 
 
 def test_the_learners_of_the_thesis_look_as_there() -> None:
     variants = experiment_of(THESIS).variants
-    assert charts.styles_of(variants) == [THESIS_STYLES[v.preset] for v in variants]
+    assert chart_parts.styles_of(variants) == [THESIS_STYLES[v.preset] for v in variants]
 
 
 def test_several_variants_of_one_preset_are_told_apart() -> None:
-    styles = charts.styles_of(experiment_of(ONE_SETTING).variants)
-    assert len({charts.colour_of(style) for style in styles}) == 4
+    styles = chart_parts.styles_of(experiment_of(ONE_SETTING).variants)
+    assert len({chart_parts.colour_of(style) for style in styles}) == 4
+
+
+def _hue(colour: str) -> float:
+    """In degrees."""
+    return 360 * colorsys.rgb_to_hsv(*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)))[0]
+
+
+def test_lines_of_the_same_hue_differ_in_their_dashes() -> None:
+    styles = chart_parts.styles_of(called([f"number {k}" for k in range(MOST_CURVES)]).variants)
+    coloured = [
+        (_hue(colours_on_pages(name)[0]), style.dashes)
+        for style in styles
+        if (name := chart_parts.colour_of(style)) != "currentColor"
+    ]
+    for (hue, dashes), (other, others_dashes) in itertools.combinations(coloured, 2):
+        apart = abs(hue - other)
+        assert min(apart, 360 - apart) > 10 or dashes != others_dashes
 
 
 # --- Learning curves -----------------------------------------------------------------------------
@@ -262,9 +298,8 @@ def curve_of(
     return Curve(variant, int(there.max(initial=0)), band, joined)
 
 
-def curves_shown(experiment: Experiment, found: Sequence[Curve], **options: object) -> Shown:
-    gathering = gathering_of(experiment, [])
-    return Shown(charts.curves(gathering, found, "steps", address, WIDTH, **options))  # type: ignore
+def curves_shown(experiment: Experiment, found: Sequence[Curve], **options: int) -> Shown:
+    return Shown(charts.curves(context_of(experiment, [], **options), found, "steps"))
 
 
 def lines_of(shown: Shown, variant: int) -> list[ElementTree.Element]:
@@ -354,6 +389,20 @@ def test_variants_without_a_run_have_no_curve_and_say_so() -> None:
     assert list(shown.links("variant")) == ["0", "1"]
 
 
+def test_a_sentence_says_of_single_runs_that_they_have_no_interval() -> None:
+    experiment = experiment_of(THESIS)
+    one = curves_shown(experiment, [curve_of(0, [1, 2], 1, arm=NOTHING)]).text
+    assert "Each line is one run. One run has no interval." in one
+    assert "too narrow" not in one
+    some = curves_shown(experiment, [curve_of(0, [1, 2], 4)]).text
+    assert "With fewer than 5 runs, intervals are too narrow." in some
+    both = curves_shown(experiment, [curve_of(0, [1, 2], 4), curve_of(1, [1, 2], 1)]).text
+    assert "intervals are too narrow, and of one there is none." in both
+    assert "interval" not in runs_shown(experiment, some_runs(experiment, 1)).text.replace(
+        "One run has no interval.", ""
+    )
+
+
 def test_curves_of_single_runs_have_no_band() -> None:
     shown = curves_shown(experiment_of(THESIS), [curve_of(0, [1, 2], 1, arm=NOTHING)])
     assert shown.one("path", class_="band").get("d") == ""
@@ -362,10 +411,9 @@ def test_curves_of_single_runs_have_no_band() -> None:
 # --- Every run a dot -----------------------------------------------------------------------------
 
 
-def runs_shown(experiment: Experiment, runs: Sequence[RunFact], **options: object) -> Shown:
+def runs_shown(experiment: Experiment, runs: Sequence[RunFact], **options: int) -> Shown:
     estimates = estimates_of(experiment, runs)
-    gathering = gathering_of(experiment, runs)
-    return Shown(charts.runs(gathering, estimates, address, WIDTH, **options))  # type: ignore
+    return Shown(charts.runs(context_of(experiment, runs, **options), estimates))
 
 
 def test_every_run_is_a_dot_at_its_value_that_opens_it() -> None:
@@ -380,7 +428,7 @@ def test_every_run_is_a_dot_at_its_value_that_opens_it() -> None:
         assert x(float(dot.get("cx", ""))) == pytest.approx(run.value, abs=0.3)
         (title,) = link.iter("title")
         label = experiment.variants[run.variant].label
-        value = charts.shown_number(run.value)
+        value = chart_parts.shown_number(run.value)
         assert title.text == (
             f"{label}, seed {run.seed}: {value} - click to open this run in the lab"
         )
@@ -400,7 +448,7 @@ def test_a_row_has_mean_and_interval_and_a_label_that_chooses() -> None:
         (interval,) = shown.all("path", row, class_="interval")
         low, high = map(float, re.findall(r"M(\S+) \S+H(\S+)", interval.get("d"))[0])
         assert (x(low), x(high)) == pytest.approx((estimate.low, estimate.high), abs=0.3)
-        text = (charts.shown_number(number) for number in estimate[:3])
+        text = (chart_parts.shown_number(number) for number in estimate[:3])
         assert "{} [{}, {}]".format(*text) in shown.text
 
 
@@ -458,17 +506,44 @@ def test_many_variants_are_columns_that_choose() -> None:
     links = shown.links("variant")
     assert list(links) == [str(place) for place in range(60)]
     assert not shown.links("open")
-    x, y = shown.value_at("x"), shown.value_at("y")
+    y = shown.value_at("y")
+    named = {
+        text.text: float(text.get("x", ""))
+        for text in shown.one("g", class_="x-ticks").iter("text")
+    }
+    assert len(named) > 3
     for place, link in links.items():
         (zone,) = link.iter("path")
         left, right = re.findall(r"M(\S+) \S+H([\d.]+)V", zone.get("d", ""))[0]
-        assert x(float(left)) < int(place) + 1 < x(float(right))
+        assert all(
+            (float(left) < at < float(right)) == (name == f"number {place}")
+            for name, at in named.items()
+        )
         (title,) = link.iter("title")
         assert title.text is not None
         assert title.text.startswith(f"number {place}: ")
     dots = shown.one("path", class_="dots").get("d", "")
     found = sorted(y(b) for _, b in points_of(dots))
     assert np.allclose(found, sorted(run.value for run in runs), atol=0.4)
+
+
+def test_columns_whose_names_are_long_are_numbered_and_say_so() -> None:
+    experiment = called([f"a name that is long, number {k}" for k in range(60)])
+    shown = runs_shown(experiment, some_runs(experiment, 2))
+    assert "number of the variant in the experiment; its name is under the pointer" in shown.text
+    x = shown.value_at("x")
+    for place, link in shown.links("variant").items():
+        (zone,) = link.iter("path")
+        left, right = re.findall(r"M(\S+) \S+H([\d.]+)V", zone.get("d", ""))[0]
+        assert x(float(left)) < int(place) + 1 < x(float(right))
+        assert f"{int(place) + 1}: a name" in " ".join(link.itertext())
+
+
+@pytest.mark.parametrize("n_variants", [4, 60])
+def test_the_dot_of_a_single_run_is_not_hidden_by_its_mean(n_variants: int) -> None:
+    experiment = called([f"number {k}" for k in range(n_variants)])
+    assert not runs_shown(experiment, some_runs(experiment, 1)).all("path", class_="mean")
+    assert runs_shown(experiment, some_runs(experiment, 2)).all("path", class_="mean")
 
 
 def test_columns_too_narrow_to_click_stand_for_their_highest() -> None:
@@ -494,16 +569,19 @@ def test_columns_of_too_many_runs_are_means_alone_and_say_so() -> None:
 # --- Sweeps --------------------------------------------------------------------------------------
 
 
-def plane_shown(runs: Sequence[RunFact], sweep: Sweep | None = None, **options: object) -> Shown:
+def plane_shown(
+    runs: Sequence[RunFact],
+    sweep: Sweep | None = None,
+    chosen: int | None = None,
+    own: int | None = None,
+) -> Shown:
     experiment = experiment_of(PLANE)
     return Shown(
-        charts.plane(
-            gathering_of(experiment, runs),
+        chart_sweeps.plane(
+            context_of(experiment, runs, chosen),
             sweep or sweep_in(experiment),
             estimates_of(experiment, runs),
-            address,
-            WIDTH,
-            **options,  # type: ignore
+            own,
         )
     )
 
@@ -518,7 +596,7 @@ def test_every_cell_of_a_plane_has_its_value_and_chooses_its_variant() -> None:
     for place, variant in enumerate(experiment.variants):
         link = links[str(place)]
         (text,) = link.iter("text")
-        assert text.text == charts.shown_number(10.0 * place + 0.5)
+        assert text.text == chart_parts.shown_number(10.0 * place + 0.5)
         (title,) = link.iter("title")
         assert title.text is not None
         assert title.text.startswith(f"{variant.label}: ")
@@ -551,6 +629,14 @@ def test_cells_without_a_run_are_empty_but_can_be_chosen() -> None:
     assert shown.text.count("no run yet") == 10
 
 
+def test_a_plane_says_of_how_many_runs_its_cells_are() -> None:
+    one = plane_shown([fact(0, 0, 1.0), fact(1, 0, 2.0)]).text
+    assert "Each cell is one run; a click chooses it." in one
+    two = [fact(0, 0, 1.0), fact(0, 1, 1.0), fact(1, 0, 2.0)]
+    assert "Each cell is the mean of 1 to 2 runs" in plane_shown(two).text
+    assert "Each cell is the mean of 2 runs" in plane_shown(two[:2]).text
+
+
 def test_a_plane_with_a_hole_has_a_cell_there_that_is_no_link() -> None:
     sweep = sweep_in(experiment_of(PLANE))
     places = {where: place for where, place in sweep.places.items() if place != 3}
@@ -559,16 +645,13 @@ def test_a_plane_with_a_hole_has_a_cell_there_that_is_no_link() -> None:
     assert len(shown.all("path", class_="empty")) == 1
 
 
-def line_shown(text: str, runs: Sequence[RunFact], **options: object) -> Shown:
+def line_shown(text: str, runs: Sequence[RunFact], **options: int) -> Shown:
     experiment = experiment_of(text)
     return Shown(
-        charts.line(
-            gathering_of(experiment, runs),
+        chart_sweeps.line(
+            context_of(experiment, runs, **options),
             sweep_in(experiment),
             estimates_of(experiment, runs),
-            address,
-            WIDTH,
-            **options,  # type: ignore
         )
     )
 
@@ -586,7 +669,7 @@ def test_points_of_a_sweep_lie_at_their_value_and_mean_with_intervals() -> None:
 
 
 def test_ratios_are_swept_on_a_scale_of_ratios() -> None:
-    text = "presets: [timed]\ngrid: {schedule.skills.avoid.at: [100, 200, 400, 800, 1600]}"
+    text = "presets: [timed]\ngrid: {schedule.skills.avoid.at: [20, 40, 80, 160, 320]}"
     links = line_shown(text, [fact(k, 0, k) for k in range(5)]).links("variant")
     dots = [next(links[str(k)].iter("circle")) for k in range(5)]
     gaps = np.diff([float(dot.get("cx", "")) for dot in dots])

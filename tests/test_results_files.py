@@ -82,3 +82,14 @@ def test_the_presets_own_setting_is_framed_in_a_plane(
     assert len(rows) == 9
     assert drawn[0]["framed"] == framed
     assert ("frame" in drawn[0]["small"]) == (framed is not None)
+
+
+@pytest.mark.parametrize("n_seeds", [1, 3])
+def test_the_small_print_promises_no_interval_of_single_runs(
+    n_seeds: int, drawn: list[dict[str, Any]]
+) -> None:
+    experiment = experiment_of(THESIS)
+    rows_of(experiment, some_runs(experiment, n_seeds), View("runs"))
+    small = drawn[0]["small"]
+    assert ("95 % bootstrap intervals" in small) == (n_seeds > 1)
+    assert ("one run (seed) each" in small) == (n_seeds == 1)

@@ -13,11 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app import presets, results_view
-from app.experiments import Experiment, load
+from app.experiments import Experiment, load, parse
 from app.gathered import Gatherer, Gathering, RunFact
+from app.results_files import drawing_of
 from app.results_view import (
-    ROWS_PER_PAGE,
     Column,
+    Size,
     View,
     answer,
     first_view,
@@ -29,7 +30,6 @@ from tests.test_charts import (
     ONE_SETTING,
     PLANE,
     THESIS,
-    WIDTH,
     Shown,
     address,
     called,
@@ -39,6 +39,8 @@ from tests.test_charts import (
     some_runs,
 )
 
+SIZE = Size(684)
+ROWS = SIZE.rows
 COLUMNS: Sequence[Column] = get_args(Column)
 NOTHING = math.nan
 
@@ -86,7 +88,7 @@ def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
 
 def html_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> str:
     gatherer = filled(experiment, runs)
-    return results_html(gatherer, gatherer.gathering(), view, address, WIDTH)
+    return results_html(gatherer, gatherer.gathering(), view, address, SIZE)
 
 
 def shown(experiment: Experiment, runs: Sequence[RunFact], view: View) -> Shown:
@@ -104,6 +106,11 @@ def opened_in_table(page: Shown) -> list[str]:
     (body,) = page.all("tbody")
     hrefs = [link.get("href") for link in body.iter("a")]
     return list(dict.fromkeys(hrefs))
+
+
+def headings_of(page: Shown) -> list[str]:
+    """Hints of the table's headings."""
+    return [link.get("title", "") for head in page.all("th") for link in head.iter("a")]
 
 
 def words_of(page: Shown) -> set[str]:
@@ -140,7 +147,7 @@ def test_a_plane_is_offered_where_one_preset_was_swept(text: str, name: str | No
     if name is not None:
         assert links["plane"].text == name
     view = View("runs")
-    after = answer(view, "chart/plane", gathering_of(experiment, []))
+    after = answer(view, "chart/plane", gathering_of(experiment, []), ROWS)
     assert after == (view if name is None else View("plane"))
 
 
@@ -194,22 +201,22 @@ VIEW = View("runs", page=1)
     ],
 )
 def test_words_change_the_view(words: str, after: View) -> None:
-    assert answer(VIEW, words, GATHERING) == after
+    assert answer(VIEW, words, GATHERING, ROWS) == after
 
 
 def test_choosing_again_unchooses() -> None:
-    chosen = answer(VIEW, "variant/3", GATHERING)
-    assert answer(chosen, "variant/3", GATHERING).variant is None
-    assert answer(chosen, "variant/all", GATHERING).variant is None
-    assert answer(chosen, "variant/4", GATHERING).variant == 4
+    chosen = answer(VIEW, "variant/3", GATHERING, ROWS)
+    assert answer(chosen, "variant/3", GATHERING, ROWS).variant is None
+    assert answer(chosen, "variant/all", GATHERING, ROWS).variant is None
+    assert answer(chosen, "variant/4", GATHERING, ROWS).variant == 4
 
 
 def test_ordering_again_turns_round() -> None:
-    once = answer(VIEW, "order/success", GATHERING)
-    twice = answer(once, "order/success", GATHERING)
+    once = answer(VIEW, "order/success", GATHERING, ROWS)
+    twice = answer(once, "order/success", GATHERING, ROWS)
     assert (once.descending, twice.descending) == (False, True)
-    assert answer(twice, "order/success", GATHERING) == once
-    assert not answer(twice, "order/steps", GATHERING).descending
+    assert answer(twice, "order/success", GATHERING, ROWS) == once
+    assert not answer(twice, "order/steps", GATHERING, ROWS).descending
 
 
 @pytest.mark.parametrize(
@@ -222,7 +229,7 @@ def test_ordering_again_turns_round() -> None:
     ],
 )
 def test_words_that_make_no_sense_change_nothing(words: str) -> None:
-    assert answer(VIEW, words, GATHERING) == VIEW
+    assert answer(VIEW, words, GATHERING, ROWS) == VIEW
 
 
 @given(
@@ -236,7 +243,7 @@ def test_words_that_make_no_sense_change_nothing(words: str) -> None:
     )
 )
 def test_whatever_is_said_the_view_stays_one_that_can_be_shown(words: str) -> None:
-    view = answer(VIEW, words, GATHERING)
+    view = answer(VIEW, words, GATHERING, ROWS)
     assert view.chart in ("curves", "runs", "plane")
     assert view.axis in ("steps", "trials")
     assert view.variant is None or 0 <= view.variant < len(GATHERING.experiment.variants)
@@ -251,12 +258,12 @@ def test_every_link_is_understood() -> None:
     gathering = gatherer.gathering()
     for chart in ("curves", "runs", "plane"):
         view = View(chart, variant=1, page=0)
-        page = Shown(results_html(gatherer, gathering, view, address, WIDTH))
+        page = Shown(results_html(gatherer, gathering, view, address, SIZE))
         for words in words_of(page):
             if words.startswith("open/"):
                 assert words.removeprefix("open/") in {run.key for run in runs}
             else:
-                assert answer(view, words, gathering) != view
+                assert answer(view, words, gathering, ROWS) != view
 
 
 # --- The table -----------------------------------------------------------------------------------
@@ -269,6 +276,20 @@ def test_a_row_says_all_of_a_run_and_opens_it() -> None:
         ["timed", "7", "80.12", "86 %", "1.06", "5.67", "0.4", "01234567", "open ▸"]
     ]
     assert opened_in_table(page) == [address(f"open/{run.key}")]
+
+
+def test_a_click_anywhere_in_a_row_opens_its_run_and_one_stop_of_the_keyboard_does() -> None:
+    runs = [fact(2, seed, 80.0) for seed in range(2)]
+    (body,) = shown(experiment_of(THESIS), runs, View("runs")).all("tbody")
+    for run, row in zip(runs, body.iter("tr"), strict=True):
+        for cell in row.iter("td"):
+            # Nothing of a cell lies beside its link, which fills it.
+            (link,) = cell
+            assert link.tag == "a"
+            assert link.get("href") == address(f"open/{run.key}")
+            assert not cell.text
+            assert not link.tail
+        assert [link.get("tabindex") for link in row.iter("a")].count(None) == 1
 
 
 def test_a_run_that_never_got_there_says_never() -> None:
@@ -284,7 +305,8 @@ def test_failed_runs_say_why_and_cannot_be_opened() -> None:
     (failed,) = page.all("tr", class_="failed")
     assert not list(failed.iter("a"))
     text = "".join(failed.itertext())
-    assert f"failed: ValueError: {HOSTILE[0]}" in text
+    assert "failed: " in text
+    assert f"ValueError: {HOSTILE[0]}" in text
     assert len(text) < 300
     assert len(html_of(experiment_of(THESIS), runs, View("runs"))) < 20_000
 
@@ -321,17 +343,17 @@ def test_every_run_is_on_exactly_one_page(
         for seed, (variant, value, done) in enumerate(made)
     ]
     gathering = gathering_of(experiment, runs)
-    n_pages = max(math.ceil(len(runs) / ROWS_PER_PAGE), 1)
+    n_pages = max(math.ceil(len(runs) / ROWS), 1)
     gatherer = filled(experiment, runs)
     seeds: list[int] = []
     for page in range(n_pages):
         view = View("curves", order=order, descending=descending)
-        view = answer(view, f"page/{page}", gathering)
-        found = Shown(results_html(gatherer, gatherer.gathering(), view, address, WIDTH))
+        view = answer(view, f"page/{page}", gathering, ROWS)
+        found = Shown(results_html(gatherer, gatherer.gathering(), view, address, SIZE))
         rows = rows_of(found)
-        assert len(rows) == min(ROWS_PER_PAGE, len(runs) - page * ROWS_PER_PAGE)
+        assert len(rows) == min(ROWS, len(runs) - page * ROWS)
         seeds += [int(row[1]) for row in rows]
-        first = page * ROWS_PER_PAGE
+        first = page * ROWS
         assert f"{first + 1}–{first + len(rows)} of {len(runs)}" in found.text
     assert sorted(seeds) == list(range(len(runs)))
     if order in ("value", "success"):
@@ -387,12 +409,12 @@ def test_the_pager_leads_to_both_ends_and_both_neighbours() -> None:
     experiment = experiment_of(THESIS)
     runs = some_runs(experiment, 50)
     page = shown(experiment, runs, View("curves", page=10))
-    last = (len(runs) - 1) // ROWS_PER_PAGE
+    last = (len(runs) - 1) // ROWS
     assert {w for w in words_of(page) if w.startswith("page/")} == {
         *("page/0", "page/9", "page/11", f"page/{last}")
     }
-    first = 10 * ROWS_PER_PAGE + 1
-    assert f"{first}–{first + ROWS_PER_PAGE - 1} of {len(runs)}" in page.text
+    first = 10 * ROWS + 1
+    assert f"{first}–{first + ROWS - 1} of {len(runs)}" in page.text
 
 
 # --- Large, and hostile --------------------------------------------------------------------------
@@ -403,8 +425,8 @@ def test_the_pager_leads_to_both_ends_and_both_neighbours() -> None:
 def test_ten_thousand_runs_are_light(chart: str, variant: int | None) -> None:
     experiment = experiment_of(
         "presets: [timed]\ngrid:\n"
-        "  schedule.skills.circle_clockwise.at: {start: 0, stop: 18000, step: 2000}\n"
-        "  schedule.skills.avoid.at: {start: 0, stop: 18000, step: 2000}\n"
+        "  schedule.skills.circle_clockwise.at: {start: 0, stop: 360, step: 40}\n"
+        "  schedule.skills.avoid.at: {start: 0, stop: 360, step: 40}\n"
     )
     gatherer = filled(experiment, [fact(place, 0, float(place)) for place in range(100)])
     runs = [
@@ -417,7 +439,7 @@ def test_ten_thousand_runs_are_light(chart: str, variant: int | None) -> None:
     def long_address(words: str) -> str:
         return f"call/{'s' * 22}/{quote(words, safe='')}"
 
-    html = results_html(gatherer, gathering, view, long_address, WIDTH)
+    html = results_html(gatherer, gathering, view, long_address, SIZE)
     assert len(html.encode()) < 100_000
     assert f"of {100 if variant else 10_000:,}" in html
 
@@ -450,7 +472,7 @@ def test_the_panel_is_as_wide_as_it_is_asked_to_be() -> None:
     gatherer = filled(experiment, some_runs(experiment, 2))
     for width in (684, 1080):
         for chart in ("curves", "runs"):
-            html = results_html(gatherer, gatherer.gathering(), View(chart), address, width)
+            html = results_html(gatherer, gatherer.gathering(), View(chart), address, Size(width))
             picture = Shown(html).one("svg", role="group")
             assert picture.get("viewBox", "").split()[2] == str(width)
             for text in picture.iter("text"):
@@ -482,6 +504,49 @@ def test_names_that_were_given_stay_and_others_are_made_of_what_differs() -> Non
     assert labels["freeze"] == ["0", "30", "100", "300", "1,000", "2,000"]
     for name, found in labels.items():
         assert len(set(found)) == len(found), name
+
+
+@pytest.mark.parametrize(
+    ("text", "final"),
+    [
+        ("trials: 600", "all 600 trials"),
+        ("trials: 5000", "last 2,000 trials"),
+        ("settings: [{trials: 600}, {trials: 900}]", "all trials, at most 900"),
+        ("settings: [{trials: 600}, {trials: 9000}]", "last 2,000 trials, or all of fewer"),
+        ("steps: 5000", "last 2,000 trials, or all of fewer"),
+        ("trials: 9000\nstop: {success: 0.5}", "last 2,000 trials, or all of fewer"),
+        ("trials: 600\nstop: {success: 0.5}", "all trials, at most 600"),
+    ],
+)
+def test_what_is_final_is_said_as_it_was_measured(text: str, final: str) -> None:
+    experiment = parse(f"presets: [timed]\n{text}", "some.yaml")
+    runs = [fact(0, 0, 1.0), fact(0, 1, 2.0)]
+    page = shown(experiment, runs, View("runs"))
+    assert f"final reward (mean per trial, {final})" in page.text
+    assert f"final reward (mean per trial, {final}): sort" in headings_of(page)
+    assert f"captures in per cent, {final}: sort" in headings_of(page)
+    gatherer = filled(experiment, runs)
+    drawing = drawing_of(gatherer, gatherer.gathering(), View("runs"))
+    assert f"(mean per trial, {final})" in drawing.csv
+
+
+def test_a_high_panel_has_a_high_chart_and_many_rows_and_a_low_one_few() -> None:
+    experiment = experiment_of(THESIS)
+    gatherer = filled(experiment, some_runs(experiment, 20))
+    heights, rows = [], []
+    for height in (100, 752, 1064):
+        size = Size(684, height)
+        view = View("curves")
+        page = Shown(results_html(gatherer, gatherer.gathering(), view, address, size))
+        heights.append(float(page.one("svg", role="group").get("viewBox", "").split()[3]))
+        rows.append(len(rows_of(page)))
+        assert rows[-1] == size.rows
+        last = answer(view, f"page/{(80 - 1) // size.rows}", gatherer.gathering(), size.rows)
+        page = Shown(results_html(gatherer, gatherer.gathering(), last, address, size))
+        assert "of 80" in page.text
+        assert len(rows_of(page)) == 80 - last.page * size.rows
+    assert heights[0] < heights[1] < heights[2]
+    assert rows[0] < rows[1] < rows[2]
 
 
 def test_what_was_not_measured_is_not_called_never() -> None:

@@ -15,7 +15,7 @@ from app import experiments, replicate
 from app.experimenter import THIS_SESSION
 from app.experiments import Experiment
 from app.results import COLUMNS
-from app.results_view import ROWS_PER_PAGE
+from app.results_view import Size
 from app.session import Opened, Play, SetSpeed
 from app.workbench import Standing
 from learners.commands import Introduce
@@ -28,6 +28,9 @@ from tests.browser.conftest import (
     picture,
     preset_of,
 )
+
+ROWS_PER_PAGE = Size().rows
+"""Of the table, in a window of the usual size."""
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 
@@ -265,7 +268,7 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
         expect(screen.button(name)).to_have_count(0)
     assert [row.variant for row in rows_in(live.results / "long")] == ["timed, trials=20"]
 
-    expect(screen.text("1 seed each; 1 are there already.")).to_be_visible()
+    expect(screen.text("1 seed each; 1 is there already.")).to_be_visible()
     screen.button("Make the others").click()
     expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
     expect(listed(screen)).to_have_count(1)
@@ -293,7 +296,8 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
     expect(row).to_contain_text(f"failed: RuntimeError: no {HOSTILE} luck")
     expect(row.get_by_role("link")).to_have_count(0)
     for other in (0, 2):
-        expect(listed(screen).nth(other).get_by_role("link")).to_have_count(2)
+        opens = listed(screen).nth(other).get_by_role("link", name="open ▸")
+        expect(opens).to_have_count(1)
     expect(screen.text("small: 2 of 3 runs done, 1 failed.").first).to_be_visible()
     link(screen, "Runs").click()
     expect(dots(screen)).to_have_count(2)
@@ -315,7 +319,8 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
     show_results(screen)
     row = listed(screen).nth(4)
     expect(row.locator("td").first).to_have_text("standard_q")
-    row.get_by_role("link", name="open ▸").click()
+    # Anywhere in the row.
+    row.locator("td").nth(5).click(position={"x": 3, "y": 3})
     expect_opened(live, screen, experiment, found["standard_q", 1])
 
     results_button(screen).click()
@@ -375,7 +380,7 @@ def test_each_browser_has_its_own_view_of_the_results(
     expect(column(screen, "variant")).to_have_text(["standard_q"] * len(seeds))
     link(screen, "Runs").click()
     expect(dots(screen)).to_have_count(n_runs)
-    expect(panel).to_contain_text("final reward (mean per trial, last 2,000 trials)")
+    expect(panel).to_contain_text("final reward (mean per trial, all 600 trials)")
     link(screen, "choose none").click()
     expect(panel).not_to_contain_text("chosen:")
     expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
@@ -400,6 +405,33 @@ def test_each_browser_has_its_own_view_of_the_results(
     ]
     assert [len(found) for found in secrets] == [1, 1]
     assert secrets[0] != secrets[1]
+
+
+def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab()
+    run_to_end(live, experiment_of(n_seeds=8))
+    screen = open_page(live)
+    show_results(screen)
+    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
+    chart = results_of(screen).locator("svg[role=group]")
+    usual = chart.bounding_box()
+    assert usual is not None
+
+    screen.page.set_viewport_size({"width": 1920, "height": 1080})
+    expect(listed(screen)).to_have_count(16)
+    large = chart.bounding_box()
+    assert large is not None
+    assert large["width"] > 1.5 * usual["width"]
+    assert large["height"] > 1.4 * usual["height"]
+    results_button(screen).click(trial=True)
+
+    screen.page.set_viewport_size({"width": 1024, "height": 768})
+    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
+    for thing in (results_button(screen), screen.field("Seeds"), screen.button("Close")):
+        # A click would meet it, and nothing that lies over it.
+        thing.click(trial=True)
 
 
 def test_runs_and_charts_can_be_kept_as_files(start_lab: StartLab, open_page: OpenPage) -> None:
@@ -503,15 +535,15 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(name)
     screen.choose("Experiment", "figure_4_1")
-    expect(screen.field("Seeds")).to_have_value("3")
-    expect(screen.text("12 runs: 4 variants, 3 seeds each.")).to_be_visible()
+    expect(screen.field("Seeds")).to_have_value("30")
+    expect(screen.text("120 runs: 4 variants, 30 seeds each.")).to_be_visible()
     screen.choose("Experiment", name)
     expect(screen.field("Seeds")).to_have_value("2")
     expect(screen.text(f"{HOSTILE} about")).to_be_visible()
     expect(screen.text("2 runs: 1 variant, 2 seeds each.")).to_be_visible()
     screen.button("Start").click()
     # Too long for its column, where it is cut.
-    expect(column(screen, "variant")).to_have_text([re.compile("^<img src=.*label$")] * 2)
+    expect(column(screen, "variant")).to_have_text([re.compile("^<img src.*label$")] * 2)
     expect(results_of(screen).get_by_title(f"{HOSTILE} label: open")).to_have_count(2)
     expect(column(screen, "seed")).to_have_text(["11", "12"])
     link(screen, "Runs").click()
