@@ -6,7 +6,6 @@
 
 import os
 import re
-import secrets
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,22 +15,27 @@ from typing import Any, Final, NamedTuple
 
 import viser
 
-from app import presets, timeline
+from app import carried, presets, schedule_edits, timeline, timeline_picture
+from app.document import PresetError, document_of, printable
 from app.door import guarded
-from app.narrate import plain
-from app.presets import PresetError
+from app.experiments import ExperimentError
+from app.files import write_whole
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
 from app.widgets import assign
+from app.words import plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
 Ask = Callable[[viser.GuiEvent, Request], int]
 """Enqueues a request for the browser of an event; returns its ticket, as ``Session.submit``."""
 
-PANEL_WIDTH: Final = 690.0
-"""Pixels: what there is between two side panels of 330 on a screen of 1366."""
+_LEFT, _BOTTOM, _WIDTH = 8, 8, 684
+"""Pixels: this panel lies between two side panels of 330 on a screen of 1366."""
+_DOCKED = 334
+"""Pixels that a side panel takes with its frame."""
+_PICTURE_WIDTH: Final = _WIDTH - 20.0
 
 NUDGES: Final[Mapping[str, int]] = {
     "\N{MINUS SIGN}1,000": -1_000,
@@ -69,6 +73,18 @@ div:has(> div > .pounce-planner) > div:has(.mantine-Select-root)
 div:has(> div > .pounce-planner) .mantine-NumberInput-root { width: 6.2em; }
 div:has(> div > .pounce-planner) .mantine-Button-root[data-size="sm"] {
   height: 1.9em !important; padding-inline: 0.9em; }
+</style>"""
+
+# viser places this panel alike for all browsers. On wider screens it fills what is between the side
+# panels, until somebody moves or resizes it. On narrower ones it lies over the end of the right
+# one, which can be scrolled out from below it.
+_SCREENS: Final = f"""<style>
+[data-floating-window][style*="left: {_DOCKED + _LEFT}px"][style*="width: {_WIDTH}px"]:has(
+  .pounce-planner) {{
+  width: max({_WIDTH}px, calc(100vw - {2 * (_DOCKED + _LEFT)}px)) !important; }}
+@media (max-width: {2 * _DOCKED + _LEFT + _WIDTH - 1}px) {{
+  [data-dock-edge="right"] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {{
+    padding-bottom: 18rem; }} }}
 </style>"""
 
 
@@ -209,14 +225,14 @@ class Planner:
         self._drawn: object = None
         self._drawn_trial = -1
         self._drawn_s = 0.0
-        self.panel = gui.add_panel()
-        """Placed by whoever arranges the page."""
-        with self.panel.add_tab("Schedule", icon=viser.Icon.TIMELINE):
+        panel = gui.add_panel()
+        panel.float(x=_LEFT, y=-_BOTTOM, width=_WIDTH)
+        with panel.add_tab("Schedule", icon=viser.Icon.TIMELINE):
             self._build(gui)
         self.update(session.status)
 
     def _build(self, gui: viser.GuiApi) -> None:
-        gui.add_html(_LAYOUT)
+        gui.add_html(_LAYOUT + _SCREENS)
         self._picture = gui.add_html("")
         self._choice = gui.add_dropdown("Change", tuple(self._choices))
         self._nudges = gui.add_button_group("Move by", tuple(NUDGES), visible=False)
@@ -301,14 +317,20 @@ class Planner:
     def _show_picture(
         self, blocks: Sequence[Block], snapshot: Snapshot, form: Form, playing: bool
     ) -> None:
-        shape = (blocks, form.chosen, form.caption, snapshot.spec, timeline.axis_end(snapshot))
+        shape = (
+            blocks,
+            form.chosen,
+            form.caption,
+            snapshot.spec,
+            timeline_picture.axis_end(snapshot),
+        )
         now_s = time.monotonic()
         rests = snapshot.trial == self._drawn_trial
         if shape == self._drawn and (rests or (playing and now_s - self._drawn_s < _REDRAW_S)):
             return
         self._drawn, self._drawn_trial, self._drawn_s = shape, snapshot.trial, now_s
-        self._picture.content = timeline.timeline_svg(
-            blocks, snapshot, None, PANEL_WIDTH - 20, form.chosen, form.caption
+        self._picture.content = timeline_picture.timeline_svg(
+            blocks, snapshot, None, _PICTURE_WIDTH, form.chosen, form.caption
         )
 
     def _take_choice(self) -> None:
@@ -325,13 +347,15 @@ class Planner:
 
     def _nudge(self, event: viser.GuiEvent) -> None:
         by = NUDGES[str(self._nudges.value)]
-        self._edit(event, lambda plan, now, _: timeline.moved(plan, self._chosen, by, now))
+        self._edit(event, lambda plan, now, _: schedule_edits.moved(plan, self._chosen, by, now))
 
-    def _applied(self, plan: ScheduleSpec, now: timeline.Now, snapshot: Snapshot) -> ScheduleSpec:
+    def _applied(
+        self, plan: ScheduleSpec, now: schedule_edits.Now, snapshot: Snapshot
+    ) -> ScheduleSpec:
         form = form_of(self._chosen, timeline.blocks_of(snapshot), snapshot)
         if form.is_new:
             _, _, skill = form.chosen.partition(":")
-            plan = timeline.with_episode(
+            plan = schedule_edits.with_episode(
                 plan,
                 skill,
                 int(self._at.value),
@@ -339,19 +363,19 @@ class Planner:
                 float(self._chance.value),
                 now,
             )
-            self._chosen = timeline.newest_episode_id(plan)
+            self._chosen = schedule_edits.newest_episode_id(plan)
             return plan
-        return timeline.changed(plan, self._chosen, now, **self._typed(form))
+        return schedule_edits.changed(plan, self._chosen, now, **self._typed(form))
 
-    def _deleted(self, plan: ScheduleSpec, now: timeline.Now, _: Snapshot) -> ScheduleSpec:
-        plan = timeline.without(plan, self._chosen, now)
+    def _deleted(self, plan: ScheduleSpec, now: schedule_edits.Now, _: Snapshot) -> ScheduleSpec:
+        plan = schedule_edits.without(plan, self._chosen, now)
         self._chosen = ""
         return plan
 
     def _edit(
         self,
         event: viser.GuiEvent,
-        edited: Callable[[ScheduleSpec, timeline.Now, Snapshot], ScheduleSpec],
+        edited: Callable[[ScheduleSpec, schedule_edits.Now, Snapshot], ScheduleSpec],
     ) -> None:
         """Ask for an edited schedule, or say why it cannot be had."""
         if event.client is None:
@@ -365,7 +389,7 @@ class Planner:
                 # A second click before the first was answered goes on from what that asked for.
                 plan = self._pending
             try:
-                plan = edited(plan, timeline.now_of(snapshot), snapshot)
+                plan = edited(plan, schedule_edits.now_of(snapshot), snapshot)
             except ValueError as error:
                 event.client.add_notification(_REFUSED, str(error), auto_close_seconds=6)
                 return
@@ -378,6 +402,9 @@ class Planner:
 _SAFE_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _NAME_RULE: Final = "A name has up to 64 letters, digits, - and _, and starts with none of the two."
 _SAVING: Final = threading.Lock()
+_EXPERIMENT_KEY: Final = "presets"
+_PRESET_KEYS: Final = {"extends", "world", "learner", "schedule"}
+"""What every experiment has and no preset, and what presets have and no experiment."""
 
 
 def is_safe_name(name: str) -> bool:
@@ -420,19 +447,11 @@ def save_file(folder: Path, name: str, text: str, overwrite: bool = False) -> Pa
         raise NotADirectoryError(f"{folder.name} is not a folder")
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / f"{name}.yaml"
-    temporary = folder / f".{name}.{secrets.token_hex(8)}.tmp"
     # One at a time, so that of two browsers that save under one name the second is asked.
     with _SAVING:
         if os.path.lexists(target) and not overwrite:
             raise FileExistsError(f"{target.name} is there already")
-        try:
-            with temporary.open("x", encoding="utf-8", newline="\n") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(temporary, target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_whole(target, text.encode())
     return target
 
 
@@ -485,7 +504,7 @@ class PresetButtons:
         if not is_safe_name(name):
             self._say([_NAME_RULE])
             return
-        spec, left_out = timeline.preset_of(self._session.status.snapshot)
+        spec, left_out = carried.preset_of(self._session.status.snapshot)
         text = preset_text(spec, left_out)
         said = f"Saved as {name}.yaml."
         if self._save_dir is not None:
@@ -507,18 +526,34 @@ class PresetButtons:
         try:
             spec = presets.parse(file.content, file.name)
         except PresetError as error:
-            show_problems(self._client, "This preset cannot be used; nothing has changed", error)
+            title = "This preset cannot be used; nothing has changed"
+            show_problems(self._client, title, error, file)
             return
         name = loaded_name(file.name)
         self._ask(event, StartAgain(spec, name, self._session.status.snapshot.seed))
         self._say([f"Started again with {name}."])
 
 
-def show_problems(client: viser.ClientHandle, title: str, error: PresetError) -> None:
-    """Show all that is wrong with a file."""
+def _mistaken(file: viser.UploadedFile, error: PresetError) -> str | None:
+    """Which file of the other kind, of presets and experiments, this is; None if of neither."""
+    tree = document_of(file.content, "", [])
+    keys = set() if tree is None else set(tree.value)
+    name = printable(file.name)
+    if not isinstance(error, ExperimentError) and _EXPERIMENT_KEY in keys:
+        return f"{name} is an experiment, not a preset: Load experiment takes it."
+    if isinstance(error, ExperimentError) and _EXPERIMENT_KEY not in keys and keys & _PRESET_KEYS:
+        return f"{name} is a preset, not an experiment: Load preset takes it."
+    return None
+
+
+def show_problems(
+    client: viser.ClientHandle, title: str, error: PresetError, file: viser.UploadedFile
+) -> None:
+    """Show all that is wrong with a file; or else that it is of the other kind."""
+    mistaken = _mistaken(file, error)
+    sentences = list(map(str, error.problems)) if mistaken is None else [mistaken]
     lines = "".join(
-        f'<div style="margin-bottom:0.5em">{escape(str(problem))}</div>'
-        for problem in error.problems
+        f'<div style="margin-bottom:0.5em">{escape(sentence)}</div>' for sentence in sentences
     )
     modal = client.gui.add_modal(title)
     with modal:

@@ -13,8 +13,9 @@ import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app import planner, presets, snapshot, timeline
+from app import experiments, planner, presets, snapshot, timeline
 from app.door import close_server, open_server
+from app.experiments import ExperimentError
 from app.planner import Planner, PresetButtons
 from app.session import Request, Session, StartAgain, Status, TrialOnce
 from app.snapshot import Snapshot
@@ -502,17 +503,23 @@ def test_a_loaded_preset_starts_again(desk: Desk) -> None:
     assert desk.requests == [StartAgain(small_spec("trials=77"), "mine", 3)]
 
 
-def test_all_errors_of_a_wrong_preset_are_shown_and_the_session_is_untouched(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shown: list[str] = []
+@pytest.fixture
+def shown(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is put on the page from now on."""
+    contents: list[str] = []
     add_html = desk.person.gui.add_html
 
     def remember(content: str, **options: Any) -> Any:
-        shown.append(content)
+        contents.append(content)
         return add_html(content, **options)
 
     monkeypatch.setattr(desk.person.gui, "add_html", remember)
+    return contents
+
+
+def test_all_errors_of_a_wrong_preset_are_shown_and_the_session_is_untouched(
+    desk: Desk, shown: list[str]
+) -> None:
     upload(desk, "b<b>.yaml", "learner: {options: moves, alpha: 7}\n<i>: 1\ntrials: no\n")
     (content,) = shown
     for words in ("learner.alpha", "trials", "&lt;i&gt;", "b&lt;b&gt;.yaml:1"):
@@ -520,3 +527,42 @@ def test_all_errors_of_a_wrong_preset_are_shown_and_the_session_is_untouched(
     assert "<i>" not in content
     assert desk.requests == []
     assert desk.settle().snapshot.generation == 0
+
+
+@pytest.mark.parametrize("name", experiments.shipped())
+def test_an_experiment_in_the_place_of_a_preset_is_told_to_be_one(
+    name: str, desk: Desk, shown: list[str]
+) -> None:
+    upload(desk, f"{name}<b>.yaml", experiments.shipped()[name].read_text())
+    (content,) = shown
+    assert f"{name}&lt;b&gt;.yaml is an experiment, not a preset" in content
+    assert "is not a known key" not in content
+    assert desk.requests == []
+
+
+@pytest.mark.parametrize("name", presets.shipped())
+def test_a_preset_in_the_place_of_an_experiment_is_told_to_be_one(
+    name: str, desk: Desk, shown: list[str]
+) -> None:
+    file = viser.UploadedFile(f"{name}.yaml", presets.shipped()[name].read_bytes())
+    with pytest.raises(ExperimentError) as wrong:
+        experiments.parse(file.content, file.name, None)
+    client: Any = desk.person
+    planner.show_problems(client, "It cannot be run", wrong.value, file)
+    (content,) = shown
+    assert f"{name}.yaml is a preset, not an experiment" in content
+    assert "is not a known key" not in content
+
+
+def test_a_file_of_the_right_kind_is_told_what_is_wrong_with_it(
+    desk: Desk, shown: list[str]
+) -> None:
+    file = viser.UploadedFile("mine.yaml", b"presets: [timed]\nlearner: 5\n")
+    with pytest.raises(ExperimentError) as wrong:
+        experiments.parse(file.content, file.name, None)
+    client: Any = desk.person
+    planner.show_problems(client, "It cannot be run", wrong.value, file)
+    upload(desk, "mine.yaml", "learner: {options: moves}\nseeds: 5\n")
+    assert "learner" in shown[0]
+    assert "seeds" in shown[1]
+    assert not any("takes it" in content for content in shown)
