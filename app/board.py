@@ -5,19 +5,22 @@ assigned afterwards; only the render loop calls it. The board lies in the plane 
 units wide whatever the grid, the prey at the origin.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import viser
+from scipy import ndimage
 
 from app.layers import Picture
 from app.look import OF_TRIAL, Look, heading_shown
-from app.pictures import Theme
+from app.pictures import Colour, Theme
 from app.snapshot import Snapshot, TrialEnd
+from app.widgets import assign
 from sim import geometry
 from sim.spec import STANDARD_SIZE, WorldSpec
-from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
+from sim.world import World
 
 BOARD_UNITS = 12.0
 SURFACE_UNITS = 2.4
@@ -29,16 +32,21 @@ FLAT_CAMERA = (0.0, -2.65, 15.6)
 SURFACE_CAMERA = (0.0, -17.5, 12.5)
 SURFACE_TARGET = (0.0, -2.6, 0.0)
 
+_PREY_RADIUS, _PREDATOR_RADIUS, _HALO_RADIUS = 0.13, 0.13, 0.17
 _GRID_EVERY = 10
 _ARC_POINTS = 48
 _CIRCLE_POINTS = 73
 _RAY_POINTS = 400
-_AWAY = (0.0, 0.0, -50.0)
+_FARTHEST = 1e6
+"""Board units from the prey at which nothing is looked for any more."""
+AWAY = (0.0, 0.0, -50.0)
 """Where things are kept that are not to be seen."""
 _FLASH_S = 0.7
 _FLASH_RADIUS = 0.1
 _TRAIL_SEGMENTS = 120
 _PATH_POINTS = 60
+_PIECE_CELLS = 2.0
+"""Cells that a piece of a line over a surface spans at most."""
 _PATHS_EVERY_S = 1.0
 _LINES_EVERY_S = 1.0
 
@@ -77,8 +85,8 @@ def cell_centres(spec: WorldSpec) -> np.ndarray:
     return (flat * BOARD_UNITS / spec.size).astype(np.float32)
 
 
-def _segments(points: np.ndarray) -> np.ndarray:
-    """A line through points ``(n, 2)`` as segments ``(n - 1, 2, 2)``."""
+def segments(points: np.ndarray) -> np.ndarray:
+    """A line through points ``(n, 2 or 3)`` as segments ``(n - 1, 2, 2 or 3)``."""
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
@@ -91,7 +99,7 @@ def _edges(spec: WorldSpec) -> tuple[float, float]:
 
 def _border(spec: WorldSpec) -> np.ndarray:
     low, high = _edges(spec)
-    return _segments(np.array([[low, low], [high, low], [high, high], [low, high], [low, low]]))
+    return segments(np.array([[low, low], [high, low], [high, high], [low, high], [low, low]]))
 
 
 def _grid(spec: WorldSpec) -> np.ndarray:
@@ -100,7 +108,7 @@ def _grid(spec: WorldSpec) -> np.ndarray:
     marks = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
     lines = [np.array([[mark, low], [mark, high]]) for mark in marks]
     lines += [np.array([[low, mark], [high, mark]]) for mark in marks]
-    return np.concatenate([_segments(line) for line in lines])
+    return np.concatenate([segments(line) for line in lines])
 
 
 def _turned(points: np.ndarray, heading: int) -> np.ndarray:
@@ -113,25 +121,25 @@ def _visual_field(spec: WorldSpec, heading: int) -> np.ndarray:
     radius = spec.vision_radius * BOARD_UNITS / STANDARD_SIZE
     angles = np.linspace(-np.pi / 2, np.pi / 2, _ARC_POINTS)
     arc = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    return _segments(_turned(np.concatenate([arc, arc[:1]]), heading))
+    return segments(_turned(np.concatenate([arc, arc[:1]]), heading))
 
 
 def _arrow(heading: int) -> np.ndarray:
     tip, wing, tail = 0.62, 0.2, 0.12
     shaft = np.array([[tail, 0.0], [tip, 0.0]])
     head = np.array([[tip - wing, wing], [tip, 0.0], [tip - wing, -wing]])
-    return np.concatenate([_segments(_turned(part, heading)) for part in (shaft, head)])
+    return np.concatenate([segments(_turned(part, heading)) for part in (shaft, head)])
 
 
 def _circle(radius: float) -> np.ndarray:
     angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS)
-    return _segments(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+    return segments(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
-def _within(segments: np.ndarray, spec: WorldSpec) -> np.ndarray:
-    """The segments that lie on the board."""
+def _within(parts: np.ndarray, spec: WorldSpec) -> np.ndarray:
+    """The segments ``(n, 2, 2)`` that lie on the board."""
     low, high = _edges(spec)
-    return segments[((segments >= low) & (segments <= high)).all(axis=(1, 2))]
+    return parts[((parts >= low) & (parts <= high)).all(axis=(1, 2))]
 
 
 def _sensors(spec: WorldSpec) -> np.ndarray:
@@ -142,7 +150,7 @@ def _sensors(spec: WorldSpec) -> np.ndarray:
     radii = np.linspace(edges[0], edges[-1], 40)
     for sector in range(spec.n_directions):
         angle = (sector + 0.5) * 2 * np.pi / spec.n_directions
-        parts.append(_segments(radii[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))
+        parts.append(segments(radii[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))
     return _within(np.concatenate(parts), spec)
 
 
@@ -173,16 +181,51 @@ class _Ground:
 
     def under(self, points: np.ndarray) -> np.ndarray:
         """Height at points ``(..., 2)``."""
-        if self.height is None:
-            return np.zeros(points.shape[:-1])
-        middle, unit = self.spec.size // 2, BOARD_UNITS / self.spec.size
-        index = np.clip(np.rint(points / unit).astype(int) + middle, 0, self.spec.size - 1)
-        return self.height[index[..., 1], index[..., 0]]
+        return np.zeros(points.shape[:-1]) if self.height is None else self._at(points, self.height)
 
-    def lifted(self, points: np.ndarray, above: float) -> np.ndarray:
-        """Points ``(..., 2)`` so far above the ground, ``(..., 3) float32``."""
-        z = self.under(points) + above
+    def lifted(self, points: np.ndarray, above: float, radius: float = 0.0) -> np.ndarray:
+        """Points ``(..., 2)`` so far above the ground, ``(..., 3) float32``.
+
+        A surface is made of squares that face the camera, and so are dots of that radius: only
+        what is higher than both are large is in sight from all sides.
+        """
+        z = np.full(points.shape[:-1], above)
+        if self._crest is not None:
+            z += self._at(points, self._crest) + self._unit + radius
         return np.concatenate([points, z[..., None]], axis=-1).astype(np.float32)
+
+    def draped(self, parts: np.ndarray, above: float) -> tuple[np.ndarray, np.ndarray]:
+        """Segments ``(n, 2, 2)`` so far above the ground, and the number of each in ``parts``.
+
+        Those that are long are divided, for the ground may rise between their ends.
+
+        Returns:
+            ``(m, 2, 3) float32`` and ``(m,) int64``.
+        """
+        if self.height is None:
+            return self.lifted(parts, above), np.arange(len(parts))
+        along = parts[:, 1] - parts[:, 0]
+        lengths = np.hypot(along[:, 0], along[:, 1])
+        pieces = np.maximum(np.ceil(lengths / (_PIECE_CELLS * self._unit)), 1).astype(np.int64)
+        of = np.repeat(np.arange(len(parts)), pieces)
+        nth = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        share = (nth[:, None] + np.arange(2)) / pieces[of, None]
+        return self.lifted(parts[of, :1] + share[..., None] * along[of, None], above), of
+
+    def _at(self, points: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """What a height ``(y, x)`` is in the cells nearest to points ``(..., 2)``."""
+        index = np.rint(points / self._unit).astype(int) + self.spec.size // 2
+        index = np.clip(index, 0, self.spec.size - 1)
+        return height[index[..., 1], index[..., 0]]
+
+    @property
+    def _unit(self) -> float:
+        return BOARD_UNITS / self.spec.size
+
+    @functools.cached_property
+    def _crest(self) -> np.ndarray | None:
+        """The highest of the cells around each, ``(y, x)``."""
+        return None if self.height is None else ndimage.maximum_filter(self.height, 3)
 
 
 class BoardView:
@@ -199,17 +242,17 @@ class BoardView:
 
     def _create(self) -> None:
         spec, theme = self._spec, self._look.theme
-        self._sent: dict[str, Any] = {}
         self._ground = _Ground(spec, None)
         self._lines_at = self._paths_at = float("-inf")
         centres = cell_centres(spec)
-        unit = BOARD_UNITS / spec.size
+        empty = np.broadcast_to(np.array(theme.unknown, np.uint8), centres.shape).copy()
+        self._sent: dict[str, Any] = {"cells": (centres, empty)}
         self._cells = self._keep(
             self._scene.add_point_cloud(
                 "/board/cells",
                 points=centres,
-                colors=np.broadcast_to(np.array(theme.unknown, np.uint8), centres.shape).copy(),
-                point_size=unit / 2,
+                colors=empty,
+                point_size=self._point_size(),
                 point_shading="flat",
                 precision="float32",
             )
@@ -217,7 +260,7 @@ class BoardView:
         self._border = self._line("border", theme.border, 2.0)
         self._grid = self._line("grid", theme.lines, 1.0)
         self._sensors = self._line("sensors", theme.border, 1.0)
-        self._zone = self._line("start_zone", theme.capture, 2.0)
+        self._zone = self._line("start_zone", theme.zone, 2.0)
         self._field = self._line("field", theme.field, 3.0)
         self._arrow = self._line("heading", theme.prey, 4.0)
         self._flow = self._line("flow", theme.ink, 2.0)
@@ -227,11 +270,16 @@ class BoardView:
         self._trail = self._line("trail", of_parts, 3.0)
         self._rims = self._dots("rims", theme.unknown, _FLASH_RADIUS * 1.5)
         self._flash = self._dots("flash", theme.unknown, _FLASH_RADIUS)
-        self._prey = self._dots("prey", theme.prey, 0.13)
-        self._halo = self._dots("halo", theme.unknown, 0.17)
-        self._predator = self._dots("predator", theme.predator, 0.13)
+        self._prey = self._dots("prey", theme.prey, _PREY_RADIUS)
+        self._halo = self._dots("halo", theme.unknown, _HALO_RADIUS)
+        self._predator = self._dots("predator", theme.predator, _PREDATOR_RADIUS)
         self._set(self._border, "border", self._flat(_border(spec), _Z_LINES))
         self._set(self._grid, "grid", self._flat(_grid(spec), _Z_LINES))
+
+    def _point_size(self) -> float:
+        """Half the side of a cell; all of it on a surface, whose slopes would have holes."""
+        unit = BOARD_UNITS / self._spec.size
+        return unit if self._look.surface else unit / 2
 
     def _keep(self, handle: Any) -> Any:
         self._handles.append(handle)
@@ -241,7 +289,7 @@ class BoardView:
         return self._keep(
             self._scene.add_line_segments(
                 f"/board/{name}",
-                np.full((1, 2, 3), _AWAY, np.float32),
+                np.full((1, 2, 3), AWAY, np.float32),
                 colour,
                 thickness=thickness,
                 thickness_units="screen",
@@ -252,7 +300,7 @@ class BoardView:
         return self._keep(
             self._scene.add_point_cloud(
                 f"/board/{name}",
-                points=np.full((1, 3), _AWAY, np.float32),
+                points=np.full((1, 3), AWAY, np.float32),
                 colors=colour,
                 point_size=radius,
                 point_shape="circle",
@@ -269,7 +317,7 @@ class BoardView:
     ) -> None:
         """Send points, and colours of each, only if they differ from what was sent before."""
         if points.shape[0] == 0:
-            points = np.full((1, *points.shape[1:]), _AWAY, np.float32)
+            points = np.full((1, *points.shape[1:]), AWAY, np.float32)
             colours = None if colours is None else np.zeros(points.shape, np.uint8)
         former = self._sent.get(name)
         same = (
@@ -298,10 +346,8 @@ class BoardView:
             self._spec, self._look = snapshot.spec.world, look
             self._create()
         changed = look != self._look or snapshot.spec.world != self._spec
-        if look.surface != self._look.surface:
-            unit = BOARD_UNITS / self._spec.size
-            self._cells.point_size = unit if look.surface else unit / 2
         self._spec, self._look = snapshot.spec.world, look
+        assign(self._cells, "point_size", self._point_size())
         self._show_cells(picture)
         if changed or now_s - self._lines_at >= _LINES_EVERY_S or look.frame == OF_TRIAL:
             self._show_overlays(snapshot, picture)
@@ -315,16 +361,24 @@ class BoardView:
     def place_under(
         self, origin: tuple[float, float, float], direction: tuple[float, float, float]
     ) -> tuple[float, float] | None:
-        """East and north of where a ray meets the board as it is drawn, None if it does not."""
+        """East and north of where a ray meets the board as it is drawn, None if it does not.
+
+        Args:
+            origin: of the ray, in board units.
+            direction: of the ray, of any length.
+        """
         start, along = np.array(origin, float), np.array(direction, float)
-        if along[2] >= -1e-9:
-            return None
         # From above everything to below everything there is.
-        highest, lowest = SURFACE_UNITS * 1.05, -SURFACE_UNITS * 1.05
+        levels = np.array([SURFACE_UNITS, -SURFACE_UNITS]) * 1.05
         if self._ground.height is None:
-            highest = lowest = 0.0
-        times = np.linspace(highest - start[2], lowest - start[2], _RAY_POINTS) / along[2]
-        points = start + times[:, None] * along
+            levels = np.zeros(2)
+        with np.errstate(all="ignore"):
+            ends = start + ((levels - start[2]) / along[2])[:, None] * along
+        # What a page sends may be anything; no comparison holds for what is not a number.
+        if not (along[2] < 0 and (np.abs(ends) < _FARTHEST).all()):
+            return None
+        ends[:, 2] = levels
+        points = np.linspace(ends[0], ends[1], _RAY_POINTS)
         met = points[:, 2] <= self._ground.under(points[:, :2]) + 1e-9
         if not met.any():
             return None
@@ -338,7 +392,8 @@ class BoardView:
         self._handles.clear()
 
     def _show_cells(self, picture: Picture) -> None:
-        points = cell_centres(self._spec) if "cells" not in self._sent else self._sent["cells"][0]
+        points, colours = self._sent["cells"]
+        former = points
         if self._look.surface:
             size = self._spec.size
             height = _smoothed(picture.height.reshape(size, size)) * SURFACE_UNITS
@@ -348,46 +403,46 @@ class BoardView:
         elif self._ground.height is not None:
             points = cell_centres(self._spec)
             self._ground = _Ground(self._spec, None)
-        former = self._sent.get("cells", (None, None))
-        if former[0] is not None and not np.array_equal(former[0], points):
+        if not np.array_equal(former, points):
             self._cells.points = points
-        if former[1] is None or not np.array_equal(former[1], picture.colours):
+        if not np.array_equal(colours, picture.colours):
             self._cells.colors = picture.colours
         self._sent["cells"] = (points, picture.colours)
 
     def _show_overlays(self, snapshot: Snapshot, picture: Picture) -> None:
-        look, spec, lifted = self._look, self._spec, self._ground.lifted
+        look, spec, ground = self._look, self._spec, self._ground
         shown = heading_shown(look, snapshot.heading)
         flat = not look.surface
-        _show(self._grid, look.grid and flat)
-        _show(self._sensors, look.sensors and flat)
-        _show(self._zone, look.start_zone and flat)
-        _show(self._field, look.field)
+        assign(self._grid, "visible", look.grid and flat)
+        assign(self._sensors, "visible", look.sensors and flat)
+        assign(self._zone, "visible", look.start_zone and flat)
+        assign(self._field, "visible", look.field)
         if look.sensors:
             self._set(self._sensors, "sensors", self._flat(_sensors(spec), _Z_LINES))
         if look.start_zone:
             self._set(self._zone, "zone", self._flat(_start_zone(spec), _Z_FIELD))
-        self._set(self._field, "field", lifted(_visual_field(spec, shown), _Z_FIELD))
-        self._set(self._arrow, "arrow", lifted(_arrow(shown), _Z_PREY))
-        self._set(self._prey, "prey", lifted(np.zeros((1, 2)), _Z_PREY))
-        self._set(self._flow, "flow", lifted(_arrows(picture, spec), _Z_FIELD))
+        self._set(self._field, "field", ground.draped(_visual_field(spec, shown), _Z_FIELD)[0])
+        self._set(self._arrow, "arrow", ground.draped(_arrow(shown), _Z_PREY)[0])
+        self._set(self._prey, "prey", ground.lifted(np.zeros((1, 2)), _Z_PREY, _PREY_RADIUS))
+        self._set(self._flow, "flow", ground.draped(_arrows(picture, spec), _Z_FIELD)[0])
 
     def _show_predator(self, snapshot: Snapshot) -> None:
         shown = heading_shown(self._look, snapshot.heading)
         path = on_picture(snapshot.world, snapshot.trail, snapshot.heading, shown)
         # By its points and not its position, which browsers apply a frame ahead of the trail.
-        here = self._ground.lifted(path[-1:], _Z_PREDATOR)
+        here = self._ground.lifted(path[-1:], _Z_PREDATOR, _HALO_RADIUS)
         self._set(self._predator, "predator", here)
         self._set(self._halo, "halo", here - np.array([0, 0, 0.002], np.float32))
         points = np.zeros((0, 2, 3), np.float32)
         colours = np.zeros((0, 2, 3), np.uint8)
         if self._look.trail and len(path) > 1:
-            points = self._ground.lifted(_segments(path)[-_TRAIL_SEGMENTS:], _Z_TRAIL)
-            colours = _fading(self._look.theme, len(points))
+            steps = segments(path)[-_TRAIL_SEGMENTS:]
+            points, of = self._ground.draped(steps, _Z_TRAIL)
+            colours = _fading(self._look.theme, len(steps))[of]
         self._set(self._trail, "trail", points, colours)
 
     def _show_paths(self, snapshot: Snapshot) -> None:
-        _show(self._paths, self._look.paths)
+        assign(self._paths, "visible", self._look.paths)
         if not self._look.paths:
             return
         shown = heading_shown(self._look, snapshot.heading)
@@ -395,13 +450,13 @@ class BoardView:
         for path in snapshot.paths:
             chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
             points = on_picture(snapshot.world, path.cells[chosen], path.heading, shown)
-            segments = _within(_segments(points), self._spec)
-            parts.append(segments)
-            colour = in_linear_light(np.array(outcome_colour(self._look.theme, path.outcome)))
-            colours.append(np.broadcast_to(colour, (len(segments), 2, 3)))
+            part = _within(segments(points), self._spec)
+            parts.append(part)
+            colour = in_linear_light(self._look.theme.of_outcome(path.outcome))
+            colours.append(np.broadcast_to(colour, (len(part), 2, 3)))
         if parts:
-            lines = self._ground.lifted(np.concatenate(parts), _Z_TRAIL)
-            self._set(self._paths, "paths", lines, np.concatenate(colours))
+            lines, of = self._ground.draped(np.concatenate(parts), _Z_TRAIL)
+            self._set(self._paths, "paths", lines, np.concatenate(colours)[of])
 
     def _show_flashes(self, snapshot: Snapshot, now_s: float) -> None:
         generation, last = self._last_end
@@ -423,13 +478,13 @@ class BoardView:
         cells = np.array([end.cell for end in ends], np.int64)
         headings = np.array([end.heading for end in ends], np.int64)
         places = on_picture(snapshot.world, cells, headings, shown).reshape(-1, 2)
-        colours = np.array(
-            [outcome_colour(self._look.theme, end.outcome) for end in ends], np.uint8
-        ).reshape(-1, 3)
+        theme = self._look.theme
+        colours = np.array([theme.of_outcome(end.outcome) for end in ends], np.uint8).reshape(-1, 3)
         # Turned by half a quarter, the corners of another trial's board lie outside this one.
         low, high = _edges(self._spec)
         inside = ((places >= low) & (places <= high)).all(axis=1)
-        points, colours = self._ground.lifted(places[inside], _Z_FLASH), colours[inside]
+        points = self._ground.lifted(places[inside], _Z_FLASH, 1.5 * _FLASH_RADIUS)
+        colours = colours[inside]
         self._set(self._flash, "flash", points, colours)
         self._set(self._rims, "rims", points - np.array([0, 0, 0.002], np.float32))
 
@@ -439,24 +494,7 @@ def _smoothed(height: np.ndarray) -> np.ndarray:
 
     The mean over 5 x 5 cells; the colours stay those of each cell.
     """
-    reach = 2
-    width = 2 * reach + 1
-    for axis in (0, 1):
-        padded = np.pad(
-            height, [(reach, reach) if a == axis else (0, 0) for a in (0, 1)], mode="edge"
-        )
-        total = np.cumsum(padded, axis=axis, dtype=np.float64)
-        total = np.insert(total, 0, 0.0, axis=axis)
-        n = height.shape[axis]
-        upper = np.take(total, np.arange(width, n + width), axis=axis)
-        lower = np.take(total, np.arange(n), axis=axis)
-        height = (upper - lower) / width
-    return height.astype(np.float32)
-
-
-def outcome_colour(theme: Theme, outcome: int) -> tuple[int, int, int]:
-    """Colour of a way to end."""
-    return {CAPTURE: theme.capture, FLIGHT: theme.flight, TIMEOUT: theme.timeout}[outcome]
+    return ndimage.uniform_filter(height, 5, mode="nearest")
 
 
 def _fading(theme: Theme, n_segments: int) -> np.ndarray:
@@ -466,16 +504,11 @@ def _fading(theme: Theme, n_segments: int) -> np.ndarray:
     return in_linear_light(np.broadcast_to(fresh * (1 - age) + faded * age, (n_segments, 2, 3)))
 
 
-def in_linear_light(colours: np.ndarray) -> np.ndarray:
+def in_linear_light(colours: np.ndarray | Colour) -> np.ndarray:
     """Colours as the page takes them for parts of lines, ``(..., 3) uint8``.
 
-    It converts a colour of a whole line from sRGB, and takes those of its parts as linear.
+    The page converts a colour of a whole line from sRGB, and takes those of its parts as linear.
     """
     share = np.asarray(colours, float) / 255
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.rint(linear * 255).astype(np.uint8)
-
-
-def _show(handle: Any, visible: bool) -> None:
-    if handle.visible != visible:
-        handle.visible = visible

@@ -5,6 +5,7 @@ once a request has been answered, the render loop sets every widget to what is t
 """
 
 import math
+import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,10 +14,12 @@ from typing import Any
 
 import viser
 
+from app import narrate
+from app.cli_words import UsageError, whole_number
 from app.door import RefusedError, guarded
-from app.narrate import plain
 from app.session import (
     FULL_SPEED,
+    GoBack,
     Pause,
     Play,
     Request,
@@ -27,21 +30,22 @@ from app.session import (
     StepOnce,
     TrialOnce,
 )
-from app.steering import Steering
+from app.snapshot import Snapshot
+from app.steering import Steering, introduction_of
 from app.widgets import assign, on_change, show
+from app.words import by_plain_name, counted, plain, speed_in_words
 from learners.commands import (
     Explore,
     FollowSchedule,
     FreezeSelection,
     FreezeSkills,
-    Introduce,
     StopExploring,
 )
 from learners.spec import MAX_TRIALS, RunSpec
+from sim.rng import MAX_SEED
 
-DEFAULT_FREEZE_TRIALS = 300
-"""Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
-MAX_SEED = 2**31 - 1
+MOST_LOADED = 16
+"""Presets besides the shipped ones that the list keeps; of more, those used least lately go."""
 
 _FULL = 7.0
 """Where the speed slider means as fast as it goes."""
@@ -49,12 +53,17 @@ _SPEED_MARKS = (
     (0.0, "1"),
     (1.0, "10"),
     (2.0, "100"),
-    (3.0, "1k"),
-    (4.0, "10k"),
-    (5.0, "100k"),
-    (6.0, "1M"),
+    (3.0, "1 k"),
+    (4.0, "10 k"),
+    (5.0, "100 k"),
+    (6.0, "1 M"),
     (_FULL, "max"),
 )
+# viser puts a field beside each slider, which here would hold the place on the slider: a logarithm.
+_SPEED_LAYOUT = """<div class="pounce-speed"></div><style>
+div:has(> .pounce-speed) { display: none; }
+div:has(> .pounce-speed) + div .mantine-NumberInput-root { display: none; }
+</style>"""
 _STEP, _TRIAL = "One step", "One trial"
 _NO_SKILL = "(no skill yet)"
 
@@ -71,9 +80,7 @@ def slider_of(speed: float) -> float:
 
 def speed_label(speed: float) -> str:
     """A speed in words short enough for the slider."""
-    if speed == FULL_SPEED:
-        return "Full speed"
-    return f"{speed / 1e3:,.0f}k steps/s" if speed >= 1e4 else f"{speed:,.0f} steps/s"
+    return "Full speed" if speed == FULL_SPEED else speed_in_words(speed)
 
 
 def skill_state(status: Status, skill: str) -> str:
@@ -100,6 +107,18 @@ class _SkillRow:
     add: viser.GuiButtonHandle
 
 
+def seed_of(text: str) -> int:
+    """The seed that somebody typed.
+
+    Raises:
+        RefusedError: it is none.
+    """
+    try:
+        return whole_number("Seed", text.strip(), 0, MAX_SEED)
+    except UsageError as error:
+        raise RefusedError(str(error)) from error
+
+
 class Controls:
     """The shared control panel."""
 
@@ -111,14 +130,19 @@ class Controls:
     ) -> None:
         self._gui = gui
         self._session = session
-        self._presets = presets
+        self._presets = dict(presets)
+        self._loaded: dict[str, RunSpec] = {}
+        """Presets of runs besides those, the latest last."""
+        self._asking = threading.Lock()
         self._ticket = 0
         self._shown: tuple[int, tuple[str, ...]] | None = None
         self._rows: list[_SkillRow] = []
+        self._explorable: dict[str, str] = {}
         status = session.status
         self.tabs = gui.add_tab_group()
         """Where other tabs go."""
         with self.tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
+            self._build_way_back()
             self._build_transport(status)
             self._skills = gui.add_folder("Skills")
             self._build_explore()
@@ -136,13 +160,13 @@ class Controls:
         if status.answered < self._ticket:
             return
         snapshot = status.snapshot
+        self._show_way_back(status)
         if self._shown != (snapshot.generation, snapshot.spec.learner.skills):
             self._build_rows(status)
-            self._presets = {**self._presets, snapshot.preset: snapshot.preset_spec}
-            if self._preset.options != tuple(self._presets):
-                self._preset.options = tuple(self._presets)
+            self._take_preset(snapshot.preset, snapshot.preset_spec)
+            assign(self._preset, "options", (*self._presets, *self._loaded))
             assign(self._preset, "value", snapshot.preset)
-            assign(self._seed, "value", snapshot.seed)
+            assign(self._seed, "value", str(snapshot.seed))
         self._show_transport(status)
         self._show_skills(status)
         self._show_explore(status)
@@ -164,12 +188,33 @@ class Controls:
             if client is not None:
                 client.add_notification("That cannot be done now", reason, auto_close_seconds=6)
 
-        self._ticket = self._session.submit(request, refused)
-        return self._ticket
+        ticket = self._session.submit(request, refused)
+        with self._asking:
+            # Threads ask at the same time, and may get here in another order than their requests.
+            self._ticket = max(self._ticket, ticket)
+        return ticket
 
     def _on(self, handle: Any, request: Callable[[Any], Request]) -> None:
         """Enqueue a request whenever a person changes a widget."""
         on_change(handle, lambda event, value: self.ask(event, request(value)))
+
+    def _build_way_back(self) -> None:
+        self._whose = self._gui.add_html("", visible=False)
+        self._back = self._gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
+        self._back.on_click(guarded(self._asker(GoBack)))
+
+    def _show_way_back(self, status: Status) -> None:
+        """Say which run was opened, and offer what was set aside for it, as long as there is."""
+        for handle in (self._whose, self._back):
+            assign(handle, "visible", status.aside is not None)
+        assign(self._back, "label", f"Back to {status.aside}")
+        opened = escape(narrate.opened_run(status.snapshot))
+        assign(
+            self._whose,
+            "content",
+            '<div style="padding:0 0.6em 0.5em;font-size:0.85em;overflow-wrap:anywhere">'
+            f"On the board: <b>{opened}</b>, a run of an experiment.</div>",
+        )
 
     def _build_transport(self, status: Status) -> None:
         gui = self._gui
@@ -183,6 +228,7 @@ class Controls:
                 )
             )
         )
+        gui.add_html(_SPEED_LAYOUT)
         self._speed = gui.add_slider(
             speed_label(status.speed),
             min=0.0,
@@ -220,7 +266,7 @@ class Controls:
         absent = [s for s in snapshot.spec.learner.skills if s not in snapshot.present]
         if not absent:
             raise RefusedError("all skills of this learner have joined")
-        return self._introduction(absent[0])
+        return introduction_of(snapshot, absent[0])
 
     def _toggle_freeze(self) -> Request:
         return FreezeSelection(not self._session.status.snapshot.control.selection_frozen)
@@ -233,7 +279,7 @@ class Controls:
         if not status.playing:
             label, icon = "Play", viser.Icon.PLAYER_PLAY
             if status.finished:
-                label = f"Go on for {status.snapshot.spec.trials:,} trials more"
+                label = f"Go on for {counted(status.snapshot.spec.trials, 'trial')} more"
         if status.exhausted:
             label = "This run has had all its trials"
         if status.error is not None:
@@ -263,11 +309,7 @@ class Controls:
         self._explore.visible = bool(skills)
 
     def _adder(self, skill: str) -> Callable[[viser.GuiEvent], Any]:
-        return lambda event: self.ask(event, self._introduction(skill))
-
-    def _introduction(self, skill: str) -> Request:
-        timer = self._session.status.snapshot.spec.schedule.skills.get(skill)
-        return Introduce(skill, DEFAULT_FREEZE_TRIALS if timer is None else timer.freeze)
+        return lambda event: self.ask(event, introduction_of(self._session.status.snapshot, skill))
 
     def _show_skills(self, status: Status) -> None:
         for row in self._rows:
@@ -295,34 +337,42 @@ class Controls:
             self._left = gui.add_html("")
             self._end = gui.add_button("Stop exploring", icon=viser.Icon.PLAYER_STOP)
         self._begin.on_click(guarded(self._asker(self._exploration)))
-        self._end.on_click(guarded(self._asker(lambda: StopExploring(self._ending()))))
+        self._end.on_click(guarded(self._asker(self._end_of_exploration)))
 
-    def _ending(self) -> str:
+    def _end_of_exploration(self) -> Request:
+        ending = self._ending(self._session.status.snapshot)
+        if ending is None:
+            raise RefusedError("nothing is being explored")
+        return StopExploring(ending)
+
+    def _ending(self, snapshot: Snapshot) -> str | None:
         """The exploration that a click would end: the chosen skill's, or else the newest."""
-        running = [episode.skill for episode in self._session.status.snapshot.control.episodes]
+        running = [episode.skill for episode in snapshot.control.episodes]
         chosen = self._chosen_skill()
-        return chosen if chosen in running or not running else running[0]
+        return chosen if chosen in running else next(iter(running), None)
 
     def _exploration(self) -> Request:
-        return Explore(self._chosen_skill(), int(self._duration.value), float(self._chance.value))
+        chosen = self._chosen_skill()
+        if chosen is None:
+            raise RefusedError("a skill must have joined before it can be explored")
+        return Explore(chosen, int(self._duration.value), float(self._chance.value))
 
-    def _chosen_skill(self) -> str:
-        return str(self._explored.value).replace(" ", "_")
+    def _chosen_skill(self) -> str | None:
+        return self._explorable.get(str(self._explored.value))
 
     def _show_explore(self, status: Status) -> None:
         snapshot = status.snapshot
-        names = tuple(plain(skill) for skill in snapshot.present) or (_NO_SKILL,)
-        if self._explored.options != names:
-            self._explored.options = names
-        running = bool(snapshot.control.episodes)
+        self._explorable = by_plain_name(snapshot.present)
+        assign(self._explored, "options", tuple(self._explorable) or (_NO_SKILL,))
+        ending = self._ending(snapshot)
         nothing = not snapshot.present
         assign(self._begin, "disabled", nothing)
-        assign(self._end, "visible", running)
-        label = f"Stop exploring {plain(self._ending())}" if running else "Stop exploring"
+        assign(self._end, "visible", ending is not None)
+        label = "Stop exploring" if ending is None else f"Stop exploring {plain(ending)}"
         assign(self._end, "label", label)
         lines = [
             f"{escape(plain(e.skill))} at {e.probability:.0%}:"
-            f" {e.until_trial - snapshot.trial:,} trials left"
+            f" {counted(e.until_trial - snapshot.trial, 'trial')} left"
             for e in snapshot.control.episodes
             if e.until_trial > snapshot.trial
         ]
@@ -361,13 +411,32 @@ class Controls:
     def _build_start(self, status: Status) -> None:
         gui = self._gui
         with gui.add_folder("Start again"):
+            self._take_preset(status.snapshot.preset, status.snapshot.preset_spec)
             self._preset: Any = gui.add_dropdown(
-                "Preset", tuple(self._presets), initial_value=status.snapshot.preset
+                "Preset",
+                (*self._presets, *self._loaded),
+                initial_value=status.snapshot.preset,
             )
-            self._seed = gui.add_number("Seed", status.snapshot.seed, min=0, max=MAX_SEED, step=1)
+            # A text, since a number in a page holds only 53 bits, and a seed has 63.
+            self._seed = gui.add_text(
+                "Seed", str(status.snapshot.seed), hint=f"A whole number, 0 to {MAX_SEED}"
+            )
             self._again = gui.add_button("Start again", icon=viser.Icon.REFRESH)
         self._again.on_click(guarded(lambda event: self.ask(event, self._start_again())))
 
     def _start_again(self) -> Request:
         preset = str(self._preset.value)
-        return StartAgain(self._presets[preset], preset, int(self._seed.value))
+        spec = self._presets.get(preset) or self._loaded.get(preset)
+        if spec is None:
+            raise RefusedError(f"the preset {preset[:40]!r} is not kept any more; choose another")
+        return StartAgain(spec, preset, seed_of(str(self._seed.value)))
+
+    def _take_preset(self, name: str, spec: RunSpec) -> None:
+        """Let the preset of a run be started again."""
+        if name in self._presets:
+            self._presets[name] = spec
+            return
+        self._loaded.pop(name, None)
+        self._loaded[name] = spec
+        while len(self._loaded) > MOST_LOADED:
+            del self._loaded[next(iter(self._loaded))]

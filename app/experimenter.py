@@ -6,14 +6,15 @@ As with the other controls, a callback asks and the render loop shows what is tr
 import json
 import textwrap
 import threading
+import time
 from collections.abc import Callable
 from functools import lru_cache
 from html import escape
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import viser
 
-from app import experiments, timeline
+from app import carried, experiments, narrate
 from app.background import Maker
 from app.door import RefusedError, guarded
 from app.experiments import MAX_LABEL, Experiment, ExperimentError
@@ -25,6 +26,7 @@ from app.results import FolderError
 from app.session import GoBack, Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change
+from app.words import counted, in_short, speed_in_words
 from app.workbench import BusyError, Quote, Standing, Workbench
 
 THIS_SESSION: Final = "This session's schedule"
@@ -39,6 +41,10 @@ MOST_LOADED: Final = 20
 _N_SESSION_SEEDS: Final = 10
 _TRIALS_APART: Final = 1_000
 _MAX_WORKERS: Final = 64
+_FRESH_S: Final = 10.0
+"""How long a measured cost holds: what else the machine did while it was measured may be over."""
+_MEASURING_SHARE: Final = 1 / 20
+"""Share of the time that may go into measuring it again."""
 
 Show = Callable[[viser.ClientHandle], object]
 """Opens the results in a browser."""
@@ -54,7 +60,7 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
     Raises:
         ExperimentError: it cannot be run.
     """
-    spec, left_out = timeline.preset_of(snapshot)
+    spec, left_out = carried.preset_of(snapshot)
     differs = snapshot.preset_spec != spec
     beside = "; beside it, on the same seeds, its preset as it was" if differs else ""
     lines = [f"# {sentence}" for sentence in left_out]
@@ -70,7 +76,7 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
 
 def not_repeated(snapshot: Snapshot) -> str:
     """What was done in a session that its schedule does not repeat; empty if nothing was."""
-    return " ".join(timeline.preset_of(snapshot).left_out)
+    return " ".join(carried.preset_of(snapshot).left_out)
 
 
 def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
@@ -91,12 +97,15 @@ def cost_html(quote: Quote, n_seeds: int) -> str:
     """What an experiment would take, before it is started."""
     found = quote.plan
     if found.done == found.runs:
-        return f"All {found.runs:,} runs are in <b>{escape(str(quote.folder))}</b> already."
-    there = f"; {found.done:,} are there already" if found.done else ""
+        all_runs = f"All {found.runs:,} runs are" if found.runs > 1 else "The run is"
+        return f"{all_runs} in <b>{escape(str(quote.folder))}</b> already."
+    are = "is" if found.done == 1 else "are"
+    there = f"; {found.done:,} {are} there already" if found.done else ""
+    about = "At most about" if found.at_most else "About"
     return (
-        f"<b>{_counted(found.runs, 'run')}</b>: {_counted(found.variants, 'variant')},"
-        f" {_counted(n_seeds, 'seed')} each{there}."
-        f"<br>About {_steps(found.steps)} steps, <b>{duration(found.seconds)}</b>,"
+        f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')},"
+        f" {counted(n_seeds, 'seed')} each{there}."
+        f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
         f" {max(found.disk_bytes / 1e6, 0.1):,.1f} MB, in"
         f" <b>{escape(str(quote.folder))}</b>."
     )
@@ -111,7 +120,7 @@ def progress_html(standing: Standing) -> str:
     if found is None:
         return f"{name}: getting ready …" if standing.running else f"{name}: stopped."
     failed = f", {found.failed:,} failed" if found.failed else ""
-    counts = f"{found.done:,} of {found.total:,} runs done{failed}"
+    counts = f"{found.done:,} of {counted(found.total, 'run')} done{failed}"
     if not standing.running:
         over = found.done + found.failed == found.total
         end = "" if over else " Stopped; Make the others goes on there."
@@ -127,22 +136,34 @@ def _start_label(quote: Quote) -> str:
     return "Show these runs" if quote.plan.done == quote.plan.runs else "Make the others"
 
 
-def _counted(number: int, what: str) -> str:
-    return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
+def _about(seconds: float) -> str:
+    """A time that is only roughly known; nothing takes none."""
+    return duration(max(seconds, 1.0))
 
 
 def _pace(found: Progress) -> str:
-    left = "" if found.seconds_left is None else f", about {duration(found.seconds_left)} left"
-    return f"{found.steps_per_s / 1e6:.0f} M steps/s{left}"
-
-
-def _steps(number: float) -> str:
-    return f"{number / 1e6:,.0f} M" if number >= 1e6 else f"{number:,.0f}"
+    left = "" if found.seconds_left is None else f", about {_about(found.seconds_left)} left"
+    return f"{speed_in_words(found.steps_per_s)}{left}"
 
 
 def small(text: str) -> str:
     """A few lines below a widget."""
     return f'<div style="padding:0 0.6em 0.5em;font-size:0.85em;line-height:1.4">{text}</div>'
+
+
+class _Offer(NamedTuple):
+    """What an experiment is about and would take."""
+
+    about: str
+    quote: Quote
+    made_s: float
+    """When this was found out, by a clock that runs steadily."""
+    took_s: float
+    """How long that took."""
+
+    def is_stale(self, now_s: float) -> bool:
+        """Whether the cost is to be measured again."""
+        return now_s - self.made_s > max(_FRESH_S, self.took_s / _MEASURING_SHARE)
 
 
 class Experimenter:
@@ -156,11 +177,13 @@ class Experimenter:
         self._show = show
         self._lock = threading.Lock()
         self._loaded: dict[str, bytes] = {}
-        self._n_seeds = {name: len(experiments.load(name).seeds) for name in experiments.shipped()}
+        shipped = {name: experiments.load(name) for name in experiments.shipped()}
+        self._n_seeds = {name: len(experiment.seeds) for name, experiment in shipped.items()}
         self._n_seeds[THIS_SESSION] = _N_SESSION_SEEDS
-        self._offer: Maker[tuple[str, Quote]] = Maker()
+        self._offer: Maker[_Offer] = Maker()
         cores = available_cores()
-        self._choice: Any = gui.add_dropdown("Experiment", self._options())
+        abouts = (f"{name}: {experiment.description}" for name, experiment in shipped.items())
+        self._choice: Any = gui.add_dropdown("Experiment", self._options(), hint=" ".join(abouts))
         self._about = gui.add_html("")
         self._seeds = gui.add_number(
             "Seeds", _N_SESSION_SEEDS, min=1, max=MOST_RUNS, step=1, hint="Runs of each variant"
@@ -179,7 +202,10 @@ class Experimenter:
         self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False)
         self._bar = gui.add_progress_bar(0.0, visible=False)
         self._said = gui.add_html("")
-        self._results = gui.add_button("Show results", icon=viser.Icon.CHART_DOTS, visible=False)
+        # Of the browsers that share it some may show them already, so it steps back for all.
+        self._results = gui.add_button(
+            "Show results", icon=viser.Icon.CHART_DOTS, color="gray", visible=False
+        )
         self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
         # Before whatever is typed into the field of seeds next.
         on_change(self._choice, self._choose)
@@ -215,7 +241,7 @@ class Experimenter:
 
     def update(self, status: Status) -> None:
         """Show what is true."""
-        self._show_cost(status.snapshot)
+        self._show_cost(status)
         assign(self._back, "visible", status.aside is not None)
         assign(self._back, "label", f"Back to {status.aside}")
         standing = self._bench.standing
@@ -238,9 +264,9 @@ class Experimenter:
     def _is_shown_whole(self, standing: Standing | None) -> bool:
         """Whether what is chosen is what was made last, and nothing of it is missing."""
         offer = self._offer.found
-        if standing is None or not isinstance(offer, tuple):
+        if standing is None or not isinstance(offer, _Offer):
             return False
-        quote = offer[1]
+        quote = offer.quote
         n_shown = len(standing.gatherer.gathering().runs)
         return quote.folder == standing.folder and quote.plan.done == quote.plan.runs == n_shown
 
@@ -270,29 +296,45 @@ class Experimenter:
     def _choose(self, event: viser.GuiEvent, name: str) -> None:
         self._seeds.value = self._n_seeds.get(name, _N_SESSION_SEEDS)
 
-    def _show_cost(self, snapshot: Snapshot) -> None:
+    def _show_cost(self, status: Status) -> None:
+        snapshot = status.snapshot
         name, n_seeds = str(self._choice.value), int(self._seeds.value)
         workers = int(self._workers.value)
         standing = self._bench.standing
         is_running = standing is not None and standing.running
-        of = (name, n_seeds, workers, is_running, self._loaded.get(name))
+        # What is made last may have begun and ended between two frames: its gatherer tells.
+        made_last = None if standing is None else standing.gatherer
+        of = (name, n_seeds, workers, is_running, made_last, self._loaded.get(name))
         if name == THIS_SESSION:
             of += _session_key(snapshot)
 
-        def offer() -> tuple[str, Quote]:
+        def offer() -> _Offer:
+            began = time.monotonic()
             experiment = self._experiment(snapshot)
             lost = not_repeated(snapshot) if name == THIS_SESSION else ""
-            return f"{experiment.description} {lost}", self._bench.quote(experiment, workers)
+            about, found = (
+                f"{experiment.description} {lost}",
+                self._bench.quote(experiment, workers),
+            )
+            now = time.monotonic()
+            return _Offer(about, found, now, now - began)
 
-        self._offer.want(of, offer)
-        found, is_of_this = self._offer.found, self._offer.found_of == of
+        found, found_of = self._offer.found, self._offer.found_of
+        is_of_this = isinstance(found_of, tuple) and found_of[0] == of
+        after = found_of[1] if isinstance(found_of, tuple) and is_of_this else None
+        if is_of_this and isinstance(found, _Offer) and not is_running:
+            # What is known is shown until it is known better.
+            after = found.made_s if found.is_stale(time.monotonic()) else after
+        self._offer.want((of, after), offer)
         about, cost, start = "", "Finding out what it would take …", "Start"
         if is_of_this and isinstance(found, Exception):
             cost = f"Cannot be run: {escape(str(found))}"
-        elif is_of_this and isinstance(found, tuple):
-            description, quote = found
-            about, cost = escape(description), cost_html(quote, n_seeds)
-            start = _start_label(quote)
+        elif is_of_this and isinstance(found, _Offer):
+            about, cost = escape(found.about), cost_html(found.quote, n_seeds)
+            start = _start_label(found.quote)
+        if name == THIS_SESSION and status.aside is not None:
+            whose = f"{narrate.opened_run(snapshot)}, which is on the board, not {status.aside}"
+            about = f"<b>This is the schedule of {escape(whose)}.</b> {about}"
         assign(self._start, "label", start)
         # While it is made, its own progress says more, and what is measured now says less.
         assign(self._cost, "visible", not is_running)

@@ -5,17 +5,16 @@ Cells are given by their grid coordinates in the world's own orientation. The HT
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from app import compass
-from app.compass import HEADING_NAMES
-from app.narrate import plain
+from app.pictures import Theme, css
 from app.snapshot import Snapshot
+from app.words import HEADING_NAMES, MOVE_NAMES, plain
 from learners import greedy
 from learners.greedy import Hunt, Policy
 from learners.kernel import NOT_REACHED
@@ -25,8 +24,8 @@ from sim.bits import U
 from sim.geometry import N_MOVES, STAY
 from sim.world import CAPTURE, FLIGHT, ONGOING, STATE_SHIFT, TIMEOUT, board_xy, cell_at
 
-MOVE_NAMES = tuple(
-    "stay" if move == STAY else f"move {name}" for move, name in enumerate(compass.MOVE_NAMES)
+ACTION_NAMES = tuple(
+    "stay" if move == STAY else f"move {name}" for move, name in enumerate(MOVE_NAMES)
 )
 OUTCOME_NAMES = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out"}
 _PLURALS = {CAPTURE: "captures", FLIGHT: "flights", TIMEOUT: "time-outs"}
@@ -128,10 +127,15 @@ def policy_of(snapshot: Snapshot) -> Policy:
     )
 
 
-def option_names(snapshot: Snapshot) -> tuple[str, ...]:
-    """Name of each column of the selection table, as people say it."""
+def moment_of(snapshot: Snapshot) -> Hashable:
+    """What tells a moment of a session from all others; commands act without a step."""
+    return snapshot.generation, snapshot.step, len(snapshot.control.history)
+
+
+def actions_of(snapshot: Snapshot) -> tuple[str, ...]:
+    """What it is to take each option, as people say it."""
     learner = snapshot.spec.learner
-    return MOVE_NAMES if learner.options == MOVES else tuple(map(plain, learner.skills))
+    return ACTION_NAMES if learner.options == MOVES else tuple(map(plain, learner.skills))
 
 
 class HuntShown(NamedTuple):
@@ -209,7 +213,7 @@ def _options_read(snapshot: Snapshot, here: tuple[int, int, int]) -> tuple[Optio
     q, visits = snapshot.selection_q[here], snapshot.visits[here]
     return tuple(
         OptionReading(name, float(q[option]), int(visits[option]), bool(q[option] == q.max()))
-        for option, name in enumerate(option_names(snapshot))
+        for option, name in enumerate(actions_of(snapshot))
         if np.isfinite(q[option])
     )
 
@@ -272,7 +276,7 @@ class _Step(NamedTuple):
 
 def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -> Iterator[_Step]:
     """The steps that the learner might make from a cell without exploring."""
-    world, names = snapshot.world, option_names(snapshot)
+    world, names = snapshot.world, actions_of(snapshot)
     ring, direction = _sensed(snapshot, cell)
     x, y = board_xy(world, cell)
     reward_of = {
@@ -305,7 +309,7 @@ def number(value: float) -> str:
 
 def action_text(link: Link) -> str:
     """What is done: option and move, or the move alone where it is itself the option."""
-    move = MOVE_NAMES[link.move]
+    move = ACTION_NAMES[link.move]
     return move if link.option == move else f"{link.option}, {move}"
 
 
@@ -431,7 +435,7 @@ def rose_svg(q: Sequence[float], best: Sequence[int]) -> str:
     # The marked ones come last, so that they lie on top.
     for move in sorted(range(N_MOVES), key=lambda move: move in best):
         paint, opacity = (_ACCENT, "1") if move in best else ("currentColor", "0.4")
-        title = f"<title>{escape(MOVE_NAMES[move])}: {escape(number(q[move]))}</title>"
+        title = f"<title>{escape(ACTION_NAMES[move])}: {escape(number(q[move]))}</title>"
         if move == STAY:
             parts.append(
                 f'<circle r="{2.5 + 4.5 * share[move]:.1f}" fill="{paint}"'
@@ -474,20 +478,16 @@ def _link_html(place: int, link: Link) -> str:
     )
 
 
-def hunts_html(hunts: Sequence[HuntShown], colours: dict[int, str]) -> str:
-    """How hunts ended: one by one while they are few, counted when they are many.
-
-    Args:
-        hunts: the hunts drawn.
-        colours: CSS colour of each outcome.
-    """
+def hunts_html(hunts: Sequence[HuntShown], theme: Theme) -> str:
+    """How hunts ended: one by one while they are few, counted when they are many."""
     if len(hunts) > _HUNTS_NAMED:
         by_outcome = {
-            outcome: sum(shown.hunt.outcome == outcome for shown in hunts) for outcome in colours
+            outcome: sum(shown.hunt.outcome == outcome for shown in hunts)
+            for outcome in OUTCOME_NAMES
         }
         lines = [
             _outcome_html(
-                colours[outcome],
+                css(theme.of_outcome(outcome)),
                 f"{count} {(OUTCOME_NAMES if count == 1 else _PLURALS)[outcome]}",
             )
             for outcome, count in by_outcome.items()
@@ -496,8 +496,8 @@ def hunts_html(hunts: Sequence[HuntShown], colours: dict[int, str]) -> str:
         return _block(f"<b>{len(hunts)} hunts</b> {' '.join(lines)}")
     return _block(
         "".join(
-            f"<div>{_outcome_html(colours[shown.hunt.outcome], _hunt_text(shown))}</div>"
-            for shown in hunts
+            f"<div>{_outcome_html(css(theme.of_outcome(one.hunt.outcome)), _hunt_text(one))}</div>"
+            for one in hunts
         )
     )
 

@@ -14,28 +14,27 @@ from typing import Any, Protocol
 import numpy as np
 import viser
 
-from app import inspect, pictures
-from app.board import BOARD_UNITS
-from app.compass import HEADING_NAMES
+from app import inspect
+from app.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
 from app.door import guarded
-from app.inspect import Chain, HuntShown
+from app.inspect import Chain, HuntShown, moment_of
 from app.look import Look, heading_shown
-from app.pictures import Theme
+from app.pictures import Colour, Theme
 from app.snapshot import Snapshot
 from app.widgets import assign
+from app.words import HEADING_NAMES
 from learners import greedy
 from sim.geometry import HEADINGS
 from sim.spec import WorldSpec
-from sim.world import CAPTURE, FLIGHT, TIMEOUT, World, board_xy
+from sim.world import World, board_xy
 
 RING_HUNTS = 16
 _REQUESTS_KEPT = 32
 """Requests between two updates beyond these are dropped, the oldest first."""
 _AS_SHOWN = "as on the board"
 
-_AWAY = (0.0, 0.0, -50.0)
-"""Out of sight: a handle must have something to draw."""
-_NO_LINE = np.full((1, 2, 3), _AWAY, np.float32)
+_NO_LINE = np.full((1, 2, 3), AWAY, np.float32)
+"""A handle must have something to draw."""
 _RIM_DEPTH = 0.001
 """How far below its line a rim lies."""
 _Z_HUNTS, _Z_CHAIN, _Z_ENDS, _Z_CELL = 0.031, 0.036, 0.038, 0.045
@@ -46,8 +45,6 @@ _DRAWN = 2_000
 """Cells of a hunt's way that are drawn; one that takes longer goes in circles by then."""
 
 _Request = Callable[[Snapshot, Look], None]
-Vector = Sequence[float]
-Colour = tuple[int, int, int]
 
 
 class _Client(Protocol):
@@ -62,37 +59,21 @@ class _Client(Protocol):
     def atomic(self) -> Any: ...
 
 
-def cell_under(origin: Vector, direction: Vector, size: int) -> tuple[int, int] | None:
-    """Grid coordinates of the cell in which a ray meets the board, None where it does not.
+def cell_under(place: tuple[float, float], size: int) -> tuple[int, int] | None:
+    """Grid coordinates of the cell at a place, None off the board.
 
     Args:
-        origin: of the ray, in board units.
-        direction: of the ray, of any length.
+        place: east and north of the prey, in board units.
         size: cells along each side of the grid.
     """
-    start, way = np.asarray(origin, np.float64), np.asarray(direction, np.float64)
-    if start.shape != (3,) or way.shape != (3,) or way[2] == 0:
-        return None
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        along = -start[2] / way[2]
-        offset = (start + along * way)[:2] * size / BOARD_UNITS
-    if not (np.isfinite(offset).all() and along >= 0):
-        return None
-    x, y = (math.floor(part + 0.5) + size // 2 for part in offset.tolist())
+    x, y = (math.floor(part * size / BOARD_UNITS + 0.5) + size // 2 for part in place)
     return (x, y) if 0 <= x < size and 0 <= y < size else None
 
 
 def board_points(world: World, cells: Sequence[int] | np.ndarray, z: float) -> np.ndarray:
     """Centres of cells, ``(n, 3) float32`` in board units."""
-    cell, width, middle = np.asarray(cells, np.int64), int(world.width), world.size // 2
-    offset = np.stack([cell % width - 1 - middle, cell // width - 1 - middle], axis=-1)
-    flat = offset * (BOARD_UNITS / world.size)
-    return np.column_stack([flat, np.full(len(cell), z)]).astype(np.float32)
-
-
-def _line_through(points: np.ndarray) -> np.ndarray:
-    """A line through points ``(n, 3)`` as segments ``(n - 1, 2, 3)``."""
-    return np.stack([points[:-1], points[1:]], axis=1)
+    flat = on_picture(world, np.asarray(cells, np.int64), heading=0, shown=0)
+    return np.column_stack([flat, np.full(len(flat), z)]).astype(np.float32)
 
 
 def ring_radius(spec: WorldSpec, chosen: tuple[int, int] | None) -> float:
@@ -123,27 +104,17 @@ class _Strokes:
         """Draw lines ``(n, 2, 3)``, each in its colour; sends nothing if they are drawn already."""
         points = np.concatenate([_NO_LINE, *lines]).astype(np.float32)
         inks = [
-            np.broadcast_to(_in_linear_light(colour), line.shape)
+            np.broadcast_to(in_linear_light(colour), line.shape)
             for line, colour in zip(lines, colours, strict=True)
         ]
         _place(self._line, points, np.concatenate([np.zeros(_NO_LINE.shape, np.uint8), *inks]))
         under = points - np.array([0.0, 0.0, _RIM_DEPTH], np.float32)
-        _place(self._rim, under, np.broadcast_to(_in_linear_light(rim), points.shape))
+        _place(self._rim, under, np.broadcast_to(in_linear_light(rim), points.shape))
 
     def remove(self) -> None:
         """Take them off the scene."""
         self._rim.remove()
         self._line.remove()
-
-
-def _in_linear_light(colour: Colour) -> np.ndarray:
-    """A colour as the page takes it for parts of lines, ``(3,) uint8``.
-
-    It converts a colour of a whole line from sRGB, and takes those of its parts as linear.
-    """
-    share = np.array(colour) / 255
-    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
-    return np.rint(linear * 255).astype(np.uint8)
 
 
 def _place(handle: Any, points: np.ndarray, colors: np.ndarray) -> None:
@@ -178,17 +149,16 @@ class _Overlay:
 
     def show_chain(self, world: World, chain: Chain | None, theme: Theme) -> None:
         """Draw the way of a chain."""
-        ways = [] if chain is None else [_line_through(board_points(world, chain.cells, _Z_CHAIN))]
+        ways = [] if chain is None else [segments(board_points(world, chain.cells, _Z_CHAIN))]
         self._chain.show(ways, [theme.ink] * len(ways), theme.unknown)
 
     def show_hunts(
         self, world: World, hunts: Sequence[HuntShown], heading: int, theme: Theme
     ) -> None:
         """Draw hunts' ways, their ends, and the heading of those that differ from the picture's."""
-        by_outcome = outcome_colours(theme)
-        colours = [by_outcome[shown.hunt.outcome] for shown in hunts]
+        colours = [theme.of_outcome(shown.hunt.outcome) for shown in hunts]
         ways = [board_points(world, shown.hunt.cells[:_DRAWN], _Z_HUNTS) for shown in hunts]
-        self._hunts.show([_line_through(way) for way in ways], colours, theme.unknown)
+        self._hunts.show([segments(way) for way in ways], colours, theme.unknown)
         others = sorted({shown.heading for shown in hunts} - {heading})
         self._facing.show(
             [_arrow(other) for other in others], [theme.prey] * len(others), theme.unknown
@@ -211,7 +181,7 @@ def _square(world: World, cell: tuple[int, int]) -> np.ndarray:
     unit = BOARD_UNITS / world.size
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
     flat = (np.array(cell) - world.size // 2) * unit + max(unit / 2, _MARK_UNITS) * corners
-    return _line_through(np.column_stack([flat, np.full(len(flat), _Z_CELL)]))
+    return segments(np.column_stack([flat, np.full(len(flat), _Z_CELL)]))
 
 
 def _arrow(heading: int) -> np.ndarray:
@@ -221,11 +191,6 @@ def _arrow(heading: int) -> np.ndarray:
     flat = np.array([[0.15, 0.0], [0.9, 0.0], [0.72, 0.13], [0.9, 0.0], [0.72, -0.13]]) @ turn
     points = np.column_stack([flat, np.full(len(flat), _Z_CHAIN)]).astype(np.float32)
     return np.stack([points[[0, 1]], points[[2, 3]], points[[3, 4]]])
-
-
-def outcome_colours(theme: Theme) -> dict[int, Colour]:
-    """Colour of each outcome."""
-    return {CAPTURE: theme.capture, FLIGHT: theme.flight, TIMEOUT: theme.timeout}
 
 
 class Inspector:
@@ -270,16 +235,14 @@ class Inspector:
         """Forget the chosen cell and all hunts."""
         self._ask(self._clear)
 
-    def take_click(self, ray_origin: Vector, ray_direction: Vector, shift: bool) -> None:
-        """Inspect the cell that a ray meets; with shift hunt from it, the prey as in the picture.
+    def take_click(self, place: tuple[float, float], shift: bool) -> None:
+        """Inspect the cell at a place; with shift hunt from it, the prey as in the picture.
 
         Args:
-            ray_origin: in board units.
-            ray_direction: of any length.
+            place: east and north of the prey, in board units.
             shift: whether the key was held.
         """
-        origin, direction = [*map(float, ray_origin)], [*map(float, ray_direction)]
-        self._ask(partial(self._clicked, origin, direction, shift))
+        self._ask(partial(self._clicked, place, shift))
 
     def update(self, snapshot: Snapshot, look: Look, success: np.ndarray | None = None) -> None:
         """Carry out what was asked for and show what has changed; the render loop calls this.
@@ -351,9 +314,9 @@ class Inspector:
         self._wake()
 
     def _clicked(
-        self, origin: Vector, direction: Vector, shift: bool, snapshot: Snapshot, look: Look
+        self, place: tuple[float, float], shift: bool, snapshot: Snapshot, look: Look
     ) -> None:
-        cell = cell_under(origin, direction, snapshot.world.size)
+        cell = cell_under(place, snapshot.world.size)
         if cell is None:
             return
         self._chosen = cell
@@ -404,8 +367,7 @@ class Inspector:
         chosen, why = self._chosen, self._why
         key: tuple[object, ...] = (chosen, why, theme)
         if chosen is not None:
-            moment = (snapshot.generation, snapshot.step, len(snapshot.control.history))
-            key = (*key, *moment, heading, id(success))
+            key = (*key, moment_of(snapshot), heading, id(success))
         if key == self._cell_key:
             return
         self._cell_key = key
@@ -431,8 +393,7 @@ class Inspector:
         if key == self._hunts_key:
             return
         self._hunts_key = key
-        css = {outcome: pictures.css(rgb) for outcome, rgb in outcome_colours(theme).items()}
-        results = inspect.hunts_html(hunts, css) if hunts else ""
+        results = inspect.hunts_html(hunts, theme) if hunts else ""
         with self._client.atomic():
             assign(self._results, "content", results)
             self._overlay.show_hunts(snapshot.world, hunts, heading, theme)

@@ -4,47 +4,62 @@ Only this loop touches scene handles and sets widgets; it draws the latest momen
 never queues any. Views belong to a browser, learning to the session.
 """
 
+import logging
 import signal
 import sys
 import threading
 import time
 import warnings
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import viser
 
-from app.background import SuccessFinder
+from app.background import Maker
 from app.board import FLAT_CAMERA, FLAT_TARGET, BoardView
+from app.cli_words import RESULTS
 from app.clock import Drawing, Pulse
 from app.controls import Controls
+from app.document import PresetError
 from app.door import Calls, close_server, guarded, open_server
 from app.experimenter import Experimenter
+from app.inspect import moment_of, policy_of
 from app.inspector import Inspector
-from app.layers import LAYERS, Extras, Picture
+from app.layers import LAYERS, Extras, Picture, SuccessMap
 from app.look import Look
 from app.planner import Planner, PresetButtons, show_problems
-from app.presets import PresetError
 from app.readings import Readings, clock_html
 from app.results_panel import ResultsPanel
-from app.session import Play, Session, Status
+from app.session import Play, Request, Session, Status
+from app.snapshot import Snapshot
 from app.steering import saved_state
 from app.workbench import Workbench
 from learners import greedy
 from learners.spec import RunSpec
+
+log = logging.getLogger(__name__)
 
 DEFAULT_SPEED = 20_000.0
 """Steps per second: the cone shows within seconds, and avoid joins within a minute."""
 _FRAME_S = 1 / 12
 _READINGS_S = 0.25
 _FAREWELL_S = 2.0
+_MAP_REST_S = 1.5
+"""Pause between two success maps, so that the learner keeps its cores."""
 _FOV_RADIANS = np.pi / 3
 _PANEL_WIDTH = 330.0
-_TIMELINE_X, _TIMELINE_WIDTH = 8.0, 684.0
-"""Between the two docked panels on the narrowest screen."""
+
+
+def success_of(snapshot: Snapshot, wanted: Callable[[], bool]) -> SuccessMap | None:
+    """How hunts end by where they start; None if it was no longer wanted."""
+    try:
+        outcomes = greedy.success_map(snapshot.world, policy_of(snapshot), snapshot.seed, wanted)
+    except Exception:
+        log.exception("no success map")
+        raise
+    return None if outcomes is None else SuccessMap(outcomes, snapshot.trial, snapshot.generation)
 
 
 class Browser:
@@ -79,15 +94,15 @@ class Browser:
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         place = self._board.place_under(event.ray_origin, event.ray_direction)
         if place is not None:
-            above = (*place, 1.0)
-            self._inspector.take_click(above, (0.0, 0.0, -1.0), shift=event.modifier == "shift")
+            self._inspector.take_click(place, shift=event.modifier == "shift")
 
     def _take_experiment(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
         file = event.target.value
         try:
             name = self._lab.experimenter.take(file.content, file.name)
         except PresetError as error:
-            show_problems(self.client, "This experiment cannot be run; nothing has changed", error)
+            title = "This experiment cannot be run; nothing has changed"
+            show_problems(self.client, title, error, file)
             return
         self.client.add_notification(
             "Loaded", f"{name} is chosen under Experiments.", auto_close_seconds=6.0
@@ -131,7 +146,7 @@ class Lab:
         port: int,
         save_dir: Path | None = None,
         waits: bool = False,
-        results: Path = Path("results"),
+        results: Path = Path(RESULTS),
     ) -> None:
         """Open the page; with ``waits`` the learner begins when the first browser has come.
 
@@ -152,7 +167,7 @@ class Lab:
         self._at_rest = threading.Event()
         self._at_rest.set()
         self._drawing = Drawing()
-        self._success = SuccessFinder()
+        self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
             target=greedy.prepare, args=(session.status.snapshot.world,), daemon=True
@@ -167,7 +182,6 @@ class Lab:
                 self.server.gui, session, self.bench, self.ask, self._show_results
             )
         self._planner = Planner(self.server.gui, self.ask, session)
-        self._planner.panel.float(x=_TIMELINE_X, y=-8, width=_TIMELINE_WIDTH)
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
 
@@ -179,15 +193,15 @@ class Lab:
         return f"http://{shown}:{self.server.get_port()}"
 
     @property
-    def snapshot(self) -> Any:
+    def snapshot(self) -> Snapshot:
         """The latest moment."""
         return self.session.status.snapshot
 
-    def ask(self, event: Any, request: Any) -> int:
+    def ask(self, event: viser.GuiEvent, request: Request) -> int:
         """Enqueue a request of a browser; returns its ticket."""
         return self._controls.ask(event, request)
 
-    def ask_for(self, client: viser.ClientHandle, request: Any) -> int:
+    def ask_for(self, client: viser.ClientHandle, request: Request) -> int:
         """Enqueue a request of a browser that no event of viser's tells of."""
         return self._controls.ask_for(client, request)
 
@@ -282,10 +296,14 @@ class Lab:
         self._controls.update(status)
         self._planner.update(status)
         self.experimenter.update(status)
-        extras = Extras(self._success.found)
+        success = self._success.found
+        extras = Extras(success if isinstance(success, SuccessMap) else None)
         looks = {browser: browser.readings.look for browser in browsers}
         if any(look.layer == "success" for look in looks.values()):
-            self._success.want(status.snapshot)
+            self._success.want(
+                moment_of(status.snapshot),
+                lambda: success_of(status.snapshot, lambda: not self._closed),
+            )
         pictures: dict[Look, Picture] = {}
         for browser, look in looks.items():
             if not browser.pulse.is_ready(now_s):
@@ -300,6 +318,10 @@ class Lab:
             browser.read(status, look, extras, clock, len(browsers), now_s)
 
 
+class ListenError(Exception):
+    """A host and a port that cannot be listened on; the message says why."""
+
+
 def run_lab(
     spec: RunSpec,
     preset: str,
@@ -308,14 +330,24 @@ def run_lab(
     host: str,
     port: int,
     open_browser: bool,
-    save_dir: Path | None = None,
-    results: Path = Path("results"),
+    save_dir: Path | None,
+    results: Path,
 ) -> int:
-    """Serve the live page until Ctrl-C; returns the exit code."""
+    """Serve the live page until Ctrl-C; returns the exit code.
+
+    Raises:
+        ListenError: the host is not an address of this machine, or no port is free.
+    """
     # A browser may go away between two lines of a frame; what was meant for it is rightly lost.
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
-    lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, True, results)
+    try:
+        lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, True, results)
+    except OSError as error:
+        raise ListenError(error.strerror or str(error)) from error
+    except UnicodeError as error:
+        # So Python says of some names that no host can have.
+        raise ListenError(str(error)) from error
     # Between two frames and not within one, where it would leave things half done.
     signal.signal(signal.SIGINT, lambda *_: lab.end())
     if port not in (0, lab.server.get_port()):

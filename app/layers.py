@@ -15,11 +15,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from app import pictures
-from app.compass import HEADING_NAMES, MOVE_NAMES
 from app.look import FOLDED, Look, heading_shown
-from app.narrate import plain
 from app.pictures import Raster, Ruler, Shading, Theme, css, swatch_html
 from app.snapshot import Snapshot
+from app.words import HEADING_NAMES, MOVE_NAMES, plain
 from learners.spec import MOVES
 from sim import geometry
 from sim.geometry import N_MOVES
@@ -575,8 +574,7 @@ def _draw_success(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster
 
 def _outcome_colours(theme: Theme) -> np.ndarray:
     """(outcome, 3) uint8, the first for what is not known."""
-    by_outcome = {CAPTURE: theme.capture, FLIGHT: theme.flight, TIMEOUT: theme.timeout}
-    colours = np.array([by_outcome.get(outcome, theme.unknown) for outcome in range(4)])
+    colours = np.array([theme.of_outcome(outcome) for outcome in range(4)])
     return pictures.over_board(colours, _SOFT, theme)
 
 
@@ -619,7 +617,7 @@ def _legend(look: Look, title: str, parts: list[str], frame: str, height: str) -
         notes.append(f"Height: {height}.")
     return (
         '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere">'
-        f"<div>{title}</div>{''.join(parts)}<div>{_dots(look.theme)}</div>"
+        f"<div>{title}</div>{''.join(parts)}<div>{_dots(look.theme)}</div>{_circles(look)}"
         f'<div style="opacity:0.7">{" ".join(notes)}</div></div>'
     )
 
@@ -631,6 +629,13 @@ def _dots(theme: Theme) -> str:
     return "Dots: " + "".join(
         swatch_html(css(colour), kind) for kind, colour in zip(kinds, colours, strict=True)
     )
+
+
+def _circles(look: Look) -> str:
+    """What the start zone is, where it is drawn."""
+    if not look.start_zone or look.surface:
+        return ""
+    return f"<div>Circles: {swatch_html(css(look.theme.zone), 'trials start between them')}</div>"
 
 
 def _frame(snapshot: Snapshot, look: Look, each: str) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from app.session import Opened, Status
 from app.snapshot import Snapshot
+from app.words import plain
 from learners.spec import MOVES
 from sim import geometry
 from sim.spec import WorldSpec
@@ -55,11 +56,6 @@ def front(world: WorldSpec, first_reach: np.ndarray, trial: int) -> Front:
         beside=int(unseen[:, np.abs(from_behind) - half > _BESIDE].sum()),
         inside=int(fresh[seen].sum()),
     )
-
-
-def plain(skill: str) -> str:
-    """A skill's name as people say it."""
-    return skill.replace("_", " ")
 
 
 def _listed(names: list[str]) -> str:
@@ -136,6 +132,11 @@ def sentence(status: Status) -> str:
     if status.finished:
         return f"The {snapshot.trial:,} trials are over. {text}"
     return text if status.playing else f"Paused. {text}"
+
+
+def opened_run(snapshot: Snapshot) -> str:
+    """What a run of an experiment is called for as long as it is on the board."""
+    return f"{snapshot.preset}, seed {snapshot.seed}"
 
 
 def provenance(opened: Opened) -> str:

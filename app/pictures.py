@@ -13,8 +13,10 @@ from typing import Literal, NamedTuple
 import cmap
 import numpy as np
 
+from learners.measures import equivalent_distance
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
+from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
 FARTHEST_STEPS = 400.0
 """Upper end of the scale of equivalent distances: a little more than a circle at radius 60."""
@@ -38,12 +40,19 @@ class Theme(NamedTuple):
     flight: Colour
     timeout: Colour
     loss: Colour
+    zone: Colour
+    """The circles between which trials start."""
     ink: Colour
 
     @property
     def is_dark(self) -> bool:
         """Whether the page is darker than what is written on it."""
         return sum(self.unknown) < sum(self.ink)
+
+    def of_outcome(self, outcome: int) -> Colour:
+        """Colour of a way to end a trial; that of the board for what is not known."""
+        colours = {CAPTURE: self.capture, FLIGHT: self.flight, TIMEOUT: self.timeout}
+        return colours.get(outcome, self.unknown)
 
 
 LIGHT = Theme(
@@ -57,6 +66,7 @@ LIGHT = Theme(
     flight=(80, 0, 160),
     timeout=(110, 115, 125),
     loss=(112, 0, 220),
+    zone=(0, 130, 70),
     ink=(30, 34, 42),
 )
 DARK = Theme(
@@ -70,6 +80,7 @@ DARK = Theme(
     flight=(190, 120, 255),
     timeout=(160, 165, 175),
     loss=(105, 15, 255),
+    zone=(120, 225, 140),
     ink=(232, 234, 240),
 )
 
@@ -93,13 +104,11 @@ class Known(NamedTuple):
 
 
 def equivalent_steps(value: np.ndarray, capture_reward: float, gamma: float) -> np.ndarray:
-    """Steps from certain capture that a value is worth: n = ln(V / reward) / ln(gamma).
+    """Equivalent distances to capture, clipped to 0...``FARTHEST_STEPS``.
 
-    NaN where V <= 0; otherwise clipped to 0...``FARTHEST_STEPS``.
+    NaN where there is none, see :func:`learners.measures.equivalent_distance`.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        steps = np.log(value.astype(np.float64) / capture_reward) / np.log(gamma)
-    return np.where(value > 0, np.clip(steps, 0.0, FARTHEST_STEPS), np.nan)
+    return np.clip(equivalent_distance(value, capture_reward, gamma), 0.0, FARTHEST_STEPS)
 
 
 def known_of(values: np.ndarray, capture_reward: float, gamma: float) -> Known:

@@ -6,7 +6,7 @@ Everything here belongs to one browser, and so does how it wants to see things.
 import math
 from collections.abc import Callable
 from html import escape
-from typing import Any, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 import viser
@@ -15,7 +15,6 @@ from viser import uplot
 from app import narrate, pictures
 from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.clock import Reading
-from app.compass import HEADING_NAMES
 from app.door import guarded
 from app.layers import (
     LAYERS,
@@ -26,13 +25,23 @@ from app.layers import (
     small_multiples_html,
 )
 from app.look import FOLDED, OF_TRIAL, Look
-from app.narrate import plain
 from app.pictures import DARK, LIGHT, Theme
 from app.session import Status
 from app.snapshot import Snapshot
-from app.steering import described
+from app.steering import command_in_words
+from app.words import HEADING_NAMES, counted, in_short, plain, speed_in_words
 from learners import measures
-from learners.commands import Introduce, Remove, SetParameter
+from learners.commands import (
+    Command,
+    Explore,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    Remove,
+    SetParameter,
+    StopExploring,
+)
+from learners.measures import Curve
 
 _SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
 _FRAMES = {
@@ -52,25 +61,32 @@ KEYS = """
 | E | explore the chosen skill |
 | F | freeze the selection, or let it learn |
 | R | reset the camera |
-| H | this list |
+| H, ? | this list |
+| Esc | close a list like this |
 
 Keys go to the page: after typing in a field or clicking a box, click on the board first.
 A click on the board inspects a cell; shift and a click sets the predator down there.
 """
 _WIDTH = 330.0
+_NUDGE = 0.01
+"""Farther from where the camera is to be than viser takes to be there."""
+_SENTENCE_LINES = 6
+"""What the longest of the usual sentences take: what stands below them never moves."""
 _MAX_MARKS = 8
 _SHORT = {"circle_clockwise": "circle", "circle_counterclockwise": "circle ccw"}
-_MARK_SHARE = 0.4
-"""Marks closer than this share of the axis have their names to either side."""
-_BLANK = "\N{NO-BREAK SPACE}\N{NO-BREAK SPACE}"
+_LONGEST_NAME = 21
+"""Characters of the name of a mark."""
+_MARK_FONT = "11px Arial, Helvetica, 'Liberation Sans', sans-serif"
+_CHARACTER_PX, _MARK_ROW_PX = 5.6, 15
+_PLOT_PX, _BESIDE_PLOT_PX = 215.0, 60.0
+"""Width of the curve, and of the axis to its left, over which a name may reach."""
+_MAX_MARK_ROWS = 3
 
-
-def _rate(steps_per_s: float) -> str:
-    if steps_per_s >= 1e6:
-        return f"{steps_per_s / 1e6:.1f} M"
-    if steps_per_s >= 1e4:
-        return f"{steps_per_s / 1e3:.0f} k"
-    return f"{steps_per_s:,.0f}"
+# A scroll bar lies over what it scrolls.
+_LAYOUT = """<style>
+[data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
+  padding-right: 8px; }
+</style>"""
 
 
 def _number(label: str, value: str, hint: str) -> str:
@@ -81,7 +97,7 @@ def _number(label: str, value: str, hint: str) -> str:
 
 
 def headline_html(status: Status) -> str:
-    """Title, the one sentence, and where a run of an experiment is from."""
+    """Title, the one sentence in a space of its own, and where a run of an experiment is from."""
     text = escape(narrate.sentence(status))
     origin = ""
     if status.opened is not None:
@@ -90,13 +106,14 @@ def headline_html(status: Status) -> str:
             '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
             f"{escape(narrate.provenance(status.opened))}</div>"
         )
-    error = f"<br><b>{escape(status.error)}</b>" if status.error else ""
+    error = f"<b>{escape(status.error)}</b>" if status.error else ""
     return (
         '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
         ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'
         " what is learned</span></div>"
-        f'<div style="min-height:5.6em;margin-top:0.3em;line-height:1.35">{text}{error}{origin}'
-        "</div></div>"
+        '<div style="margin-top:0.3em;line-height:1.35">'
+        f'<div style="height:{1.35 * _SENTENCE_LINES:g}em;overflow-y:auto">{text}</div>'
+        f"{error}{origin}</div></div>"
     )
 
 
@@ -108,7 +125,7 @@ def numbers_html(status: Status, viewers: int = 1) -> str:
     parts = [
         _number("Trial", f"{snapshot.trial:,}", "Trials that have ended"),
         _number("Steps", f"{snapshot.step:,}", "Learning steps so far"),
-        _number("Steps/s", _rate(status.steps_per_s), "Learning steps in the last second"),
+        _number("Steps/s", in_short(status.steps_per_s), "Learning steps in the last second"),
         _number(
             "Success",
             "&ndash;" if math.isnan(caught) else f"{caught:.0%}",
@@ -131,29 +148,59 @@ def numbers_html(status: Status, viewers: int = 1) -> str:
 def clock_html(reading: Reading, status: Status, viewers: int) -> str:
     """The honest clock."""
     behind = f"{reading.behind_s:.1f} s behind" if reading.behind_s > 0.05 else "up to date"
-    alone = "1 viewer" if viewers == 1 else f"{viewers} viewers"
+    seeing = counted(viewers, "viewer")
     return (
         '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
-        f"{_rate(status.steps_per_s)} steps/s; {reading.drawing_share:.0%} of the time is spent on"
+        f"{speed_in_words(status.steps_per_s)}; {reading.drawing_share:.0%} of the time is spent on"
         f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_sent} sent"
-        f" and {reading.frames_skipped} skipped in 5 s, {behind}.<br>{alone} of this session.</div>"
+        f" and {reading.frames_skipped} skipped in 5 s, {behind}."
+        f"<br>{seeing} of this session.</div>"
     )
 
 
 def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
-    """Steps at which a skill joined or a parameter changed, and what; none from the start."""
-    joined = [
-        (float(event.step), _SHORT.get(event.command.skill, plain(event.command.skill)))
-        for event in snapshot.control.history
-        if isinstance(event.command, Introduce) and event.step > 0
-    ]
-    changed = [
-        (float(event.step), described(event.command))
-        for event in snapshot.control.history
-        if isinstance(event.command, SetParameter | Remove) and not event.undone
-    ]
-    marks = sorted([*joined, *changed])[-_MAX_MARKS:]
+    """Steps at which a skill joined or something changed by hand, and what it was.
+
+    A skill that is there from the start has no mark, nor has an exploration that the schedule
+    brings: it begins as the skill joins.
+    """
+    marks: list[tuple[float, str]] = []
+    for event in snapshot.control.history:
+        name = _mark_name(event.command)
+        if isinstance(event.command, Introduce):
+            is_shown = event.step > 0
+        else:
+            is_shown = event.by_hand and not event.undone
+        if is_shown and name:
+            marks.append((float(event.step), name))
+    marks = sorted(marks)[-_MAX_MARKS:]
     return tuple(step for step, _ in marks), tuple(name for _, name in marks)
+
+
+def _mark_name(command: Command) -> str:
+    """What a command is called at the curve, which is narrow; empty if it has no mark there."""
+
+    def short(skill: str) -> str:
+        return _SHORT.get(skill, plain(skill))
+
+    match command:
+        case Introduce(skill=skill):
+            name = short(skill)
+        case Explore(skill=skill):
+            name = f"explore {short(skill)}"
+        case StopExploring():
+            name = "stop exploring"
+        case Remove(skill=skill):
+            name = f"remove {short(skill)}"
+        case FreezeSelection(frozen=frozen):
+            name = f"{'freeze' if frozen else 'unfreeze'} selection"
+        case FreezeSkills(frozen=frozen):
+            name = f"{'freeze' if frozen else 'unfreeze'} skills"
+        case SetParameter():
+            name = command_in_words(command)
+        case _:
+            name = ""
+    return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
 
 
 def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
@@ -175,11 +222,11 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
     ink = pictures.css(theme.ink)
     grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
     at, names = curve_marks(snapshot)
-    names = _side_by_side(at, names, snapshot.step)
     ticks = _millions(snapshot.step)
     axes = [
         uplot.Axis(
             scale="x",
+            size=30,
             splits=ticks,
             values=tuple(f"{tick / 1e6:g} M" for tick in ticks),
             stroke=ink,
@@ -187,39 +234,77 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
         ),
         uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
     ]
-    if at:
+    for number, row in enumerate(mark_rows(at, names, _last_step(snapshot))):
         axes.append(
             uplot.Axis(
                 scale="x",
                 side=0,
+                align=row.align,
+                size=_MARK_ROW_PX,
+                gap=2,
+                font=_MARK_FONT,
                 splits=at,
-                values=names,
+                values=row.names,
                 stroke=ink,
-                grid=uplot.Axis_Grid(show=True, stroke=ink, dash=(6.0, 4.0)),
+                # The lines of all marks, once.
+                grid=uplot.Axis_Grid(show=number == 0, stroke=ink, dash=(6.0, 4.0)),
                 ticks=uplot.Axis_Ticks(show=False),
             )
         )
     return tuple(axes)
 
 
-def _side_by_side(at: tuple[float, ...], names: tuple[str, ...], steps: int) -> tuple[str, ...]:
-    """Names that do not lie over each other.
+class MarkRow(NamedTuple):
+    """One row of names above the curve."""
 
-    Of two close marks the first has its name to the left and the second to the right; a third
-    close to them has none. Chart labels are centred, so a name is moved by blanks of its length.
+    align: Literal[1, 2]
+    """1: names begin at their marks; 2: they end there."""
+    names: tuple[str, ...]
+    """Of all marks; empty for those that have theirs in another row, or none."""
+
+    def span_of(self, place: float, name: str) -> tuple[float, float]:
+        """Where a name at a place would lie in this row, in pixels."""
+        width = (len(name) + 1) * _CHARACTER_PX
+        return (place, place + width) if self.align == 1 else (place - width, place)
+
+    def takes(self, mark: int, name: str, places: list[float]) -> bool:
+        """Whether a name has room in this row: within the chart, and beside the others."""
+        low, high = self.span_of(places[mark], name)
+        spans = [self.span_of(places[k], other) for k, other in enumerate(self.names) if other]
+        inside = low >= -_BESIDE_PLOT_PX and high <= _PLOT_PX
+        return inside and all(high <= start or end <= low for start, end in spans)
+
+    def with_name(self, mark: int, name: str) -> "MarkRow":
+        """The row with one name more."""
+        return self._replace(names=(*self.names[:mark], name, *self.names[mark + 1 :]))
+
+
+def mark_rows(at: tuple[float, ...], names: tuple[str, ...], end: float) -> list[MarkRow]:
+    """Rows of names, the first next to the curve: none is cut, and none lies over another.
+
+    The newest marks come first; of many that are close, the oldest have no name.
+
+    Args:
+        at: steps of the marks.
+        names: their names.
+        end: last step of the axis, which begins at 0.
     """
-    shown = list(names)
-    moved = False
-    for mark in range(1, len(at)):
-        if at[mark] - at[mark - 1] >= _MARK_SHARE * max(steps, 1):
-            moved = False
-        elif moved or not shown[mark - 1]:
-            shown[mark] = ""
-        else:
-            shown[mark - 1] += _BLANK * len(names[mark - 1])
-            shown[mark] = _BLANK * len(names[mark]) + names[mark]
-            moved = True
-    return tuple(shown)
+    places = [_PLOT_PX * step / end for step in at]
+    rows: list[MarkRow] = []
+    blank = ("",) * len(at)
+    for mark, name in reversed(list(enumerate(names))):
+        fresh = [MarkRow(1, blank), MarkRow(2, blank)] if len(rows) < _MAX_MARK_ROWS else []
+        taking = (k for k, row in enumerate([*rows, *fresh]) if row.takes(mark, name, places))
+        chosen = next(taking, None)
+        if chosen is not None:
+            row = [*rows, *fresh][chosen].with_name(mark, name)
+            rows = [*rows[:chosen], row, *rows[chosen + 1 :]]
+    return rows
+
+
+def _last_step(snapshot: Snapshot) -> float:
+    """Where the axis of steps ends."""
+    return max(float(snapshot.step), 1_000.0)
 
 
 def _millions(steps: int) -> tuple[float, ...]:
@@ -236,6 +321,7 @@ class Readings:
     def __init__(self, client: viser.ClientHandle, status: Status) -> None:
         self._client = client
         self._gui = gui = client.gui
+        self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
         self._options: tuple[str, ...] = ()
         snapshot = status.snapshot
@@ -243,6 +329,7 @@ class Readings:
         panel.dock_left()
         panel.set_width(_WIDTH)
         with panel.add_tab("Now", icon=viser.Icon.EYE):
+            gui.add_html(_LAYOUT)
             self._headline = gui.add_html(headline_html(status))
             self._numbers = gui.add_html(numbers_html(status))
             self._layer = gui.add_dropdown("Layer", tuple(layer.title for layer in LAYERS.values()))
@@ -255,7 +342,7 @@ class Readings:
                 axes=_axes(snapshot, LIGHT),
                 scales=self._scales(snapshot),
                 legend=uplot.Legend(show=False),
-                height=190,
+                height=160,
             )
         with panel.add_tab("View", icon=viser.Icon.STACK_2):
             self._build_view()
@@ -295,7 +382,13 @@ class Readings:
     def _build_help(self) -> None:
         keys = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
         keys.on_click(guarded(lambda _: self.show_keys()))
-        self._gui.add_command("Keys", hotkey="H").on_trigger(guarded(lambda _: self.show_keys()))
+        by_h = self._gui.add_command("Keys", hotkey="H")
+        # Not among the keys that viser names, but the page knows all that a keyboard has.
+        by_sign = self._gui.add_command("Keys", hotkey=cast(Any, "?"), modifier="shift")
+        for command in (by_h, by_sign):
+            command.on_trigger(guarded(lambda _: self.show_keys()))
+        closing = self._gui.add_command("Close the list", hotkey="escape")
+        closing.on_trigger(guarded(lambda _: self._close_newest_list()))
 
     def show_keys(self) -> None:
         """List the hotkeys."""
@@ -304,6 +397,12 @@ class Readings:
             self._gui.add_markdown(KEYS)
             close = self._gui.add_button("Close")
         close.on_click(guarded(lambda _: modal.close()))
+
+    def _close_newest_list(self) -> None:
+        # viser closes none by itself, and does not hand out those that are open.
+        lists = list(self._gui._modal_handle_from_uuid.values())  # pyright: ignore[reportPrivateUsage]
+        if lists:
+            lists[-1].close()
 
     def _chooser(self, title: str) -> Callable[[Any], None]:
         def choose(_: Any) -> None:
@@ -340,10 +439,17 @@ class Readings:
         """The whole board from above, or from the south if it is a surface."""
         camera = self._client.camera
         surface = bool(self._surface.value)
+        aim = {
+            "up_direction": (0.0, 0.0, 1.0) if surface else (0.0, 1.0, 0.0),
+            "position": SURFACE_CAMERA if surface else FLAT_CAMERA,
+            "look_at": SURFACE_TARGET if surface else FLAT_TARGET,
+        }
         with self._client.atomic():
-            camera.up_direction = (0.0, 0.0, 1.0) if surface else (0.0, 1.0, 0.0)
-            camera.position = SURFACE_CAMERA if surface else FLAT_CAMERA
-            camera.look_at = SURFACE_TARGET if surface else FLAT_TARGET
+            for part, value in aim.items():
+                # viser sends nothing if it takes the camera to be there already; a page that is
+                # about to say that it has been moved would go on moving.
+                setattr(camera, part, np.array(value) + _NUDGE)
+                setattr(camera, part, value)
 
     def update(self, status: Status, look: Look, extras: Extras, clock: str, viewers: int) -> None:
         """Show a moment."""
@@ -382,12 +488,13 @@ class Readings:
                 self._eight.content = content
 
     def _show_curve(self, snapshot: Snapshot, theme: Theme) -> None:
-        key = (snapshot.generation, id(snapshot.curve), curve_marks(snapshot), theme is DARK)
-        if key == self._curve_key:
+        key = (curve_marks(snapshot), theme)
+        if snapshot.curve is self._curve_shown and key == self._curve_key:
             return
-        if key[2:] != self._curve_key[2:]:
+        if key != self._curve_key:
             self._curve.series = (uplot.Series(label="steps"), self._line(theme))
-        self._curve_key = key
+        # Kept, and not its id, which another curve may have once this one is gone.
+        self._curve_shown, self._curve_key = snapshot.curve, key
         self._curve.axes = _axes(snapshot, theme)
         self._curve.scales = self._scales(snapshot)
         self._curve.data = curve_data(snapshot)
@@ -401,7 +508,7 @@ class Readings:
         world = snapshot.spec.world
         low, high = sorted((world.flight_reward, world.capture_reward))
         return {
-            "x": uplot.Scale(time=False, range=(0.0, max(float(snapshot.step), 1_000.0))),
+            "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
             # Room for the topmost label.
             "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
         }

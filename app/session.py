@@ -293,11 +293,19 @@ class Session:
         try:
             self._carry_out(envelope.request)
         except CommandError as error:
-            if envelope.reply is not None:
-                envelope.reply(str(error))
+            self._reply(envelope, str(error))
         finally:
             self._answered = envelope.ticket
             self._published_at = -math.inf
+
+    def _reply(self, envelope: _Envelope, reason: str) -> None:
+        if envelope.reply is None:
+            return
+        try:
+            envelope.reply(reason)
+        except Exception:
+            # Whoever asked may be gone; that is no reason for the learner to stop.
+            log.exception("a refusal could not be told")
 
     def _carry_out(self, request: Request) -> None:
         match request:

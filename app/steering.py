@@ -6,19 +6,22 @@ that a drag is one change and one mark on the curve.
 
 import io
 import re
+import threading
 import time
 from collections.abc import Callable
 from html import escape
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import viser
+from pydantic import TypeAdapter, ValidationError
 
 from app.door import RefusedError, guarded
-from app.narrate import plain
-from app.session import Request, Session, Status
+from app.planner import Ask
+from app.session import Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change, show
+from app.words import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
     Command,
     DefineSkill,
@@ -33,50 +36,80 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.parameters import value_of
 from learners.run import Event
 from learners.skills import SKILLS
-from learners.spec import MOVES, SkillWeights
+from learners.spec import MAX_TRIALS, MOVES, SkillName, SkillWeights
 
-Ask = Callable[[viser.GuiEvent, Request], int]
+DEFAULT_FREEZE_TRIALS: Final = 300
+"""Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
 
 _REST_S = 0.35
-"""A slider that has not moved for so long has come to rest."""
+"""A slider that has not moved for so long has come to rest, and a number has been typed."""
+# viser's own field beside a slider puts the nearest end in the place of what is out of its range,
+# without a word. Here stands a field in its place that takes any number.
+_LAYOUT: Final = """<div class="pounce-parameters"></div><style>
+div:has(> div > .pounce-parameters) { display: flex; flex-wrap: wrap; align-items: center; }
+div:has(> div > .pounce-parameters) > div:has(> .pounce-parameters) { display: none; }
+div:has(> div > .pounce-parameters) > div:has(.mantine-Slider-root) { flex: 1 1 65%; }
+div:has(> div > .pounce-parameters) > div:has(.mantine-Slider-root) .mantine-NumberInput-root {
+  display: none; }
+div:has(> div > .pounce-parameters) > div:not(:has(.mantine-Slider-root)) {
+  flex: 0 0 4.4em; padding-left: 0 !important; }
+div:has(> div > .pounce-parameters) > div:not(:has(.mantine-Slider-root))
+  > .mantine-Flex-root > div:first-child {
+  width: 0 !important; height: 0; padding: 0 !important; overflow: hidden; }
+div:has(> div > .pounce-parameters) .mantine-NumberInput-controls { display: none; }
+div:has(> div > .pounce-parameters) .mantine-NumberInput-input { padding-inline: 0.4em; }
+</style>"""
 _SHOWN_CHANGES = 6
-_OWN_FREEZE_TRIALS = 300
 _NOTHING = "(nothing to undo)"
 _NO_OTHER = "(no other skill)"
 _NO_SKILL = "(no skill yet)"
-_SKILL_NAME = re.compile(r"[a-z][a-z0-9_]{0,31}")
+_SKILL_NAME: Final = TypeAdapter[str](SkillName)
 
 
 class Slider(NamedTuple):
     """One parameter that can be steered."""
 
     key: str
-    label: str
     low: float
     high: float
     step: float
+    typed_step: float
+    """How fine a number may be typed."""
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return PARAMETER_NAMES[self.key]
+
+    def place_of(self, snapshot: Snapshot) -> float:
+        """Where it stands: at the present value, or at the end that is nearest to that."""
+        return min(max(value_of(snapshot.spec, self.key), self.low), self.high)
 
 
 SLIDERS = (
-    Slider("learner.epsilon", "Exploration ε", 0.0, 1.0, 0.01),
-    Slider("learner.alpha", "α of selection", 0.0, 1.0, 0.01),
-    Slider("learner.skill_alpha", "α of skills", 0.0, 1.0, 0.01),
-    Slider("learner.gamma", "Discount γ", 0.0, 0.99, 0.01),
-    Slider("world.capture_reward", "Capture reward", 0.0, 200.0, 5.0),
-    Slider("world.flight_reward", "Flight reward", -200.0, 0.0, 5.0),
-    Slider("world.vision_radius", "Vision radius", 0.0, 60.0, 1.0),
+    Slider("learner.epsilon", 0.0, 1.0, 0.01, 0.0001),
+    Slider("learner.alpha", 0.0, 1.0, 0.01, 0.0001),
+    Slider("learner.skill_alpha", 0.0, 1.0, 0.01, 0.0001),
+    Slider("learner.gamma", 0.0, 0.99, 0.01, 0.0001),
+    Slider("world.capture_reward", 0.0, 200.0, 5.0, 0.1),
+    Slider("world.flight_reward", -200.0, 0.0, 5.0, 0.1),
+    Slider("world.vision_radius", 0.0, 60.0, 1.0, 0.1),
 )
 
 
-def value_of(snapshot: Snapshot, key: str) -> float:
-    """Present value of a parameter by its dotted key."""
-    section, name = key.split(".")
-    return float(getattr(getattr(snapshot.spec, section), name))
+def introduction_of(snapshot: Snapshot, skill: str) -> Introduce:
+    """Let a skill join now, with the freeze that the schedule has for it."""
+    timer = snapshot.spec.schedule.skills.get(skill)
+    if timer is None or timer.at >= MAX_TRIALS:
+        # A timer that never comes only keeps the skill out; its freeze is nobody's choice.
+        return Introduce(skill, DEFAULT_FREEZE_TRIALS)
+    return Introduce(skill, timer.freeze)
 
 
-def described(command: Command) -> str:
+def command_in_words(command: Command) -> str:
     """A command in a few words."""
     match command:
         case Introduce(skill=skill):
@@ -96,7 +129,7 @@ def described(command: Command) -> str:
         case Remove(skill=skill):
             return f"{plain(skill)} removed"
         case SetParameter(key=key, value=value):
-            return f"{key.split('.')[1].replace('_', ' ')} = {value:g}"
+            return f"{PARAMETER_NAMES[key]} = {value:g}"
         case SetSchedule():
             return "schedule edited"
         case Undo(number=number):
@@ -155,48 +188,74 @@ class Steering:
         self._gui = gui
         self._session = session
         self._ask = ask
+        self._lock = threading.Lock()
         self._pending: dict[str, tuple[viser.GuiEvent, float, float]] = {}
+        self._open_changes: dict[str, int] = {}
+        self._others: dict[str, str] = {}
+        self._leavers: dict[str, str] = {}
         self._sliders: dict[str, Any] = {}
+        self._numbers: dict[str, Any] = {}
         self._build_parameters(session.status.snapshot)
         self._build_undo()
         self._build_skills()
         self._build_removal()
 
     def settle(self, now_s: float) -> None:
-        """Ask for what sliders that came to rest were set to."""
-        for key, (event, value, moved_at) in list(self._pending.items()):
-            if now_s - moved_at >= _REST_S:
+        """Ask for what parameters were set to that came to rest, or say what is allowed."""
+        with self._lock:
+            rested = [key for key, moved in self._pending.items() if now_s - moved[2] >= _REST_S]
+            # Taken out before anything is asked: what is set meanwhile is another change.
+            changes = [(key, *self._pending.pop(key)) for key in rested]
+        for key, event, value, _ in changes:
+            slider = next(slider for slider in SLIDERS if slider.key == key)
+            if slider.low <= value <= slider.high:
                 self._ask(event, SetParameter(key, value))
-                del self._pending[key]
+            elif event.client is not None:
+                event.client.add_notification(
+                    "That cannot be done",
+                    f"{slider.label}: {value:g} is not allowed; allowed: {slider.low:g} to"
+                    f" {slider.high:g}",
+                    auto_close_seconds=8,
+                )
 
     def update(self, status: Status) -> None:
         """Show what is true."""
         snapshot = status.snapshot
         for slider in SLIDERS:
             if slider.key not in self._pending:
-                value = min(max(value_of(snapshot, slider.key), slider.low), slider.high)
-                show(self._sliders[slider.key], value)
-        assign(self._sliders["learner.skill_alpha"], "disabled", not snapshot.spec.learner.skills)
+                show(self._sliders[slider.key], slider.place_of(snapshot))
+                show(self._numbers[slider.key], value_of(snapshot.spec, slider.key))
+        for handles in (self._sliders, self._numbers):
+            assign(handles["learner.skill_alpha"], "disabled", not snapshot.spec.learner.skills)
         self._show_undo(snapshot)
         self._show_skills(snapshot)
 
     def _build_parameters(self, snapshot: Snapshot) -> None:
         with self._gui.add_folder("Parameters"):
+            self._gui.add_html(_LAYOUT)
             for slider in SLIDERS:
                 handle = self._gui.add_slider(
                     slider.label,
                     min=slider.low,
                     max=slider.high,
                     step=slider.step,
-                    initial_value=min(max(value_of(snapshot, slider.key), slider.low), slider.high),
+                    initial_value=slider.place_of(snapshot),
                     hint=f"{slider.key}; takes effect at the next step",
                 )
-                on_change(handle, self._mover(slider.key))
-                self._sliders[slider.key] = handle
+                number = self._gui.add_number(
+                    f"{slider.label} as a number",
+                    value_of(snapshot.spec, slider.key),
+                    step=slider.typed_step,
+                    hint=f"{slider.key}, {slider.low:g} to {slider.high:g}",
+                )
+                for part in (handle, number):
+                    on_change(part, self._mover(slider.key))
+                self._sliders[slider.key], self._numbers[slider.key] = handle, number
 
     def _mover(self, key: str) -> Callable[[viser.GuiEvent, Any], None]:
         def moved(event: viser.GuiEvent, value: Any) -> None:
-            self._pending[key] = (event, float(value), time.perf_counter())
+            with self._lock:
+                self._pending[key] = (event, float(value), time.perf_counter())
 
         return moved
 
@@ -208,9 +267,9 @@ class Steering:
         self._undo.on_click(guarded(self._undo_clicked))
 
     def _undo_clicked(self, event: viser.GuiEvent) -> None:
-        number = str(self._chosen.value).partition(":")[0]
-        if number.isdigit():
-            self._ask(event, Undo(int(number)))
+        number = self._open_changes.get(str(self._chosen.value))
+        if number is not None:
+            self._ask(event, Undo(number))
 
     def _show_undo(self, snapshot: Snapshot) -> None:
         changes = [
@@ -218,9 +277,11 @@ class Steering:
             for event in snapshot.control.history
             if event.by_hand and not isinstance(event.command, Undo)
         ]
+        # Counted as they are listed: what the schedule did between them has numbers of its own.
+        names = {e.number: f"{n}: {command_in_words(e.command)}" for n, e in enumerate(changes, 1)}
         lines = [
             f"<span style='{'text-decoration:line-through;opacity:0.6' if e.undone else ''}'>"
-            f"{e.number}: {escape(described(e.command))}, trial {e.trial:,}</span>"
+            f"{escape(names[e.number])}, trial {e.trial:,}</span>"
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
@@ -228,7 +289,8 @@ class Steering:
             self._changes, "content", f'<div style="padding:0 0.6em;font-size:0.8em">{body}</div>'
         )
         open_events = undoable(snapshot.control.history)
-        options = tuple(f"{e.number}: {described(e.command)}" for e in open_events) or (_NOTHING,)
+        self._open_changes = {names[e.number]: e.number for e in open_events}
+        options = tuple(self._open_changes) or (_NOTHING,)
         if self._chosen.options != options:
             self._chosen.options = options
             self._chosen.value = options[0]
@@ -256,32 +318,36 @@ class Steering:
         self._define.on_click(guarded(self._define_clicked))
 
     def _add_other_clicked(self, event: viser.GuiEvent) -> None:
-        skill = str(self._other.value).replace(" ", "_")
-        self._ask(event, Introduce(skill, _OWN_FREEZE_TRIALS))
+        skill = self._others.get(str(self._other.value))
+        if skill is None:
+            raise RefusedError("there is no such skill to add any more; choose one")
+        self._ask(event, introduction_of(self._session.status.snapshot, skill))
 
     def _define_clicked(self, event: viser.GuiEvent) -> None:
         name = str(self._name.value)
-        if not _SKILL_NAME.fullmatch(name):
+        try:
+            _SKILL_NAME.validate_python(name)
+        except ValidationError as error:
             raise RefusedError(
-                f"{name[:40]!r} is not a name; allowed: small letters, digits and _, up to 32"
-            )
+                f"{name[:40]!r} is not allowed; allowed: {_SKILL_NAME.json_schema()['description']}"
+            ) from error
+        if name in self._session.status.snapshot.spec.learner.known_skills:
+            # Or the skill of that name that there is would join in the place of this one.
+            raise RefusedError(f"there is a skill named {name!r}; allowed: another name")
         weights = {skill: round(float(slider.value), 3) for skill, slider in self._weights.items()}
         if not any(weights.values()):
             raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
         self._ask(event, DefineSkill(name, SkillWeights(**weights)))
-        self._ask(event, Introduce(name, _OWN_FREEZE_TRIALS))
+        self._ask(event, Introduce(name, DEFAULT_FREEZE_TRIALS))
 
     def _show_skills(self, snapshot: Snapshot) -> None:
         learner = snapshot.spec.learner
         assign(self._skills_folder, "visible", learner.options != MOVES)
-        known = [*SKILLS, *learner.custom_skills]
-        others = tuple(plain(s) for s in known if s not in snapshot.present) or (_NO_OTHER,)
-        if self._other.options != others:
-            self._other.options = others
-        assign(self._add_other, "disabled", others == (_NO_OTHER,))
-        present = tuple(plain(skill) for skill in snapshot.present) or (_NO_SKILL,)
-        if self._leaver.options != present:
-            self._leaver.options = present
+        absent = (skill for skill in learner.known_skills if skill not in snapshot.present)
+        self._others, self._leavers = by_plain_name(absent), by_plain_name(snapshot.present)
+        assign(self._other, "options", tuple(self._others) or (_NO_OTHER,))
+        assign(self._add_other, "disabled", not self._others)
+        assign(self._leaver, "options", tuple(self._leavers) or (_NO_SKILL,))
         assign(self._remove, "disabled", len(snapshot.present) < 2)
 
     def _build_removal(self) -> None:
@@ -297,8 +363,8 @@ class Steering:
     def _confirm_removal(self, event: viser.GuiEvent) -> None:
         """Say what is lost, and ask."""
         client, snapshot = event.client, self._session.status.snapshot
-        skill = str(self._leaver.value).replace(" ", "_")
-        if client is None or skill not in snapshot.present:
+        skill = self._leavers.get(str(self._leaver.value))
+        if client is None or skill is None or skill not in snapshot.present:
             return
         modal = client.gui.add_modal(f"Remove {plain(skill)}?")
         with modal:

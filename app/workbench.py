@@ -87,15 +87,16 @@ class Workbench:
             FolderError: no folder could be found for it.
         """
         with self._lock:
-            if self._thread is not None and self._thread.is_alive():
+            # The thread of one that is over may still be ending; it has nothing more to say.
+            if self._standing is not None and self._standing.running:
                 raise BusyError("another experiment is running: stop it first, or wait")
             path = folder_for(self.root, experiment)
-            self._switch = Switch()
-            gatherer = Gatherer(experiment)
-            self._standing = Standing(experiment, path, gatherer, None, True, False, "")
-            arguments = (self._standing, self._switch, workers)
-            self._thread = threading.Thread(target=self._run, args=arguments, daemon=True)
-            self._thread.start()
+            standing = Standing(experiment, path, Gatherer(experiment), None, True, False, "")
+            switch = Switch()
+            arguments = (standing, switch, workers)
+            thread = threading.Thread(target=self._run, args=arguments, daemon=True)
+            thread.start()
+            self._standing, self._switch, self._thread = standing, switch, thread
         return path
 
     def pause(self) -> None:

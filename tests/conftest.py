@@ -40,8 +40,11 @@ HARMLESS_WARNINGS = (
 
 BROWSER_TESTS = Path(__file__).parent / "browser"
 
-# The first call of a compiled function takes seconds; a shared machine is slow at times.
-settings.register_profile("pounce", deadline=None)
+# The first call of a compiled function takes seconds; a shared machine is slow at times. The same
+# examples each time, so that a test fails only where something has changed.
+settings.register_profile("pounce", deadline=None, derandomize=True, database=None, max_examples=60)
+# To look for what these do not find: pytest --hypothesis-profile search.
+settings.register_profile("search", deadline=None, max_examples=5_000)
 settings.load_profile("pounce")
 
 
@@ -73,21 +76,37 @@ def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[s
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the browser tests and keep them together.
+    """Mark the browser tests, and put them where they hold up nobody.
 
-    One after the other, because two browsers that draw in software are slower at the same time.
-    In one process they come last, after the quick tests; of several workers one begins with
-    them, since they take longest.
+    In one process they come last, after the quick tests; of several workers one begins with them,
+    since they take longest.
     """
-    has_workers = config.pluginmanager.hasplugin("xdist")
     for item in items:
         if BROWSER_TESTS in item.path.parents:
             item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.filterwarnings(*HARMLESS_WARNINGS))
-            if has_workers:
-                item.add_marker(pytest.mark.xdist_group("browser"))
     is_worker = hasattr(config, "workerinput")
     items.sort(key=lambda item: (BROWSER_TESTS in item.path.parents) != is_worker)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """With ``--dist loadfile``, give all browser tests to one worker, as if they were one file.
+
+    Two browsers that draw in software are slower at the same time than one after the other.
+    """
+    if config.getvalue("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    browser_tests = f"{BROWSER_TESTS.relative_to(config.rootpath).as_posix()}/"
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            is_in_browser = nodeid.startswith(browser_tests)
+            return browser_tests if is_in_browser else super()._split_scope(nodeid)
+
+    return Scheduling(config, log)
 
 
 @pytest.fixture

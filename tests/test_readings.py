@@ -1,15 +1,35 @@
 """What stands beside the board: numbers, curve, marks, legend, and no markup from strangers."""
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app import narrate, presets, readings, snapshot
+from app.door import close_server, open_server
+from app.layers import Extras
+from app.look import Look
+from app.readings import Readings
 from app.session import Opened, Session, Status
 from app.snapshot import Snapshot
-from learners.commands import Introduce
+from learners.commands import (
+    Command,
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    SetParameter,
+    StopExploring,
+    Undo,
+)
 from learners.measures import Curve, Endings
 from learners.run import Run
 from learners.spec import RunSpec
@@ -117,6 +137,8 @@ def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
         (9_999.0, "9,999"),
         (12_345.0, "12 k"),
         (999_400.0, "999 k"),
+        (999_600.0, "1 M"),
+        (1_000_000.0, "1 M"),
         (24_560_000.0, "24.6 M"),
     ],
 )
@@ -180,6 +202,79 @@ def test_skills_are_marked_where_they_came_in_and_not_at_the_start() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (Explore("approach", 100, 0.5), "explore approach"),
+        (FreezeSelection(True), "freeze selection"),
+        (FreezeSkills(True), "freeze skills"),
+        (SetParameter("learner.skill_alpha", 0.35), "α of skills = 0.35"),
+    ],
+)
+def test_what_was_done_by_hand_is_marked_unless_it_is_undone(command: Command, name: str) -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(max_steps=4_321)
+    run.apply(command)
+    assert readings.curve_marks(moment(run)) == ((4_321.0,), (name,))
+    run.apply(Undo(run.control.history[-1].number))
+    assert readings.curve_marks(moment(run)) == ((), ())
+
+
+def test_the_end_of_what_was_begun_by_hand_is_marked_too() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(max_steps=100)
+    for command in (Explore("approach", 100, 0.5), FreezeSelection(True)):
+        run.apply(command)
+    run.advance(max_steps=100)
+    for command in (FreezeSelection(False), StopExploring("approach")):
+        run.apply(command)
+    at, names = readings.curve_marks(moment(run))
+    assert at == (100.0, 100.0, 200.0, 200.0)
+    assert sorted(names[2:]) == ["stop exploring", "unfreeze selection"]
+
+
+def test_what_leaves_the_learning_alone_and_what_the_schedule_brings_is_not_marked() -> None:
+    run = Run(spec_of("schedule.skills.circle_clockwise.at=5"), seed=1)
+    run.advance(until_trial=10)
+    run.apply(FollowSchedule(False))
+    assert [e.skill for e in run.control.episodes] == ["circle_clockwise"]
+    _, names = readings.curve_marks(moment(run))
+    assert names == ("circle",)
+
+
+shares = st.lists(st.floats(0, 1), min_size=1, max_size=8).map(sorted)
+words = st.text("aMWi ", min_size=1, max_size=readings._LONGEST_NAME)
+
+
+@given(shares=shares, data=st.data())
+def test_no_name_of_a_mark_is_cut_or_lies_over_another(
+    shares: list[float], data: st.DataObject
+) -> None:
+    names = tuple(data.draw(words) for _ in shares)
+    at = tuple(share * 5_000 for share in shares)
+    rows = readings.mark_rows(at, names, 5_000)
+    for row in rows:
+        assert len(row.names) == len(at)
+        spans = sorted(
+            row.span_of(share * readings._PLOT_PX, name)
+            for share, name in zip(shares, row.names, strict=True)
+            if name
+        )
+        assert spans[0][0] >= -readings._BESIDE_PLOT_PX
+        assert spans[-1][1] <= readings._PLOT_PX
+        assert all(one[1] <= other[0] for one, other in itertools.pairwise(spans))
+    shown = [[row.names[mark] for row in rows if row.names[mark]] for mark in range(len(at))]
+    assert all(found in ([], [name]) for found, name in zip(shown, names, strict=True))
+    assert shown[-1] == [names[-1]]
+
+
+def test_a_mark_at_the_right_edge_has_its_name_to_the_left() -> None:
+    (row,) = readings.mark_rows((5_000.0,), ("α of skills = 0.35",), 5_000)
+    assert (row.align, row.names) == (2, ("α of skills = 0.35",))
+    (row,) = readings.mark_rows((0.0,), ("α of skills = 0.35",), 5_000)
+    assert row.align == 1
+
+
 def test_skills_that_are_there_from_the_start_have_no_marks() -> None:
     run = Run(spec_of(preset="hierarchical_3"), seed=1)
     run.advance(max_steps=5_000)
@@ -206,3 +301,32 @@ def test_the_axis_of_steps_has_at_most_five_marks_within_the_run() -> None:
         assert 2 <= len(ticks) <= 5
         assert ticks[-1] <= steps < 2 * ticks[-1] + 1
         assert len(set(np.diff(ticks))) == 1
+
+
+# The panel of a browser, on a real server that nobody looks at
+
+
+@pytest.fixture
+def panel() -> Iterator[Readings]:
+    server = open_server(port=0)
+    client: Any = SimpleNamespace(gui=server.gui)
+    yield Readings(client, status_of(moment()))
+    close_server(server)
+
+
+def test_every_new_curve_is_drawn_though_the_former_ones_are_gone(panel: Readings) -> None:
+    base = status_of(moment())
+    for number in range(50):
+        # Nobody but the panel keeps the curve, so that another one may come to lie in its place.
+        taken = replace(base.snapshot, curve=curve([1_000, 2_000], [0.0, float(number)]))
+        panel.update(replace(base, snapshot=taken), Look(), Extras(), "", 1)
+        del taken
+        assert panel._curve.data[1][-1] == number
+
+
+def test_a_curve_that_is_drawn_is_not_sent_again(panel: Readings) -> None:
+    status = status_of(moment(curve=curve([1_000, 2_000], [0.0, 1.0])))
+    panel.update(status, Look(), Extras(), "", 1)
+    sent = panel._curve.data
+    panel.update(status, Look(), Extras(), "", 1)
+    assert panel._curve.data is sent

@@ -4,7 +4,7 @@ import contextlib
 import json
 import sqlite3
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from app import experiments, replicate, results
-from app.experiments import Experiment, parse
+from app.experiments import Experiment, Variant, parse
 from app.gathered import Gatherer
-from app.laboratory import Threads, run_experiment
+from app.laboratory import Crew, Progress, Threads, run_experiment
 from app.results import Folder, FolderError, table_csv
 from app.workbench import BusyError, Standing, Workbench, folder_for
 
@@ -28,25 +28,52 @@ PATIENCE_S = 60.0
 
 
 def small(n_seeds: int | None = None, text: str = TEXT) -> Experiment:
-    return parse(
-        text.replace("schedule: null", "learner.epsilon: 0.2"), "small.yaml", None, n_seeds
-    )
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Wait for what another thread does."""
-    waiting, tick = threading.Event(), 0.005
-    for _ in range(int(PATIENCE_S / tick)):
-        if condition():
-            return
-        waiting.wait(tick)
-    raise TimeoutError("it did not come about")
+    return parse(text, "small.yaml", None, n_seeds)
 
 
 def over(bench: Workbench) -> Standing:
-    until(lambda: bench.standing is not None and not bench.standing.running)
+    """How an experiment stands once it is over."""
+    assert bench._thread is not None
+    bench._thread.join(PATIENCE_S)
     assert bench.standing is not None
+    assert not bench.standing.running
     return bench.standing
+
+
+@contextlib.contextmanager
+def at_the_first_run(
+    do: Callable[[], None], on_progress: Callable[[], object] = lambda: None
+) -> Iterator[None]:
+    """Do something when an experiment has its first run, and tell of its progress from then on.
+
+    Both happen in the experiment's own thread, so it does nothing else meanwhile.
+    """
+    seen = False
+
+    def run(
+        experiment: Experiment,
+        folder: Folder,
+        crew: Crew,
+        tell: Callable[[Progress], object],
+        on_row: Callable[[Variant, dict[str, Any], bytes], object],
+    ) -> object:
+        def take(*row: Any) -> None:
+            nonlocal seen
+            on_row(*row)
+            if not seen:
+                seen = True
+                do()
+
+        def note(progress: Progress) -> None:
+            tell(progress)
+            if seen:
+                on_progress()
+
+        return run_experiment(experiment, folder, crew, note, on_row=take)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.workbench.run_experiment", run)
+        yield
 
 
 def rows(folder: Path) -> dict[str, Any]:
@@ -97,13 +124,43 @@ def test_one_at_a_time(tmp_path: Path) -> None:
     assert over(bench).error == ""
 
 
-def test_paused_it_waits_and_goes_on(tmp_path: Path) -> None:
+def test_another_begins_as_soon_as_one_is_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, is_over, let_go = Workbench._run, threading.Event(), threading.Event()
+
+    def run_and_linger(bench: Workbench, *about: Any) -> None:
+        run(bench, *about)
+        is_over.set()
+        let_go.wait(PATIENCE_S)
+
     bench = Workbench(tmp_path)
-    bench.start(small(40), workers=1)
-    bench.pause()
-    assert bench.standing is not None
-    assert bench.standing.paused
-    assert bench.standing.running
+    monkeypatch.setattr(Workbench, "_run", run_and_linger)
+    bench.start(small(1), workers=1)
+    assert is_over.wait(PATIENCE_S)
+    monkeypatch.undo()
+    first = bench._thread
+    bench.start(small(2), workers=1)
+    assert len(over(bench).gatherer.gathering().runs) == 4
+    second = bench.standing
+    let_go.set()
+    assert first is not None
+    first.join(PATIENCE_S)
+    assert bench.standing is second
+
+
+def test_paused_it_waits_and_goes_on(tmp_path: Path) -> None:
+    bench, told = Workbench(tmp_path), threading.Semaphore(0)
+    with at_the_first_run(bench.pause, told.release):
+        bench.start(small(40), workers=1)
+        # Each time it could have taken in a run; one was under way, and one may have been over.
+        for _ in range(8):
+            assert told.acquire(timeout=PATIENCE_S)
+    standing = bench.standing
+    assert standing is not None
+    assert standing.paused
+    assert standing.running
+    assert len(standing.gatherer.gathering().runs) <= 3
     bench.go_on()
     standing = over(bench)
     assert not standing.paused
@@ -112,10 +169,9 @@ def test_paused_it_waits_and_goes_on(tmp_path: Path) -> None:
 
 def test_stopped_it_goes_on_where_it_was(tmp_path: Path, counted: list[str]) -> None:
     bench = Workbench(tmp_path)
-    path = bench.start(small(40), workers=1)
-    until(lambda: bool(bench.standing and bench.standing.gatherer.gathering().runs))
-    bench.stop()
-    before = over(bench).gatherer.gathering().runs
+    with at_the_first_run(bench.stop):
+        path = bench.start(small(40), workers=1)
+        before = over(bench).gatherer.gathering().runs
     assert 0 < len(before) < 80
     assert rows(path).keys() == {run.key for run in before}
 
@@ -220,12 +276,13 @@ def test_the_cost_says_what_is_there_already(tmp_path: Path) -> None:
 
 
 def test_closing_ends_what_is_running(tmp_path: Path) -> None:
+    before = set(threading.enumerate())
     bench = Workbench(tmp_path)
     bench.start(small(text=TEXT.replace("600", "2000000")), workers=2)
     bench.pause()
     bench.close()
     assert not over(bench).running
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("run")]
+    assert not set(threading.enumerate()) - before
 
 
 def test_there_is_an_end_to_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,11 +4,13 @@ Tests ask the session what is true, and a page what it shows. Nothing waits for 
 everything waits for a condition, and fails if that is not met within ``PATIENCE_S``.
 """
 
+import contextlib
 import io
 import re
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import imageio.v3 as iio
 import numpy as np
@@ -211,6 +213,17 @@ class Screen:
         """Type a number into a field."""
         self.field(label).fill(value)
 
+    def text_field(self, label: str) -> Locator:
+        """A field for text."""
+        # It has no label of its own; what is written beside it stands in the same row.
+        name = self.page.locator("label").get_by_text(label, exact=True)
+        row = name.locator("xpath=ancestor::div[contains(@class, 'mantine-Flex-root')][1]")
+        return row.locator("input, textarea").first
+
+    def write(self, label: str, text: str) -> None:
+        """Fill in a field for text."""
+        self.text_field(label).fill(text)
+
     def upload(self, button: str, name: str, text: str) -> None:
         """Load a file of that name, with a button for it."""
         with self.page.expect_file_chooser() as chooser:
@@ -227,6 +240,18 @@ def colours_in(css: str) -> list[list[int]]:
     """The colours in a piece of CSS, in order."""
     found = re.findall(r"rgb\((\d+), ?(\d+), ?(\d+)\)", css)
     return [[int(part) for part in colour] for colour in found]
+
+
+@contextlib.contextmanager
+def arriving(handle: Any) -> Iterator[None]:
+    """Waits until what is typed into a widget here has come to the server.
+
+    A page sends only the newest of all changes within 50 ms, whatever widgets they belong to.
+    """
+    arrived = threading.Event()
+    handle.on_update(lambda _: arrived.set())
+    yield
+    assert arrived.wait(PATIENCE_S)
 
 
 StartLab = Callable[..., LiveLab]

@@ -1,31 +1,35 @@
 """The lab bench in a real browser: layers, inspection, steering, the timeline, files, keys."""
 
-import contextlib
 import io
 import math
 import re
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from html import unescape
 from typing import Any
 
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, expect
-from playwright.sync_api import TimeoutError as PlaywrightTimeoutError
 
 from app import inspect, presets, steering, widgets
 from app.controls import slider_of
 from app.inspect import HEADING_NAMES, OUTCOME_NAMES
 from app.layers import LAYERS, Extras, Layer, SuccessMap
 from app.look import OF_TRIAL, Look
-from app.session import StartAgain, Status, StepOnce
+from app.session import OpenRun, StartAgain, Status, StepOnce
 from app.snapshot import Snapshot
 from learners import greedy
-from learners.commands import DefineSkill, Introduce, Remove, SetParameter
+from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
 from learners.spec import EpisodeSpec, SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
-from tests.browser.conftest import PATIENCE_S, LiveLab, OpenPage, Screen, StartLab, preset_of
+from tests.browser.conftest import (
+    LiveLab,
+    OpenPage,
+    Screen,
+    StartLab,
+    arriving,
+    preset_of,
+)
 
 LEARNED = 1_000
 """Trials after which two skills know enough of the small world for each layer to differ."""
@@ -46,11 +50,11 @@ TRAIL_IS = """place => {
     return (points[2] > -1 ? "on the board" : "away") === place;
 }"""
 CAMERA = "() => window.__viserMutable.camera.position.toArray()"
-CAMERA_RESTS = """() => {
-    const now = window.__viserMutable.camera.position.toArray();
-    const former = window.formerCamera ?? [];
-    window.formerCamera = now;
-    return now.every((part, i) => Math.abs(part - former[i]) < 1e-3);
+TELL_NOTHING_OF_THE_CAMERA = """() => {
+    const { sendMessage } = window.__viserMutable;
+    window.__viserMutable.sendMessage = message => {
+        if (message.type !== "ViewerCameraMessage") sendMessage(message);
+    };
 }"""
 CAMERA_IS = """([place, near]) => {
     const now = window.__viserMutable.camera.position.toArray();
@@ -119,26 +123,6 @@ def number_of(slider: Locator) -> Locator:
     return slider.locator("input[inputmode=decimal]")
 
 
-def write(screen: Screen, label: str, text: str) -> None:
-    """Fill in a field for text."""
-    # Such a field has no label of its own; what is written beside it stands in the same row.
-    name = screen.page.locator("label").get_by_text(label, exact=True)
-    row = name.locator("xpath=ancestor::div[contains(@class, 'mantine-Flex-root')][1]")
-    row.locator("input, textarea").first.fill(text)
-
-
-@contextlib.contextmanager
-def arriving(handle: Any) -> Iterator[None]:
-    """Waits until what is typed into a widget here has come to the server.
-
-    A page sends only the newest of all changes within 50 ms, whatever widgets they belong to.
-    """
-    arrived = threading.Event()
-    handle.on_update(lambda _: arrived.set())
-    yield
-    assert arrived.wait(PATIENCE_S)
-
-
 def drag(screen: Screen, slider: Locator, steps: int = 12) -> None:
     """Take a slider's handle and pull it to the right, in many small moves."""
     box = slider.get_by_role("slider").bounding_box()
@@ -185,6 +169,19 @@ def test_each_layer_by_its_key_and_from_the_list(start_lab: StartLab, open_page:
     screen.choose("of", "circle clockwise")
     screen.expect_cell_colours(live.colours(Look(layer="option", option=1)))
     expect(screen.legend.locator("xpath=..")).to_contain_text("circle clockwise")
+
+
+def test_the_success_map_is_of_the_moment_though_the_learner_stands_still(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = two_skills(start_lab)
+    screen = open_page(live)
+    layer = LAYERS["success"]
+    screen.choose("Layer", layer.title)
+    seeing = expect_layer(screen, live, layer, success_of(now_of(live)))
+    live.ask(SetParameter("world.vision_radius", 0.0))
+    blind = expect_layer(screen, live, layer, success_of(now_of(live)))
+    assert not np.array_equal(blind, seeing)
 
 
 def test_frames_all_headings_overlays_and_a_surface(
@@ -373,14 +370,15 @@ def test_a_drag_is_one_change_that_can_be_undone(
     epsilon = status.snapshot.spec.learner.epsilon
     assert by_hand(status) == [SetParameter("learner.epsilon", epsilon)]
     assert epsilon > former
-    expect(number_of(slider)).to_have_value(f"{epsilon:g}")
-    change = screen.text(f"epsilon = {epsilon:g}, trial {LEARNED:,}")
+    number = screen.field("Exploration ε as a number")
+    expect(number).to_have_value(f"{epsilon:g}")
+    change = screen.text(f"1: Exploration ε = {epsilon:g}, trial {LEARNED:,}")
     expect(change).to_be_visible()
 
     screen.button("Undo").click()
     status = live.wait_for(lambda status: status.snapshot.spec.learner.epsilon == former)
     assert status.snapshot.control.history[-2].undone
-    expect(number_of(slider)).to_have_value(f"{former:g}")
+    expect(number).to_have_value(f"{former:g}")
     expect(change).to_have_css("text-decoration-line", "line-through")
     expect(screen.button("Undo")).to_be_disabled()
     assert len(by_hand(status)) == 2
@@ -393,22 +391,35 @@ def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(
     start = now_of(live).spec
     screen = open_page(live)
     screen.turn_to("Steer")
-    number_of(labelled(screen, "Vision radius")).fill("12")
+    screen.type("Vision radius as a number", "12")
     live.wait_for(lambda status: status.snapshot.spec.world.vision_radius == 12)
-    number_of(labelled(screen, "Capture reward")).fill("150")
+    screen.type("Capture reward as a number", "150")
     live.wait_for(lambda status: status.snapshot.spec.world.capture_reward == 150)
-    expect(screen.text(f"capture reward = 150, trial {LEARNED:,}")).to_be_visible()
-    expect(screen.field("Take back")).to_have_value(re.compile("capture reward = 150"))
-    number = next(
-        event.number
-        for event in now_of(live).control.history
-        if event.by_hand and "vision_radius" in str(event.command)
-    )
-    screen.choose("Take back", f"{number}: vision radius = 12")
+    expect(screen.text(f"2: Capture reward = 150, trial {LEARNED:,}")).to_be_visible()
+    expect(screen.field("Take back")).to_have_value("2: Capture reward = 150")
+    screen.choose("Take back", "1: Vision radius = 12")
     screen.button("Undo").click()
     status = live.wait_for(lambda status: status.snapshot.spec.world.vision_radius != 12)
     world = status.snapshot.spec.world
     assert (world.vision_radius, world.capture_reward) == (start.world.vision_radius, 150)
+
+
+def test_a_number_out_of_bounds_is_refused_and_not_bent(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = two_skills(start_lab)
+    before = now_of(live)
+    screen = open_page(live)
+    screen.turn_to("Steer")
+    number = screen.field("α of skills as a number")
+    screen.type("α of skills as a number", "5")
+    number.press("Tab")
+    expect(screen.text("α of skills: 5 is not allowed; allowed: 0 to 1")).to_be_visible()
+    expect(number).to_have_value(f"{before.spec.learner.skill_alpha:g}")
+    assert now_of(live) is before
+    screen.type("α of skills as a number", "0.125")
+    live.wait_for(lambda status: status.snapshot.spec.learner.skill_alpha == 0.125)
+    assert by_hand(live.session.status) == [SetParameter("learner.skill_alpha", 0.125)]
 
 
 def open_other_skills(screen: Screen) -> None:
@@ -426,11 +437,11 @@ def test_a_skill_of_ones_own_and_another_skill(start_lab: StartLab, open_page: O
     own = screen.button("Add my own skill now")
     form = live.lab._controls._steering
     with arriving(form._name):
-        write(screen, "Own skill", HOSTILE)
+        screen.write("Own skill", HOSTILE)
     own.click()
-    expect(screen.text(f"'{HOSTILE}' is not a name")).to_be_visible()
+    expect(screen.text(f"'{HOSTILE}' is not allowed; allowed: a name of")).to_be_visible()
     with arriving(form._name):
-        write(screen, "Own skill", "sneak")
+        screen.write("Own skill", "sneak")
     own.click()
     expect(screen.text("all weights are 0")).to_be_visible()
     assert now_of(live) is before
@@ -592,9 +603,9 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(
     before = now_of(live)
     screen = open_page(live)
     screen.turn_to("File")
-    write(screen, "Name", "../mine")
+    screen.write("Name", "../mine")
     expect(screen.button("Save as preset")).to_be_disabled()
-    write(screen, "Name", "mine")
+    screen.write("Name", "mine")
     expect(screen.button("Save as preset")).to_be_enabled()
     with screen.page.expect_download() as download:
         screen.button("Save as preset").click()
@@ -645,11 +656,10 @@ def test_the_preset_shown_is_that_of_the_run_even_if_its_list_was_touched(
 ) -> None:
     live = start_lab(preset_of("hierarchical_2"))
     screen = open_page(live)
-    with monkeypatch.context() as touched:
-        touched.setattr(widgets, "_TOUCHED_S", math.inf)
-        live.ask(StartAgain(preset_of("standard_q"), "standard_q", 5))
-        expect(screen.headline).to_contain_text("Nine moves, no skills")
-    expect(screen.field("Preset")).to_have_value("standard_q", timeout=3_000)
+    monkeypatch.setattr(widgets, "_TOUCHED_S", math.inf)
+    live.ask(StartAgain(preset_of("standard_q"), "standard_q", 5))
+    expect(screen.headline).to_contain_text("Nine moves, no skills")
+    expect(screen.field("Preset")).to_have_value("standard_q")
 
 
 # Keys ---------------------------------------------------------------------------------------
@@ -660,20 +670,6 @@ def press(screen: Screen, live: LiveLab, key: str) -> Status:
     answered = live.session.status.answered
     screen.page.keyboard.press(key)
     return live.wait_for(lambda status: status.answered > answered)
-
-
-def expect_camera_home(screen: Screen, home: object) -> None:
-    """The key R brings the camera home.
-
-    A page that still swings from a drag, as one does that draws in software, takes another press.
-    """
-    for _ in range(3):
-        screen.page.keyboard.press("r")
-        with contextlib.suppress(PlaywrightTimeoutError):
-            screen.page.wait_for_function(CAMERA_IS, arg=[home, True], timeout=8_000)
-            return
-    screen.page.keyboard.press("r")
-    screen.page.wait_for_function(CAMERA_IS, arg=[home, True])
 
 
 def test_keys_do_what_their_list_says(start_lab: StartLab, open_page: OpenPage) -> None:
@@ -700,15 +696,103 @@ def test_keys_do_what_their_list_says(start_lab: StartLab, open_page: OpenPage) 
     screen.page.keyboard.press("h")
     dialog = screen.page.get_by_role("dialog")
     expect(dialog).to_contain_text("freeze the selection, or let it learn")
-    expect(dialog.get_by_role("row")).to_have_count(10)
+    expect(dialog.get_by_role("row")).to_have_count(11)
     dialog.get_by_role("button", name="Close", exact=True).click()
     expect(dialog).to_have_count(0)
 
+
+def test_a_list_opens_and_closes_by_the_keys_that_people_try(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = two_skills(start_lab)
+    screen = open_page(live)
+    dialog = screen.page.get_by_role("dialog")
+    screen.page.keyboard.press("Shift+?")
+    expect(dialog).to_contain_text("freeze the selection, or let it learn")
+    screen.page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+    # With nothing to close it does no harm.
+    screen.page.keyboard.press("Escape")
+    screen.turn_to("File")
+    screen.upload("Load preset", "wrong.yaml", "trials: 0\n")
+    expect(dialog).to_contain_text("This preset cannot be used")
+    screen.page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+
+
+def test_the_camera_comes_home_even_while_it_swings(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    screen = open_page(start_lab())
     home = screen.page.evaluate(CAMERA)
-    screen.page.mouse.move(560, 300)
-    screen.page.mouse.down()
-    screen.page.mouse.move(700, 380, steps=5)
-    screen.page.mouse.up()
-    screen.page.wait_for_function(CAMERA_IS, arg=[home, False])
-    screen.page.wait_for_function(CAMERA_RESTS)
-    expect_camera_home(screen, home)
+    for has_told in (True, False):
+        if not has_told:
+            # As one that is about to.
+            screen.page.evaluate(TELL_NOTHING_OF_THE_CAMERA)
+        screen.page.mouse.move(560, 300)
+        screen.page.mouse.down()
+        screen.page.mouse.move(700, 380, steps=5)
+        screen.page.mouse.up()
+        screen.page.wait_for_function(CAMERA_IS, arg=[home, False])
+        screen.page.keyboard.press("r")
+        screen.page.wait_for_function(CAMERA_IS, arg=[home, True])
+
+
+# What stands where --------------------------------------------------------------------------
+
+
+def test_what_stands_below_the_sentence_does_not_move_with_it(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=100)
+    screen = open_page(live)
+    places = []
+    for commands, said in [
+        ([], "the selection is frozen until trial 300"),
+        ([Introduce("circle_clockwise", 10)], "Two skills, approach and circle clockwise"),
+        (
+            [Introduce("avoid", 10), Explore("avoid", 500, 0.3), Explore("approach", 500, 0.3)],
+            "Three skills, approach, circle clockwise and avoid: approach is taken in 30% of the",
+        ),
+    ]:
+        live.ask(*commands, StepOnce())
+        expect(screen.headline).to_contain_text(said)
+        box = screen.reading("Trial").bounding_box()
+        assert box is not None
+        places.append(box["y"])
+    assert len(set(places)) == 1
+
+
+def test_nothing_reaches_below_a_scroll_bar(start_lab: StartLab, open_page: OpenPage) -> None:
+    screen = open_page(two_skills(start_lab))
+    # So low that the panel has to be scrolled.
+    screen.page.set_viewport_size({"width": 1366, "height": 600})
+    bar = screen.page.locator(
+        "[data-dock-edge='left'] .mantine-ScrollArea-scrollbar[data-orientation='vertical']"
+    )
+    expect(bar).to_be_visible()
+    edge = bar.bounding_box()
+    assert edge is not None
+    for part in (screen.legend, screen.headline):
+        rights = part.evaluate(
+            "node => Array.from(node.querySelectorAll('*'))"
+            ".map(child => child.getBoundingClientRect().right)"
+        )
+        assert max(rights) <= edge["x"]
+
+
+def test_the_way_back_from_an_opened_run_stands_at_the_top_of_the_run_tab(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab(trial=100)
+    screen = open_page(live)
+    back = screen.button("Back to timed, trial 100")
+    expect(back).to_have_count(0)
+    name = "figure_4_1: timed"
+    live.ask(OpenRun(preset_of(), name, 4, 500, "0" * 64, f"{name}, seed 4"))
+    live.wait_for(lambda status: not status.playing)
+    expect(screen.text("On the board: figure_4_1: timed, seed 4")).to_be_visible()
+    back.click()
+    status = live.wait_for(lambda status: status.aside is None)
+    assert (status.snapshot.preset, status.snapshot.trial) == ("timed", 100)
+    expect(back).to_have_count(0)

@@ -27,15 +27,17 @@ from app.controls import Controls
 from app.lab import Browser, Lab
 from app.look import Look
 from app.pictures import DARK, LIGHT
-from app.session import FULL_SPEED, Play, Status
+from app.session import FULL_SPEED, Play, StartAgain, Status
 from app.snapshot import Snapshot
 from learners.run import Episode, Run
 from sim import geometry
+from sim.rng import MAX_SEED
 from tests.browser.conftest import (
     PATIENCE_S,
     LiveLab,
     OpenPage,
     StartLab,
+    arriving,
     colours_in,
     picture,
     preset_of,
@@ -293,7 +295,11 @@ def test_the_speed_is_set_by_its_slider(start_lab: StartLab, open_page: OpenPage
     slider = screen.page.get_by_role("slider").first
     slider.press("Home")
     live.wait_for(lambda status: status.speed == 1.0)
-    expect(screen.text("1 steps/s")).to_be_visible()
+    expect(screen.text("1 step/s")).to_be_visible()
+    # Nothing to type a speed into: what stands on the slider is no number of steps.
+    expect(slider.locator("xpath=../..").locator("input[inputmode=decimal]:visible")).to_have_count(
+        0
+    )
     slider.press("ArrowRight")
     live.wait_for(lambda status: status.speed == pytest.approx(10**0.1))
     slider.press("End")
@@ -454,7 +460,8 @@ def test_start_again_with_another_preset_and_seed(start_lab: StartLab, open_page
     live = start_lab(trial=LEARNED)
     screen = open_page(live)
     screen.choose("Preset", "standard_q")
-    screen.type("Seed", "12")
+    with arriving(live.lab._controls._seed):
+        screen.write("Seed", "12")
     assert live.session.status.snapshot.generation == 0
     screen.button("Start again").click()
     taken = live.wait_for(lambda status: status.snapshot.generation == 1).snapshot
@@ -473,6 +480,28 @@ def test_start_again_with_another_preset_and_seed(start_lab: StartLab, open_page
     assert (taken.preset, taken.seed) == ("hierarchical_2", 12)
     expect(screen.text("circle clockwise: active")).to_be_visible()
     expect(screen.button("Start exploring")).to_be_enabled()
+
+
+def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(
+    start_lab: StartLab, open_page: OpenPage
+) -> None:
+    live = start_lab()
+    screen = open_page(live)
+    expect(screen.text_field("Seed")).to_have_value(str(live.session.status.snapshot.seed))
+    for wrong in ("seven", str(MAX_SEED + 1)):
+        with arriving(live.lab._controls._seed):
+            screen.write("Seed", wrong)
+        screen.button("Start again").click()
+        said = f"Seed: '{wrong}' is not allowed; allowed: a whole number, 0 to {MAX_SEED}"
+        expect(screen.text(said)).to_be_visible()
+    assert live.session.status.snapshot.generation == 0
+    with arriving(live.lab._controls._seed):
+        screen.write("Seed", str(MAX_SEED))
+    screen.button("Start again").click()
+    taken = live.wait_for(lambda status: status.snapshot.generation == 1).snapshot
+    assert taken.seed == MAX_SEED
+    live.ask(StartAgain(taken.spec, taken.preset, MAX_SEED - 1))
+    expect(screen.text_field("Seed")).to_have_value(str(MAX_SEED - 1))
 
 
 def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
@@ -634,7 +663,7 @@ def test_ctrl_c_ends_the_program_at_once_and_cleanly(
         page.goto(f"{url}/?fixedDpr=1")
         expect(page.get_by_text("One skill, approach")).to_be_visible(timeout=PATIENCE_S * 1000)
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=5)
+        _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)
     assert errors == ""
 
@@ -648,5 +677,5 @@ def test_a_busy_port_is_said_and_the_next_free_one_used() -> None:
         with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S):
             pass
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=5)
+        process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)

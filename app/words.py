@@ -1,0 +1,65 @@
+"""How skills, parameters, moves and numbers are said where people read of them."""
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from sim import geometry
+
+HEADING_NAMES = (
+    "east",
+    "north-east",
+    "north",
+    "north-west",
+    "west",
+    "south-west",
+    "south",
+    "south-east",
+)
+_TOWARDS = dict(zip(map(tuple, geometry.HEADINGS.tolist()), HEADING_NAMES, strict=True))
+PARAMETER_NAMES: Final[Mapping[str, str]] = {
+    "learner.epsilon": "Exploration ε",
+    "learner.alpha": "α of selection",
+    "learner.skill_alpha": "α of skills",
+    "learner.gamma": "Discount γ",
+    "world.capture_reward": "Capture reward",
+    "world.flight_reward": "Flight reward",
+    "world.vision_radius": "Vision radius",
+}
+"""What the parameters that can be steered are called, by their keys in a preset."""
+MOVE_NAMES = tuple(_TOWARDS.get(tuple(way), "staying") for way in geometry.MOVES.tolist())
+
+
+def plain(skill: str) -> str:
+    """A skill's name as people say it."""
+    return skill.replace("_", " ")
+
+
+def named(skill: str) -> str:
+    """A skill's plain name at the start of a sentence."""
+    name = plain(skill)
+    return name[:1].upper() + name[1:]
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things, of which one has no s."""
+    return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
+
+
+def in_short(number: float) -> str:
+    """A number of steps, or of steps per second, in few characters."""
+    if number >= 999_500:
+        return f"{number / 1e6:.3g} M" if number < 999.5e6 else f"{number / 1e6:,.0f} M"
+    if number >= 9_999.5:
+        return f"{number / 1e3:.0f} k"
+    return f"{number:,.0f}"
+
+
+def speed_in_words(steps_per_s: float) -> str:
+    """Steps per second in few characters, with their unit."""
+    number = in_short(steps_per_s)
+    return f"{number} step/s" if number == "1" else f"{number} steps/s"
+
+
+def by_plain_name(skills: Iterable[str]) -> dict[str, str]:
+    """Skills by their plain names, which a list offers to choose from."""
+    return {plain(skill): skill for skill in skills}
