@@ -24,7 +24,8 @@ class Maker(Generic[Made]):
         """Prepare.
 
         Args:
-            made: called, in that thread, once a thing is there.
+            made: called once a thing is there, in that thread, or in the one that asked if no
+                other could be started.
             rest_s: pause between two things, so that others get their share of the cores.
         """
         self._made = made
@@ -32,7 +33,6 @@ class Maker(Generic[Made]):
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._busy = self._stopped = False
-        self._of: Hashable = None
         self._found: tuple[Hashable, Made | Exception] | None = None
         self._found_at = 0.0
 
@@ -42,9 +42,9 @@ class Maker(Generic[Made]):
         return None if self._found is None else self._found[1]
 
     @property
-    def found_of(self) -> Hashable:
-        """What the latest thing is of."""
-        return None if self._found is None else self._found[0]
+    def latest(self) -> tuple[Hashable, Made | Exception | None]:
+        """What the latest thing is of, and :attr:`found`, which belongs to it."""
+        return self._found or (None, None)
 
     def want(self, of: Hashable, make: Callable[[], Made]) -> None:
         """Ask for a thing; does nothing while one is being made, or if it is there.
@@ -55,9 +55,16 @@ class Maker(Generic[Made]):
         with self._lock:
             if self._busy or self._stopped or not self._is_time_for(of):
                 return
-            self._busy, self._of = True, of
-            self._thread = threading.Thread(target=self._make, args=(of, make), daemon=True)
-            self._thread.start()
+            thread = threading.Thread(target=self._make, args=(of, make), daemon=True)
+            try:
+                thread.start()
+            except RuntimeError as error:
+                log.debug("no thread to make it in", exc_info=True)
+                self._keep(of, error)
+            else:
+                self._thread, self._busy = thread, True
+                return
+        self._made()
 
     def stop(self) -> None:
         """Make nothing more, and wait for what is being made."""
@@ -71,7 +78,7 @@ class Maker(Generic[Made]):
         if self._found is None:
             return True
         pause_s = self._rest_s
-        if self._of == of:
+        if self._found[0] == of:
             if not isinstance(self._found[1], Exception):
                 return False
             pause_s = max(pause_s, _RETRY_S)
@@ -86,7 +93,10 @@ class Maker(Generic[Made]):
             log.debug("not made", exc_info=True)
             found = error
         with self._lock:
-            self._found = (of, found)
-            self._found_at = time.perf_counter()
+            self._keep(of, found)
             self._busy = False
         self._made()
+
+    def _keep(self, of: Hashable, found: Made | Exception) -> None:
+        self._found = (of, found)
+        self._found_at = time.perf_counter()

@@ -119,6 +119,8 @@ def _left_out(
                 " the preset does not add it there."
             )
     for event in snapshot.control.history:
+        if event.undone:
+            continue
         match event.command:
             case Remove(skill=skill):
                 yield (

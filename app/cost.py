@@ -38,7 +38,8 @@ _S_PER_RUN: Final = 0.01
 _PILOTS: Final = 3
 """Times that the speed of a preset is measured; the best counts, which nothing else held up."""
 _PILOT_STEPS: Final = 3_000_000
-"""Of a pilot at most: the first million steps of a run take up to twice as long as later ones."""
+"""Of a pilot at most. The first hundred thousand steps of a run take up to twice as long as later
+ones: a run that has no others takes less than what comes beside its steps."""
 _PILOT_S: Final = 0.2
 """Processor time after which a pilot ends in any case."""
 _SLICE_STEPS: Final = 50_000
@@ -219,7 +220,8 @@ def _explored(probability: float, lengths: Sequence[float]) -> float:
 # --- Time ----------------------------------------------------------------------------------------
 
 _speeds: dict[str, tuple[float, float]] = {}
-"""When the speed of a preset was measured, and seconds that a step takes."""
+"""When the speed of a world and a learner was measured, and seconds that a step takes; oldest
+first."""
 _speeds_lock = threading.Lock()
 
 
@@ -227,32 +229,31 @@ def _pilot(experiment: Experiment) -> float:
     """Seconds that a step of one run takes, the mean over the first variant of each preset."""
     first = {variant.preset: variant for variant in reversed(experiment.variants)}
     pilots = islice(first.values(), _MOST_PILOTS)
-    return fmean(
-        _seconds_of_a_step(variant.spec, min(estimated_steps(experiment, variant), _PILOT_STEPS))
-        for variant in pilots
-    )
+    return fmean(_seconds_of_a_step(variant.spec) for variant in pilots)
 
 
-def _seconds_of_a_step(spec: RunSpec, n_steps: int) -> float:
+def _seconds_of_a_step(spec: RunSpec) -> float:
     """Processor time of a step, as it was a while ago or is measured now."""
-    key, now = f"{n_steps} {spec.model_dump_json()}", time.monotonic()
+    # What a run does in its trials, and how many there are, hardly changes how fast it is.
+    key, now = spec.model_dump_json(include={"world", "learner"}), time.monotonic()
     with _speeds_lock:
         measured_at, found = _speeds.get(key, (-math.inf, 0.0))
         if now - measured_at > _KEPT_S:
-            found = min(_measured(spec, n_steps) for _ in range(_PILOTS))
+            found = min(_measured(spec) for _ in range(_PILOTS))
+            _speeds.pop(key, None)
             while len(_speeds) >= _MOST_KEPT:
                 del _speeds[next(iter(_speeds))]
             _speeds[key] = (now, found)
     return found
 
 
-def _measured(spec: RunSpec, n_steps: int) -> float:
+def _measured(spec: RunSpec) -> float:
     """Processor time of a step in a pilot, whatever else the machine is at."""
     run = Run(spec, 0)
     run.advance(max_steps=1, until_trial=MAX_TRIALS)  # may compile
     began, made, elapsed = time.thread_time(), 0, 0.0
     # A clock may stand for a moment.
-    while elapsed == 0.0 or (made < n_steps and elapsed < _PILOT_S):
+    while elapsed == 0.0 or (made < _PILOT_STEPS and elapsed < _PILOT_S):
         made += run.advance(max_steps=_SLICE_STEPS, until_trial=MAX_TRIALS)
         elapsed = time.thread_time() - began
     return elapsed / made

@@ -18,8 +18,8 @@ MAX_BYTES: Final = 64 * 1024
 MAX_NODES: Final = 2_000
 """Values in one preset; the longest shipped one has about thirty."""
 MAX_DEPTH: Final = 20
-MAX_DIGITS: Final = 18
-"""Of a whole number: what fits 64 bits, and far below what Python refuses to convert."""
+MAX_DIGITS: Final = 19
+"""Of a whole number: as many as the largest seed has, and far below what Python cannot convert."""
 MAX_SHOWN: Final = 80
 """Characters of a value or a key that a problem quotes."""
 MAX_NAME: Final = 1_024

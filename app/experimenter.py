@@ -39,12 +39,10 @@ MOST_LOADED: Final = 20
 """Experiments that may be loaded into one lab."""
 
 _N_SESSION_SEEDS: Final = 10
-_TRIALS_APART: Final = 1_000
 _MAX_WORKERS: Final = 64
 _FRESH_S: Final = 10.0
-"""How long a measured cost holds: what else the machine did while it was measured may be over."""
-_MEASURING_SHARE: Final = 1 / 20
-"""Share of the time that may go into measuring it again."""
+"""How long a cost holds: others may put runs into the folder, or take some out, and a session that
+is past the trials of its preset becomes longer."""
 
 Show = Callable[[viser.ClientHandle], object]
 """Opens the results in a browser."""
@@ -80,9 +78,8 @@ def not_repeated(snapshot: Snapshot) -> str:
 
 
 def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
-    """What the schedule of a session depends on; its length, beyond the plan, only roughly."""
-    trials = max(snapshot.spec.trials, snapshot.trial) // _TRIALS_APART
-    return snapshot.generation, len(snapshot.control.history), snapshot.preset, trials
+    """What the schedule of a session depends on; not its length beyond the plan, which grows."""
+    return snapshot.generation, len(snapshot.control.history), snapshot.preset
 
 
 @lru_cache(maxsize=8)
@@ -123,7 +120,7 @@ def progress_html(standing: Standing) -> str:
     counts = f"{found.done:,} of {counted(found.total, 'run')} done{failed}"
     if not standing.running:
         over = found.done + found.failed == found.total
-        end = "" if over else " Stopped; Make the others goes on there."
+        end = "" if over else " Stopped; with it chosen, Make the others goes on there."
         return f"{name}: {counts}.{end}"
     if standing.paused:
         return f"{name}: paused, {counts}."
@@ -158,12 +155,10 @@ class _Offer(NamedTuple):
     quote: Quote
     made_s: float
     """When this was found out, by a clock that runs steadily."""
-    took_s: float
-    """How long that took."""
 
     def is_stale(self, now_s: float) -> bool:
-        """Whether the cost is to be measured again."""
-        return now_s - self.made_s > max(_FRESH_S, self.took_s / _MEASURING_SHARE)
+        """Whether it is to be found out again."""
+        return now_s - self.made_s > _FRESH_S
 
 
 class Experimenter:
@@ -309,17 +304,12 @@ class Experimenter:
             of += _session_key(snapshot)
 
         def offer() -> _Offer:
-            began = time.monotonic()
             experiment = self._experiment(snapshot)
             lost = not_repeated(snapshot) if name == THIS_SESSION else ""
-            about, found = (
-                f"{experiment.description} {lost}",
-                self._bench.quote(experiment, workers),
-            )
-            now = time.monotonic()
-            return _Offer(about, found, now, now - began)
+            found = self._bench.quote(experiment, workers)
+            return _Offer(f"{experiment.description} {lost}", found, time.monotonic())
 
-        found, found_of = self._offer.found, self._offer.found_of
+        found_of, found = self._offer.latest
         is_of_this = isinstance(found_of, tuple) and found_of[0] == of
         after = found_of[1] if isinstance(found_of, tuple) and is_of_this else None
         if is_of_this and isinstance(found, _Offer) and not is_running:

@@ -42,6 +42,7 @@ from learners.commands import (
     StopExploring,
 )
 from learners.measures import Curve
+from learners.run import Event
 
 _SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
 _FRAMES = {
@@ -164,17 +165,21 @@ def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]
     A skill that is there from the start has no mark, nor has an exploration that the schedule
     brings: it begins as the skill joins.
     """
-    marks: list[tuple[float, str]] = []
+    joins: list[Event] = []
+    others: list[Event] = []
     for event in snapshot.control.history:
-        name = _mark_name(event.command)
+        if event.undone or not _mark_name(event.command):
+            continue
         if isinstance(event.command, Introduce):
-            is_shown = event.step > 0
-        else:
-            is_shown = event.by_hand and not event.undone
-        if is_shown and name:
-            marks.append((float(event.step), name))
-    marks = sorted(marks)[-_MAX_MARKS:]
-    return tuple(step for step, _ in marks), tuple(name for _, name in marks)
+            if event.step > 0:
+                joins.append(event)
+        elif event.by_hand:
+            others.append(event)
+    # Of many, the joins stay: they are what the curve is looked at for.
+    joins = joins[-_MAX_MARKS:]
+    others = others[max(len(others) + len(joins) - _MAX_MARKS, 0) :]
+    shown = sorted([*joins, *others], key=lambda event: event.number)
+    return tuple(float(e.step) for e in shown), tuple(_mark_name(e.command) for e in shown)
 
 
 def _mark_name(command: Command) -> str:
@@ -321,6 +326,7 @@ class Readings:
     def __init__(self, client: viser.ClientHandle, status: Status) -> None:
         self._client = client
         self._gui = gui = client.gui
+        self._keys: Any = None
         self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
         self._options: tuple[str, ...] = ()
@@ -391,8 +397,10 @@ class Readings:
         closing.on_trigger(guarded(lambda _: self._close_newest_list()))
 
     def show_keys(self) -> None:
-        """List the hotkeys."""
-        modal = self._gui.add_modal("Keys")
+        """List the hotkeys, once."""
+        if self._keys is not None and not self._keys.closed:
+            self._keys.close()
+        self._keys = modal = self._gui.add_modal("Keys")
         with modal:
             self._gui.add_markdown(KEYS)
             close = self._gui.add_button("Close")

@@ -7,7 +7,7 @@ import shlex
 import sqlite3
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -152,6 +152,8 @@ def read_folder(path: Path) -> Folder:
     if not (path / "results.sqlite").is_file():
         raise ResultsError(f"{shown} holds no results: there is no results.sqlite in it")
     try:
+        if not results.has_table(path):
+            raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
         with contextlib.closing(results.reader(path)) as db:
             db.row_factory = sqlite3.Row
             _refuse_version(db, shown)
@@ -161,21 +163,12 @@ def read_folder(path: Path) -> Folder:
         # The runs of a variant share their settings, which are most of what a row holds.
         mapping = cache(_mapping)
         rows = [_row(about, row, mapping) for row in found]
-        labels = _labels_in(path)
-        n_variants = len(labels or {row.variant for row in rows})
+        labels = _names_in(meta, "variants")
         command, description = _command_of(path, meta), str(meta["description"])
-        planned = n_variants * len(json.loads(meta["seeds"]))
+        planned = len(labels) * len(json.loads(meta["seeds"]))
     except (sqlite3.Error, ValueError, TypeError, KeyError) as error:
         raise ResultsError(f"{shown} holds a damaged results.sqlite: {error}") from error
     return Folder(path, _in_order(labels, rows), command, about.metrics, description, planned)
-
-
-def _labels_in(path: Path) -> Collection[str]:
-    """Labels of the variants of the experiment of a folder; empty if it can no longer be read."""
-    with contextlib.suppress(experiments.ExperimentError):
-        experiment = experiments.load(str(path / "experiment.yaml"))
-        return [variant.label for variant in experiment.variants]
-    return ()
 
 
 def _in_order(labels: Iterable[str], rows: Iterable[RunRow]) -> list[RunRow]:
@@ -201,11 +194,10 @@ def _refuse_version(db: sqlite3.Connection, shown: str) -> None:
         )
 
 
-def _metrics_of(meta: Mapping[str, Any]) -> Sequence[str]:
-    """Columns that were asked for."""
-    found = json.loads(meta["metrics"])
+def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
+    found = json.loads(meta[key])
     if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
-        raise ValueError("metrics are not a list of names")
+        raise ValueError(f"{key} are not a list of names")
     return found
 
 
@@ -221,7 +213,7 @@ class _About(NamedTuple):
 def _about(path: Path, meta: Mapping[str, Any]) -> _About:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
-    return _About(path, _metrics_of(meta), limited, None if stop is None else Stop(**stop))
+    return _About(path, _names_in(meta, "metrics"), limited, None if stop is None else Stop(**stop))
 
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:

@@ -53,7 +53,6 @@ from app.report_parts import (
     bars_note,
     chance_cell,
     compared_steps,
-    counted,
     curve_pictures,
     difference_cell,
     left_out,
@@ -67,12 +66,13 @@ from app.report_parts import (
 from app.report_stops import write_stops
 from app.report_sweeps import write_sweeps
 from app.report_thesis import write_thesis
-from app.results import REPORT_PAGE, figures_of
+from app.results import REPORT_PAGE, figures_of, remove_figures
 from app.statistics import Axis, Comparison, Estimate, bootstrap_rng
+from app.words import counted
 
 _MOST_OPEN_ROWS = 16
 _LONGEST_NAME = 120
-"""Of the folder of a page on several folders; file systems take twice as much."""
+"""In bytes, of the folder of a page on several folders; file systems take twice as much."""
 
 
 # --- Sections: any experiment --------------------------------------------------------------------
@@ -192,9 +192,11 @@ def _other_differences(base: Group, others: Sequence[Group], shown: Shown) -> Ma
                 found = statistics.compare(group.by_seed(metric.column), first, bootstrap_rng())
                 rows.append((metric.label, group.label, *_difference_cells(found)))
     for name, title in MILESTONES.items():
-        if base.milestones(name):
-            for group in some:
-                found = compared_steps(group.milestones(name), base.milestones(name))
+        first = base.milestones(name)
+        for group in some:
+            steps = group.milestones(name)
+            if first and steps:
+                found = compared_steps(steps, first)
                 rows.append((title, group.label, *_difference_cells(found)))
     if not rows:
         return Markup()
@@ -349,8 +351,10 @@ def default_place(folders: Sequence[Path], compare: bool) -> Path:
         names = ["-".join(folder.relative_to(above).parts) or folder.name for folder in apart]
     word = "compare" if compare else "report"
     name = "_".join([word, *names])
-    if len(name) > _LONGEST_NAME:
-        name = f"{'_'.join([word, names[0]])[:_LONGEST_NAME]}_and_{len(names) - 1}_more"
+    if len(os.fsencode(name)) > _LONGEST_NAME:
+        # A character that would be cut in two is left out.
+        first = os.fsencode("_".join([word, names[0]]))[:_LONGEST_NAME].decode(errors="ignore")
+        name = f"{first}_and_{len(names) - 1}_more"
     beside = folders[0].parent if folders[0].name not in ("", "..") else apart[0].parent
     return beside / name / REPORT_PAGE
 
@@ -478,6 +482,8 @@ def _write_all(page: Page, place: Path, text: str) -> None:
             write_whole(folder / f"{name}.csv", drawing.csv.encode("utf-8", "replace"))
         # The page comes last: where it is, its pictures are.
         write_whole(place, text.encode())
+        # Those of an older one that it does not show.
+        remove_figures(place, page.drawings)
     except OSError as error:
         raise ResultsError(
             f"{str(place)!r} cannot be written: {error.strerror or error};"

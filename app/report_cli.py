@@ -76,7 +76,9 @@ def obey(command: Report) -> int:
 def latest_results(root: Path) -> Path | None:
     """The folder of results below a folder that was written to last; None if there is none."""
     tables = [table for table in root.glob("*/results.sqlite") if table.is_file()]
-    latest = max(tables, key=lambda table: table.stat().st_mtime_ns, default=None)
+    # An empty one was begun and has nothing to report.
+    begun = [table for table in tables if table.stat().st_size]
+    latest = max(begun, key=lambda table: table.stat().st_mtime_ns, default=None)
     return None if latest is None else latest.parent
 
 

@@ -30,7 +30,6 @@ from app.report_parts import (
     bars_note,
     chance_cell,
     compared_steps,
-    counted,
     curve_pictures,
     difference_cell,
     line_of,
@@ -41,6 +40,7 @@ from app.report_parts import (
 from app.report_stops import write_stops
 from app.statistics import Axis, bootstrap_rng
 from app.sweep import differing
+from app.words import counted
 
 Pair = tuple[Group, Group]
 

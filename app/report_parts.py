@@ -11,7 +11,7 @@ from app.markup import Markup, Page, details, element, joined, minor
 from app.metrics import Metric
 from app.readout import Group, Reader, RunRow, Trace, Widths
 from app.statistics import LEAST_RUNS, Axis, Comparison, Estimate, bootstrap_rng
-from app.words import plain
+from app.words import counted, plain
 
 MOST_LINES = 8
 """Curves in a picture."""
@@ -211,11 +211,6 @@ def compared_steps(
     n = min(map(len, ordered))
     chance = statistics.improvement(ordered[0], ordered[1], paired)
     return Comparison(Estimate(value, math.nan, math.nan, n), chance, paired)
-
-
-def counted(n: int, noun: str) -> str:
-    """A number of things."""
-    return f"{n:,} {noun}" if n == 1 else f"{n:,} {noun}s"
 
 
 def minor_text(text: str) -> Markup:

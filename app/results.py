@@ -13,7 +13,7 @@ import json
 import os
 import sqlite3
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
@@ -24,7 +24,7 @@ from app.folders import make_folders, remove_folders
 from app.replicate import DONE, FAILED, gist, settings_of
 from sim.compiled import SOURCE_DIGEST
 
-SCHEMA_VERSION: Final = 2
+SCHEMA_VERSION: Final = 3
 
 COLUMNS: Final = {
     "key": "TEXT PRIMARY KEY",
@@ -60,6 +60,8 @@ REPORT_PAGE: Final = "report.html"
 
 _FIGURES: Final = (".svg", ".png", ".csv")
 _LOCK: Final = ".lock"
+_PASSING: Final = ".*.tmp"
+"""What something that kills the program leaves of a file that was being written."""
 _PATIENCE_S: Final = 30.0
 """A reader, such as the page, may hold the table for a moment."""
 
@@ -178,7 +180,9 @@ class Folder:
         self._remove_old_report()
         for name in ("", "-journal", "-wal", "-shm"):
             self.table.with_name(self.table.name + name).unlink(missing_ok=True)
-        self._clear("*.npz", ".*.tmp")
+        for pattern in ("*.npz", _PASSING):
+            _clear(self.arrays, pattern)
+        _clear(self.path, _PASSING)
         # First of all: if the disk is full, a new folder is still free afterwards.
         write_whole(self.path / "experiment.yaml", experiment.text)
         self.arrays.mkdir(exist_ok=True)
@@ -197,6 +201,8 @@ class Folder:
             "metrics": json.dumps(experiment.metrics),
             "version": version(),
             "seeds": json.dumps(list(experiment.seeds)),
+            # Files of presets that the record names by their paths may not be found from here.
+            "variants": json.dumps([variant.label for variant in experiment.variants]),
         }
         columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
         self._database = self._opened()
@@ -220,7 +226,7 @@ class Folder:
         try:
             _refuse_to_go_on(self._database, self.path, experiment)
             self.arrays.mkdir(exist_ok=True)
-            self._clear(".*.tmp")
+            _clear(self.arrays, _PASSING)
             (before,) = self._database.execute(
                 "SELECT value FROM meta WHERE key = 'seeds'"
             ).fetchone()
@@ -247,23 +253,33 @@ class Folder:
         page = self.path / REPORT_PAGE
         # The page comes first: where it is, its pictures are.
         page.unlink(missing_ok=True)
-        figures = figures_of(page)
-        if figures.is_dir():
-            for path in figures.iterdir():
-                if path.suffix in _FIGURES:
-                    path.unlink()
-            remove_folders([figures])
+        remove_figures(page)
         self._is_report_old = False
-
-    def _clear(self, *patterns: str) -> None:
-        for pattern in patterns:
-            for path in self.arrays.glob(pattern):
-                path.unlink()
 
 
 def figures_of(page: Path) -> Path:
     """The folder of the figures of a report."""
     return page.with_name(f"{page.stem}_figures")
+
+
+def remove_figures(page: Path, kept: Container[str] = ()) -> None:
+    """Remove the figures of a report but for those of some names, and their folder if it is empty.
+
+    Raises:
+        OSError: one cannot be removed.
+    """
+    folder = figures_of(page)
+    if folder.is_dir():
+        for path in folder.iterdir():
+            if path.suffix in _FIGURES and path.stem not in kept:
+                path.unlink()
+        remove_folders([folder])
+
+
+def _clear(folder: Path, pattern: str) -> None:
+    for path in folder.glob(pattern):
+        if path.is_file():
+            path.unlink()
 
 
 @contextlib.contextmanager
@@ -287,28 +303,51 @@ def _is_new(path: Path, resume: bool, force: bool) -> bool:
             " --force to begin again"
         )
     # --force begins results again; it clears nothing that is not results.
-    is_begun = (path / "experiment.yaml").is_file() and (path / "arrays").is_dir()
-    if not (path / "results.sqlite").is_file() and not is_begun:
+    if not _holds_results(path):
         raise FolderError("holds something else than results; allowed: another folder")
     return False
+
+
+def _holds_results(path: Path) -> bool:
+    """Whether there are results in a folder, be they as good as not begun."""
+    if (path / "results.sqlite").is_file():
+        return True
+    if not (path / "experiment.yaml").is_file():
+        return False
+    # A writer that was killed at once leaves its lock; an experiment of one's own has none.
+    begun = (path / _LOCK).is_file() and _holds_only(path, "experiment.yaml")
+    return begun or (path / "arrays").is_dir()
+
+
+def has_table(path: Path) -> bool:
+    """Whether the table of results in a folder is there and not empty.
+
+    Raises:
+        OSError: it cannot be looked into.
+    """
+    table = path / "results.sqlite"
+    # A journal beside an empty table is that of its first lines, which are to be written again.
+    return table.is_file() and table.stat().st_size > 0
 
 
 def _is_unbegun(path: Path, experiment: Experiment) -> bool:
     """Whether a folder of this experiment was left before its table said anything.
 
     Raises:
-        FolderError: it has no table at all.
+        FolderError: its table says nothing, and it is not of this experiment.
     """
-    table = path / "results.sqlite"
-    if not table.is_file():
+    if has_table(path):
+        return False
+    if not _is_of(path, experiment):
         raise FolderError("holds no results to go on with; allowed: --force to begin again")
-    # A journal beside an empty table is that of its first lines, which are to be written again.
-    return table.stat().st_size == 0 and _is_of(path, experiment)
+    return True
 
 
 def _is_of(path: Path, experiment: Experiment) -> bool:
-    """Whether a folder's record is this very experiment."""
+    """Whether a folder's record is there, and is this very experiment."""
     file = path / "experiment.yaml"
+    if not file.is_file():
+        return False
     # Its size first, since it may have become anything.
     return file.stat().st_size == len(experiment.text) and file.read_bytes() == experiment.text
 
@@ -322,7 +361,7 @@ def _refuse_to_go_on(database: sqlite3.Connection, path: Path, experiment: Exper
 def finished_if_claimed(path: Path, experiment: Experiment, resume: bool, force: bool) -> set[str]:
     """Keys of the runs that would be there already if a `Folder` were made of this.
 
-    Nothing changes, but for a moment in which it is tried whether the folder can be written to.
+    Nothing changes, but for a moment in which it is tried whether the folder can be used.
 
     Raises:
         FolderError: as a `Folder` would raise.
@@ -331,12 +370,11 @@ def finished_if_claimed(path: Path, experiment: Experiment, resume: bool, force:
         if _is_new(path, resume, force):
             made = make_folders(path)
             try:
-                with tempfile.TemporaryFile(dir=path):
-                    pass
+                with _tried(path):
+                    return set()
             finally:
                 remove_folders(made)
-            return set()
-        with _locked(path):
+        with _tried(path):
             if force or _is_unbegun(path, experiment):
                 return set()
             with contextlib.closing(reader(path)) as database:
@@ -350,12 +388,9 @@ def goes_on(path: Path, experiment: Experiment) -> bool:
     Raises:
         FolderError: it cannot be looked into.
     """
-    table = path / "results.sqlite"
-    if not table.is_file() or not (path / "experiment.yaml").is_file():
-        return False
     try:
-        if not table.stat().st_size:
-            return _is_of(path, experiment)
+        if not has_table(path):
+            return _holds_results(path) and _is_of(path, experiment)
         with contextlib.closing(reader(path)) as database:
             return not _objection(database, path, experiment)
     except (sqlite3.OperationalError, OSError) as error:
@@ -371,6 +406,8 @@ def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment)
     if found != str(SCHEMA_VERSION):
         written = "without a version" if found is None else f"of version {found}"
         return f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}"
+    if not (path / "experiment.yaml").is_file():
+        return "holds results whose experiment.yaml is missing"
     if not _is_of(path, experiment):
         return "holds the results of another experiment"
     others = database.execute(
@@ -394,8 +431,7 @@ def finished_in(path: Path) -> set[str]:
     Raises:
         FolderError: it cannot be read.
     """
-    table = path / "results.sqlite"
-    if not table.is_file() or not table.stat().st_size:
+    if not has_table(path):
         return set()
     with _reading(path) as database:
         return _finished(database, path)
@@ -444,14 +480,30 @@ def reader(path: Path) -> sqlite3.Connection:
 
 
 def is_free(path: Path) -> bool:
-    """Whether there is no such folder, or nothing in it.
+    """Whether there is no such folder, or nothing in it but what a killed writer leaves.
 
     Raises:
         OSError: it cannot be looked into.
     """
+    return not path.exists() or _holds_only(path)
+
+
+def _holds_only(path: Path, *names: str) -> bool:
+    """Whether all that is in a folder is of these names, or a lock, or what a kill leaves."""
     # While it is locked, SQLite keeps a journal beside the lock.
-    ours = {_LOCK, f"{_LOCK}-journal"}
-    return not path.exists() or all(entry.name in ours for entry in path.iterdir())
+    ours = {_LOCK, f"{_LOCK}-journal", *names}
+    return all(
+        entry.name in ours or (entry.match(_PASSING) and entry.is_file())
+        for entry in path.iterdir()
+    )
+
+
+@contextlib.contextmanager
+def _tried(path: Path) -> Iterator[None]:
+    """Refuse a folder that others write into or that cannot be written to; it stays as it is."""
+    # Where there is no lock, nobody holds it, and none is made.
+    with _locked(path) if (path / _LOCK).exists() else tempfile.TemporaryFile(dir=path):
+        yield
 
 
 @contextlib.contextmanager

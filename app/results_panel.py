@@ -200,7 +200,7 @@ class ResultsPanel:
 
     def _show(self, standing: Standing, now_s: float) -> None:
         """Show what is painted, and above it how the experiment stands with as many runs."""
-        found, of = self._painted.found, self._painted.found_of
+        of, found = self._painted.latest
         content = ""
         if not isinstance(of, _Wish) or of.gatherer is not standing.gatherer:
             pass
@@ -219,7 +219,7 @@ class ResultsPanel:
 
     def _is_due(self, of: _Wish, standing: Standing, now_s: float) -> bool:
         """Whether the content is to be replaced; for nothing but more runs, only now and then."""
-        last = self._painted.found_of
+        last, _ = self._painted.latest
         if not isinstance(last, _Wish) or not last.n_runs:
             return True
         if last._replace(n_runs=of.n_runs) != of or of.n_runs == standing.experiment.n_runs:
@@ -270,10 +270,13 @@ class ResultsPanel:
             self._panel.visible = False
 
     def _clicked(self, event: viser.GuiEvent) -> None:
-        chosen, standing, view = str(self._save.value), self._bench.standing, self._view
+        chosen = str(self._save.value)
         if chosen == _CLOSE:
             self._panel.visible = False
             return
+        with self._lock:
+            # Another experiment may have begun that is not shown yet.
+            standing, view = self._of, self._view
         if standing is None or view is None:
             return
         name, gatherer = standing.folder.name, standing.gatherer

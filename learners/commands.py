@@ -91,8 +91,9 @@ class SetSchedule:
 class Undo:
     """Take back a command given by hand, by its number in the run's history.
 
-    What commands have set is then as if it had not been given; what was learned meanwhile stays.
-    Refused where what the command made has ended since.
+    What commands have set is then as if it had not been given; what was learned meanwhile stays,
+    and what the schedule would have done meanwhile is not made up for. Refused where what the
+    command made has ended since.
     """
 
     number: int

@@ -87,7 +87,7 @@ class LearnerState(NamedTuple):
     log_outcome: np.ndarray
     """(trial,) int8: how each trial ended; the logs grow with the trials."""
     log_reward: np.ndarray
-    """(trial,) float32: reward of each trial, as rewards were when it ended.
+    """(trial,) float64: reward of each trial, as rewards were when it ended.
 
     Outcome and rewards say it, so the loop leaves it to ``learners.run``: kept until the end of a
     step, the reward would cost a register.

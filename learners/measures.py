@@ -89,7 +89,7 @@ def mean_reward(state: LearnerState, recent: int = FINAL_TRIALS) -> float:
     done = trials_done(state)
     if done == 0:
         return float("nan")
-    return float(state.log_reward[max(done - recent, 0) : done].mean(dtype=np.float64))
+    return float(state.log_reward[max(done - recent, 0) : done].mean())
 
 
 def switches_per_step(state: LearnerState, recent: int = FINAL_TRIALS) -> float:

@@ -16,7 +16,7 @@ from learners.skills import SKILLS, LocalReward
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 
 MAX_TRIALS = 2_000_000
-"""Trials a run may have: its log takes 25 bytes for each."""
+"""Trials a run may have: its log takes 29 bytes for each."""
 
 SkillName = Annotated[
     str,

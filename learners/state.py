@@ -49,7 +49,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         change=np.zeros(1),
         streams=streams,
         log_outcome=np.zeros(spec.trials, np.int8),
-        log_reward=np.zeros(spec.trials, np.float32),
+        log_reward=np.zeros(spec.trials, np.float64),
         log_steps=np.zeros(spec.trials, np.int32),
         log_new_states=np.zeros(spec.trials, np.int32),
         log_switches=np.zeros(spec.trials, np.int32),

@@ -42,10 +42,10 @@ def test_a_thing_that_is_there_is_not_made_again_and_another_one_is() -> None:
     workshop.want("first", lambda: "one")
     workshop.wait()
     workshop.want("first", lambda: "one again")
-    assert (workshop.maker.found, workshop.maker.found_of) == ("one", "first")
+    assert workshop.maker.latest == ("first", "one")
     workshop.want("second", lambda: "two")
     workshop.wait()
-    assert (workshop.maker.found, workshop.maker.found_of) == ("two", "second")
+    assert workshop.maker.latest == ("second", "two")
     assert workshop.asked == ["first", "second"]
 
 
@@ -55,7 +55,7 @@ def test_while_one_thing_is_made_the_former_stays_and_no_other_is_begun() -> Non
     workshop.wait()
     workshop.want("second", lambda: str(goes_on.wait(PATIENCE_S)))
     workshop.want("third")
-    assert workshop.maker.found_of == "first"
+    assert workshop.maker.latest == ("first", "a thing")
     goes_on.set()
     workshop.wait()
     assert workshop.asked == ["first", "second"]
@@ -83,6 +83,27 @@ def test_what_could_not_be_made_is_not_tried_again_at_once(
     workshop.want("something else")
     workshop.wait()
     assert workshop.asked == ["it", "something else"]
+
+
+def test_without_a_thread_a_thing_could_not_be_made_and_is_tried_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def start(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(background, "_RETRY_S", 0.0)
+    workshop = Workshop()
+    with monkeypatch.context() as full:
+        full.setattr(threading.Thread, "start", start)
+        workshop.want("it")
+    workshop.wait()
+    of, error = workshop.maker.latest
+    assert of == "it"
+    assert isinstance(error, RuntimeError)
+    workshop.want("it")
+    workshop.wait()
+    assert workshop.maker.latest == ("it", "a thing")
+    workshop.maker.stop()
 
 
 def test_a_maker_rests_between_two_things() -> None:

@@ -82,8 +82,7 @@ def test_an_experiment_with_a_stop_takes_less_than_is_said() -> None:
 def test_the_time_is_that_of_all_presets_however_fast_one_is(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def seconds(spec: RunSpec, n_steps: int) -> float:
-        assert n_steps == 1000
+    def seconds(spec: RunSpec) -> float:
         return 3e-3 if spec.learner.skills else 1e-3
 
     monkeypatch.setattr(cost, "_seconds_of_a_step", seconds)
@@ -123,12 +122,64 @@ def test_a_speed_is_good_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     assert plan(experiment, 1).seconds > first
 
 
+def plan_with_epsilon(epsilon: float) -> None:
+    text = f"presets: [timed]\nset: {{learner.epsilon: {epsilon}}}\nsteps: 50\n"
+    assert math.isfinite(plan(parse(text, "my.yaml"), 1).seconds)
+
+
 def test_speeds_of_many_presets_are_not_kept_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cost, "_measured", lambda spec, n_steps: 1e-6)
+    monkeypatch.setattr(cost, "_measured", lambda spec: 1e-6)
     for number in range(200):
-        text = f"presets: [timed]\nset: {{learner.epsilon: {number / 1000}}}\nsteps: 50\n"
-        assert math.isfinite(plan(parse(text, "my.yaml"), 1).seconds)
+        plan_with_epsilon(number / 1000)
     assert len(cost._speeds) < 100
+
+
+def measured_in(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Gains the epsilon of each preset whose speed is measured, in one pilot."""
+    found: list[float] = []
+
+    def measured(spec: RunSpec) -> float:
+        found.append(spec.learner.epsilon)
+        return 1e-6
+
+    monkeypatch.setattr(cost, "_measured", measured)
+    monkeypatch.setattr(cost, "_PILOTS", 1)
+    return found
+
+
+def test_a_longer_run_with_another_schedule_is_as_fast_and_not_measured_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    measured = measured_in(monkeypatch)
+    for text in (
+        "presets: [timed]\n",
+        "presets: [timed]\ntrials: 60000\n",
+        "presets: [timed]\nsteps: 50000\n",
+        "presets: [timed]\nset: {description: mine, schedule.skills.avoid.at: 31000}\n",
+    ):
+        plan(parse(text, "my.yaml"), 1)
+    assert len(measured) == 1
+    plan_with_epsilon(0.25)
+    assert len(measured) == 2
+
+
+def test_a_speed_that_was_measured_again_is_not_the_oldest_any_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(cost, "time", clock(count(0.0), now))
+    monkeypatch.setattr(cost, "_MOST_KEPT", 3)
+    measured = measured_in(monkeypatch)
+    plan_with_epsilon(0.1)
+    now[0] = cost._KEPT_S
+    plan_with_epsilon(0.2)
+    now[0] += 1.0
+    plan_with_epsilon(0.1)
+    plan_with_epsilon(0.3)
+    plan_with_epsilon(0.4)
+    assert measured == [0.1, 0.2, 0.1, 0.3, 0.4]
+    plan_with_epsilon(0.1)
+    assert measured[5:] == [], "it was put out in place of the oldest"
 
 
 # --- In words ------------------------------------------------------------------------------------

@@ -145,10 +145,13 @@ class Bench:
     def __init__(self) -> None:
         self.standing: Standing | None = None
         self.quoted = 0
+        self.trials = 0
+        """Of the experiment whose cost was asked for last."""
         self.locked = False
 
     def quote(self, experiment: Experiment, workers: int) -> Quote:
         self.quoted += 1
+        self.trials = experiment.variants[0].spec.trials
         if self.locked:
             raise FolderError("is in use by another pounce")
         return quote(done=0 if self.standing is None else 12)
@@ -206,7 +209,6 @@ def test_a_cost_is_measured_again_now_and_then_and_shown_meanwhile(
         tab._made.clear()
         with monkeypatch.context() as later:
             later.setattr(experimenter, "_FRESH_S", -math.inf)
-            later.setattr(experimenter, "_MEASURING_SHARE", math.inf)
             tab.experimenter.update(tab.session.status)
         assert "12 runs" in tab.experimenter._cost.content
         assert tab._made.wait(30)
@@ -216,11 +218,28 @@ def test_a_cost_is_measured_again_now_and_then_and_shown_meanwhile(
         assert tab.bench.quoted == quoted
 
 
+def test_a_session_that_becomes_longer_keeps_its_cost_in_sight_and_is_asked_for_now_and_then(
+    tab: Tab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    status = tab.session.status
+    beyond = [
+        replace(status, snapshot=replace(status.snapshot, trial=status.snapshot.spec.trials + more))
+        for more in (500, 1_500, 2_500, 3_500)
+    ]
+    tab.shown_cost(beyond[0])
+    for later in beyond:
+        tab.experimenter.update(later)
+        assert "12 runs" in tab.experimenter._cost.content
+    assert tab.bench.quoted == 1
+    monkeypatch.setattr(experimenter, "_FRESH_S", -math.inf)
+    assert "12 runs" in tab.shown_cost(beyond[-1])
+    assert tab.bench.trials == beyond[-1].snapshot.trial
+
+
 def test_a_cost_is_not_measured_while_an_experiment_runs(
     tab: Tab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(experimenter, "_FRESH_S", -math.inf)
-    monkeypatch.setattr(experimenter, "_MEASURING_SHARE", math.inf)
     tab.bench.standing = standing()
     tab.shown_cost()
     for _ in range(5):

@@ -230,7 +230,23 @@ def test_the_end_of_what_was_begun_by_hand_is_marked_too() -> None:
         run.apply(command)
     at, names = readings.curve_marks(moment(run))
     assert at == (100.0, 100.0, 200.0, 200.0)
-    assert sorted(names[2:]) == ["stop exploring", "unfreeze selection"]
+    assert names[2:] == ("unfreeze selection", "stop exploring"), "in the order they were given"
+
+
+def test_a_join_keeps_its_mark_until_it_is_taken_back() -> None:
+    run = Run(spec_of("schedule.skills.circle_clockwise.at=5"), seed=1)
+    run.advance(until_trial=10)
+    for place in range(20):
+        run.apply(SetParameter("learner.epsilon", place / 100))
+    _, names = readings.curve_marks(moment(run))
+    assert names[0] == "circle"
+    assert names[-1].endswith("0.19")
+    assert len(names) == 8
+    number = len(run.control.history)
+    run.apply(Introduce("avoid", 0))
+    assert readings.curve_marks(moment(run))[1][-1] == "avoid"
+    run.apply(Undo(number))
+    assert "avoid" not in readings.curve_marks(moment(run))[1]
 
 
 def test_what_leaves_the_learning_alone_and_what_the_schedule_brings_is_not_marked() -> None:

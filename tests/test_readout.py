@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app import presets, readout, thesis
+from app import experiments, presets, readout, results, thesis
 from app.metrics import NAMES
 from app.results import COLUMNS, SCHEMA_VERSION
 from sim.world import CAPTURE, FLIGHT
@@ -77,7 +77,20 @@ def add_run(
     places = ", ".join("?" * len(row))
     with sqlite3.connect(folder / TABLE) as database:
         database.execute(f"INSERT INTO runs ({', '.join(row)}) VALUES ({places})", [*row.values()])
+        _note_variant(database, row["variant"])
     database.close()
+
+
+def _note_variant(database: sqlite3.Connection, label: str) -> None:
+    """Add a variant to those of the experiment, unless it is one of them."""
+    (text,) = database.execute("SELECT value FROM meta WHERE key = 'variants'").fetchone()
+    labels = json.loads(text)
+    if label in labels:
+        return
+    runs = database.execute("SELECT DISTINCT variant, overrides FROM runs")
+    n_overrides = {variant: len(json.loads(overrides)) for variant, overrides in runs}
+    labels = sorted([*labels, label], key=lambda label: (n_overrides.get(label, 0), label))
+    database.execute("UPDATE meta SET value = ? WHERE key = 'variants'", (json.dumps(labels),))
 
 
 def new_folder(
@@ -98,6 +111,7 @@ def new_folder(
             "description": "",
             "source": "",
             "seeds": "[0, 1, 2]",
+            "variants": "[]",
             "steps": "null",
             "stop": "null",
             "metrics": json.dumps(metrics),
@@ -113,9 +127,8 @@ def folder(tmp_path: Path) -> Path:
     return new_folder(tmp_path / "results with blanks, ünicode # and ?")
 
 
-def test_variants_are_in_the_order_of_the_experiment_whichever_ended_first(folder: Path) -> None:
-    text = "presets: [timed, standard_q, {preset: timed, label: another}]\nseeds: 2\n"
-    (folder / "experiment.yaml").write_text(text)
+def test_variants_are_in_the_order_of_the_experiment_whichever_ended_first(tmp_path: Path) -> None:
+    folder = new_folder(tmp_path / "a", variants='["timed", "standard_q", "another"]')
     for preset, variant in (("timed", "another"), ("standard_q", ""), ("timed", "")):
         for seed in (1, 0):
             add_run(folder, seed, preset=preset, variant=variant)
@@ -123,12 +136,34 @@ def test_variants_are_in_the_order_of_the_experiment_whichever_ended_first(folde
     assert found == [(v, s) for v in ("timed", "standard_q", "another") for s in (0, 1)]
 
 
-def test_an_experiment_that_has_become_large_is_not_read(folder: Path) -> None:
-    for variant in ("b", "a"):
-        add_run(folder, 0, variant=variant)
-    with (folder / "experiment.yaml").open("wb") as file:
-        file.truncate(1 << 40)
-    assert [run.variant for run in readout.read_folder(folder).rows] == ["a", "b"]
+def test_variants_of_which_no_run_is_over_count_as_planned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Presets named by their paths are beside the experiment, and not beside its results."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("mine", "another"):
+        Path(f"{name}.yaml").write_text(f"extends: timed\ndescription: {name}\n")
+    Path("small.yaml").write_text("presets: [mine.yaml, another.yaml]\ntrials: 600\nseeds: 2\n")
+    experiment = experiments.load("small.yaml")
+    place = tmp_path / "results" / "small"
+    with results.Folder(place, experiment, False, False) as kept:
+        label = experiment.variants[1].label
+        run = {"key": "k", "variant": label, "preset": "another.yaml", "overrides": "{}"}
+        kept.write({**run, "settings": "{}", "seed": 0, "status": "failed", "version": "1"})
+    found = readout.read_folder(place)
+    assert (len(found.rows), found.planned) == (1, 4)
+
+
+@pytest.mark.parametrize("wrong", ["1", "[1]", '{"timed": 1}'])
+def test_variants_that_are_no_names_are_refused(tmp_path: Path, wrong: str) -> None:
+    with pytest.raises(readout.ResultsError, match="variants are not a list of names"):
+        readout.read_folder(new_folder(tmp_path / "a", variants=wrong))
+
+
+def test_results_that_were_never_begun_are_no_results_of_another_version(tmp_path: Path) -> None:
+    (tmp_path / TABLE).touch()
+    with pytest.raises(readout.ResultsError, match="no run is over in"):
+        readout.read_folder(tmp_path)
 
 
 def test_unusable_folders_are_refused_in_clear_words(tmp_path: Path) -> None:

@@ -601,7 +601,9 @@ def test_a_page_on_an_unfinished_experiment_says_so_wherever_it_is_looked_at(
         return draw(name, panels, axis, small)
 
     monkeypatch.setattr(report_parts, "draw_curves", kept)
-    (folder / "experiment.yaml").write_text("presets: [timed, standard_q]\nseeds: 3\n")
+    with sqlite3.connect(folder / "results.sqlite") as database:
+        variants = json.dumps(["timed", "standard_q"])
+        database.execute("UPDATE meta SET value = ? WHERE key = 'variants'", (variants,))
     for seed in range(2):
         add_run(folder, seed)
     add_run(folder, 2, status="failed", error="out of luck")
@@ -862,6 +864,17 @@ def test_pairs_with_the_same_settings_are_not_said_to_differ(tmp_path: Path) -> 
     for folder in folders:
         add_run(folder, 0)
     assert "differ in their settings" not in text_of(page_of(*folders, compare=True))
+
+
+def test_folders_that_did_not_measure_the_same_stand_beside_one_another(tmp_path: Path) -> None:
+    all_, some = new_folder(tmp_path / "all"), new_folder(tmp_path / "some", metrics=["area"])
+    for seed in range(3):
+        add_run(all_, seed, variant="mine", overrides={"learner.alpha": 0.3})
+        add_run(all_, seed, variant="yours", overrides={"learner.gamma": 0.8})
+        add_run(some, seed, variant="theirs", overrides={"learner.epsilon": 0.2})
+    rows = text_of(page_of(all_, some)).partition("difference to mine [95 %]")[2]
+    assert "yours" in rows
+    assert "theirs" in rows
 
 
 def test_a_and_b_are_over_the_seeds_of_their_paired_difference(tmp_path: Path) -> None:

@@ -76,6 +76,8 @@ def test_without_a_folder_it_is_the_latest_results(
         shutil.copytree(folder, root / name)
         os.utime(root / name / "results.sqlite", (written_at, written_at))
     (root / "no results").mkdir()
+    (root / "begun").mkdir()
+    (root / "begun" / "results.sqlite").touch()
     assert cli.main(["report"]) == 0
     page = Path("results", "newest", "report.html")
     assert capsys.readouterr().out == f"{page}\n"

@@ -17,8 +17,8 @@ import pytest
 from app import cli, readout, results
 from app.experiments import Experiment, parse
 from app.laboratory import Switch, Threads, run_experiment
-from app.report import write_report
-from app.results import Folder, FolderError, finished_in, goes_on
+from app.report import default_place, write_report
+from app.results import Folder, FolderError, finished_if_claimed, finished_in, goes_on
 from app.workbench import folder_for
 
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 600\n"
@@ -250,11 +250,86 @@ def test_a_folder_that_was_left_before_its_table_said_anything_is_begun(
     assert len(finished_in(path)) == 2
 
 
+KILLS = {
+    "while the record is written": "os.replace = kill",
+    "when the record is there": "results.write_whole = lambda *it: (write_whole(*it), kill())",
+    "when the arrays can come": "Folder._begin_table = kill",
+}
+
+
+def killed_at_its_beginning(path: Path, when: str) -> None:
+    code = (
+        "import os, signal, sys\nfrom pathlib import Path\nfrom app import results\n"
+        "from app.files import write_whole\nfrom tests.test_results import Folder, small\n"
+        "def kill(*_): os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"{KILLS[when]}\nFolder(Path(sys.argv[1]), small(), False, False)\n"
+    )
+    root = Path(__file__).resolve().parent.parent
+    subprocess.run([sys.executable, "-c", code, str(path)], cwd=root, check=False)
+    assert (path / ".lock").is_file()
+    assert not (path / "results.sqlite").exists()
+
+
+@pytest.mark.parametrize("resume", [True, False])
+@pytest.mark.parametrize("when", KILLS)
+def test_a_folder_that_was_killed_at_its_beginning_can_be_used(
+    tmp_path: Path, when: str, resume: bool
+) -> None:
+    path = tmp_path / "small"
+    killed_at_its_beginning(path, when)
+    assert folder_for(tmp_path, small()) == path
+    if when != "while the record is written":
+        with pytest.raises(FolderError, match="--resume to go on, or --force to begin again"):
+            carried_out(path)
+    assert finished_if_claimed(path, small(), resume, not resume) == set()
+    carried_out(path, resume=resume, force=not resume)
+    assert len(finished_in(path)) == 2
+    assert not list(path.glob(".*.tmp"))
+
+
+def test_what_was_killed_at_its_beginning_is_free_if_it_left_no_record(tmp_path: Path) -> None:
+    killed_at_its_beginning(tmp_path, "while the record is written")
+    assert list(tmp_path.glob(".*.tmp"))
+    carried_out(tmp_path)
+    assert not list(tmp_path.glob(".*.tmp"))
+
+
+def test_what_was_killed_at_its_beginning_is_not_gone_on_with_by_another_experiment(
+    tmp_path: Path,
+) -> None:
+    killed_at_its_beginning(tmp_path, "when the record is there")
+    other = parse(f"{TEXT}# another", "small.yaml")
+    assert not goes_on(tmp_path, other)
+    with pytest.raises(FolderError, match="no results to go on with; allowed: --force"):
+        Folder(tmp_path, other, True, False)
+    with Folder(tmp_path, other, False, True):
+        assert goes_on(tmp_path, other)
+
+
+def test_a_folder_of_ones_own_is_spared_though_it_holds_a_lock(tmp_path: Path) -> None:
+    for name in ("experiment.yaml", ".lock", "thesis.txt"):
+        (tmp_path / name).write_text(TEXT if name == "experiment.yaml" else "")
+    assert not goes_on(tmp_path, parse(TEXT, "small.yaml"))
+    for resume in (True, False):
+        with pytest.raises(FolderError, match="something else than results"):
+            carried_out(tmp_path, resume=resume, force=not resume)
+    assert (tmp_path / "experiment.yaml").read_text() == TEXT
+
+
+def test_results_without_their_record_are_not_gone_on_with(tmp_path: Path) -> None:
+    carried_out(tmp_path)
+    (tmp_path / "experiment.yaml").unlink()
+    assert not goes_on(tmp_path, small())
+    with pytest.raises(FolderError, match=r"whose experiment\.yaml is missing; allowed: .*--force"):
+        carried_out(tmp_path, resume=True)
+    carried_out(tmp_path, force=True)
+
+
 def test_an_empty_table_of_another_experiment_is_not_gone_on_with(tmp_path: Path) -> None:
     (tmp_path / "experiment.yaml").write_text(f"{TEXT}# another\n")
     (tmp_path / "results.sqlite").touch()
     assert not goes_on(tmp_path, small())
-    with pytest.raises(FolderError):
+    with pytest.raises(FolderError, match="no results to go on with; allowed: --force"):
         carried_out(tmp_path, resume=True)
 
 
@@ -311,6 +386,26 @@ def test_a_report_on_fewer_runs_goes_when_there_are_more(tmp_path: Path) -> None
     assert [*mine.parent.iterdir()] == [mine]
 
 
+def test_a_report_over_an_older_one_leaves_its_own_pictures_alone(tmp_path: Path) -> None:
+    carried_out(tmp_path)
+    figures = with_a_report(tmp_path).parent / "report_figures"
+    ours = {path.name for path in figures.iterdir()}
+    for name in ("older.svg", "older.png", "older.csv", "notes.txt"):
+        (figures / name).write_text("older")
+    with_a_report(tmp_path)
+    assert {path.name for path in figures.iterdir()} == {*ours, "notes.txt"}
+
+
+@pytest.mark.parametrize("letter", ["a", "ü", "猫"])
+def test_the_name_of_a_page_on_folders_of_long_names_is_one_that_file_systems_take(
+    tmp_path: Path, letter: str
+) -> None:
+    folders = [tmp_path / f"{number}{letter * (240 // len(letter.encode()))}" for number in "12"]
+    place = default_place(folders, False)
+    assert place.parent.name.endswith(f"{letter}_and_1_more")
+    place.parent.mkdir()
+
+
 def test_a_report_that_is_written_while_runs_are_made_stays(tmp_path: Path) -> None:
     pages: list[Path] = []
 
@@ -363,6 +458,7 @@ def test_a_dry_run_refuses_what_would_be_refused(
     for name in ("done", "no table", "damaged"):
         carried_out(Path(name))
     Path("no table", "results.sqlite").unlink()
+    Path("no table", "experiment.yaml").write_text(f"{TEXT}# another")
     Path("damaged", "results.sqlite").write_text("no table, but a longer text" * 100)
     with Folder(Path("another"), parse(f"{TEXT}# another", "small.yaml"), False, False):
         pass
@@ -384,6 +480,8 @@ def test_a_dry_run_leaves_nothing_behind(
     Path("there").mkdir()
     carried_out(Path("done"))
     page = with_a_report(Path("done"))
+    # As results are that were copied without it.
+    Path("done", ".lock").unlink()
     before = as_it_is(tmp_path)
     for words in (["new/deep"], ["there"], ["done", "--resume"], ["done", "--force"]):
         assert cli.main(["experiment", "small.yaml", "--dry-run", "--out", *words]) == 0
@@ -391,12 +489,17 @@ def test_a_dry_run_leaves_nothing_behind(
     assert page.exists()
 
 
+@pytest.mark.parametrize("begun", [True, False])
 def test_a_dry_run_knows_of_another_pounce_at_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], begun: bool
 ) -> None:
     (tmp_path / "small.yaml").write_text(TEXT)
     command = ["experiment", str(tmp_path / "small.yaml"), "--dry-run", "--resume"]
-    with Folder(tmp_path / "a", small(), False, False):
+    if begun:
+        carried_out(tmp_path / "a")
+    else:
+        (tmp_path / "a").mkdir()
+    with results._locked(tmp_path / "a"):
         assert cli.main([*command, "--out", str(tmp_path / "a")]) == 2
     assert "is being written to by another pounce" in " ".join(capsys.readouterr().err.split())
 

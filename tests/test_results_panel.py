@@ -5,6 +5,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import quote, unquote
 
@@ -168,6 +169,24 @@ def test_another_experiment_with_as_many_runs_is_shown_in_its_place(desk: Desk) 
     desk.frame(0.2)
     assert "standard_q" not in desk.panel._content.content
     assert "hierarchical_3" in desk.panel._content.content
+
+
+def test_a_file_is_of_the_experiment_that_is_shown_though_another_has_begun(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[tuple[str, bytes]] = []
+    monkeypatch.setattr(
+        desk.panel._client, "send_file_download", lambda name, data, **_: sent.append((name, data))
+    )
+    monkeypatch.setattr(desk.panel, "_save", SimpleNamespace(value=results_panel._CHART_CSV))
+    event: Any = None
+    desk.bench.begin(EXPERIMENT, 4)
+    desk.frame(0.0)
+    desk.panel._clicked(event)
+    desk.bench.begin(experiment_of("presets: [timed]\nseeds: 6"), 0)
+    desk.panel._clicked(event)
+    first, second = sent
+    assert second == first
 
 
 # --- Its place -----------------------------------------------------------------------------------

@@ -774,6 +774,14 @@ def test_what_a_schedule_cannot_say_is_said_in_sentences() -> None:
     assert kept.spec.learner.epsilon == 0.2
 
 
+def test_what_was_taken_back_is_not_said_to_have_been_done() -> None:
+    run = to(small_run(), 120)
+    for command in (SetParameter("learner.epsilon", 0.3), Remove("circle_clockwise")):
+        run.apply(command)
+        run.apply(Undo(run.control.history[-1].number))
+    assert carried.preset_of(seen(run)).left_out == ()
+
+
 def test_primitive_moves_carry_an_empty_schedule() -> None:
     spec = presets.load("standard_q", ["world.size=30", "trials=20"])
     assert carried.preset_of(seen(to(Run(spec, 1), 5))).spec == spec

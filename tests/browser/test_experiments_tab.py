@@ -262,7 +262,9 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
     screen.button("Go on").click()
     expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
     screen.button("Stop").click()
-    stopped = said("long: 1 of 2 runs done. Stopped; Make the others goes on there.")
+    stopped = said(
+        "long: 1 of 2 runs done. Stopped; with it chosen, Make the others goes on there."
+    )
     expect(stopped).to_be_visible()
     for name in ("Pause", "Go on", "Stop"):
         expect(screen.button(name)).to_have_count(0)
