@@ -357,7 +357,8 @@ class _Picture:
             # Those that go into their blocks leave the room beside the blocks to the others.
             outside = [block for block in explorations if not self._label_within(block, inside)]
             for block in mine:
-                if block.kind == "introduction":
+                # One that was taken back would say that a skill is there which is not.
+                if block.kind == "introduction" and not block.undone:
                     self._label_introduction(block, room)
             for block in outside:
                 self._label_beside(skill, [block], f"{block.probability:.0%}", room)

@@ -30,6 +30,7 @@ from learners import measures
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
 from learners.state import digest
+from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -578,11 +579,16 @@ def test_endless_ranges_are_refused_at_their_line(values_text: str) -> None:
     assert line.endswith(": has too many values; allowed: fewer than 10000")
 
 
+def test_every_seed_can_be_written() -> None:
+    experiment = parse(f"presets: [timed]\nseeds: [0, {MAX_SEED}]", "my.yaml")
+    assert experiment.seeds == (0, MAX_SEED)
+
+
 def test_a_number_of_thousands_of_digits_is_refused() -> None:
     (line,) = lines_of(
         f"presets: [timed]\ngrid: {{trials: {{start: 0, stop: {'9' * 5000}, step: 1}}}}"
     )
-    assert "has too many digits; allowed: at most 18" in line
+    assert "has too many digits; allowed: at most 19" in line
 
 
 @given(

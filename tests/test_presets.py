@@ -292,7 +292,7 @@ WRONG_VALUES = [
     ("---\ntrials: 5", "3: a second document starts; allowed: one document"),
     (
         f"world: {{size: {'9' * 5000}}}",
-        f"3: world.size: value {'9' * 79}…: has too many digits; allowed: at most 18",
+        f"3: world.size: value {'9' * 79}…: has too many digits; allowed: at most 19",
     ),
     ('description: "\\ud800"', "3: description: value '\\ud800': has half a character; allowed:"),
 ]

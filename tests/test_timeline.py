@@ -807,6 +807,16 @@ def texts(svg: ElementTree.Element) -> list[str]:
     ]
 
 
+def test_a_join_that_was_taken_back_is_not_said_to_have_been() -> None:
+    run = to(small_run(), 40)
+    number = len(run.control.history)
+    run.apply(Introduce("avoid", 0))
+    run.apply(Undo(number))
+    said = texts(drawn(seen(run)))
+    assert "joined at 40" not in said
+    assert "joins at 200" in said, said
+
+
 def titles(svg: ElementTree.Element) -> list[str]:
     return [title.text or "" for title in svg.iter(f"{SVG}title")]
 
