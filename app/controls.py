@@ -16,7 +16,7 @@ import viser
 
 from app import narrate
 from app.cli_words import UsageError, whole_number
-from app.door import RefusedError, guarded
+from app.server.callbacks import RefusedError, guarded
 from app.session import (
     FULL_SPEED,
     GoBack,

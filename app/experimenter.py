@@ -16,13 +16,13 @@ import viser
 
 from app import carried, experiments, narrate
 from app.background import Maker
-from app.door import RefusedError, guarded
 from app.experiments import MAX_LABEL, Experiment, ExperimentError
 from app.laboratory import Progress
 from app.machine import available_cores, duration
 from app.planner import Ask, safe_name
 from app.presets import dump
 from app.results import FolderError
+from app.server.callbacks import RefusedError, guarded
 from app.session import GoBack, Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change

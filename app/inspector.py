@@ -16,10 +16,10 @@ import viser
 
 from app import inspect
 from app.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
-from app.door import guarded
 from app.inspect import Chain, HuntShown, moment_of
 from app.look import Look, heading_shown
 from app.pictures import Colour, Theme
+from app.server.callbacks import guarded
 from app.snapshot import Snapshot
 from app.widgets import assign
 from app.words import HEADING_NAMES

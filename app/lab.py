@@ -23,7 +23,6 @@ from app.cli_words import RESULTS
 from app.clock import Drawing, Pulse
 from app.controls import Controls
 from app.document import PresetError
-from app.door import Calls, close_server, guarded, open_server
 from app.experimenter import Experimenter
 from app.inspect import moment_of, policy_of
 from app.inspector import Inspector
@@ -32,6 +31,9 @@ from app.look import Look
 from app.planner import Planner, PresetButtons, show_problems
 from app.readings import Readings, clock_html
 from app.results_panel import ResultsPanel
+from app.server.callbacks import guarded
+from app.server.calls import Calls
+from app.server.server import close_server, open_server
 from app.session import Play, Request, Session, Status
 from app.snapshot import Snapshot
 from app.steering import saved_state

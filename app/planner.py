@@ -17,9 +17,9 @@ import viser
 
 from app import carried, presets, schedule_edits, timeline, timeline_picture
 from app.document import PresetError, document_of, printable
-from app.door import guarded
 from app.experiments import ExperimentError
 from app.files import write_whole
+from app.server.callbacks import guarded
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block

@@ -15,7 +15,6 @@ from viser import uplot
 from app import narrate, pictures
 from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.clock import Reading
-from app.door import guarded
 from app.layers import (
     LAYERS,
     Extras,
@@ -26,6 +25,7 @@ from app.layers import (
 )
 from app.look import FOLDED, OF_TRIAL, Look
 from app.pictures import DARK, LIGHT, Theme
+from app.server.callbacks import guarded
 from app.session import Status
 from app.snapshot import Snapshot
 from app.steering import command_in_words

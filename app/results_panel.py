@@ -10,13 +10,14 @@ import viser
 from app import results_view
 from app.background import Maker
 from app.chart_parts import Address
-from app.door import Calls, RefusedError, address_of, guarded
 from app.experimenter import progress_html
 from app.gathered import Gatherer, Gathering, RunFact
 from app.markup import escaped
 from app.results import FolderError, table_csv
 from app.results_files import drawing_of
 from app.results_view import Size, View
+from app.server.callbacks import RefusedError, guarded
+from app.server.calls import Calls, address_of
 from app.session import OpenRun
 from app.workbench import Standing, Workbench
 

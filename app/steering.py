@@ -16,8 +16,8 @@ import numpy as np
 import viser
 from pydantic import TypeAdapter, ValidationError
 
-from app.door import RefusedError, guarded
 from app.planner import Ask
+from app.server.callbacks import RefusedError, guarded
 from app.session import Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change, show

@@ -6,7 +6,7 @@ from typing import Any
 
 import viser
 
-from app.door import guarded
+from app.server.callbacks import guarded
 
 _TOUCHED_S = 0.5
 """A widget that was touched so lately is left alone: its request may still be on its way."""

@@ -9,10 +9,10 @@ import viser
 
 from app import presets, snapshot
 from app.board import BOARD_UNITS, SURFACE_UNITS, BoardView, cell_centres, in_linear_light
-from app.door import close_server, open_server
 from app.layers import Picture
 from app.look import Look
 from app.pictures import DARK, LIGHT
+from app.server.server import close_server, open_server
 from app.snapshot import Snapshot
 from learners.run import Run
 

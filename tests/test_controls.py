@@ -11,7 +11,8 @@ import viser
 
 from app import presets
 from app.controls import MOST_LOADED, Controls, seed_of, speed_label
-from app.door import RefusedError, close_server, open_server
+from app.server.callbacks import RefusedError
+from app.server.server import close_server, open_server
 from app.session import FULL_SPEED, Pause, Reply, Request, Session, StartAgain, Status
 from learners.spec import RunSpec
 from sim.rng import MAX_SEED

@@ -13,7 +13,6 @@ import viser
 from app import background, carried, experimenter, presets, snapshot
 from app.background import Maker
 from app.cost import Plan
-from app.door import close_server, open_server
 from app.experimenter import (
     Experimenter,
     cost_html,
@@ -26,6 +25,7 @@ from app.gathered import Gatherer
 from app.laboratory import Progress
 from app.machine import duration
 from app.results import FolderError
+from app.server.server import close_server, open_server
 from app.session import Session, Status
 from app.snapshot import Snapshot
 from app.workbench import Quote, Standing

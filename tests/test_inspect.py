@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 
 from app import inspect, snapshot
-from app.door import close_server, open_server
 from app.inspect import (
     ACTION_NAMES,
     Chain,
@@ -38,6 +37,7 @@ from app.inspect import (
 from app.inspector import Inspector, board_points, cell_under, ring_radius
 from app.look import OF_TRIAL, Look
 from app.pictures import DARK, LIGHT
+from app.server.server import close_server, open_server
 from app.snapshot import Snapshot
 from learners.commands import SetParameter
 from learners.greedy import Hunt, success_map

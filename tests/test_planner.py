@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app import experiments, planner, presets, snapshot, timeline
-from app.door import close_server, open_server
 from app.experiments import ExperimentError
 from app.planner import Planner, PresetButtons
+from app.server.server import close_server, open_server
 from app.session import Request, Session, StartAgain, Status, TrialOnce
 from app.snapshot import Snapshot
 from learners.commands import Explore, FollowSchedule, FreezeSkills, Introduce, SetSchedule

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app import narrate, presets, readings, snapshot
-from app.door import close_server, open_server
 from app.layers import Extras
 from app.look import Look
 from app.readings import Readings
+from app.server.server import close_server, open_server
 from app.session import Opened, Session, Status
 from app.snapshot import Snapshot
 from learners.commands import (

@@ -13,11 +13,11 @@ import pytest
 import viser
 
 from app import results_panel
-from app.door import Calls
 from app.experiments import Experiment
 from app.gathered import Gatherer
 from app.laboratory import Progress
 from app.results_panel import ResultsPanel, panel_size, resized, window_html
+from app.server.calls import Calls
 from app.workbench import Standing
 from tests.test_charts import THESIS, experiment_of, fact
 from tests.test_results_view import filled

@@ -10,7 +10,8 @@ import pytest
 import viser
 
 from app import presets, snapshot
-from app.door import RefusedError, close_server, open_server
+from app.server.callbacks import RefusedError
+from app.server.server import close_server, open_server
 from app.session import Request, Session, Status
 from app.steering import DEFAULT_FREEZE_TRIALS, SLIDERS, Steering, introduction_of
 from app.words import PARAMETER_NAMES

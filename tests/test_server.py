@@ -24,7 +24,9 @@ from hypothesis import strategies as st
 from viser import _messages as wire
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from app import door
+from app.server import admission, callbacks, values
+from app.server.calls import MAX_CALL_CHARACTERS, Calls, address_of
+from app.server.server import MAX_MESSAGE_BYTES, open_server
 
 PATIENCE_S = 10.0
 """How long to wait for what must happen; reaching it is a failure."""
@@ -98,7 +100,7 @@ class Lab:
     def __init__(self, **options: Any) -> None:
         self.refused: queue.Queue[tuple[int, str]] = queue.Queue()
         self.connected: queue.Queue[viser.ClientHandle] = queue.Queue()
-        self.server = door.open_server(
+        self.server = open_server(
             port=0, on_refused=lambda *refusal: self.refused.put(refusal), **options
         )
         self.port = self.server.get_port()
@@ -143,7 +145,7 @@ def is_update(message: dict[str, Any], handle: Any) -> bool:
 
 @pytest.fixture(autouse=True)
 def no_grace(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(door, "GRACE_S", 0.0)
+    monkeypatch.setattr(admission, "GRACE_S", 0.0)
 
 
 @pytest.fixture
@@ -314,7 +316,7 @@ def test_no_page_is_let_in_before_the_server_is_complete(monkeypatch: pytest.Mon
 
 
 def test_busy_port_gives_the_next(lab: Lab) -> None:
-    second = door.open_server(port=lab.port)
+    second = open_server(port=lab.port)
     try:
         assert second.get_port() > lab.port
         assert get(second.get_port()).status == 200
@@ -330,7 +332,7 @@ def test_busy_port_gives_the_next(lab: Lab) -> None:
 )
 def test_impossible_address_raises(host: str, port: int, error: type[Exception]) -> None:
     with pytest.raises(error):
-        door.open_server(host, port)
+        open_server(host, port)
 
 
 def test_ports_can_run_out() -> None:
@@ -339,7 +341,7 @@ def test_ports_can_run_out() -> None:
     except OSError:
         last = None  # Busy already, which serves as well.
     with pytest.raises(OSError, match="no free port"):
-        door.open_server(port=65_535)
+        open_server(port=65_535)
     if last is not None:
         last.close()
 
@@ -349,7 +351,7 @@ def test_bypassed_door_raises(monkeypatch: pytest.MonkeyPatch) -> None:
     unknown = SimpleNamespace(stop=lambda: stopped.append(True))
     monkeypatch.setattr(viser, "ViserServer", lambda **_: unknown)
     with pytest.raises(RuntimeError, match="bypassed"):
-        door.open_server(port=0)
+        open_server(port=0)
     assert stopped == [True]
 
 
@@ -426,7 +428,7 @@ def test_call_without_a_callee_is_not_found(lab: Lab) -> None:
 
 def test_calls_are_limited_in_length(called: Lab, callee: Callee) -> None:
     # What counts is what arrives: each of these characters makes six of the path.
-    longest = "take" + "ε" * (door.MAX_CALL_CHARACTERS - 4)
+    longest = "take" + "ε" * (MAX_CALL_CHARACTERS - 4)
     assert get_path(called.port, f"/call/{quote(longest)}", OWN).status == 204
     assert get_path(called.port, f"/call/{quote(longest)}x", OWN).status == 404
     assert callee.calls == [longest]
@@ -550,7 +552,7 @@ def test_failing_call_is_logged_and_the_server_goes_on(
 
 
 def test_each_secret_has_a_taker_of_its_own_until_it_leaves() -> None:
-    calls = door.Calls()
+    calls = Calls()
     heard: list[tuple[str, str]] = []
     first = calls.enter(lambda words: heard.append(("first", words)))
     second = calls.enter(lambda words: heard.append(("second", words)))
@@ -559,9 +561,9 @@ def test_each_secret_has_a_taker_of_its_own_until_it_leaves() -> None:
         def status(address: str) -> int:
             return get_path(lab.port, f"/{address}", OWN).status
 
-        assert status(door.address_of(first, "cell 3/4")) == 204
-        assert status(door.address_of(second, "ε?#%")) == 204
-        assert status(door.address_of(second, "")) == 204
+        assert status(address_of(first, "cell 3/4")) == 204
+        assert status(address_of(second, "ε?#%")) == 204
+        assert status(address_of(second, "")) == 204
         assert status(f"call/{second}") == 204
         assert heard == [
             ("first", "cell 3/4"),
@@ -573,16 +575,16 @@ def test_each_secret_has_a_taker_of_its_own_until_it_leaves() -> None:
         calls.leave(first)
         calls.leave(first)
         calls.leave("never entered")
-        assert status(door.address_of(first, "cell 3/4")) == 404
-        assert status(door.address_of("", "cell 3/4")) == 404
-        assert status(door.address_of(second[:-1], "cell 3/4")) == 404
+        assert status(address_of(first, "cell 3/4")) == 404
+        assert status(address_of("", "cell 3/4")) == 404
+        assert status(address_of(second[:-1], "cell 3/4")) == 404
         assert heard == []
-        assert status(door.address_of(second, "cell 3/4")) == 204
+        assert status(address_of(second, "cell 3/4")) == 204
         assert heard == [("second", "cell 3/4")]
 
 
 def test_secrets_cannot_be_guessed() -> None:
-    calls = door.Calls()
+    calls = Calls()
     entered = {calls.enter(print) for _ in range(1_000)}
     assert len(entered) == 1_000
     # 128 bits in characters of six bits each.
@@ -590,22 +592,22 @@ def test_secrets_cannot_be_guessed() -> None:
 
 
 @pytest.fixture(scope="module")
-def switchboard() -> Iterator[tuple[Lab, door.Calls]]:
-    calls = door.Calls()
+def switchboard() -> Iterator[tuple[Lab, Calls]]:
+    calls = Calls()
     with lab_of(on_call=calls.take) as lab:
         yield lab, calls
 
 
-MAX_WORDS = door.MAX_CALL_CHARACTERS - 23
+MAX_WORDS = MAX_CALL_CHARACTERS - 23
 """What a secret and its slash leave."""
 
 
 @given(words=st.text(max_size=MAX_WORDS).filter(lambda words: words not in (".", "..")))
-def test_any_words_arrive(switchboard: tuple[Lab, door.Calls], words: str) -> None:
+def test_any_words_arrive(switchboard: tuple[Lab, Calls], words: str) -> None:
     lab, calls = switchboard
     heard: list[str] = []
     secret = calls.enter(heard.append)
-    address = door.address_of(secret, words)
+    address = address_of(secret, words)
     assert re.fullmatch(r"call/[\w-]{22}/[\w.~%-]*", address, re.ASCII)
     assert get_path(lab.port, f"/{address}", OWN).status == 204
     assert heard == [words]
@@ -615,13 +617,13 @@ def test_any_words_arrive(switchboard: tuple[Lab, door.Calls], words: str) -> No
 @pytest.mark.parametrize("words", [".", "..", "x" * (MAX_WORDS + 1)])
 def test_words_that_cannot_arrive_have_no_address(words: str) -> None:
     with pytest.raises(ValueError, match=r"cannot be called|at most 512"):
-        door.address_of(door.Calls().enter(print), words)
+        address_of(Calls().enter(print), words)
 
 
-def test_longest_words_have_an_address(switchboard: tuple[Lab, door.Calls]) -> None:
+def test_longest_words_have_an_address(switchboard: tuple[Lab, Calls]) -> None:
     lab, calls = switchboard
     # Each of these characters makes twelve of the address.
-    address = door.address_of(calls.enter(lambda words: None), "🐈" * MAX_WORDS)
+    address = address_of(calls.enter(lambda words: None), "🐈" * MAX_WORDS)
     assert get_path(lab.port, f"/{address}", OWN).status == 204
 
 
@@ -815,7 +817,7 @@ def test_page_is_set_right_and_no_other_hears_of_it(lab: Lab) -> None:
 def test_value_that_the_page_mends_itself_is_no_refusal(
     lab: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(door, "GRACE_S", 0.2)
+    monkeypatch.setattr(admission, "GRACE_S", 0.2)
     typed = lab.server.gui.add_number("Typed", 50, min=10, max=100)
     other = lab.server.gui.add_number("Other", 50, min=10, max=100)
     page, _ = lab.page()
@@ -878,7 +880,7 @@ def test_unreadable_frame_ends_only_its_connection(lab: Lab, frame: bytes | str)
 def test_too_large_frame_ends_only_its_connection(lab: Lab) -> None:
     page, _ = lab.page()
     culprit, _ = lab.page()
-    culprit.send_frame(bytes(door.MAX_MESSAGE_BYTES + 1))
+    culprit.send_frame(bytes(MAX_MESSAGE_BYTES + 1))
     assert culprit.close_code() == 1009
     assert lab.hears(page)
 
@@ -930,9 +932,9 @@ def test_no_page_starts_a_share_tunnel(lab: Lab, monkeypatch: pytest.MonkeyPatch
     assert theme["show_share_button"] is False
 
 
-@pytest.mark.parametrize("message_type", door._RULES)
+@pytest.mark.parametrize("message_type", admission.RULES)
 def test_every_admitted_message_can_be_checked(message_type: type[wire.Message]) -> None:
-    assert door._fields(message_type)
+    assert values.fields(message_type)
 
 
 @pytest.mark.usefixtures("no_traceback")
@@ -1172,7 +1174,7 @@ def test_failure_is_told_to_the_acting_page(
     lab: Lab, caplog: pytest.LogCaptureFixture, callback: Any
 ) -> None:
     button = lab.server.gui.add_button("Button")
-    button.on_click(door.guarded(callback))
+    button.on_click(callbacks.guarded(callback))
     (page, _), (bystander, _) = lab.page(), lab.page()
     page.set(button, True)
     told = page.receive_until(lambda message: message["type"] == "NotificationShowMessage")[-1]
@@ -1187,15 +1189,15 @@ def test_failure_is_told_to_the_acting_page(
 
 
 def test_failure_at_connecting_is_told_to_the_new_page(lab: Lab) -> None:
-    lab.server.on_client_connect(door.guarded(fail))
+    lab.server.on_client_connect(callbacks.guarded(fail))
     page, _ = lab.page()
     page.receive_until(lambda message: message["type"] == "NotificationShowMessage")
 
 
 def test_failure_without_a_page_is_logged(lab: Lab, caplog: pytest.LogCaptureFixture) -> None:
     box = lab.server.gui.add_checkbox("Box", False)
-    box.on_update(door.guarded(fail))
-    with caplog.at_level(logging.DEBUG, logger=door.__name__):
+    box.on_update(callbacks.guarded(fail))
+    with caplog.at_level(logging.DEBUG, logger=callbacks.__name__):
         box.value = True
     assert [record.levelname for record in caplog.records] == ["ERROR", "DEBUG"]
     assert caplog.records[1].exc_info is not None
@@ -1203,5 +1205,5 @@ def test_failure_without_a_page_is_logged(lab: Lab, caplog: pytest.LogCaptureFix
 
 def test_guarded_callback_does_its_work() -> None:
     seen: list[int] = []
-    door.guarded(seen.append)(5)
+    callbacks.guarded(seen.append)(5)
     assert seen == [5]

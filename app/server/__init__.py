@@ -1,0 +1,20 @@
+"""The lab's web server: viser's, behind a door.
+
+viser serves a page and a websocket to anyone who can reach the port: it looks neither at the `Host`
+nor at the `Origin` of a request, and it stores whatever a page sends as a widget's value.
+`open_server` puts a door in front of it, at three places:
+
+- *the request* (`door`, `origin`): `Host` must be a name of this server (a foreign name that
+  resolves to it is DNS rebinding), a page must come from this very server, and there is a limit on
+  open pages;
+- *the frame* (`admission`): what is not a viser message ends its connection, quietly;
+- *the message* (`admission`, `values`): only what a page has reason to send, for a widget that is
+  there, shown and enabled, with a value that this very widget allows. All else is dropped before
+  viser sees it.
+
+The door is also a way back out of HTML (`calls`), which viser does not have.
+
+Private parts of viser are used in this package alone (viser>=1.1.1,<1.2). The one function that it
+replaces, while a server is being made, is `websockets.asyncio.server.serve`: viser passes its
+request handler and size limit through that call, and offers no other way in.
+"""
