@@ -15,6 +15,7 @@ import websockets.asyncio.server
 from viser import _messages as wire
 
 from app.server.admission import CheckedConnection
+from app.server.buffers import make_safe
 from app.server.door import Door, OnCall, OnRefused, harden
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
@@ -61,6 +62,7 @@ def open_server(
     server._websock_server.unregister_handler(wire.ShareUrlRequest)
     server._websock_server.unregister_handler(wire.ShareUrlDisconnect)
     server.gui.configure_theme(show_share_button=False)
+    make_safe(server)
     door.server = server
     return server
 

@@ -374,7 +374,8 @@ def tables_after(live: LiveLab, steps: int) -> tuple[Snapshot, Snapshot]:
 def test_freezing_stops_learning_while_steps_go_on(
     start_lab: StartLab, open_page: OpenPage
 ) -> None:
-    live = start_lab(trial=LEARNED)
+    # Without a schedule, which would freeze the selection too as a skill joins.
+    live = start_lab(preset_of("hierarchical_2"), trial=LEARNED)
     screen = open_page(live)
     screen.button("Play").click()
     live.wait_for(lambda status: status.playing)
