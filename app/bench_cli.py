@@ -15,6 +15,7 @@ from app.cli_words import (
     EXIT_FAILED,
     EXIT_OK,
     Flag,
+    UsageError,
     complain,
     filled,
     number,
@@ -29,12 +30,15 @@ if TYPE_CHECKING:
     from learners.spec import RunSpec
 
 MAX_REPETITIONS = 1_000
+MAX_PAGES = 63
+"""One fewer than the lab lets in, since one more page clicks."""
 
 EXAMPLES = (
     "pounce bench",
     "pounce bench timed --repetitions 9",
     "pounce bench --json",
     "pounce bench --page --json",
+    "pounce bench --load 31 --json",
 )
 
 
@@ -53,6 +57,8 @@ class Bench:
     """Interleaved measurements, of which the median counts."""
     page: Flag = False
     """Measure what the live page costs the learner, with no browser, one and five."""
+    load: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_PAGES})")] = None
+    """Measure what so many pages cost: clicks, the learner's share, memory."""
 
 
 def obey(command: Bench) -> int:
@@ -65,8 +71,13 @@ def obey(command: Bench) -> int:
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {name: spec_of(name) for name in command.presets or presets.shipped()}
+    if command.page and command.load is not None:
+        raise UsageError("--page and --load exclude each other; allowed: one of them")
     if command.page:
         return _measure_page(command, specs, repetitions)
+    if command.load is not None:
+        n_pages = whole_number("--load", command.load, 1, MAX_PAGES)
+        return _measure_load(command, specs, repetitions, n_pages)
     from benchmarks.compare import MismatchError, compare
 
     try:
@@ -94,6 +105,28 @@ def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int)
     say(f"Rate of {preset} beside the page, as a share of its headless rate:")
     for n_clients, ratio in found["clients"].items():
         say(f"  {n_clients} browsers  {ratio:.2f}")
+    return EXIT_OK
+
+
+def _measure_load(
+    command: Bench, specs: "dict[str, RunSpec]", repetitions: int, n_pages: int
+) -> int:
+    from benchmarks.load import measure_load
+
+    preset = command.presets[0] if command.presets else "timed"
+    with terminal.status() as on_progress:
+        found = measure_load(specs[preset], preset, specs, n_pages, repetitions, on_progress)
+    if command.json:
+        say(json.dumps(found))
+        return EXIT_OK
+    clicks = found["click_ms"]
+    say(
+        f"{preset} at full speed, and {n_pages} pages that read every frame:\n"
+        f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %),"
+        f" {clicks['max']:.0f} at most\n"
+        f"  the learner keeps    {found['learner_share']:.2f} of its rate beside one page\n"
+        f"  the lab holds        {found['rss_mb']:.0f} MB"
+    )
     return EXIT_OK
 
 

@@ -5,11 +5,11 @@ never queues any. Views belong to a browser, learning to the session.
 """
 
 import logging
+import math
 import signal
 import sys
 import threading
 import time
-import warnings
 import webbrowser
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -18,22 +18,25 @@ import numpy as np
 import viser
 
 from app.background import Maker
-from app.board import FLAT_CAMERA, FLAT_TARGET, BoardView
+from app.board import FLAT_CAMERA, FLAT_TARGET
 from app.cli_words import RESULTS
-from app.clock import Drawing, Pulse
 from app.controls import Controls
 from app.document import PresetError
 from app.experimenter import Experimenter
+from app.gallery import Gallery
 from app.inspect import moment_of, policy_of
 from app.inspector import Inspector
-from app.layers import LAYERS, Extras, Picture, SuccessMap
+from app.layers import Extras, SuccessMap
 from app.look import Look
+from app.machine import give_back_memory, share_memory
 from app.planner import Planner, PresetButtons, show_problems
-from app.readings import Readings, clock_html
+from app.readings import Readings, Texts, clock_html
 from app.results_panel import ResultsPanel
 from app.server.callbacks import guarded
 from app.server.calls import Calls
+from app.server.pulse import Drawing, Pulse, send
 from app.server.server import close_server, open_server
+from app.server.stage import Stage
 from app.session import Play, Request, Session, Status
 from app.snapshot import Snapshot
 from app.steering import saved_state
@@ -46,8 +49,13 @@ log = logging.getLogger(__name__)
 DEFAULT_SPEED = 20_000.0
 """Steps per second: the cone shows within seconds, and avoid joins within a minute."""
 _FRAME_S = 1 / 12
+_LEAST_PAUSE = 2.0
+"""From the beginning of a frame to that of the next, as a multiple of what it took to draw: where
+there is much to draw there are fewer frames, and there is always time for clicks."""
 _READINGS_S = 0.25
 _FAREWELL_S = 2.0
+_TIDY_S = 10.0
+"""How often memory is given back at most."""
 _MAP_REST_S = 1.5
 """Pause between two success maps, so that the learner keeps its cores."""
 _FOV_RADIANS = np.pi / 3
@@ -72,11 +80,13 @@ class Browser:
         self._lab = lab
         self.readings = Readings(client, status)
         self.pulse = Pulse(lab.server, client.client_id)
-        self._board = BoardView(client.scene, status.snapshot, self.readings.look)
+        self._look = self.readings.look
+        self._stage: Stage | None = None
+        self._seen = 0
         self._inspector = Inspector(client, self.readings.inspect_tab, wake=lab.wake)
         with self.readings.file_tab:
             PresetButtons(client, lab.session, lab.ask, lab.save_dir)
-            save = client.gui.add_button("Save state", icon=viser.Icon.DEVICE_FLOPPY)
+            save = client.gui.add_button("Save tables", icon=viser.Icon.DEVICE_FLOPPY)
             self._load_experiment = client.gui.add_upload_button(
                 "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
             )
@@ -94,7 +104,10 @@ class Browser:
         self._read_at = 0.0
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
-        place = self._board.place_under(event.ray_origin, event.ray_direction)
+        board = self._lab.gallery.board(self._look)
+        if board is None:
+            return
+        place = board.place_under(event.ray_origin, event.ray_direction)
         if place is not None:
             self._inspector.take_click(place, shift=event.modifier == "shift")
 
@@ -110,30 +123,23 @@ class Browser:
             "Loaded", f"{name} is chosen under Experiments.", auto_close_seconds=6.0
         )
 
-    def update(
-        self, status: Status, look: Look, picture: Picture, extras: Extras, now_s: float
-    ) -> None:
-        """Show a moment on the board."""
-        success = extras.success
-        outcomes = None if success is None else success.outcomes
-        if success is not None and success.generation != status.snapshot.generation:
-            outcomes = None
-        self._inspector.update(status.snapshot, look, outcomes)
-        with self.client.atomic():
-            self._board.update(status.snapshot, picture, look, now_s)
+    def frame(self, stage: Stage, look: Look) -> bytes | None:
+        """What this browser has not been sent yet of what it wants to see; None if nothing is."""
+        if stage is not self._stage:
+            self._stage, self._look, self._seen = stage, look, 0
+        frame, self._seen = stage.frame_since(self._seen), stage.now
+        return frame
 
-    def read(
-        self,
-        status: Status,
-        look: Look,
-        extras: Extras,
-        clock: str,
-        viewers: int,
-        now_s: float,
-    ) -> None:
-        """Show a moment beside the board, a few times a second."""
+    def update(self, texts: Texts, clock: str, now_s: float) -> None:
+        """Show a moment beside the board: what was asked for at once, the rest now and then."""
+        success = texts.extras.success
+        outcomes = None
+        if success is not None and success.generation == texts.status.snapshot.generation:
+            outcomes = success.outcomes
+        self._inspector.update(texts.status.snapshot, texts.look, outcomes)
+        self.results.update(now_s)
         if now_s - self._read_at >= _READINGS_S:
-            self.readings.update(status, look, extras, clock, viewers)
+            self.readings.update(texts, clock)
             self._read_at = now_s
 
 
@@ -165,7 +171,12 @@ class Lab:
         """Browsers that went away before their welcome was over."""
         self._lock = threading.Lock()
         self._wake = threading.Event()
+        self._due_s = -math.inf
+        """When the next frame is to be drawn, on the clock of ``time.perf_counter``."""
         self._closed = False
+        self._has_garbage = False
+        """Whether pages have left whose memory may be given back."""
+        self._tidied_s = -math.inf
         self._at_rest = threading.Event()
         self._at_rest.set()
         self._drawing = Drawing()
@@ -177,6 +188,7 @@ class Lab:
         self.server = open_server(
             host, port, label="pounce", on_refused=self._tell, on_call=self.calls.take
         )
+        self.gallery = Gallery(self.server)
         self._dress_server()
         self._controls = Controls(self.server.gui, session, presets)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
@@ -184,6 +196,7 @@ class Lab:
                 self.server.gui, session, self.bench, self.ask, self._show_results
             )
         self._planner = Planner(self.server.gui, self.ask, session)
+        session.call_when_answered(self._wake.set)
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
 
@@ -209,6 +222,7 @@ class Lab:
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""
+        self._due_s = -math.inf
         self._wake.set()
 
     def serve(self) -> None:
@@ -216,10 +230,20 @@ class Lab:
         self._at_rest.clear()
         try:
             while not self._closed:
-                started = time.perf_counter()
+                started, status = time.perf_counter(), self.session.status
                 with self._drawing:
-                    self._draw(self.session.status, started)
-                self._wake.wait(max(_FRAME_S - (time.perf_counter() - started), 0.005))
+                    # What answers a click comes first, and does not wait for the next frame.
+                    self._controls.update(status)
+                    if started >= self._due_s:
+                        self._due_s = math.inf
+                        self._draw(status, started)
+                        pause_s = max(_FRAME_S, _LEAST_PAUSE * (time.perf_counter() - started))
+                        # Unless somebody has asked for one meanwhile.
+                        self._due_s = min(self._due_s, started + pause_s)
+                if self._has_garbage and started - self._tidied_s > _TIDY_S:
+                    self._has_garbage, self._tidied_s = False, started
+                    give_back_memory()
+                self._wake.wait(max(self._due_s - time.perf_counter(), 0.0))
                 self._wake.clear()
         finally:
             self._at_rest.set()
@@ -277,6 +301,7 @@ class Lab:
                 self._left_early.add(client.client_id)
         if browser is not None:
             browser.results.leave()
+        self._has_garbage = True
 
     def _show_results(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -295,7 +320,6 @@ class Lab:
     def _draw(self, status: Status, now_s: float) -> None:
         with self._lock:
             browsers = list(self._browsers.values())
-        self._controls.update(status)
         self._planner.update(status)
         self.experimenter.update(status)
         success = self._success.found
@@ -306,18 +330,22 @@ class Lab:
                 moment_of(status.snapshot),
                 lambda: success_of(status.snapshot, lambda: not self._closed),
             )
-        pictures: dict[Look, Picture] = {}
+        ready: dict[Look, list[Browser]] = {}
         for browser, look in looks.items():
-            if not browser.pulse.is_ready(now_s):
-                continue
-            if look not in pictures:
-                pictures[look] = LAYERS[look.layer].paint(status.snapshot, look, extras)
-            browser.update(status, look, pictures[look], extras, now_s)
-            browser.results.update(now_s)
-            browser.pulse.sent(now_s)
-            reading = browser.pulse.reading(now_s, self._drawing.share)
-            clock = clock_html(reading, status, len(browsers))
-            browser.read(status, look, extras, clock, len(browsers), now_s)
+            if browser.pulse.is_ready(now_s):
+                ready.setdefault(look, []).append(browser)
+        frames = []
+        for look, here in ready.items():
+            exhibit = self.gallery.of(status, look)
+            texts = exhibit.update(status, extras, len(browsers), now_s)
+            for browser in here:
+                frame = browser.frame(exhibit.stage, look)
+                if frame is not None:
+                    frames.append((browser.pulse, frame))
+                reading = browser.pulse.reading(now_s, self._drawing.share)
+                browser.update(texts, clock_html(reading, status, len(browsers)), now_s)
+        send(self.server, frames, now_s)
+        self.gallery.keep(looks.values())
 
 
 class ListenError(Exception):
@@ -340,8 +368,7 @@ def run_lab(
     Raises:
         ListenError: the host is not an address of this machine, or no port is free.
     """
-    # A browser may go away between two lines of a frame; what was meant for it is rightly lost.
-    warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+    share_memory()
     session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
     try:
         lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, True, results)

@@ -5,6 +5,7 @@ Everything here belongs to one browser, and so does how it wants to see things.
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 from html import escape
 from typing import Any, Literal, NamedTuple, cast
 
@@ -14,7 +15,6 @@ from viser import uplot
 
 from app import narrate, pictures
 from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
-from app.clock import Reading
 from app.layers import (
     LAYERS,
     Extras,
@@ -26,6 +26,7 @@ from app.layers import (
 from app.look import FOLDED, OF_TRIAL, Look
 from app.pictures import DARK, LIGHT, Theme
 from app.server.callbacks import guarded
+from app.server.pulse import Reading
 from app.session import Status
 from app.snapshot import Snapshot
 from app.steering import command_in_words
@@ -320,6 +321,79 @@ def _millions(steps: int) -> tuple[float, ...]:
     return tuple(k * float(width) for k in range(6) if k * width <= max(steps, 1_000))
 
 
+def _line(theme: Theme) -> uplot.Series:
+    return uplot.Series(
+        label="reward per trial", stroke=pictures.css(theme.capture), width=2, scale="y"
+    )
+
+
+def _scales(snapshot: Snapshot) -> dict[str, uplot.Scale]:
+    world = snapshot.spec.world
+    low, high = sorted((world.flight_reward, world.capture_reward))
+    return {
+        "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
+        # Room for the topmost label.
+        "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
+    }
+
+
+class Texts:
+    """What is read of a moment by those who look alike: found when it is first asked for."""
+
+    def __init__(self, status: Status, look: Look, extras: Extras, n_viewers: int) -> None:
+        self.status = status
+        self.look = look
+        self.extras = extras
+        self._n_viewers = n_viewers
+        self._layer = LAYERS[look.layer]
+
+    @cached_property
+    def headline(self) -> str:
+        """The sentence, and where a run of an experiment is from, as HTML."""
+        return headline_html(self.status)
+
+    @cached_property
+    def numbers(self) -> str:
+        """The readings, as HTML."""
+        return numbers_html(self.status, self._n_viewers)
+
+    @cached_property
+    def caption(self) -> str:
+        """What the layer shows, as HTML."""
+        return _captioned(self._layer.caption(self.status.snapshot, self.look, self.extras))
+
+    @cached_property
+    def legend(self) -> str:
+        """The layer's legend, as HTML."""
+        return self._layer.legend(self.status.snapshot, self.look, self.extras)
+
+    @cached_property
+    def multiples(self) -> str:
+        """The layer at all headings, as HTML."""
+        snapshot = self.status.snapshot
+        return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
+
+    @cached_property
+    def marks(self) -> tuple[tuple[float, ...], tuple[str, ...]]:
+        """Marks of the learning curve, as :func:`curve_marks`."""
+        return curve_marks(self.status.snapshot)
+
+    @cached_property
+    def curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """The learning curve, as :func:`curve_data`."""
+        return curve_data(self.status.snapshot)
+
+    @cached_property
+    def axes(self) -> tuple[uplot.Axis, ...]:
+        """Axes of the learning curve, with its marks."""
+        return _axes(self.status.snapshot, self.look.theme)
+
+    @cached_property
+    def scales(self) -> dict[str, uplot.Scale]:
+        """Scales of the learning curve."""
+        return _scales(self.status.snapshot)
+
+
 class Readings:
     """The panel of one browser."""
 
@@ -344,9 +418,9 @@ class Readings:
             self._legend = gui.add_html("")
             self._curve = gui.add_uplot(
                 curve_data(snapshot),
-                (uplot.Series(label="steps"), self._line(LIGHT)),
+                (uplot.Series(label="steps"), _line(LIGHT)),
                 axes=_axes(snapshot, LIGHT),
-                scales=self._scales(snapshot),
+                scales=_scales(snapshot),
                 legend=uplot.Legend(show=False),
                 height=160,
             )
@@ -459,21 +533,21 @@ class Readings:
                 setattr(camera, part, np.array(value) + _NUDGE)
                 setattr(camera, part, value)
 
-    def update(self, status: Status, look: Look, extras: Extras, clock: str, viewers: int) -> None:
+    def update(self, texts: Texts, clock: str) -> None:
         """Show a moment."""
-        snapshot, layer = status.snapshot, LAYERS[look.layer]
+        snapshot, layer = texts.status.snapshot, LAYERS[texts.look.layer]
         self._offer_options(snapshot, layer)
         for handle, content in (
-            (self._headline, headline_html(status)),
-            (self._numbers, numbers_html(status, viewers)),
-            (self._caption, _captioned(layer.caption(snapshot, look, extras))),
-            (self._legend, layer.legend(snapshot, look, extras)),
+            (self._headline, texts.headline),
+            (self._numbers, texts.numbers),
+            (self._caption, texts.caption),
+            (self._legend, texts.legend),
             (self._clock, clock),
         ):
             if handle.content != content:
                 handle.content = content
-        self._show_curve(snapshot, look.theme)
-        self._show_multiples(snapshot, look, layer, extras)
+        self._show_curve(texts)
+        self._show_multiples(texts)
 
     def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
         names = tuple(plain(name) for name in option_names(snapshot))
@@ -486,40 +560,25 @@ class Readings:
         if self._about.visible != wanted:
             self._about.visible = wanted
 
-    def _show_multiples(self, snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -> None:
+    def _show_multiples(self, texts: Texts) -> None:
         wanted = bool(self._multiples.value)
         if self._eight.visible != wanted:
             self._eight.visible = wanted
-        if wanted:
-            content = small_multiples_html(all_headings_png(snapshot, look, layer, extras))
-            if self._eight.content != content:
-                self._eight.content = content
+        if wanted and self._eight.content != texts.multiples:
+            self._eight.content = texts.multiples
 
-    def _show_curve(self, snapshot: Snapshot, theme: Theme) -> None:
-        key = (curve_marks(snapshot), theme)
+    def _show_curve(self, texts: Texts) -> None:
+        snapshot, theme = texts.status.snapshot, texts.look.theme
+        key = (texts.marks, theme)
         if snapshot.curve is self._curve_shown and key == self._curve_key:
             return
         if key != self._curve_key:
-            self._curve.series = (uplot.Series(label="steps"), self._line(theme))
+            self._curve.series = (uplot.Series(label="steps"), _line(theme))
         # Kept, and not its id, which another curve may have once this one is gone.
         self._curve_shown, self._curve_key = snapshot.curve, key
-        self._curve.axes = _axes(snapshot, theme)
-        self._curve.scales = self._scales(snapshot)
-        self._curve.data = curve_data(snapshot)
-
-    def _line(self, theme: Theme) -> uplot.Series:
-        return uplot.Series(
-            label="reward per trial", stroke=pictures.css(theme.capture), width=2, scale="y"
-        )
-
-    def _scales(self, snapshot: Snapshot) -> dict[str, uplot.Scale]:
-        world = snapshot.spec.world
-        low, high = sorted((world.flight_reward, world.capture_reward))
-        return {
-            "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
-            # Room for the topmost label.
-            "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
-        }
+        self._curve.axes = texts.axes
+        self._curve.scales = texts.scales
+        self._curve.data = texts.curve
 
     def _dress(self) -> None:
         self._gui.configure_theme(

@@ -192,12 +192,18 @@ class Session:
         self._published_at = -math.inf
         self._curve_at = -math.inf
         self._former: Snapshot | None = None
+        self._on_answer: Callable[[], object] = lambda: None
+        self._told = 0
         self._status = self._take_status()
 
     @property
     def status(self) -> Status:
         """The latest published moment."""
         return self._status
+
+    def call_when_answered(self, callback: Callable[[], object]) -> None:
+        """Have this called, in the worker's thread, when a status tells of answered requests."""
+        self._on_answer = callback
 
     def start(self) -> None:
         """Begin to work."""
@@ -428,7 +434,8 @@ class Session:
             if not self._is_learning():
                 self._publish()
             return
-        started = time.perf_counter()
+        # The time that the worker itself needed: it also waits while others draw.
+        started = time.thread_time()
         steps = self._slice_steps
         if self._aim() != FULL_SPEED:
             self._accrue()
@@ -436,7 +443,7 @@ class Session:
             self._owed -= steps
         if steps > 0:
             made = self._go_on(steps)
-            self._fit_slice(made, time.perf_counter() - started)
+            self._fit_slice(made, time.thread_time() - started)
         if time.perf_counter() - self._published_at >= _PUBLISH_S or not self._is_learning():
             self._publish()
 
@@ -511,3 +518,6 @@ class Session:
             self._status = self._take_status()
             self._published_at = time.perf_counter()
             self._published.notify_all()
+        if self._told != self._answered:
+            self._told = self._answered
+            self._on_answer()

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from app import narrate, presets, readings, snapshot
 from app.layers import Extras
 from app.look import Look
-from app.readings import Readings
+from app.readings import Readings, Texts
 from app.server.server import close_server, open_server
 from app.session import Opened, Session, Status
 from app.snapshot import Snapshot
@@ -335,14 +335,14 @@ def test_every_new_curve_is_drawn_though_the_former_ones_are_gone(panel: Reading
     for number in range(50):
         # Nobody but the panel keeps the curve, so that another one may come to lie in its place.
         taken = replace(base.snapshot, curve=curve([1_000, 2_000], [0.0, float(number)]))
-        panel.update(replace(base, snapshot=taken), Look(), Extras(), "", 1)
+        panel.update(Texts(replace(base, snapshot=taken), Look(), Extras(), 1), "")
         del taken
         assert panel._curve.data[1][-1] == number
 
 
 def test_a_curve_that_is_drawn_is_not_sent_again(panel: Readings) -> None:
     status = status_of(moment(curve=curve([1_000, 2_000], [0.0, 1.0])))
-    panel.update(status, Look(), Extras(), "", 1)
+    panel.update(Texts(status, Look(), Extras(), 1), "")
     sent = panel._curve.data
-    panel.update(status, Look(), Extras(), "", 1)
+    panel.update(Texts(status, Look(), Extras(), 1), "")
     assert panel._curve.data is sent

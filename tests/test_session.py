@@ -1,6 +1,7 @@
 """The worker without a page: requests, pacing, and a run that no pace can change."""
 
 import dataclasses
+import queue
 import threading
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -249,7 +250,8 @@ def test_on_any_machine_the_worker_is_deaf_only_for_moments(
             return max_steps
 
     monkeypatch.setattr(session_module, "Run", Machine)
-    monkeypatch.setattr(session_module, "time", SimpleNamespace(perf_counter=lambda: now_s))
+    clocks = SimpleNamespace(perf_counter=lambda: now_s, thread_time=lambda: now_s)
+    monkeypatch.setattr(session_module, "time", clocks)
     session = Session(LONG, "timed", SEED, FULL_SPEED, playing=True)
     for _ in range(30):
         session._learn()
@@ -697,6 +699,18 @@ def test_what_was_asked_before_the_stop_is_still_done() -> None:
     assert session.status.snapshot.trial == 1
 
 
+def test_whoever_wants_to_know_is_called_once_a_status_tells_of_the_answer() -> None:
+    session = Session(spec_of(), "timed", SEED, FULL_SPEED, playing=False)
+    told = queue.SimpleQueue[int]()
+    session.call_when_answered(lambda: told.put(session.status.answered))
+    session.start()
+    try:
+        ticket = session.submit(TrialOnce())
+        assert told.get(timeout=PATIENCE_S) >= ticket
+    finally:
+        session.stop()
+
+
 # Pace
 
 
@@ -714,7 +728,9 @@ class Clock:
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """The clock that paces sessions; all its readings here are exact as binary numbers."""
     clock = Clock()
-    monkeypatch.setattr(session_module, "time", SimpleNamespace(perf_counter=clock))
+    monkeypatch.setattr(
+        session_module, "time", SimpleNamespace(perf_counter=clock, thread_time=clock)
+    )
     return clock
 
 

@@ -8,10 +8,11 @@ is what it can take, and how far it is behind is measured and not guessed.
 import asyncio
 import time
 from collections import deque
-from concurrent.futures import Future
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import viser
+from websockets.exceptions import ConnectionClosed
 
 _WINDOW_S = 5.0
 
@@ -37,29 +38,21 @@ class Pulse:
     def __init__(self, server: viser.ViserServer, client_id: int) -> None:
         self._server = server
         self._client_id = client_id
-        self._answer: Future[object] | None = None
-        self._asked_at = 0.0
+        self._on_its_way = False
+        self._delivery: asyncio.Task[None] | None = None
+        self._sent_at = 0.0
         self._sent: deque[float] = deque()
         self._skipped: deque[float] = deque()
 
     def is_ready(self, now_s: float) -> bool:
         """Whether the browser has taken in its last frame; counts a skipped frame if not."""
-        if self._answer is None or self._answer.done():
-            return True
-        self._skipped.append(now_s)
-        return False
-
-    def sent(self, now_s: float) -> None:
-        """Note that a frame went out, and ask to be told of its arrival."""
-        self._sent.append(now_s)
-        self._asked_at = now_s
-        self._answer = self._ping()
+        if self._on_its_way:
+            self._skipped.append(now_s)
+        return not self._on_its_way
 
     def behind_s(self, now_s: float) -> float:
         """How long the last frame has been on its way."""
-        if self._answer is None or self._answer.done():
-            return 0.0
-        return now_s - self._asked_at
+        return now_s - self._sent_at if self._on_its_way else 0.0
 
     def reading(self, now_s: float, drawing_share: float) -> Reading:
         """What the clock says of this browser now."""
@@ -74,16 +67,37 @@ class Pulse:
             frame_rate=len(self._sent) / _WINDOW_S,
         )
 
-    def _ping(self) -> Future[object] | None:
-        # viser does not hand out its connections; this is the only place that needs one.
-        connection = self._server._websock_server._live_connections.get(self._client_id)  # pyright: ignore[reportPrivateUsage]
-        if connection is None:
-            return None
+    def _begin(self, now_s: float) -> None:
+        self._sent.append(now_s)
+        self._sent_at = now_s
+        self._on_its_way = True
 
-        async def ping() -> None:
-            await (await connection.ping())
+    async def _deliver(self, frame: bytes) -> None:
+        # viser does not hand out its connections.
+        connection = self._server._websock_server._live_connections.get(self._client_id)
+        try:
+            if connection is not None:
+                await connection.send(frame)
+                await (await connection.ping())
+        except ConnectionClosed:
+            # Whoever has gone away is not waited for.
+            pass
+        finally:
+            self._on_its_way = False
 
-        return asyncio.run_coroutine_threadsafe(ping(), self._server.get_event_loop())
+
+def send(server: viser.ViserServer, frames: Sequence[tuple[Pulse, bytes]], now_s: float) -> None:
+    """Send each of these browsers its frame, and ask it to answer once it has taken it in."""
+    for pulse, _ in frames:
+        pulse._begin(now_s)
+    loop = server.get_event_loop()
+
+    def start() -> None:
+        for pulse, frame in frames:
+            # Kept, for the loop itself keeps no task alive.
+            pulse._delivery = loop.create_task(pulse._deliver(frame))
+
+    loop.call_soon_threadsafe(start)
 
 
 class Drawing:
