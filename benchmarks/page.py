@@ -53,15 +53,30 @@ def page_rate(session: Session, spec: RunSpec, preset: str, seed: int) -> float:
 
 
 @contextmanager
-def lab_with_clients(
-    spec: RunSpec, preset: str, presets: Mapping[str, RunSpec], n_clients: int
-) -> Iterator[Session]:
-    """A lab at full speed whose page is read by so many clients."""
+def opened_lab(
+    spec: RunSpec, preset: str, presets: Mapping[str, RunSpec]
+) -> Iterator[tuple[Session, Lab]]:
+    """A lab at full speed, with nobody looking yet."""
     session = Session(spec, preset, 0, FULL_SPEED, playing=True)
     lab = Lab(session, presets, "127.0.0.1", 0)
     session.start()
     drawing = threading.Thread(target=lab.serve, daemon=True)
     drawing.start()
+    try:
+        yield session, lab
+    finally:
+        lab.close()
+        drawing.join()
+
+
+@contextmanager
+def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
+    """The process of so many clients that read a lab's page, once all of them do.
+
+    Raises:
+        TimeoutError: they did not come in time.
+    """
+    before = lab.n_viewers
     readers = subprocess.Popen(
         [
             sys.executable,
@@ -71,19 +86,26 @@ def lab_with_clients(
             str(n_clients),
         ],
         stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     try:
-        deadline = time.perf_counter() + _CONNECT_S
-        while lab.n_viewers < n_clients:
-            if time.perf_counter() > deadline:
-                raise TimeoutError(f"{n_clients} clients did not connect")
-            time.sleep(0.05)
-        yield session
+        _wait_for(
+            lambda: lab.n_viewers == before + n_clients, f"{n_clients} clients did not connect"
+        )
+        yield readers
     finally:
         readers.kill()
-        readers.wait()
-        lab.close()
-        drawing.join()
+        readers.communicate()
+    _wait_for(lambda: lab.n_viewers == before, "clients that have left are still there")
+
+
+def _wait_for(condition: Callable[[], bool], complaint: str) -> None:
+    deadline = time.perf_counter() + _CONNECT_S
+    while not condition():
+        if time.perf_counter() > deadline:
+            raise TimeoutError(complaint)
+        time.sleep(0.05)
 
 
 def compare_page(
@@ -102,7 +124,10 @@ def compare_page(
     spec = spec.model_copy(update={"trials": TRIALS})
     ratios: dict[str, float] = {}
     for n_clients in CLIENTS:
-        with lab_with_clients(spec, preset, presets, n_clients) as session:
+        with (
+            opened_lab(spec, preset, presets) as (session, lab),
+            clients_of(lab, n_clients),
+        ):
             measured = []
             for repetition in range(repetitions):
                 progress(f"{n_clients} clients: {repetition + 1} of {repetitions}")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app import presets
-from benchmarks import beside, page
+from benchmarks import beside, load, page
 from benchmarks.compare import (
     c_program,
     compare,
@@ -122,15 +122,27 @@ def test_a_comparison_has_every_ratio(program: Path, monkeypatch: pytest.MonkeyP
     assert said[-1] == "mine: the Python agent"
 
 
-@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
 def test_the_page_is_measured_with_clients_and_without(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("msgspec")
     for name, value in (("CLIENTS", (0, 2)), ("SECONDS", 0.01), ("TRIALS", 300)):
         monkeypatch.setattr(page, name, value)
     spec = spec_of("timed")
     found = page.compare_page(spec, "timed", {"timed": spec}, 1, lambda _: None)
     assert found["clients"].keys() == {"0", "2"}
     assert min(found["clients"].values()) > 0
+
+
+def test_what_many_pages_cost_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "SECONDS", 0.01)
+    for name, value in (("TRIALS", 300), ("ROUNDS", 1), ("CLICKS", 2)):
+        monkeypatch.setattr(load, name, value)
+    # In a small world the run would be over before the clicks are.
+    spec = presets.load("timed")
+    found = load.measure_load(spec, "timed", {"timed": spec}, 2, 1, lambda _: None)
+    assert found.keys() == {"pages", "click_ms", "learner_share", "rss_mb"}
+    assert found["pages"] == 2
+    assert 0 < found["click_ms"]["p50"] <= found["click_ms"]["p95"] <= found["click_ms"]["max"]
+    assert found["learner_share"] > 0
+    assert found["rss_mb"] > 10
 
 
 def test_what_an_experiment_costs_the_learner_is_measured(

@@ -583,7 +583,7 @@ def expect_saved_state(screen: Screen, snapshot: Snapshot) -> None:
     """Save the state, and find its tables in the file."""
     name = f"timed-seed{snapshot.seed}-trial{snapshot.trial}.npz"
     with screen.page.expect_download() as download:
-        screen.button("Save state").click()
+        screen.button("Save tables").click()
     assert download.value.suggested_filename == name
     content = io.BytesIO(download.value.path().read_bytes())
     with np.load(content, allow_pickle=False) as tables:
