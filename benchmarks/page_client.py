@@ -31,6 +31,8 @@ _CAMERA = wire.ViewerCameraMessage(
 )
 """A browser counts as connected once it has said where its camera is."""
 
+_LABELS = ("Play", "Pause", "Go on for ")
+"""How what is on the button begins."""
 _PLAYING = "Pause"
 """What the button says while the learner learns."""
 _OWN = "Frame"
@@ -96,7 +98,7 @@ class Clicker:
             if not self._changed.wait_for(
                 lambda: (self._label == _PLAYING) != was_playing, _PATIENCE_S
             ):
-                raise TimeoutError("a click had no effect")
+                raise TimeoutError(f"a click had no effect: the button says {self._label!r}")
             return time.perf_counter() - began
 
     def close(self) -> None:
@@ -117,8 +119,8 @@ class Clicker:
                 self._changed.notify_all()
         if message["type"] == "GuiButtonMessage":
             label = message["props"]["label"]
-            # The first of that name: experiments have such a button too.
-            if not self._button and label in ("Play", _PLAYING):
+            # The first of such a name: experiments have a button to pause as well.
+            if not self._button and label.startswith(_LABELS):
                 self._button = message["uuid"]
         elif message["type"] == "GuiUpdateMessage" and message["uuid"] == self._button:
             label = message["updates"].get("label")
