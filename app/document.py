@@ -4,6 +4,7 @@ The tree is built from YAML's events, so that nothing is expanded, constructed o
 it has been looked at. How large, deep and long anything may be is bounded here.
 """
 
+import codecs
 import re
 import stat
 from collections.abc import Iterable, Iterator
@@ -374,20 +375,28 @@ def _is_huge(event: events.ScalarEvent) -> bool:
     return digits > MAX_DIGITS and not _is_quoted(event) and bool(_INT.fullmatch(event.value))
 
 
+_UTF_16: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+"""What a text in UTF-16, or in UTF-32, begins with, such as the "Unicode" of some editors."""
+
+
 def _text(data: bytes | str) -> str:
-    """The text of a preset, if it can be one."""
+    """The text of a preset, if it can be one; its lines end as they do here."""
     size = len(data) if isinstance(data, bytes) else len(data.encode(errors="surrogatepass"))
     if size > MAX_BYTES:
         raise UnusableError(f"is too large; allowed: at most {MAX_BYTES} bytes")
-    if isinstance(data, str):
-        return data.removeprefix("\N{BYTE ORDER MARK}")
+    text = data if isinstance(data, str) else _decoded(data)
+    return text.removeprefix("\N{BYTE ORDER MARK}").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(data: bytes) -> str:
+    hint = "; this is UTF-16, to be saved as UTF-8" if data.startswith(_UTF_16) else ""
     if b"\0" in data:
-        raise UnusableError("is not a text: it contains a NUL byte; allowed: UTF-8")
+        raise UnusableError(f"is not a text: it contains a NUL byte; allowed: UTF-8{hint}")
     try:
-        return data.decode("utf-8-sig")
+        return data.decode()
     except UnicodeDecodeError as error:
-        line = 1 + data.count(b"\n", 0, error.start)
-        raise UnusableError("is not a text; allowed: UTF-8", line) from None
+        line = 1 + len(re.findall(rb"\r\n|\r|\n", data[: error.start]))
+        raise UnusableError(f"is not a text; allowed: UTF-8{hint}", line) from None
 
 
 def built(data: bytes | str, key: Key, place: Place, problems: list[PresetProblem]) -> Node | None:
@@ -425,6 +434,20 @@ def document_of(data: bytes | str, source: str, problems: list[PresetProblem]) -
             problems.append(root.problem("must be a mapping; allowed: a mapping of keys", shown))
         return None
     return root
+
+
+def is_same_text(first: bytes, second: bytes) -> bool:
+    """Whether two files hold the same text, however its lines and the file itself end.
+
+    So an experiment stays what it is when an editor or a repository has saved it in its own way.
+    Comments belong to a text: what somebody wrote there may be why results are to be kept apart.
+    """
+    if first == second:
+        return True
+    try:
+        return _text(first).rstrip("\n") == _text(second).rstrip("\n")
+    except UnusableError:
+        return False
 
 
 def file_of(path: Path) -> bytes:

@@ -18,6 +18,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
+from app.document import UnusableError, file_of, is_same_text
 from app.experiments import Experiment
 from app.files import write_whole
 from app.folders import make_folders, remove_folders
@@ -344,12 +345,14 @@ def _is_unbegun(path: Path, experiment: Experiment) -> bool:
 
 
 def _is_of(path: Path, experiment: Experiment) -> bool:
-    """Whether a folder's record is there, and is this very experiment."""
+    """Whether a folder's record is there, and holds the text of this experiment."""
     file = path / "experiment.yaml"
     if not file.is_file():
         return False
-    # Its size first, since it may have become anything.
-    return file.stat().st_size == len(experiment.text) and file.read_bytes() == experiment.text
+    try:
+        return is_same_text(experiment.text, file_of(file))
+    except UnusableError:  # It may have become anything.
+        return False
 
 
 def _refuse_to_go_on(database: sqlite3.Connection, path: Path, experiment: Experiment) -> None:
