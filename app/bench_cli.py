@@ -46,7 +46,7 @@ class Bench:
         Positional[tuple[str, ...]],
         arg(metavar="[PRESET ...]", help_behavior_hint="(default: all shipped ones)"),
     ] = ()
-    """Shipped presets, or files."""
+    """Shipped presets, or files; - is standard input."""
     json: Flag = False
     """Print one JSON object and nothing else."""
     repetitions: Annotated[str, arg(metavar="N")] = "5"
@@ -62,9 +62,10 @@ def obey(command: Bench) -> int:
         UsageError: the words make no sense.
     """
     from app import presets
+    from app.document import called
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
-    specs = {name: spec_of(name) for name in command.presets or presets.shipped()}
+    specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
     if command.page:
         return _measure_page(command, specs, repetitions)
     from benchmarks.compare import MismatchError, compare
@@ -85,7 +86,7 @@ def obey(command: Bench) -> int:
 def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
     from benchmarks.page import compare_page
 
-    preset = command.presets[0] if command.presets else "timed"
+    preset = next(iter(specs)) if command.presets else "timed"
     with terminal.status() as on_progress:
         found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
     if command.json:

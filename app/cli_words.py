@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import arg
 
 from app.machine import available_cores
+from app.texts import as_text, for_terminal
 
 if TYPE_CHECKING:
     from learners.spec import RunSpec
@@ -51,6 +52,7 @@ class WrongPresetError(UsageError):
 
 def shown(value: str) -> str:
     """A user's text as a message quotes it: on one line, and not too long."""
+    value = as_text(value)
     if len(value) > _SHOWN_CHARACTERS:
         value = value[: _SHOWN_CHARACTERS - 3] + "..."
     return repr(value)
@@ -101,12 +103,12 @@ def spec_of(preset: str, settings: Sequence[str] = ()) -> "RunSpec":
 
 def say(text: str) -> None:
     """Answer on standard output."""
-    sys.stdout.write(text + "\n")
+    sys.stdout.write(for_terminal(text) + "\n")
 
 
 def complain(text: str) -> None:
     """Say on standard error what is wrong, or what else there is to know."""
-    sys.stderr.write(text + "\n")
+    sys.stderr.write(for_terminal(text) + "\n")
 
 
 def filled(text: str, indent: str = "  ") -> str:

@@ -7,6 +7,7 @@ it has been looked at. How large, deep and long anything may be is bounded here.
 import codecs
 import re
 import stat
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,8 @@ from typing import Any, Final, NamedTuple
 
 import yaml
 from yaml import events
+
+from app.texts import as_text
 
 MAX_BYTES: Final = 64 * 1024
 MAX_NODES: Final = 2_000
@@ -26,8 +29,14 @@ MAX_SHOWN: Final = 80
 MAX_NAME: Final = 1_024
 """Characters of a file's name or of a setting that a problem is said to be in."""
 
+STDIN: Final = "-"
+"""Given in the place of a file, standard input."""
+STDIN_NAME: Final = "stdin"
+"""What is read from there is called."""
 EXTENDS: Final = "extends"
 """The key under which a preset names the one it starts from."""
+
+NO_PATH: Final = "is not a path: it contains a NUL character or half a character"
 
 Key = tuple[str | int, ...]
 
@@ -78,7 +87,8 @@ def _bounded(text: str, longest: int = MAX_SHOWN) -> str:
 
 def printable(text: str, longest: int = MAX_SHOWN) -> str:
     """A name as it may be shown in a terminal: no line breaks, no escape sequences."""
-    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    known = as_text(text)
+    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in known)
     return _bounded(clean, longest)
 
 
@@ -462,3 +472,22 @@ def file_of(path: Path) -> bytes:
         raise UnusableError(message)
     with path.open("rb") as file:
         return file.read(MAX_BYTES + 1)
+
+
+def standard_input() -> bytes:
+    """What standard input holds, as far as it may be a document; raises `UnusableError` alone."""
+    if sys.stdin is None:
+        raise UnusableError("is closed; allowed: a text, or a file instead of -")
+    try:
+        if sys.stdin.isatty():
+            sys.stderr.write("reading from the terminal; Ctrl-D on a line of its own ends it\n")
+        return sys.stdin.buffer.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # A closed one is a ValueError.
+        raise UnusableError(f"cannot be read: {error}") from None
+
+
+def called(name_or_path: str) -> str:
+    """What a document is called that was named so on the command line."""
+    if name_or_path == STDIN:
+        return STDIN_NAME
+    return printable(name_or_path, MAX_NAME) or "''"

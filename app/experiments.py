@@ -30,13 +30,15 @@ from app import presets
 from app.document import (
     EXTENDS,
     MAX_DEPTH,
-    MAX_NAME,
+    NO_PATH,
+    STDIN,
     Key,
     Node,
     PresetError,
     PresetProblem,
     Refused,
     UnusableError,
+    called,
     children,
     document_of,
     dotted,
@@ -46,8 +48,10 @@ from app.document import (
     plain,
     printable,
     quoted,
+    standard_input,
 )
 from app.metrics import METRICS, NAMES
+from app.texts import as_path, as_text, folder_name
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
 from sim.rng import MAX_SEED
@@ -189,18 +193,23 @@ def shipped() -> dict[str, Traversable]:
 def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     """Read a shipped experiment or a file; ``n_seeds`` takes the place of the file's seeds.
 
+    ``-`` is standard input.
+
     Raises:
         ExperimentError: it cannot be run; with all that is wrong with it.
     """
-    label, folder = printable(name_or_path, MAX_NAME) or "''", Path()
+    label, folder = called(name_or_path), Path()
     own = shipped()
     if name_or_path in own:
         label = f"presets/experiments/{name_or_path}.yaml"
         experiment = parse(own[name_or_path].read_bytes(), label, folder, n_seeds)
         return replace(experiment, source=name_or_path)
-    path = Path(name_or_path)
+    source = as_text(name_or_path)
+    if "\N{REPLACEMENT CHARACTER}" in source or name_or_path == STDIN:
+        source = ""
     try:
-        data = file_of(path)
+        path = Path(as_path(name_or_path))
+        data = standard_input() if name_or_path == STDIN else file_of(path)
     except (FileNotFoundError, NotADirectoryError):
         message = (
             f"is neither a shipped experiment nor a file{did_you_mean(name_or_path, own)};"
@@ -209,11 +218,11 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     except OSError as error:
         message = f"cannot be read: {error.strerror}"
     except ValueError:
-        message = "is not a path: it contains a NUL character"
+        message = NO_PATH
     except UnusableError as error:
         message = error.message
     else:
-        return replace(parse(data, label, path.parent, n_seeds), source=name_or_path)
+        return replace(parse(data, label, path.parent, n_seeds), source=source)
     raise ExperimentError([PresetProblem(label, None, "", None, message)])
 
 
@@ -224,7 +233,8 @@ def parse(
 
     Args:
         data: the text.
-        source: what its problems call it; the stem of it is the experiment's name.
+        source: what its problems call it; the experiment's name is the stem of it, or near to it
+            where no folder could be called so.
         folder: where paths of presets start; None if only shipped presets may be named.
         n_seeds: seeds 0 to so many less one, in the place of those that it names.
 
@@ -237,7 +247,7 @@ def parse(
         raise ExperimentError(problems)
     text = data.encode() if isinstance(data, str) else data
     reader = _Reader(root, folder, problems)
-    experiment = reader.experiment(Path(source).stem, text, n_seeds)
+    experiment = reader.experiment(folder_name(Path(source).stem), text, n_seeds)
     if problems or experiment is None:
         raise ExperimentError(in_order(dict.fromkeys(problems)))
     return experiment

@@ -20,6 +20,7 @@ import numpy as np
 
 from app.pictures import LIGHT, Ruler, gain_colours, nearness, over_board, palette
 from app.statistics import Axis, Band, Estimate
+from app.texts import written
 from learners.measures import FoldedValue
 
 if TYPE_CHECKING:
@@ -891,11 +892,6 @@ def _pictured() -> frozenset[int]:
 
     font = font_manager.findfont("DejaVu Sans", fallback_to_default=False)
     return frozenset(font_manager.get_font(font).get_charmap())
-
-
-def written(text: str) -> str:
-    """A text without control characters and halves of characters, which no document may have."""
-    return re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
 
 
 def _saved(

@@ -4,7 +4,8 @@ import html
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from app.figures import Drawing, written
+from app.figures import Drawing
+from app.texts import written
 
 _STYLE = """
 :root { color-scheme: light; }

@@ -68,6 +68,7 @@ from app.report_sweeps import write_sweeps
 from app.report_thesis import write_thesis
 from app.results import REPORT_PAGE, figures_of, remove_figures
 from app.statistics import Axis, Comparison, Estimate, bootstrap_rng
+from app.texts import as_path, as_text
 from app.words import counted
 
 _MOST_OPEN_ROWS = 16
@@ -354,7 +355,7 @@ def default_place(folders: Sequence[Path], compare: bool) -> Path:
     if len(os.fsencode(name)) > _LONGEST_NAME:
         # A character that would be cut in two is left out.
         first = os.fsencode("_".join([word, names[0]]))[:_LONGEST_NAME].decode(errors="ignore")
-        name = f"{first}_and_{len(names) - 1}_more"
+        name = as_path(f"{first}_and_{len(names) - 1}_more")
     beside = folders[0].parent if folders[0].name not in ("", "..") else apart[0].parent
     return beside / name / REPORT_PAGE
 
@@ -420,7 +421,7 @@ def _without_copies(tables: Iterable[Sequence[RunRow]]) -> list[list[RunRow]]:
 
 def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
     words = ["pounce", "report", *(["--compare"] if compare else []), *map(str, folders)]
-    return shlex.join([*words, *([] if out is None else ["--out", str(out)])])
+    return as_text(shlex.join([*words, *([] if out is None else ["--out", str(out)])]))
 
 
 def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compare: bool) -> str:

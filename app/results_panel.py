@@ -19,6 +19,7 @@ from app.results_view import Size, View
 from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls, address_of
 from app.session import OpenRun
+from app.texts import as_text
 from app.workbench import Standing, Workbench
 
 CALLS_FRAME: Final = "pounce-calls"
@@ -280,7 +281,7 @@ class ResultsPanel:
             standing, view = self._of, self._view
         if standing is None or view is None:
             return
-        name, gatherer = standing.folder.name, standing.gatherer
+        name, gatherer = as_text(standing.folder.name), standing.gatherer
         gathering = gatherer.gathering()
         if not gathering.runs:
             raise RefusedError("no run is over yet")

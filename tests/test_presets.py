@@ -721,7 +721,7 @@ def test_a_wrong_type_is_reported_for_every_key_in_plain_words(key: str, value: 
         ("trials: \ud800", "1: is not YAML: it contains the control character U+D800"),
         (
             "trials: 10\n".encode("utf-16"),
-            " is not a text: it contains a NUL byte; allowed: UTF-8; this is UTF-16, to be saved as",
+            " is not a text: it contains a NUL byte; allowed: UTF-8; this is UTF-16, to be",
         ),
         ("€".encode("utf-16"), "1: is not a text; allowed: UTF-8; this is UTF-16, to be saved as"),
         (b"a: 1\r\nb: 2\rc: \xff", "3: is not a text; allowed: UTF-8"),
