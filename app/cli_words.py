@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
+from app import numerals
 from app.machine import available_cores
 from app.texts import as_text, for_terminal
 
@@ -59,17 +60,17 @@ def shown(value: str) -> str:
 
 
 def whole_number(option: str, text: str, low: int, high: int) -> int:
-    """The number that an option was given.
+    """The number that an option was given, as people write it (:mod:`app.numerals`).
 
     Raises:
         UsageError: it is not a whole number between the limits.
     """
-    digits = text.isascii() and text.isdigit() and len(text) <= len(str(high))
-    if not digits or not low <= int(text) <= high:
+    try:
+        return numerals.whole(text, low, high)
+    except numerals.NumeralError:
         raise UsageError(
             f"{option}: {shown(text)} is not allowed; allowed: a whole number, {low} to {high}"
-        )
-    return int(text)
+        ) from None
 
 
 def workers_of(text: str | None) -> int:

@@ -51,6 +51,7 @@ from app.document import (
     standard_input,
 )
 from app.metrics import METRICS, NAMES
+from app.preset_rules import written_so
 from app.texts import as_path, as_text, folder_name
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
@@ -434,7 +435,8 @@ class _Reader:
             wrong = f"must be at least {low}" if value < low else f"must be at most {high}"
         else:
             wrong = "must be a whole number"
-        self._fault(node, f"{wrong}; allowed: {low} to {high}")
+        hint = written_so(value, decimals=False)
+        self._fault(node, f"{wrong}; allowed: {low} to {high}{hint}")
         return None
 
     def _seeds(self, node: Node | None) -> Sequence[int]:
@@ -476,7 +478,8 @@ class _Reader:
             return None
         value = success.value
         if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
-            self._fault(success, "must be a share of captures; allowed: 0 to 1")
+            hint = written_so(value, decimals=True)
+            self._fault(success, f"must be a share of captures; allowed: 0 to 1{hint}")
             return None
         trials = self._whole(entries.get("trials"), 1, MAX_TRIALS)
         every = self._whole(entries.get("every"), 1, MAX_TRIALS)
@@ -607,7 +610,8 @@ class _Reader:
     def _range(self, node: Node, parts: Sequence[Node], names: tuple[str, ...]) -> _Values:
         wrong = [part for part in parts if not _is_finite(part.value)]
         for part in wrong:
-            self._fault(part, "must be a finite number; allowed: a number")
+            hint = written_so(part.value, decimals=True)
+            self._fault(part, f"must be a finite number; allowed: a number{hint}")
         if wrong:
             return []
         first, last, step = (part.value for part in parts)

@@ -23,6 +23,9 @@ from typing import Final
 _LONGEST: Final = 100
 """Characters; a number has far fewer."""
 
+_FAR: Final = 10**15
+"""Far beyond the limits of anything in a file."""
+
 _ALIKE: Final = {
     **dict.fromkeys("\u2010\u2011\u2012\u2013\u2212\ufe63", "-"),
     # The last is the Arabic sign between thousands.
@@ -95,6 +98,15 @@ def decimal(text: str, low: float, high: float, share: bool = False) -> float:
 def plain(number: float) -> str:
     """A number as messages write it: in a way that is taken, with no more digits than it has."""
     return f"{number:.0f}" if number == int(number) and abs(number) < 1e21 else f"{number:.12g}"
+
+
+def rewritten(text: str, decimals: bool) -> str | None:
+    """A number that people write in their own ways, as files have it; None if it is not one."""
+    try:
+        value = decimal(text, -_FAR, _FAR) if decimals else whole(text, -_FAR, _FAR)
+    except NumeralError:
+        return None
+    return plain(value)
 
 
 def _check_limits(value: Decimal | float, low: float, high: float, allowed: str) -> None:

@@ -6,9 +6,7 @@ that everything is there, and whatever ends the program loses at most the runs i
 """
 
 import contextlib
-import csv
 import importlib.metadata
-import io
 import json
 import os
 import sqlite3
@@ -18,6 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
+from app import csv_texts
 from app.document import UnusableError, file_of, is_same_text
 from app.experiments import Experiment
 from app.files import write_whole
@@ -449,19 +448,16 @@ def _finished(database: sqlite3.Connection, path: Path) -> set[str]:
     return {key for (key,) in rows if f"{key}.npz" in there}
 
 
-def table_csv(path: Path) -> str:
-    """The results table of a folder as comma-separated values.
+def table_csv(path: Path, spreadsheet: bool = False) -> str:
+    """The results table of a folder as comma-separated values, for programs or for a spreadsheet.
 
     Raises:
         FolderError: it cannot be read.
     """
-    out = io.StringIO(newline="")
-    writer = csv.writer(out)
-    writer.writerow(COLUMNS)
+    write = csv_texts.for_spreadsheets if spreadsheet else csv_texts.for_programs
     with _reading(path) as database:
         query = f"SELECT {', '.join(COLUMNS)} FROM runs ORDER BY rowid"
-        writer.writerows(database.execute(query))
-    return out.getvalue()
+        return write([list(COLUMNS), *database.execute(query)])
 
 
 @contextlib.contextmanager

@@ -5,6 +5,7 @@ Like the command line, it imports what takes long only once it is needed.
 
 import contextlib
 import math
+import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -138,6 +139,11 @@ def seeds_of(command: Run) -> Sequence[int]:
     if command.seeds is not None:
         raise UsageError("--seeds and --seed-list exclude each other; allowed: one of them")
     parts = command.seed_list.split(",")
+    if any(_ends_a_number(part) for part in parts[1:]):
+        raise UsageError(
+            f"--seed-list: {shown(command.seed_list)} is not allowed, as its commas may be within"
+            " a number; allowed: seeds with commas between them alone"
+        )
     if len(parts) > MAX_RUNS:
         raise UsageError(
             f"--seed-list: {len(parts)} seeds are not allowed; allowed: 1 to {MAX_RUNS}"
@@ -149,6 +155,11 @@ def seeds_of(command: Run) -> Sequence[int]:
             raise UsageError(f"--seed-list: {seed} is there twice; allowed: each seed once")
         seeds[seed] = None
     return tuple(seeds)
+
+
+def _ends_a_number(part: str) -> bool:
+    """Whether a part between commas looks like the end of a number that is grouped by them."""
+    return re.fullmatch(r"0\d\d", part) is not None
 
 
 def _settings(command: Run) -> Sequence[str]:
