@@ -19,7 +19,7 @@ Rows = Iterable[Sequence[Any]]
 
 def for_programs(rows: Rows) -> str:
     """Rows as they are; numbers that are not there stay empty."""
-    return _text(rows, "\n")
+    return _text(rows)
 
 
 def for_spreadsheets(rows: Rows) -> str:
@@ -28,12 +28,12 @@ def for_spreadsheets(rows: Rows) -> str:
     It gets an apostrophe before it, which spreadsheets take for the sign of a text.
     """
     defused = ([_defused(cell) for cell in row] for row in rows)
-    return "\N{BYTE ORDER MARK}" + _text(defused, "\r\n")
+    return "\N{BYTE ORDER MARK}" + _text(defused)
 
 
-def _text(rows: Rows, line_end: str) -> str:
+def _text(rows: Rows) -> str:
     out = io.StringIO(newline="")
-    writer = csv.writer(out, lineterminator=line_end)
+    writer = csv.writer(out)
     for row in rows:
         writer.writerow(["" if _is_missing(cell) else cell for cell in row])
     return out.getvalue()

@@ -17,7 +17,7 @@ def read(text: str) -> list[list[str]]:
 
 def test_programs_get_the_rows_as_they_are() -> None:
     text = csv_texts.for_programs(ROWS)
-    assert text.startswith("line,value\n")
+    assert text.startswith("line,value\r\n")
     assert read(text)[1:] == [
         ["Räuber, schnell", "-50"],
         ["=1+1", "-0.5"],
