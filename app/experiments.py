@@ -26,7 +26,7 @@ from pathlib import Path
 from sys import intern
 from typing import Any, Final, NamedTuple
 
-from app import presets
+from app import presets, ranges
 from app.document import (
     EXTENDS,
     MAX_DEPTH,
@@ -52,6 +52,7 @@ from app.document import (
 )
 from app.metrics import METRICS, NAMES
 from app.preset_rules import written_so
+from app.ranges import Number
 from app.texts import as_path, as_text, folder_name
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
@@ -91,8 +92,6 @@ _MAX_SHOWN_COUNT: Final = 10**18
 _RANGES: Final = (("start", "stop", "step"), ("log_start", "log_stop", "count"))
 _ALLOWED_PRESETS: Final = "a shipped preset, a path, or a whole preset with a label"
 _ALLOWED_VALUES: Final = "a list of values, {start, stop, step}, or {log_start, log_stop, count}"
-
-_Number = int | float
 
 
 class ExperimentError(PresetError):
@@ -274,7 +273,7 @@ class _Range:
     node: Node
     """As it is written, with the key that its values are for."""
     count: int
-    numbers: Callable[[], Iterable[_Number]]
+    numbers: Callable[[], Iterable[Number]]
 
     def __len__(self) -> int:
         return self.count
@@ -628,9 +627,11 @@ class _Reader:
         if is_log:
             # Rounded to whole numbers, some may be the same: to be counted they must be made.
             are_whole = isinstance(first, int) and isinstance(last, int)
-            count = len(_log_range(first, last, step)) if are_whole else step
-            return _Range(node, count, partial(_log_range, first, last, step))
-        return _Range(node, _n_steps(first, last, step), partial(_range, first, last, step))
+            count = len(ranges.logarithmic(first, last, step)) if are_whole else step
+            return _Range(node, count, partial(ranges.logarithmic, first, last, step))
+        return _Range(
+            node, ranges.n_steps(first, last, step), partial(ranges.linear, first, last, step)
+        )
 
     def _refuse_twice(self, axes: Iterable[_Axis], others: Iterable[_Axis]) -> None:
         """No key of an axis may be one of another, or of those that were looked at before."""
@@ -815,30 +816,6 @@ def _for_key(values: _Values, key: Key) -> _Values:
 
 def _n_values(values: _Values) -> int:
     return len(values) if isinstance(values, _Range) else sum(map(n_values, values))
-
-
-def _n_steps(first: _Number, last: _Number, step: _Number) -> int:
-    """Numbers from the first to the last, both included."""
-    # The last belongs to it even where the sum of steps misses it by a rounding error.
-    return math.floor((last - first) / step + 1e-9) + 1
-
-
-def _range(first: _Number, last: _Number, step: _Number) -> list[_Number]:
-    """Numbers from the first to the last, both included; whole ones where all three are whole."""
-    count = _n_steps(first, last, step)
-    if all(isinstance(number, int) for number in (first, last, step)):
-        return [first + index * step for index in range(count)]
-    # Without the 0.30000000000000004 that is the sum of 0.1 and 0.2.
-    return [float(f"{first + index * step:.12g}") for index in range(count)]
-
-
-def _log_range(first: _Number, last: _Number, count: int) -> list[_Number]:
-    """Numbers that grow by a factor; where both ends are whole, whole ones, each once."""
-    factor = (last / first) ** (1 / (count - 1))
-    between = [first * factor**index for index in range(1, count - 1)]
-    if isinstance(first, int) and isinstance(last, int):
-        return list(dict.fromkeys([first, *map(round, between), last]))
-    return [float(first), *(float(f"{value:.6g}") for value in between), float(last)]
 
 
 def _variant(plan: _Plan, base: presets.Base, choices: Sequence[_Choice]) -> Variant:
