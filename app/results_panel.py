@@ -166,8 +166,8 @@ class ResultsPanel:
                 hint="CSV that a spreadsheet opens with all characters, and no text as a formula",
             )
             gui.add_html(frame_html() + window_html(self._address))
-        for group in (self._save, self._save_sheet):
-            group.on_click(guarded(self._clicked))
+        self._save.on_click(guarded(self._clicked))
+        self._save_sheet.on_click(guarded(lambda _: self._answer(str(self._save_sheet.value))))
 
     def open(self) -> None:
         """Show the panel; one that is shown comes back to its place."""
@@ -280,7 +280,10 @@ class ResultsPanel:
             self._panel.visible = False
 
     def _clicked(self, event: viser.GuiEvent) -> None:
-        chosen = str(event.target.value)
+        self._answer(str(self._save.value))
+
+    def _answer(self, chosen: str) -> None:
+        """Do what a button says."""
         if chosen == _CLOSE:
             self._panel.visible = False
             return
