@@ -5,6 +5,7 @@ characters; others are looked for only then. None is fetched.
 """
 
 import functools
+import re
 import threading
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, NamedTuple
@@ -81,8 +82,8 @@ def _covered(lacking: str, paths: Iterable[str]) -> "list[tuple[str, str, set[st
             font: Any = FT2Font(path)
         except (OSError, RuntimeError):  # Not all that is installed can be read.
             continue
-        # What is made of pixels or colours cannot be drawn as outlines.
-        if not font.scalable or "Color" in font.family_name:
+        # What is made of pixels or colours has no outlines, and a last resort has boxes alone.
+        if not font.scalable or re.search("Color|Last ?Resort", font.family_name):
             continue
         there = {c for c in lacking if font.get_char_index(ord(c))}
         if there:

@@ -7,13 +7,12 @@ text that names a file.
 
 import os
 import re
-import unicodedata
 from pathlib import Path
 from typing import Final
 
 _NOT_WRITTEN: Final = "[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
-_DIRECTIONS: Final = re.compile("[\u2028-\u202e\u2066-\u2069]")
-"""Ends of lines, and what turns the direction of writing for what follows."""
+_OBEYED: Final = "[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]"
+"""Control characters, and what turns the direction of writing for all that follows."""
 
 
 def as_text(name: str | Path) -> str:
@@ -48,14 +47,9 @@ def written(text: str) -> str:
 
 def for_terminal(text: str) -> str:
     """A text whose characters a terminal shows and does not obey, in lines as it has them."""
-    return "".join(map(_shown, as_text(text)))
-
-
-def _shown(character: str) -> str:
-    is_obeyed = unicodedata.category(character) == "Cc" or _DIRECTIONS.match(character)
-    return ascii(character)[1:-1] if is_obeyed and character not in "\n\t" else character
+    return re.sub(_OBEYED, lambda found: ascii(found[0])[1:-1], as_text(text))
 
 
 def folder_name(name: str) -> str:
-    """The nearest name that a folder may have on any system, and that is within its parent."""
+    """The nearest name of a folder that is within its parent, and ends alike on every system."""
     return name.rstrip(". ") or "experiment"
