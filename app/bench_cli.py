@@ -50,7 +50,7 @@ class Bench:
         Positional[tuple[str, ...]],
         arg(metavar="[PRESET ...]", help_behavior_hint="(default: all shipped ones)"),
     ] = ()
-    """Shipped presets, or files."""
+    """Shipped presets, or files; - is standard input."""
     json: Flag = False
     """Print one JSON object and nothing else."""
     repetitions: Annotated[str, arg(metavar="N")] = "5"
@@ -68,9 +68,10 @@ def obey(command: Bench) -> int:
         UsageError: the words make no sense.
     """
     from app import presets
+    from app.document import called
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
-    specs = {name: spec_of(name) for name in command.presets or presets.shipped()}
+    specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
     if command.page and command.load is not None:
         raise UsageError("--page and --load exclude each other; allowed: one of them")
     if command.page:
@@ -96,7 +97,7 @@ def obey(command: Bench) -> int:
 def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
     from benchmarks.page import compare_page
 
-    preset = command.presets[0] if command.presets else "timed"
+    preset = next(iter(specs)) if command.presets else "timed"
     with terminal.status() as on_progress:
         found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
     if command.json:
@@ -113,7 +114,7 @@ def _measure_load(
 ) -> int:
     from benchmarks.load import measure_load
 
-    preset = command.presets[0] if command.presets else "timed"
+    preset = next(iter(specs)) if command.presets else "timed"
     with terminal.status() as on_progress:
         found = measure_load(specs[preset], preset, specs, n_pages, repetitions, on_progress)
     if command.json:

@@ -53,7 +53,7 @@ class Lab:
     """Open the lab in a browser: watch a learner, and steer it."""
 
     preset: Annotated[Positional[str], arg(metavar="[PRESET]")] = "timed"
-    """A shipped preset, or a file."""
+    """A shipped preset, or a file; - is standard input."""
     host: Annotated[str, arg(metavar="IP")] = "127.0.0.1"
     """Address to listen on."""
     port: Annotated[str, arg(metavar="PORT")] = "8080"
@@ -230,12 +230,13 @@ def _lab(command: Lab) -> int:
         raise UsageError(f"--results: {shown(command.results)} is not allowed; allowed: a folder")
     spec = spec_of(command.preset)
     from app import presets
+    from app.document import called
     from app.lab import ListenError, run_lab
 
     try:
         return run_lab(
             spec=spec,
-            preset=command.preset,
+            preset=called(command.preset),
             seed=seed,
             presets={name: presets.load(name) for name in presets.shipped()},
             host=command.host,

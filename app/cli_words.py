@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
+from app import numerals
 from app.machine import available_cores
+from app.texts import as_text, for_terminal
 
 if TYPE_CHECKING:
     from learners.spec import RunSpec
@@ -51,23 +53,24 @@ class WrongPresetError(UsageError):
 
 def shown(value: str) -> str:
     """A user's text as a message quotes it: on one line, and not too long."""
+    value = as_text(value)
     if len(value) > _SHOWN_CHARACTERS:
         value = value[: _SHOWN_CHARACTERS - 3] + "..."
     return repr(value)
 
 
 def whole_number(option: str, text: str, low: int, high: int) -> int:
-    """The number that an option was given.
+    """The number that an option was given, as people write it (:mod:`app.numerals`).
 
     Raises:
         UsageError: it is not a whole number between the limits.
     """
-    digits = text.isascii() and text.isdigit() and len(text) <= len(str(high))
-    if not digits or not low <= int(text) <= high:
+    try:
+        return numerals.whole(text, low, high)
+    except numerals.NumeralError:
         raise UsageError(
             f"{option}: {shown(text)} is not allowed; allowed: a whole number, {low} to {high}"
-        )
-    return int(text)
+        ) from None
 
 
 def workers_of(text: str | None) -> int:
@@ -101,12 +104,12 @@ def spec_of(preset: str, settings: Sequence[str] = ()) -> "RunSpec":
 
 def say(text: str) -> None:
     """Answer on standard output."""
-    sys.stdout.write(text + "\n")
+    sys.stdout.write(for_terminal(text) + "\n")
 
 
 def complain(text: str) -> None:
     """Say on standard error what is wrong, or what else there is to know."""
-    sys.stderr.write(text + "\n")
+    sys.stderr.write(for_terminal(text) + "\n")
 
 
 def filled(text: str, indent: str = "  ") -> str:

@@ -4,8 +4,10 @@ The tree is built from YAML's events, so that nothing is expanded, constructed o
 it has been looked at. How large, deep and long anything may be is bounded here.
 """
 
+import codecs
 import re
 import stat
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +15,8 @@ from typing import Any, Final, NamedTuple
 
 import yaml
 from yaml import events
+
+from app.texts import as_text
 
 MAX_BYTES: Final = 64 * 1024
 MAX_NODES: Final = 2_000
@@ -25,8 +29,14 @@ MAX_SHOWN: Final = 80
 MAX_NAME: Final = 1_024
 """Characters of a file's name or of a setting that a problem is said to be in."""
 
+STDIN: Final = "-"
+"""Given in the place of a file, standard input."""
+STDIN_NAME: Final = "stdin"
+"""What is read from there is called."""
 EXTENDS: Final = "extends"
 """The key under which a preset names the one it starts from."""
+
+NO_PATH: Final = "is not a path: it contains a NUL character or half a character"
 
 Key = tuple[str | int, ...]
 
@@ -77,7 +87,8 @@ def _bounded(text: str, longest: int = MAX_SHOWN) -> str:
 
 def printable(text: str, longest: int = MAX_SHOWN) -> str:
     """A name as it may be shown in a terminal: no line breaks, no escape sequences."""
-    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    known = as_text(text)
+    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in known)
     return _bounded(clean, longest)
 
 
@@ -374,20 +385,28 @@ def _is_huge(event: events.ScalarEvent) -> bool:
     return digits > MAX_DIGITS and not _is_quoted(event) and bool(_INT.fullmatch(event.value))
 
 
+_UTF_16: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+"""What a text in UTF-16, or in UTF-32, begins with, such as the "Unicode" of some editors."""
+
+
 def _text(data: bytes | str) -> str:
-    """The text of a preset, if it can be one."""
+    """The text of a preset, if it can be one; its lines end as they do here."""
     size = len(data) if isinstance(data, bytes) else len(data.encode(errors="surrogatepass"))
     if size > MAX_BYTES:
         raise UnusableError(f"is too large; allowed: at most {MAX_BYTES} bytes")
-    if isinstance(data, str):
-        return data.removeprefix("\N{BYTE ORDER MARK}")
+    text = data if isinstance(data, str) else _decoded(data)
+    return text.removeprefix("\N{BYTE ORDER MARK}").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(data: bytes) -> str:
+    hint = "; this is UTF-16, to be saved as UTF-8" if data.startswith(_UTF_16) else ""
     if b"\0" in data:
-        raise UnusableError("is not a text: it contains a NUL byte; allowed: UTF-8")
+        raise UnusableError(f"is not a text: it contains a NUL byte; allowed: UTF-8{hint}")
     try:
-        return data.decode("utf-8-sig")
+        return data.decode()
     except UnicodeDecodeError as error:
-        line = 1 + data.count(b"\n", 0, error.start)
-        raise UnusableError("is not a text; allowed: UTF-8", line) from None
+        line = 1 + len(re.findall(rb"\r\n|\r|\n", data[: error.start]))
+        raise UnusableError(f"is not a text; allowed: UTF-8{hint}", line) from None
 
 
 def built(data: bytes | str, key: Key, place: Place, problems: list[PresetProblem]) -> Node | None:
@@ -427,6 +446,20 @@ def document_of(data: bytes | str, source: str, problems: list[PresetProblem]) -
     return root
 
 
+def is_same_text(first: bytes, second: bytes) -> bool:
+    """Whether two files hold the same text, however its lines and the file itself end.
+
+    So an experiment stays what it is when an editor or a repository has saved it in its own way.
+    Comments belong to a text: what somebody wrote there may be why results are to be kept apart.
+    """
+    if first == second:
+        return True
+    try:
+        return _text(first).rstrip("\n") == _text(second).rstrip("\n")
+    except UnusableError:
+        return False
+
+
 def file_of(path: Path) -> bytes:
     """What a file holds, if it is one and small: both are seen before anything is read."""
     status = path.stat()
@@ -439,3 +472,22 @@ def file_of(path: Path) -> bytes:
         raise UnusableError(message)
     with path.open("rb") as file:
         return file.read(MAX_BYTES + 1)
+
+
+def standard_input() -> bytes:
+    """What standard input holds, as far as it may be a document; raises `UnusableError` alone."""
+    if sys.stdin is None:
+        raise UnusableError("is closed; allowed: a text, or a file instead of -")
+    try:
+        if sys.stdin.isatty():
+            sys.stderr.write("reading from the terminal; Ctrl-D on a line of its own ends it\n")
+        return sys.stdin.buffer.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # A closed one is a ValueError.
+        raise UnusableError(f"cannot be read: {error}") from None
+
+
+def called(name_or_path: str) -> str:
+    """What a document is called that was named so on the command line."""
+    if name_or_path == STDIN:
+        return STDIN_NAME
+    return printable(name_or_path, MAX_NAME) or "''"

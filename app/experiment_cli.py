@@ -31,6 +31,7 @@ from app.cli_words import (
     workers_of,
 )
 from app.machine import duration
+from app.texts import as_path, as_text
 
 if TYPE_CHECKING:
     from app import experiments
@@ -54,7 +55,7 @@ class Experiment:
     experiment: Annotated[
         Positional[str], arg(metavar="EXPERIMENT", help_behavior_hint=HIDDEN_HINT)
     ] = ""
-    """A shipped experiment, or a file."""
+    """A shipped experiment, or a file; - is standard input."""
     seeds: Annotated[
         str | None, arg(metavar="N", help_behavior_hint="(default: the experiment's)")
     ] = None
@@ -184,7 +185,9 @@ def _crew_of(address: str | None, workers: int) -> "Crew":
 
 def _path_of(command: Experiment, experiment: "experiments.Experiment") -> Path:
     """Where the results go."""
-    return Path(RESULTS, experiment.name) if command.out is None else Path(command.out)
+    if command.out is None:
+        return Path(RESULTS, as_path(experiment.name))
+    return Path(command.out)
 
 
 def _folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Folder":
@@ -241,7 +244,7 @@ def _report(
     if command.json:
         document = {
             "experiment": experiment.name,
-            "folder": str(folder.path),
+            "folder": as_text(folder.path),
             "runs": outcome.total,
             "done": outcome.done,
             "failed": outcome.failed,

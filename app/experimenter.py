@@ -9,7 +9,6 @@ import threading
 import time
 from collections.abc import Callable
 from functools import lru_cache
-from html import escape
 from typing import Any, Final, NamedTuple
 
 import viser
@@ -19,6 +18,7 @@ from app.background import Maker
 from app.experiments import MAX_LABEL, Experiment, ExperimentError
 from app.laboratory import Progress
 from app.machine import available_cores, duration
+from app.markup import escaped
 from app.planner import Ask, safe_name
 from app.presets import dump
 from app.results import FolderError
@@ -95,7 +95,7 @@ def cost_html(quote: Quote, n_seeds: int) -> str:
     found = quote.plan
     if found.done == found.runs:
         all_runs = f"All {found.runs:,} runs are" if found.runs > 1 else "The run is"
-        return f"{all_runs} in <b>{escape(str(quote.folder))}</b> already."
+        return f"{all_runs} in <b>{escaped(quote.folder)}</b> already."
     are = "is" if found.done == 1 else "are"
     there = f"; {found.done:,} {are} there already" if found.done else ""
     about = "At most about" if found.at_most else "About"
@@ -104,15 +104,15 @@ def cost_html(quote: Quote, n_seeds: int) -> str:
         f" {counted(n_seeds, 'seed')} each{there}."
         f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
         f" {max(found.disk_bytes / 1e6, 0.1):,.1f} MB, in"
-        f" <b>{escape(str(quote.folder))}</b>."
+        f" <b>{escaped(quote.folder)}</b>."
     )
 
 
 def progress_html(standing: Standing) -> str:
     """How an experiment stands."""
-    name = f"<b>{escape(standing.experiment.name)}</b>"
+    name = f"<b>{escaped(standing.experiment.name)}</b>"
     if standing.error:
-        return f'{name} stopped: <span style="color:#e03131">{escape(standing.error)}</span>'
+        return f'{name} stopped: <span style="color:#e03131">{escaped(standing.error)}</span>'
     found = standing.progress
     if found is None:
         return f"{name}: getting ready …" if standing.running else f"{name}: stopped."
@@ -318,13 +318,13 @@ class Experimenter:
         self._offer.want((of, after), offer)
         about, cost, start = "", "Finding out what it would take …", "Start"
         if is_of_this and isinstance(found, Exception):
-            cost = f"Cannot be run: {escape(str(found))}"
+            cost = f"Cannot be run: {escaped(str(found))}"
         elif is_of_this and isinstance(found, _Offer):
-            about, cost = escape(found.about), cost_html(found.quote, n_seeds)
+            about, cost = escaped(found.about), cost_html(found.quote, n_seeds)
             start = _start_label(found.quote)
         if name == THIS_SESSION and status.aside is not None:
             whose = f"{narrate.opened_run(snapshot)}, which is on the board, not {status.aside}"
-            about = f"<b>This is the schedule of {escape(whose)}.</b> {about}"
+            about = f"<b>This is the schedule of {escaped(whose)}.</b> {about}"
         assign(self._start, "label", start)
         # While it is made, its own progress says more, and what is measured now says less.
         assign(self._cost, "visible", not is_running)

@@ -26,17 +26,19 @@ from pathlib import Path
 from sys import intern
 from typing import Any, Final, NamedTuple
 
-from app import presets
+from app import presets, ranges
 from app.document import (
     EXTENDS,
     MAX_DEPTH,
-    MAX_NAME,
+    NO_PATH,
+    STDIN,
     Key,
     Node,
     PresetError,
     PresetProblem,
     Refused,
     UnusableError,
+    called,
     children,
     document_of,
     dotted,
@@ -46,8 +48,12 @@ from app.document import (
     plain,
     printable,
     quoted,
+    standard_input,
 )
 from app.metrics import METRICS, NAMES
+from app.preset_rules import written_so
+from app.ranges import Number
+from app.texts import as_path, as_text, folder_name
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
 from sim.rng import MAX_SEED
@@ -86,8 +92,6 @@ _MAX_SHOWN_COUNT: Final = 10**18
 _RANGES: Final = (("start", "stop", "step"), ("log_start", "log_stop", "count"))
 _ALLOWED_PRESETS: Final = "a shipped preset, a path, or a whole preset with a label"
 _ALLOWED_VALUES: Final = "a list of values, {start, stop, step}, or {log_start, log_stop, count}"
-
-_Number = int | float
 
 
 class ExperimentError(PresetError):
@@ -189,18 +193,23 @@ def shipped() -> dict[str, Traversable]:
 def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     """Read a shipped experiment or a file; ``n_seeds`` takes the place of the file's seeds.
 
+    ``-`` is standard input.
+
     Raises:
         ExperimentError: it cannot be run; with all that is wrong with it.
     """
-    label, folder = printable(name_or_path, MAX_NAME) or "''", Path()
+    label, folder = called(name_or_path), Path()
     own = shipped()
     if name_or_path in own:
         label = f"presets/experiments/{name_or_path}.yaml"
         experiment = parse(own[name_or_path].read_bytes(), label, folder, n_seeds)
         return replace(experiment, source=name_or_path)
-    path = Path(name_or_path)
+    source = as_text(name_or_path)
+    if "\N{REPLACEMENT CHARACTER}" in source or name_or_path == STDIN:
+        source = ""
     try:
-        data = file_of(path)
+        path = Path(as_path(name_or_path))
+        data = standard_input() if name_or_path == STDIN else file_of(path)
     except (FileNotFoundError, NotADirectoryError):
         message = (
             f"is neither a shipped experiment nor a file{did_you_mean(name_or_path, own)};"
@@ -209,11 +218,11 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
     except OSError as error:
         message = f"cannot be read: {error.strerror}"
     except ValueError:
-        message = "is not a path: it contains a NUL character"
+        message = NO_PATH
     except UnusableError as error:
         message = error.message
     else:
-        return replace(parse(data, label, path.parent, n_seeds), source=name_or_path)
+        return replace(parse(data, label, path.parent, n_seeds), source=source)
     raise ExperimentError([PresetProblem(label, None, "", None, message)])
 
 
@@ -224,7 +233,8 @@ def parse(
 
     Args:
         data: the text.
-        source: what its problems call it; the stem of it is the experiment's name.
+        source: what its problems call it; the experiment's name is the stem of it, or near to it
+            where no folder could be called so.
         folder: where paths of presets start; None if only shipped presets may be named.
         n_seeds: seeds 0 to so many less one, in the place of those that it names.
 
@@ -237,7 +247,7 @@ def parse(
         raise ExperimentError(problems)
     text = data.encode() if isinstance(data, str) else data
     reader = _Reader(root, folder, problems)
-    experiment = reader.experiment(Path(source).stem, text, n_seeds)
+    experiment = reader.experiment(folder_name(Path(source).stem), text, n_seeds)
     if problems or experiment is None:
         raise ExperimentError(in_order(dict.fromkeys(problems)))
     return experiment
@@ -263,7 +273,7 @@ class _Range:
     node: Node
     """As it is written, with the key that its values are for."""
     count: int
-    numbers: Callable[[], Iterable[_Number]]
+    numbers: Callable[[], Iterable[Number]]
 
     def __len__(self) -> int:
         return self.count
@@ -424,7 +434,8 @@ class _Reader:
             wrong = f"must be at least {low}" if value < low else f"must be at most {high}"
         else:
             wrong = "must be a whole number"
-        self._fault(node, f"{wrong}; allowed: {low} to {high}")
+        hint = written_so(value, decimals=False)
+        self._fault(node, f"{wrong}; allowed: {low} to {high}{hint}")
         return None
 
     def _seeds(self, node: Node | None) -> Sequence[int]:
@@ -466,7 +477,8 @@ class _Reader:
             return None
         value = success.value
         if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
-            self._fault(success, "must be a share of captures; allowed: 0 to 1")
+            hint = written_so(value, decimals=True)
+            self._fault(success, f"must be a share of captures; allowed: 0 to 1{hint}")
             return None
         trials = self._whole(entries.get("trials"), 1, MAX_TRIALS)
         every = self._whole(entries.get("every"), 1, MAX_TRIALS)
@@ -597,7 +609,8 @@ class _Reader:
     def _range(self, node: Node, parts: Sequence[Node], names: tuple[str, ...]) -> _Values:
         wrong = [part for part in parts if not _is_finite(part.value)]
         for part in wrong:
-            self._fault(part, "must be a finite number; allowed: a number")
+            hint = written_so(part.value, decimals=True)
+            self._fault(part, f"must be a finite number; allowed: a number{hint}")
         if wrong:
             return []
         first, last, step = (part.value for part in parts)
@@ -614,9 +627,11 @@ class _Reader:
         if is_log:
             # Rounded to whole numbers, some may be the same: to be counted they must be made.
             are_whole = isinstance(first, int) and isinstance(last, int)
-            count = len(_log_range(first, last, step)) if are_whole else step
-            return _Range(node, count, partial(_log_range, first, last, step))
-        return _Range(node, _n_steps(first, last, step), partial(_range, first, last, step))
+            count = len(ranges.logarithmic(first, last, step)) if are_whole else step
+            return _Range(node, count, partial(ranges.logarithmic, first, last, step))
+        return _Range(
+            node, ranges.n_steps(first, last, step), partial(ranges.linear, first, last, step)
+        )
 
     def _refuse_twice(self, axes: Iterable[_Axis], others: Iterable[_Axis]) -> None:
         """No key of an axis may be one of another, or of those that were looked at before."""
@@ -801,30 +816,6 @@ def _for_key(values: _Values, key: Key) -> _Values:
 
 def _n_values(values: _Values) -> int:
     return len(values) if isinstance(values, _Range) else sum(map(n_values, values))
-
-
-def _n_steps(first: _Number, last: _Number, step: _Number) -> int:
-    """Numbers from the first to the last, both included."""
-    # The last belongs to it even where the sum of steps misses it by a rounding error.
-    return math.floor((last - first) / step + 1e-9) + 1
-
-
-def _range(first: _Number, last: _Number, step: _Number) -> list[_Number]:
-    """Numbers from the first to the last, both included; whole ones where all three are whole."""
-    count = _n_steps(first, last, step)
-    if all(isinstance(number, int) for number in (first, last, step)):
-        return [first + index * step for index in range(count)]
-    # Without the 0.30000000000000004 that is the sum of 0.1 and 0.2.
-    return [float(f"{first + index * step:.12g}") for index in range(count)]
-
-
-def _log_range(first: _Number, last: _Number, count: int) -> list[_Number]:
-    """Numbers that grow by a factor; where both ends are whole, whole ones, each once."""
-    factor = (last / first) ** (1 / (count - 1))
-    between = [first * factor**index for index in range(1, count - 1)]
-    if isinstance(first, int) and isinstance(last, int):
-        return list(dict.fromkeys([first, *map(round, between), last]))
-    return [float(first), *(float(f"{value:.6g}") for value in between), float(last)]
 
 
 def _variant(plan: _Plan, base: presets.Base, choices: Sequence[_Choice]) -> Variant:

@@ -6,18 +6,13 @@ vision deficiency can tell apart, and every line differs in width and dashes as 
 thesis, so that a copy in black and white still tells who is who.
 """
 
-import csv
-import functools
-import html
-import io
 import math
-import re
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from app.drawing import AXIS_LINES, GREY, Drawing, axis_title, new_figure, plain, saved, wrapped
 from app.pictures import LIGHT, Ruler, gain_colours, nearness, over_board, palette
 from app.statistics import Axis, Band, Estimate
 from learners.measures import FoldedValue
@@ -27,17 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _INK = "#222222"
-_GREY = "#666666"
-_PNG_DPI = 160
-_LEAST_SMALL_PRINT, _MOST_SMALL_PRINT = 7.5, 10.0
-_SMALL_PRINT_PER_INCH = 0.95
-"""Points of the small print by the width of the figure, as a wide one shrinks on paper."""
-_CHARACTERS_PER_INCH = 130
-"""Of print of one point."""
 _LEGEND_CHARACTERS = 46
-_AXIS_CHARACTERS = 40
-_AXIS_LINES = 2
-"""Of the title of an axis; what does not fit is in the caption and in the numbers."""
 _ROW_CHARACTERS = 44
 _ROW_LINES = 4
 _MOST_BESIDE = 4
@@ -56,8 +41,6 @@ _FAINT = 0.5
 _MOST_UNEVEN = 10
 """Times that one gap between swept values may be as wide as another on their own scale."""
 _MOST_LABELLED_CELLS = 400
-_NO_PICTURE = "\N{WHITE SQUARE}"
-"""Stands for a character that the font lacks."""
 SKY_BLUE = "#56B4E9"
 _OTHERS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", SKY_BLUE, "#222222", "#B8A800")
 MOST_STYLES = len(_OTHERS)
@@ -166,15 +149,6 @@ class Axle(NamedTuple):
         return min(gaps) * _MOST_UNEVEN < max(gaps)
 
 
-class Drawing(NamedTuple):
-    """A picture and the numbers in it."""
-
-    svg: str
-    """An ``svg`` element, to stand in a page or in a file."""
-    png: bytes
-    csv: str
-
-
 def style_of(index: int) -> Style:
     """The style of one of several lines that have none of their own."""
     colour = _OTHERS[index % len(_OTHERS)]
@@ -194,13 +168,13 @@ def with_clear_marks(lines: Sequence[Line]) -> Sequence[Line]:
 def draw_curves(name: str, panels: Sequence[Panel], axis: Axis, small_print: str) -> Drawing:
     """Reward against steps or trials: a panel for each world, one scale of reward for all."""
     width = 8.0 if len(panels) == 1 else min(3.9 * len(panels), 12.5)
-    figure = _figure(width, 4.6 if len(panels) == 1 else 4.2, small_print)
+    figure = new_figure(width, 4.6 if len(panels) == 1 else 4.2, small_print)
     found = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, panel in zip(found, panels, strict=True):
         _draw_panel(axes, panel, axis)
     found[0].set_ylabel("mean reward per trial")
     _legend(figure, panels)
-    return _saved(name, figure, _curve_rows(panels, axis))
+    return saved(name, figure, _curve_rows(panels, axis))
 
 
 def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
@@ -216,16 +190,16 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
         rest = slice(max(all_there - 1, 0), None)
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
         axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
-    axes.axhline(0, color=_GREY, linewidth=0.5, zorder=1)
+    axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
     axes.set_xlim(left=0)
     axes.margins(x=0.02)
     axes.set_xlabel(label)
     axes.set_title(
-        _plain(panel.title), fontsize=9.5, pad=22 if any(p.marks for p in panel.lines) else 6
+        plain(panel.title), fontsize=9.5, pad=22 if any(p.marks for p in panel.lines) else 6
     )
     for mark in _distinct(mark for line in panel.lines for mark in line.marks):
         at = mark.at * scale
-        axes.axvline(at, color=_GREY, linewidth=0.9, dashes=(5, 4), zorder=1)
+        axes.axvline(at, color=GREY, linewidth=0.9, dashes=(5, 4), zorder=1)
     _name_marks(axes, panel, scale)
 
 
@@ -243,7 +217,7 @@ def _name_marks(axes: "Axes", panel: Panel, scale: float) -> None:
         level = level + 1 if following - at < room else 0
         following = at
         axes.annotate(
-            _plain(mark.label),
+            plain(mark.label),
             (at, 1),
             (0, 2 + 9 * level),
             xycoords=axes.get_xaxis_transform(),
@@ -251,7 +225,7 @@ def _name_marks(axes: "Axes", panel: Panel, scale: float) -> None:
             ha="left",
             va="bottom",
             fontsize=7,
-            color=_GREY,
+            color=GREY,
         )
 
 
@@ -280,7 +254,7 @@ def _legend(figure: "Figure", panels: Sequence[Panel]) -> None:
         handle = Line2D([], [], color=style.colour, linewidth=style.width)
         if style.dashes:
             handle.set_dashes(style.dashes)
-        handle.set_label(_wrapped(f"{label} (n = {_span(found)})", _LEGEND_CHARACTERS))
+        handle.set_label(wrapped(f"{label} (n = {_span(found)})", _LEGEND_CHARACTERS))
         handles.append(handle)
     columns = min(len(handles), 4 if len(panels) > 1 else 2)
     figure.legend(
@@ -406,7 +380,7 @@ def _plane(
 
     across, up = axles
     n_across, n_up = len(across.values), len(up.values)
-    figure = _figure(
+    figure = new_figure(
         min(3.2 + 0.62 * n_across, 12), min(2.6 + 0.45 * n_up, 10), small, least_width=5.5
     )
     axes = figure.subplots()
@@ -415,13 +389,13 @@ def _plane(
     axes.set_ylim(-0.5, n_up - 0.5)
     shown_across, shown_up = (told_apart(axle.values, grouped) for axle in axles)
     crowded = max(map(len, shown_across), default=0) > 6
-    axes.set_xticks(range(n_across), list(map(_plain, shown_across)))
+    axes.set_xticks(range(n_across), list(map(plain, shown_across)))
     axes.tick_params(axis="x", rotation=45 if crowded else 0)
-    axes.set_yticks(range(n_up), list(map(_plain, shown_up)))
-    axes.set_xlabel(_wrapped(across.label, most_lines=_AXIS_LINES))
-    axes.set_ylabel(_axis_title(up.label))
+    axes.set_yticks(range(n_up), list(map(plain, shown_up)))
+    axes.set_xlabel(wrapped(across.label, most_lines=AXIS_LINES))
+    axes.set_ylabel(axis_title(up.label))
     axes.set_facecolor("#EEEEEE")
-    bar = figure.colorbar(ScalarMappable(*scale), ax=axes, label=_axis_title(what))
+    bar = figure.colorbar(ScalarMappable(*scale), ax=axes, label=axis_title(what))
     if has_zero:
         bar.ax.axhline(0, color=_INK, linewidth=1.5)
     titles = {
@@ -431,7 +405,7 @@ def _plane(
     }
     rows: list[Sequence[Any]] = [[across.key, up.key, what, "low", "high", "n"]]
     rows += [[across.values[i], up.values[j], *cell] for (i, j), cell in sorted(cells.items())]
-    return _saved(name, figure, rows, titles)
+    return saved(name, figure, rows, titles)
 
 
 def _scale_of(values: Sequence[float]) -> tuple[Any, Any]:
@@ -506,7 +480,7 @@ class Series(NamedTuple):
 
 def draw_points(name: str, axle: Axle, series: Sequence[Series], what: str, small: str) -> Drawing:
     """One setting swept: points with intervals."""
-    figure = _figure(7.2, 4.2, small)
+    figure = new_figure(7.2, 4.2, small)
     axes = figure.subplots()
     x = _places_along(axes, axle)
     rows: list[Sequence[Any]] = [["line", axle.key, what, "low", "high", "n"]]
@@ -526,13 +500,13 @@ def draw_points(name: str, axle: Axle, series: Sequence[Series], what: str, smal
             marker="osD^v"[index % 5],
             markersize=5,
             capsize=3,
-            label=_plain(f"{label} (n = {_span({e.n for e in found} or {0})})"),
+            label=plain(f"{label} (n = {_span({e.n for e in found} or {0})})"),
         )
         rows += [[label, axle.values[k], *e] for k, e in zip(there, found, strict=True)]
-    axes.set_xlabel(_wrapped(axle.label, most_lines=_AXIS_LINES))
-    axes.set_ylabel(_axis_title(what))
+    axes.set_xlabel(wrapped(axle.label, most_lines=AXIS_LINES))
+    axes.set_ylabel(axis_title(what))
     figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
-    return _saved(name, figure, rows)
+    return saved(name, figure, rows)
 
 
 def _places_along(axes: "Axes", axle: Axle) -> np.ndarray:
@@ -543,7 +517,7 @@ def _places_along(axes: "Axes", axle: Axle) -> np.ndarray:
         axes.set_xscale("log")
         axes.minorticks_off()
     if axle.is_logarithmic or not on_scale:
-        axes.set_xticks(x, [*map(_plain, told_apart(axle.values))])
+        axes.set_xticks(x, [*map(plain, told_apart(axle.values))])
     return x
 
 
@@ -558,7 +532,7 @@ def draw_effects(name: str, effects: Sequence[Effect], what: str, small: str) ->
     """Several settings, a small plot for each: points with intervals, all on one scale."""
     across = min(len(effects), _MOST_BESIDE)
     up = math.ceil(len(effects) / across)
-    figure = _figure(2.7 * across + 0.6, 2.9 * up, small, least_width=5.5)
+    figure = new_figure(2.7 * across + 0.6, 2.9 * up, small, least_width=5.5)
     found = figure.subplots(up, across, sharey=True, squeeze=False)
     rows: list[Sequence[Any]] = [["setting", "value", what, "low", "high", "n"]]
     for axes, (axle, estimates) in zip(found.flat, effects, strict=False):
@@ -579,17 +553,17 @@ def draw_effects(name: str, effects: Sequence[Effect], what: str, small: str) ->
         axes.margins(x=0.12)
         shown = told_apart(axle.values)
         if len(shown) <= _MOST_TICKS:
-            axes.set_xticks(x, list(map(_plain, shown)))
+            axes.set_xticks(x, list(map(plain, shown)))
         if sum(map(len, shown)) > _SMALL_TICK_CHARACTERS:
             axes.tick_params(axis="x", rotation=45)
         axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
-        axes.set_xlabel(_wrapped(axle.label, _SMALL_AXIS_CHARACTERS, _AXIS_LINES), fontsize=8)
+        axes.set_xlabel(wrapped(axle.label, _SMALL_AXIS_CHARACTERS, AXIS_LINES), fontsize=8)
         rows += [[axle.key, value, *e] for value, e in zip(axle.values, estimates, strict=True)]
     for axes in found.flat[len(effects) :]:
         axes.set_visible(False)
     for axes in found[:, 0]:
-        axes.set_ylabel(_wrapped(what, _SMALL_TICK_CHARACTERS, _AXIS_LINES), fontsize=8)
-    return _saved(name, figure, rows)
+        axes.set_ylabel(wrapped(what, _SMALL_TICK_CHARACTERS, AXIS_LINES), fontsize=8)
+    return saved(name, figure, rows)
 
 
 def draw_dots(
@@ -609,7 +583,7 @@ def draw_dots(
     # Rows are as far apart as the longest label needs, so that none runs into the next.
     lines = max((label.count("\n") + 1 for label in labels), default=1)
     height = 1.6 + max(0.34, 0.17 * lines + 0.08) * n_rows
-    figure = _figure(4.2 + 3.2 * len(columns), height, small, least_width=7)
+    figure = new_figure(4.2 + 3.2 * len(columns), height, small, least_width=7)
     found = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
     rows: list[Sequence[Any]] = [["quantity", "row", "value", "low", "high", "n"]]
     for index, (axes, (what, dots)) in enumerate(zip(found, columns.items(), strict=True)):
@@ -628,12 +602,12 @@ def draw_dots(
             capsize=3,
             elinewidth=1.3,
         )
-        axes.set_xlabel(_axis_title(what))
+        axes.set_xlabel(axis_title(what))
         axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
         rows += [[what, dot.label, *dot.estimate] for dot in dots]
     found[0].set_yticks(range(len(labels)), labels)
     found[0].set_ylim(n_rows - 0.5, -0.5)
-    return _saved(name, figure, rows)
+    return saved(name, figure, rows)
 
 
 def _draw_runs(axes: "Axes", dots: Sequence[Dot]) -> None:
@@ -654,7 +628,7 @@ def _draw_runs(axes: "Axes", dots: Sequence[Dot]) -> None:
             marker="o",
             markersize=2.6,
             markeredgewidth=0,
-            color=_GREY,
+            color=GREY,
             alpha=0.5,
             zorder=1.5,
             # As shapes, thousands of them would make a page that no browser opens quickly.
@@ -663,7 +637,7 @@ def _draw_runs(axes: "Axes", dots: Sequence[Dot]) -> None:
 
 
 def _row_label(dot: Dot) -> str:
-    return f"{_wrapped(dot.label, _ROW_CHARACTERS, _ROW_LINES)}  (n = {dot.estimate.n})"
+    return f"{wrapped(dot.label, _ROW_CHARACTERS, _ROW_LINES)}  (n = {dot.estimate.n})"
 
 
 def _arms(estimates: Sequence[Estimate]) -> np.ndarray:
@@ -700,12 +674,12 @@ def draw_values(
         vision: radius of the visual field, in cells.
         small: small print.
     """
-    figure = _figure(2.9 * len(maps) + 1.3, 3.75, small, least_width=5.5)
+    figure = new_figure(2.9 * len(maps) + 1.3, 3.75, small, least_width=5.5)
     grid = figure.add_gridspec(1, len(maps) + 1, width_ratios=[*[1] * len(maps), 0.13])
     for index, map_ in enumerate(maps):
         _draw_value(figure.add_subplot(grid[0, index]), map_, edges, vision)
     _draw_value_scale(figure.add_subplot(grid[0, -1]))
-    return _saved(name, figure, _value_rows(maps, edges))
+    return saved(name, figure, _value_rows(maps, edges))
 
 
 def _draw_value(axes: "Axes", map_: ValueMap, edges: np.ndarray, vision: float) -> None:
@@ -738,7 +712,7 @@ def _draw_value(axes: "Axes", map_: ValueMap, edges: np.ndarray, vision: float) 
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
     # Inside of the axes: the layout does not make room above axes whose aspect is fixed.
-    title = _plain(f"{map_.title}\nn = {map_.n}")
+    title = plain(f"{map_.title}\nn = {map_.n}")
     axes.text(0, 1.05 * far, title, fontsize=9, ha="center", va="bottom")
 
 
@@ -835,105 +809,3 @@ def _number(value: float, form: str) -> str:
     if abs(value) >= 1000:
         form = ",.0f"
     return format(value, form).replace("-", "\N{MINUS SIGN}")
-
-
-# --- Figures in general --------------------------------------------------------------------------
-
-
-def _figure(width: float, height: float, small_print: str, least_width: float = 0) -> "Figure":
-    from matplotlib.figure import Figure
-
-    width = max(width, least_width)
-    size = min(max(_SMALL_PRINT_PER_INCH * width, _LEAST_SMALL_PRINT), _MOST_SMALL_PRINT)
-    lines = [
-        line
-        for paragraph in small_print.splitlines()
-        for line in textwrap.wrap(paragraph, int(width * _CHARACTERS_PER_INCH / size))
-    ]
-    foot = (len(lines) * size * 1.35 + 5) / 72
-    figure = Figure((width, height + foot), facecolor="white")
-    share = foot / (height + foot)
-    figure.set_layout_engine("constrained", rect=(0, share, 1, 1 - share))
-    figure.text(
-        0.012,
-        share * 0.94,
-        _plain("\n".join(lines)),
-        fontsize=size,
-        color=_GREY,
-        va="top",
-        linespacing=1.3,
-    )
-    return figure
-
-
-def _wrapped(text: str, width: int = 60, most_lines: int | None = None) -> str:
-    lines = textwrap.wrap(
-        text, width, break_on_hyphens=False, max_lines=most_lines, placeholder=" …"
-    )
-    return _plain("\n".join(lines))
-
-
-def _axis_title(text: str) -> str:
-    return _wrapped(text, _AXIS_CHARACTERS, _AXIS_LINES)
-
-
-def _plain(text: str) -> str:
-    """A text that matplotlib does not take for mathematics, and whose characters have pictures."""
-    known = _pictured()
-    shown = "".join(c if ord(c) in known or c == "\n" else _NO_PICTURE for c in written(text))
-    return shown.replace("$", r"\$")
-
-
-@functools.cache
-def _pictured() -> frozenset[int]:
-    """Characters of the font that comes with matplotlib: a picture is the same on all machines."""
-    from matplotlib import font_manager
-
-    font = font_manager.findfont("DejaVu Sans", fallback_to_default=False)
-    return frozenset(font_manager.get_font(font).get_charmap())
-
-
-def written(text: str) -> str:
-    """A text without control characters and halves of characters, which no document may have."""
-    return re.sub("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
-
-
-def _saved(
-    name: str, figure: "Figure", rows: Sequence[Sequence[Any]], titles: Mapping[str, str] = {}
-) -> Drawing:
-    for axes in figure.axes:
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.tick_params(labelsize=8)
-    png = io.BytesIO()
-    figure.savefig(png, format="png", dpi=_PNG_DPI)
-    svg = io.StringIO()
-    # The date and the maker's address have no place in a page that is to be the same every time.
-    nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    figure.savefig(svg, format="svg", metadata=nothing, dpi=_PNG_DPI)
-    return Drawing(_as_element(name, svg.getvalue(), titles), png.getvalue(), _as_csv(rows))
-
-
-def _as_element(name: str, document: str, titles: Mapping[str, str]) -> str:
-    """An SVG document as an element whose names are its own, whatever else is in the page."""
-    element = re.sub(r"<!--.*?-->\n?", "", document[document.index("<svg") :], flags=re.DOTALL)
-    names = dict.fromkeys(re.findall(r'\bid="([^"]+)"', element))
-    own = {old: f"{name}-{index}" for index, old in enumerate(names)}
-
-    def renamed(match: re.Match[str]) -> str:
-        return f"{match[1]}{own.get(match[2], match[2])}{match[3]}"
-
-    def titled(match: re.Match[str]) -> str:
-        title = html.escape(written(titles.get(match[1], "")), quote=False)
-        return match[0] + (f"<title>{title}</title>" if title else "")
-
-    element = re.sub(r'<g id="([^"]+)">', titled, element)
-    return re.sub(r'(\bid="|href="#|url\(#)([^")]+)("|\))', renamed, element)
-
-
-def _as_csv(rows: Sequence[Sequence[Any]]) -> str:
-    """Rows as text; numbers that are not there stay empty."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    for row in rows:
-        writer.writerow(["" if isinstance(x, float) and math.isnan(x) else x for x in row])
-    return out.getvalue()

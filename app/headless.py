@@ -1,6 +1,5 @@
 """Many seeds of one preset on all cores, without a page, and what is written of them."""
 
-import csv
 import json
 import math
 import os
@@ -16,7 +15,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from app import statistics
+from app import csv_texts, statistics
 from app.folders import make_folders, remove_folders
 from app.replicate import made_run
 from learners import measures
@@ -290,16 +289,12 @@ class Output:
             raise _unwritable(error) from error
 
     def _write_curves(self, results: Iterable[RunResult]) -> None:
+        rows: list[Sequence[Any]] = [("seed", "steps", "reward")]
+        for result in results:
+            steps, reward = result.curve.steps.tolist(), result.curve.reward.tolist()
+            rows += [(result.seed, *point) for point in zip(steps, reward, strict=True)]
         path = self._staging / f"{self._name}.csv"
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(["seed", "steps", "reward"])
-            for result in results:
-                curve = result.as_json()["curve"]
-                writer.writerows(
-                    (result.seed, steps, "" if reward is None else reward)
-                    for steps, reward in zip(curve["steps"], curve["reward"], strict=True)
-                )
+        path.write_bytes(csv_texts.for_programs(rows).encode())
 
     def _refuse_taken(self, overwrite: bool) -> None:
         taken = [path for path in self.files if _exists(path)]

@@ -3,9 +3,13 @@
 import html
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
-from app.figures import Drawing, written
+from app.drawing import Drawing
+from app.texts import written
 
+FIGURE_FILES: Final = ("svg", "png", "csv", "spreadsheet.csv")
+"""What a figure is written as beside the page: how the names of its files end."""
 _STYLE = """
 :root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff;
@@ -112,7 +116,7 @@ class Page:
     def picture(self, name: str, caption: str, drawing: Drawing) -> Markup:
         """Keep a picture, and return it as it stands in the page."""
         self.drawings[name] = drawing
-        files = ", ".join(f"{self.figures}/{name}.{kind}" for kind in ("svg", "png", "csv"))
+        files = ", ".join(f"{self.figures}/{name}.{kind}" for kind in FIGURE_FILES)
         text = joined([caption, element("span", f"Files: {files}", class_="files")], " ")
         svg = drawing.svg.replace("<svg ", f'<svg role="img" aria-label="{escaped(caption)}" ', 1)
         return element("figure", joined([Markup(svg), element("figcaption", text)]))

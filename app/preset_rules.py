@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from app import numerals
 from app.document import EXTENDS, Key, quoted
 from learners.spec import RunSpec, did_you_mean, listed
 from sim.spec import ProblemsError
@@ -213,6 +214,13 @@ def _malformed(found: ErrorDetails, skills: Collection[str]) -> Fault:
         if key[0] == "schedule" and isinstance(word, str):
             message += did_you_mean(word, skills)
     allowed = "" if slot is None else _allowed(slot)
-    return Fault(
-        key, f"{message}; allowed: {allowed}" if allowed else message, None, kind == "missing"
-    )
+    message = f"{message}; allowed: {allowed}" if allowed else message
+    if kind in ("int_type", "float_type"):
+        message += written_so(word, decimals=kind == "float_type")
+    return Fault(key, message, None, kind == "missing")
+
+
+def written_so(word: object, decimals: bool) -> str:
+    """How a file writes a number that somebody wrote as people do; empty if it is none."""
+    found = numerals.rewritten(word, decimals) if isinstance(word, str) else None
+    return "" if found is None else f"; in a file it is written {found}"

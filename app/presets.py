@@ -26,6 +26,8 @@ from app.document import (
     MAX_BYTES,
     MAX_DEPTH,
     MAX_NAME,
+    NO_PATH,
+    STDIN,
     Key,
     Node,
     Place,
@@ -35,6 +37,7 @@ from app.document import (
     UnusableError,
     as_tree,
     built,
+    called,
     children,
     descend,
     document_of,
@@ -46,8 +49,10 @@ from app.document import (
     printable,
     quoted,
     scalar,
+    standard_input,
 )
 from app.preset_rules import Fault, faults_of, names_of, slot_of, unknown_key
+from app.texts import as_path, as_text
 from learners.rows import MAX_ACTIONS
 from learners.skills import SKILLS
 from learners.spec import MAX_TRIALS, RunSpec, SkillName, did_you_mean
@@ -102,8 +107,8 @@ def _opened(name: str, folder: Path | None) -> _Source:
     if folder is None:
         hint = did_you_mean(name, presets)
         raise UnusableError(f"is not a shipped preset{hint}; allowed: {names}")
-    path = folder / name
     try:
+        path = folder / as_path(name)
         data = file_of(path)
     except (FileNotFoundError, NotADirectoryError):
         hint = did_you_mean(name, presets)
@@ -112,7 +117,7 @@ def _opened(name: str, folder: Path | None) -> _Source:
     except OSError as error:
         raise UnusableError(f"cannot be read: {error.strerror}") from None
     except ValueError:
-        raise UnusableError("is not a path: it contains a NUL character") from None
+        raise UnusableError(NO_PATH) from None
     return _Source(printable(str(path), MAX_NAME), data, os.path.realpath(path), path.parent)
 
 
@@ -162,7 +167,11 @@ def _layers(
 def _with_setting(tree: Node, setting: str, problems: list[PresetProblem]) -> Node:
     """The tree with one ``KEY=VALUE`` on top."""
     place = Place(f"--set {printable(setting, MAX_NAME)}", None)
-    name, equals, text = setting.partition("=")
+    known = as_text(setting)
+    if known != setting and "\N{REPLACEMENT CHARACTER}" in known:
+        problems.append(Node((), None, place).problem("is not a text; allowed: UTF-8"))
+        return tree
+    name, equals, text = known.partition("=")
     path = tuple(name.strip().split("."))
     if not equals or not all(path) or len(path) > MAX_DEPTH:
         node = Node((), None, place)
@@ -496,14 +505,18 @@ def _run(source: _Source | None, settings: Iterable[str], problems: list[PresetP
 def load(name_or_path: str, settings: Sequence[str] = ()) -> RunSpec:
     """Read a shipped preset or a file, with ``KEY=VALUE`` settings on top.
 
-    A name that is shipped is never taken for a path; ``./timed`` is one. Raises `PresetError`.
+    A name that is shipped is never taken for a path; ``./timed`` is one, and ``-`` is standard
+    input. Raises `PresetError`.
     """
     problems: list[PresetProblem] = []
     source: _Source | None = None
+    label = called(name_or_path)
     try:
-        source = _opened(name_or_path, Path())
+        if name_or_path == STDIN:
+            source = _Source(label, standard_input(), name_or_path, Path())
+        else:
+            source = _opened(name_or_path, Path())
     except UnusableError as error:
-        label = printable(name_or_path, MAX_NAME) or "''"
         problems.append(PresetProblem(label, error.line, "", None, error.message))
     return _run(source, settings, problems)
 

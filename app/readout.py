@@ -21,6 +21,7 @@ from app.metrics import METRICS, MILESTONES
 from app.replicate import log_in
 from app.statistics import Axis
 from app.sweep import BETWEEN, short_names
+from app.texts import as_text
 from learners import measures
 from learners.spec import MAX_TRIALS
 from sim.spec import WorldSpec
@@ -225,7 +226,7 @@ def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
         # An experiment of the page has no file, and a name alone does not say where its file is.
         name = str(meta["name"])
         source = name if name in experiments.shipped() else str(path / "experiment.yaml")
-    return shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)])
+    return as_text(shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)]))
 
 
 def _row(about: _About, row: sqlite3.Row, mapping: Callable[[str], Mapping[str, Any]]) -> RunRow:
@@ -301,7 +302,7 @@ def folder_names(folders: Iterable[Path]) -> dict[Path, str]:
     """Names of folders; the whole path of those whose names are alike."""
     names = {folder: folder.resolve().name for folder in folders}
     counts = Counter(names.values())
-    return {path: name if counts[name] == 1 else str(path) for path, name in names.items()}
+    return {path: as_text(name if counts[name] == 1 else path) for path, name in names.items()}
 
 
 def in_short(groups: Sequence[Group]) -> tuple[Sequence[Group], str]:

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app import statistics, thesis
+from app.drawing import missing_note
 from app.figures import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
 from app.files import write_whole
-from app.markup import Markup, Page, details, document, element, joined, table
+from app.markup import FIGURE_FILES, Markup, Page, details, document, element, joined, table
 from app.metrics import (
     AREA,
     BEHAVIOUR,
@@ -68,6 +69,7 @@ from app.report_sweeps import write_sweeps
 from app.report_thesis import write_thesis
 from app.results import REPORT_PAGE, figures_of, remove_figures
 from app.statistics import Axis, Comparison, Estimate, bootstrap_rng
+from app.texts import as_path, as_text
 from app.words import counted
 
 _MOST_OPEN_ROWS = 16
@@ -334,9 +336,10 @@ def write_report(
     else:
         _everything(page, reader, groups_of(rows), shown)
     _missing_runs(page, reader, rows)
+    notes = [*page.warnings, *_missing_characters(page)]
     tell("writing the page")
     _write_all(page, place, document(title, page))
-    return Written(place, page.warnings)
+    return Written(place, notes)
 
 
 def default_place(folders: Sequence[Path], compare: bool) -> Path:
@@ -354,7 +357,7 @@ def default_place(folders: Sequence[Path], compare: bool) -> Path:
     if len(os.fsencode(name)) > _LONGEST_NAME:
         # A character that would be cut in two is left out.
         first = os.fsencode("_".join([word, names[0]]))[:_LONGEST_NAME].decode(errors="ignore")
-        name = f"{first}_and_{len(names) - 1}_more"
+        name = as_path(f"{first}_and_{len(names) - 1}_more")
     beside = folders[0].parent if folders[0].name not in ("", "..") else apart[0].parent
     return beside / name / REPORT_PAGE
 
@@ -420,7 +423,7 @@ def _without_copies(tables: Iterable[Sequence[RunRow]]) -> list[list[RunRow]]:
 
 def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
     words = ["pounce", "report", *(["--compare"] if compare else []), *map(str, folders)]
-    return shlex.join([*words, *([] if out is None else ["--out", str(out)])])
+    return as_text(shlex.join([*words, *([] if out is None else ["--out", str(out)])]))
 
 
 def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compare: bool) -> str:
@@ -471,19 +474,36 @@ def _missing_runs(page: Page, reader: Reader, rows: Iterable[RunRow]) -> None:
         page.say("Runs that are left out", table(("run", "why"), cells))
 
 
+def _missing_characters(page: Page) -> list[str]:
+    """Which characters no font had, said at the beginning of the page; nothing if all were had."""
+    missing = "".join(dict.fromkeys("".join(d.missing for d in page.drawings.values())))
+    if not missing:
+        return []
+    note = missing_note(missing)
+    page.sections.insert(0, element("p", note, class_="warning"))
+    return [note]
+
+
 def _write_all(page: Page, place: Path, text: str) -> None:
     folder = place.with_name(page.figures)
     header = '<?xml version="1.0" encoding="utf-8"?>\n'
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, drawing in page.drawings.items():
-            write_whole(folder / f"{name}.svg", (header + drawing.svg).encode())
-            write_whole(folder / f"{name}.png", drawing.png)
-            write_whole(folder / f"{name}.csv", drawing.csv.encode("utf-8", "replace"))
+            contents = (
+                (header + drawing.svg).encode(),
+                drawing.png,
+                drawing.csv.encode("utf-8", "replace"),
+                drawing.spreadsheet.encode("utf-8", "replace"),
+            )
+            for ending, content in zip(FIGURE_FILES, contents, strict=True):
+                write_whole(folder / f"{name}.{ending}", content)
         # The page comes last: where it is, its pictures are.
         write_whole(place, text.encode())
         # Those of an older one that it does not show.
-        remove_figures(place, page.drawings)
+        remove_figures(
+            place, {Path(f"{name}.{end}").stem for name in page.drawings for end in FIGURE_FILES}
+        )
     except OSError as error:
         raise ResultsError(
             f"{str(place)!r} cannot be written: {error.strerror or error};"

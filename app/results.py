@@ -6,9 +6,7 @@ that everything is there, and whatever ends the program loses at most the runs i
 """
 
 import contextlib
-import csv
 import importlib.metadata
-import io
 import json
 import os
 import sqlite3
@@ -18,6 +16,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
+from app import csv_texts
+from app.document import UnusableError, file_of, is_same_text
 from app.experiments import Experiment
 from app.files import write_whole
 from app.folders import make_folders, remove_folders
@@ -344,12 +344,14 @@ def _is_unbegun(path: Path, experiment: Experiment) -> bool:
 
 
 def _is_of(path: Path, experiment: Experiment) -> bool:
-    """Whether a folder's record is there, and is this very experiment."""
+    """Whether a folder's record is there, and holds the text of this experiment."""
     file = path / "experiment.yaml"
     if not file.is_file():
         return False
-    # Its size first, since it may have become anything.
-    return file.stat().st_size == len(experiment.text) and file.read_bytes() == experiment.text
+    try:
+        return is_same_text(experiment.text, file_of(file))
+    except UnusableError:  # It may have become anything.
+        return False
 
 
 def _refuse_to_go_on(database: sqlite3.Connection, path: Path, experiment: Experiment) -> None:
@@ -446,19 +448,16 @@ def _finished(database: sqlite3.Connection, path: Path) -> set[str]:
     return {key for (key,) in rows if f"{key}.npz" in there}
 
 
-def table_csv(path: Path) -> str:
-    """The results table of a folder as comma-separated values.
+def table_csv(path: Path, spreadsheet: bool = False) -> str:
+    """The results table of a folder as comma-separated values, for programs or for a spreadsheet.
 
     Raises:
         FolderError: it cannot be read.
     """
-    out = io.StringIO(newline="")
-    writer = csv.writer(out)
-    writer.writerow(COLUMNS)
+    write = csv_texts.for_spreadsheets if spreadsheet else csv_texts.for_programs
     with _reading(path) as database:
         query = f"SELECT {', '.join(COLUMNS)} FROM runs ORDER BY rowid"
-        writer.writerows(database.execute(query))
-    return out.getvalue()
+        return write([list(COLUMNS), *database.execute(query)])
 
 
 @contextlib.contextmanager

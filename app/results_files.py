@@ -8,8 +8,9 @@ from typing import Final
 
 from app import figures, results_view
 from app.chart_parts import styles_of
+from app.drawing import Drawing
 from app.experiments import Experiment
-from app.figures import Dot, Drawing, Line, Mark, Panel, Series, with_clear_marks
+from app.figures import Dot, Line, Mark, Panel, Series, with_clear_marks
 from app.gathered import Curve, Gatherer, Gathering
 from app.results_view import View
 from app.statistics import Axis, Estimate

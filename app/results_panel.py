@@ -10,6 +10,7 @@ import viser
 from app import results_view
 from app.background import Maker
 from app.chart_parts import Address
+from app.drawing import missing_note
 from app.experimenter import progress_html
 from app.gathered import Gatherer, Gathering, RunFact
 from app.markup import escaped
@@ -19,6 +20,7 @@ from app.results_view import Size, View
 from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls, address_of
 from app.session import OpenRun
+from app.texts import as_text
 from app.workbench import Standing, Workbench
 
 CALLS_FRAME: Final = "pounce-calls"
@@ -50,6 +52,7 @@ _REFRESH_S, _LATER_REFRESH_S, _LATER_S = 1.0, 3.0, 10.0
 """How often the content may be replaced, at first and later: a click is lost whose link is replaced
 beneath it."""
 _RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"
+_RUNS_SHEET, _CHART_SHEET = "Runs for spreadsheets", "Chart for spreadsheets"
 _CLOSE = "Close"
 
 
@@ -157,8 +160,14 @@ class ResultsPanel:
             self._said = gui.add_html("")
             self._content = gui.add_html("")
             self._save = gui.add_button_group("", (_RUNS_CSV, _CHART_CSV, _CHART_PNG, _CLOSE))
+            self._save_sheet = gui.add_button_group(
+                "",
+                (_RUNS_SHEET, _CHART_SHEET),
+                hint="CSV that a spreadsheet opens with all characters, and no text as a formula",
+            )
             gui.add_html(frame_html() + window_html(self._address))
         self._save.on_click(guarded(self._clicked))
+        self._save_sheet.on_click(guarded(lambda _: self._answer(str(self._save_sheet.value))))
 
     def open(self) -> None:
         """Show the panel; one that is shown comes back to its place."""
@@ -271,7 +280,10 @@ class ResultsPanel:
             self._panel.visible = False
 
     def _clicked(self, event: viser.GuiEvent) -> None:
-        chosen = str(self._save.value)
+        self._answer(str(self._save.value))
+
+    def _answer(self, chosen: str) -> None:
+        """Do what a button says."""
         if chosen == _CLOSE:
             self._panel.visible = False
             return
@@ -280,24 +292,31 @@ class ResultsPanel:
             standing, view = self._of, self._view
         if standing is None or view is None:
             return
-        name, gatherer = standing.folder.name, standing.gatherer
+        name, gatherer = as_text(standing.folder.name), standing.gatherer
         gathering = gatherer.gathering()
         if not gathering.runs:
             raise RefusedError("no run is over yet")
-        if chosen == _RUNS_CSV:
+        if chosen in (_RUNS_CSV, _RUNS_SHEET):
+            is_sheet = chosen == _RUNS_SHEET
             try:
-                data = table_csv(standing.folder).encode()
+                text = table_csv(standing.folder, is_sheet)
             except FolderError as error:
                 raise RefusedError(str(error)) from error
-            self._client.send_file_download(f"{name}_runs.csv", data, save_immediately=True)
+            self._send(f"{name}_runs.{'spreadsheet.csv' if is_sheet else 'csv'}", text.encode())
             return
         drawing = drawing_of(gatherer, gathering, view)
-        ending, data = (
-            ("csv", drawing.csv.encode()) if chosen == _CHART_CSV else ("png", drawing.png)
-        )
-        self._client.send_file_download(
-            f"{name}_chart_{view.chart}.{ending}", data, save_immediately=True
-        )
+        ending, data = {
+            _CHART_CSV: ("csv", drawing.csv.encode()),
+            _CHART_SHEET: ("spreadsheet.csv", drawing.spreadsheet.encode()),
+            _CHART_PNG: ("png", drawing.png),
+        }[chosen]
+        self._send(f"{name}_chart_{view.chart}.{ending}", data)
+        if chosen == _CHART_PNG and drawing.missing:
+            note = missing_note(drawing.missing)
+            self._client.add_notification("Saved, with boxes", note, auto_close_seconds=10.0)
+
+    def _send(self, name: str, data: bytes) -> None:
+        self._client.send_file_download(name, data, save_immediately=True)
 
 
 def painted(

@@ -5,6 +5,7 @@ Like the command line, it imports what takes long only once it is needed.
 
 import contextlib
 import math
+import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -59,7 +60,7 @@ class Run:
     """Run a preset over many seeds on all cores, without a page."""
 
     preset: Annotated[Positional[str], arg(metavar="PRESET", help_behavior_hint=HIDDEN_HINT)] = ""
-    """A shipped preset, or a file."""
+    """A shipped preset, or a file; - is standard input."""
     seeds: Annotated[str | None, arg(metavar="N", help_behavior_hint="(default: 1)")] = None
     """Run seeds 0 to N-1."""
     seed_list: Annotated[str | None, arg(metavar="N,N,...", help_behavior_hint=HIDDEN_HINT)] = None
@@ -100,6 +101,7 @@ def obey(command: Run) -> int:
     spec = spec_of(command.preset, _settings(command))
 
     from app import headless
+    from app.document import called
 
     with _output(command, seeds) as output, _progress(spec, len(seeds)) as on_progress:
         try:
@@ -110,7 +112,7 @@ def obey(command: Run) -> int:
                 on_progress=on_progress,
                 on_finished=output.save_tables if output else lambda _: None,
             )
-            document = headless.summary(command.preset, spec, results)
+            document = headless.summary(called(command.preset), spec, results)
             if output:
                 output.commit(document, results)
         except headless.SeedFailedError as error:
@@ -119,7 +121,7 @@ def obey(command: Run) -> int:
         except headless.OutputError as error:
             complain(f"--out: {shown(str(command.out))} {error}")
             return EXIT_FAILED
-    say(headless.as_json(document) if command.json else _report(command.preset, results))
+    say(headless.as_json(document) if command.json else _report(called(command.preset), results))
     return EXIT_OK
 
 
@@ -137,6 +139,11 @@ def seeds_of(command: Run) -> Sequence[int]:
     if command.seeds is not None:
         raise UsageError("--seeds and --seed-list exclude each other; allowed: one of them")
     parts = command.seed_list.split(",")
+    if any(_ends_a_number(part) for part in parts[1:]):
+        raise UsageError(
+            f"--seed-list: {shown(command.seed_list)} is not allowed, as its commas may be within"
+            " a number; allowed: seeds with commas between them alone"
+        )
     if len(parts) > MAX_RUNS:
         raise UsageError(
             f"--seed-list: {len(parts)} seeds are not allowed; allowed: 1 to {MAX_RUNS}"
@@ -148,6 +155,11 @@ def seeds_of(command: Run) -> Sequence[int]:
             raise UsageError(f"--seed-list: {seed} is there twice; allowed: each seed once")
         seeds[seed] = None
     return tuple(seeds)
+
+
+def _ends_a_number(part: str) -> bool:
+    """Whether a part between commas looks like the end of a number that is grouped by them."""
+    return re.fullmatch(r"0\d\d", part) is not None
 
 
 def _settings(command: Run) -> Sequence[str]:
@@ -166,10 +178,12 @@ def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
         return
     if not command.out:
         raise UsageError("--out: '' is not allowed; allowed: a folder")
+    from app.document import STDIN, STDIN_NAME
     from app.headless import Output, OutputError
 
+    name = STDIN_NAME if command.preset == STDIN else Path(command.preset).stem
     try:
-        output = Output(Path(command.out), Path(command.preset).stem, seeds, command.force)
+        output = Output(Path(command.out), name, seeds, command.force)
     except OutputError as error:
         raise UsageError(f"--out: {shown(command.out)} {error}") from error
     with output:

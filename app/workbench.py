@@ -17,6 +17,7 @@ from app.gathered import Gatherer
 from app.laboratory import Progress, Switch, Threads, run_experiment
 from app.replicate import tasks_of
 from app.results import Folder, FolderError, finished_in, goes_on, is_free
+from app.texts import as_path
 
 log = logging.getLogger(__name__)
 
@@ -173,7 +174,8 @@ def folder_for(root: Path, experiment: Experiment) -> Path:
         FolderError: there are too many of its name.
     """
     for number in range(1, MOST_FOLDERS + 1):
-        path = root / (experiment.name if number == 1 else f"{experiment.name}-{number}")
+        name = experiment.name if number == 1 else f"{experiment.name}-{number}"
+        path = root / as_path(name)
         try:
             if is_free(path) or goes_on(path, experiment):
                 return path

@@ -449,7 +449,7 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
             ["run", "timed", "--seeds", value],
             f"--seeds: {value!r} is not allowed; allowed: a whole number, 1 to 100000",
         )
-        for value in ("0", "-1", "1.5", "many", "1_0", " ", "nan", "100001", "٣")
+        for value in ("0", "-1", "1.5", "many", "1_0", " ", "nan", "100001", "1,5", "½")
     ),
     (
         ["run", "timed", "--seeds", TOO_LONG],
@@ -469,6 +469,11 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
             ("3;4", "3;4"),
             ("9223372036854775808", "9223372036854775808"),
         )
+    ),
+    (
+        ["run", "timed", "--seed-list", "7,12,000"],
+        "--seed-list: '7,12,000' is not allowed, as its commas may be within a number; allowed:"
+        " seeds with commas between them alone",
     ),
     (
         ["run", "timed", "--seed-list", "7,3,7"],
@@ -735,3 +740,19 @@ def test_an_interrupt_has_its_exit_code(
     monkeypatch.setattr(headless, "run_seeds", interrupt)
     assert cli.main(argv) == 130
     assert capsys.readouterr() == ("", "interrupted\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("12,000", 12_000),
+        ("12 000", 12_000),
+        ("12\u202f000", 12_000),
+        ("12.000", 12_000),
+        ("1e3", 1_000),
+        ("٣", 3),
+        ("+5", 5),
+    ],
+)
+def test_numbers_are_taken_as_people_write_them(text: str, number: int) -> None:
+    assert cli_words.whole_number("--trials", text, 1, 2_000_000) == number

@@ -4,14 +4,19 @@ import contextlib
 import csv
 import io
 import itertools
+import re
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
+from fontTools.fontBuilder import FontBuilder
+from fontTools.pens.ttGlyphPen import TTGlyphPen
 
-from app import figures
+from app import figures, fonts
+from app.drawing import Drawing, missing_note
 from app.statistics import Band, Estimate
 from learners.measures import FoldedValue
 from sim import geometry
@@ -136,15 +141,15 @@ def test_large_whole_values_have_a_comma() -> None:
 def drawn_figures() -> Iterator[list[Any]]:
     """Figures as they are drawn, to be looked at after."""
     found: list[Any] = []
-    save = figures._saved  # pyright: ignore[reportPrivateUsage]
+    save = figures.saved
 
-    def kept(name: str, figure: Any, *more: Any) -> figures.Drawing:
+    def kept(name: str, figure: Any, *more: Any) -> Drawing:
         drawing = save(name, figure, *more)
         found.append(figure)
         return drawing
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "_saved", kept)
+        patch.setattr(figures, "saved", kept)
         yield found
 
 
@@ -155,17 +160,17 @@ def drawn() -> Iterator[list[Any]]:
         yield found
 
 
-@pytest.mark.filterwarnings("error")
-def test_a_character_without_a_picture_becomes_a_square_and_stays_in_the_numbers(
-    drawn: list[Any],
-) -> None:
-    label = "漢字 \U0001f98a ε, $x$"
+# --- Texts in any script -------------------------------------------------------------------------
+
+
+def six_drawings(label: str) -> list[Drawing]:
+    """A drawing of each kind, the label wherever a text may stand."""
     some = Estimate(1.0, 0.5, 1.5, 3)
     band = Band(*(np.array([k]) for k in (0, 10, 1.0, 0.5, 1.5, 3)))
     line = figures.Line(label, band, figures.style_of(0), 3, [figures.Mark(5, label)])
     axles = figures.Axle(label, (label, "b")), figures.Axle("y", (1, 2))
     value = FoldedValue(np.full((18, 24), 50.0), np.ones((18, 24)))
-    drawings = [
+    return [
         figures.draw_curves("a", [figures.Panel(label, [line])], "steps", label),
         figures.draw_dots("b", {label: [figures.Dot(label, some)]}, label),
         figures.draw_points("c", axles[0], [figures.Series(label, [some, some])], label, label),
@@ -173,11 +178,106 @@ def test_a_character_without_a_picture_becomes_a_square_and_stays_in_the_numbers
         figures.draw_effects("e", [figures.Effect(axles[0], [some, some])], label, label),
         figures.draw_values("f", [figures.ValueMap(label, value, 3)], EDGES, 27, label),
     ]
-    assert all("漢字" in drawing.csv for drawing in drawings)
+
+
+def texts_of(svg: str) -> list[str]:
+    found = (element for element in ET.fromstring(svg).iter() if element.tag.endswith("}text"))
+    return ["".join(element.itertext()) for element in found]
+
+
+@pytest.fixture
+def no_fonts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine on which no font is installed but that of matplotlib."""
+    monkeypatch.setattr(fonts, "system_fonts", lambda: ())
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.usefixtures("no_fonts")
+def test_texts_stay_texts_and_characters_without_a_font_are_named() -> None:
+    label = "漢字 \U0001f98a ε, $x$"
+    for drawing in six_drawings(label):
+        assert drawing.missing == "漢字\U0001f98a"
+        assert any(label in text for text in texts_of(drawing.svg))
+        assert "漢字" in drawing.csv
+    note = missing_note("漢字\U0001f98a")
+    assert note.startswith("No font of this machine has 漢, 字, \U0001f98a: boxes in PNG files;")
+    assert missing_note("") == ""
+    assert "㐀, 㐁" in (many := missing_note("".join(map(chr, range(0x3400, 0x3500)))))
+    assert "and 236 more" in many
+
+
+@pytest.mark.usefixtures("no_fonts")
+def test_a_character_that_is_there_or_has_no_picture_is_not_missing() -> None:
+    label = "Größe, Ω ≥ שלום مرحبا\u200f\ufe0f"
+    drawing = six_drawings(label)[1]
+    assert drawing.missing == ""
+    assert any("Größe, Ω ≥ שלום مرحبا" in text for text in texts_of(drawing.svg))
+
+
+def font_with(path: Path, family: str, characters: str) -> str:
+    """A font in which each of some characters is a block."""
+    pen = TTGlyphPen(None)
+    for number, point in enumerate([(0, 0), (0, 800), (900, 800), (900, 0)]):
+        pen.lineTo(point) if number else pen.moveTo(point)
+    pen.closePath()
+    names = [".notdef", *(f"uni{ord(c):04X}" for c in characters)]
+    font = FontBuilder(1000, isTTF=True)
+    font.setupGlyphOrder(names)
+    font.setupCharacterMap({ord(c): f"uni{ord(c):04X}" for c in characters})
+    font.setupGlyf(dict.fromkeys(names, pen.glyph()))
+    font.setupHorizontalMetrics(dict.fromkeys(names, (1000, 0)))
+    font.setupHorizontalHeader(ascent=800, descent=-200)
+    font.setupNameTable({"familyName": family, "styleName": "Regular"})
+    font.setupOS2()
+    font.setupPost()
+    font.save(path)
+    return str(path)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_font_that_is_installed_is_taken_for_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fonts with more of it come first, and what cannot be read is passed over."""
+    broken = tmp_path / "broken.ttf"
+    broken.write_bytes(b"no font")
+    installed = (
+        str(broken),
+        font_with(tmp_path / "less.ttf", "Less of it", "漢"),
+        font_with(tmp_path / "more.ttf", "More of it", "漢字"),
+        str(tmp_path / "gone.ttf"),
+    )
+    label = "漢字"
+    monkeypatch.setattr(fonts, "system_fonts", lambda: ())
+    without = six_drawings(label)[0]
+    monkeypatch.setattr(fonts, "system_fonts", lambda: installed)
+    assert fonts.fonts_for("a 漢字 仮") == fonts.Fonts((fonts.FAMILY, "More of it"), "仮")
+    drawing = six_drawings(label)[0]
+    assert (without.missing, drawing.missing) == ("漢字", "")
+    assert drawing.png != without.png
+    # A browser looks for fonts of its own.
+    assert "More of it" not in drawing.svg
+
+
+def test_what_a_text_says_is_not_taken_for_a_part_of_the_picture() -> None:
+    label = """<b id="patch_1"> & url(#patch_1) 'x' font-family: serif"""
+    for drawing in six_drawings(label)[:4]:
+        assert any(text.startswith(label[:20]) for text in texts_of(drawing.svg))
+        tags = re.sub(">[^<]*<", "><", drawing.svg)
+        assert tags.count("font-family") == 1
+        names = re.findall(r'\bid="([^"]+)"', tags)
+        assert len(names) == len(set(names))
+
+
+@pytest.mark.usefixtures("no_fonts")
+def test_chinese_labels_have_the_room_that_they_need(drawn: list[Any]) -> None:
+    six_drawings("先学接近" * 5)
     for figure in drawn:
-        texts = [text.get_text() for text in figure.findobj(Text)]
-        assert not any("漢" in text for text in texts)
-        assert any("\u25a1\u25a1 \u25a1 ε, \\$x\\$" in text for text in texts)
+        paper = figure.bbox
+        for text in [*figure.texts, *(t for legend in figure.legends for t in legend.texts)]:
+            box = text.get_window_extent()
+            assert box.x0 >= paper.x0
+            assert box.x1 <= paper.x1
 
 
 @pytest.mark.parametrize("n_panels", [1, 3])

@@ -4,6 +4,7 @@ import csv
 import itertools
 import json
 import os
+import re
 import shlex
 import sqlite3
 import stat
@@ -16,7 +17,8 @@ import numpy as np
 import pytest
 import tyro
 
-from app import figures, metrics, presets, report, report_compare, report_parts
+from app import cli, figures, fonts, metrics, presets, report, report_compare, report_parts
+from app.markup import FIGURE_FILES
 from app.readout import Group, ResultsError, RunRow
 from app.report_cli import Report
 from app.results import REPORT_PAGE
@@ -209,15 +211,43 @@ def test_the_csv_has_the_numbers_of_the_curve(folder: Path) -> None:
     ]
 
 
-def test_every_figure_comes_as_svg_png_and_csv(folder: Path) -> None:
+def test_every_figure_comes_as_svg_png_and_two_kinds_of_csv(folder: Path) -> None:
     for seed in range(2):
         add_run(folder, seed)
     page_of(folder)
     files = sorted(path.name for path in (folder / "report_figures").iterdir())
     stems = ("curves", "curves_trials")
-    assert files == sorted(f"{stem}.{kind}" for stem in stems for kind in ("csv", "png", "svg"))
+    assert files == sorted(f"{stem}.{kind}" for stem in stems for kind in FIGURE_FILES)
     assert (folder / "report_figures" / "curves.png").read_bytes().startswith(b"\x89PNG")
     ET.parse(folder / "report_figures" / "curves.svg")
+
+
+def test_labels_in_any_script_are_text_and_what_no_font_has_is_said(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(fonts, "system_fonts", lambda: ())
+    for seed in range(2):
+        add_run(folder, seed, variant="先学接近")
+        add_run(folder, seed, variant="=1+1 Räuber")
+    assert cli.main(["report", str(folder)]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "font" in line]
+    note = "No font of this machine has 先, 学, 接, 近: boxes in PNG files; SVG files and pages"
+    assert len(said) == 1
+    assert said[0].startswith(note)
+    page = (folder / REPORT_PAGE).read_text(encoding="utf-8")
+    assert page.count(note) == 1
+    for path in (folder / "report_figures" / "curves.svg", folder / REPORT_PAGE):
+        assert re.search("<text[^>]*>先学接近 ", path.read_text(encoding="utf-8"))
+    assert "report_figures/curves.spreadsheet.csv" in page
+    sheet = (folder / "report_figures" / "curves.spreadsheet.csv").read_bytes()
+    assert sheet.startswith("\ufeffpanel,line,".encode())
+    assert ",'=1+1 Räuber,".encode() in sheet
+    assert ",=1+1 Räuber,".encode() in (folder / "report_figures" / "curves.csv").read_bytes()
+    # With a font for them, nothing is left to be said.
+    monkeypatch.setattr(fonts, "_known", lambda: frozenset(map(ord, page)))
+    assert cli.main(["report", str(folder)]) == 0
+    assert "font" not in capsys.readouterr().err
+    assert "No font" not in (folder / REPORT_PAGE).read_text(encoding="utf-8")
 
 
 def test_a_plane_has_each_cell_with_its_interval_under_the_pointer(folder: Path) -> None:

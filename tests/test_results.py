@@ -184,6 +184,42 @@ def test_a_record_that_has_become_large_is_not_read(tmp_path: Path) -> None:
         Folder(tmp_path, small(), True, False)
 
 
+@pytest.mark.parametrize(
+    "data",
+    [
+        TEXT.replace("\n", "\r\n").encode(),
+        TEXT.replace("\n", "\r").encode(),
+        TEXT.encode("utf-8-sig"),
+        TEXT.rstrip("\n").encode(),
+        TEXT.encode() + b"\r\n\r\n",
+    ],
+    ids=["CRLF", "CR", "byte order mark", "no end of the last line", "empty lines at the end"],
+)
+def test_an_experiment_stays_what_it_is_however_its_file_is_saved(
+    tmp_path: Path, counted: list[str], data: bytes
+) -> None:
+    path = tmp_path / "small"
+    carried_out(path)
+    saved = parse(data, "small.yaml", None, 2)
+    assert folder_for(tmp_path, saved) == path
+    counted.clear()
+    with Folder(path, saved, True, False) as folder:
+        run_experiment(saved, folder, Threads(1))
+    assert counted == []
+
+
+def test_an_experiment_that_says_something_else_is_another_one(tmp_path: Path) -> None:
+    path = tmp_path / "small"
+    carried_out(path)
+    for other in (TEXT.replace("600", "601"), f"# Once more.\n{TEXT}"):
+        experiment = parse(other, "small.yaml", None, 2)
+        assert folder_for(tmp_path, experiment) == tmp_path / "small-2"
+        with pytest.raises(FolderError, match="results of another experiment"):
+            Folder(path, experiment, True, False)
+    (path / "experiment.yaml").write_bytes(b"\xff" + TEXT.encode())
+    assert not goes_on(path, small())
+
+
 def test_seeds_that_are_there_stay_in_the_record(tmp_path: Path) -> None:
     carried_out(tmp_path, 4)
     carried_out(tmp_path, 2, resume=True)

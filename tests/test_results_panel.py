@@ -1,5 +1,6 @@
 """The panel of results: what it says and what it shows are of the same runs, and it fits."""
 
+import codecs
 import re
 import threading
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from urllib.parse import quote, unquote
 import pytest
 import viser
 
-from app import results_panel
+from app import fonts, results_panel
 from app.experiments import Experiment
 from app.gathered import Gatherer
 from app.laboratory import Progress
@@ -187,6 +188,34 @@ def test_a_file_is_of_the_experiment_that_is_shown_though_another_has_begun(
     desk.panel._clicked(event)
     first, second = sent
     assert second == first
+
+
+def test_a_spreadsheet_is_sent_and_boxes_in_a_picture_are_said(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: dict[str, bytes] = {}
+    said: list[str] = []
+    client = desk.panel._client
+    monkeypatch.setattr(
+        client, "send_file_download", lambda name, data, **_: sent.update({name: data})
+    )
+    monkeypatch.setattr(
+        client, "add_notification", lambda _, note, **__: said.append(note), raising=False
+    )
+    monkeypatch.setattr(fonts, "system_fonts", lambda: ())
+    text = "presets:\n- {preset: timed, label: =先}\n- standard_q\n"
+    desk.bench.begin(experiment_of(text), 2)
+    desk.frame(0.0)
+    for words in ("Chart as CSV", "Chart for spreadsheets", "Chart as PNG"):
+        desk.panel._answer(words)
+    endings = ("csv", "spreadsheet.csv", "png")
+    assert [*sent] == [f"results_chart_curves.{ending}" for ending in endings]
+    plain, sheet, _ = sent.values()
+    assert ",=先,".encode() in plain
+    assert sheet.startswith(codecs.BOM_UTF8)
+    assert ",'=先,".encode() in sheet
+    (note,) = said
+    assert note.startswith("No font of this machine has 先: ")
 
 
 # --- Its place -----------------------------------------------------------------------------------

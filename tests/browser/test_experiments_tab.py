@@ -1,5 +1,6 @@
 """Experiments in a real browser: choose, see the cost, start, watch, open runs, keep files."""
 
+import codecs
 import csv
 import io
 import math
@@ -446,6 +447,9 @@ def test_runs_and_charts_can_be_kept_as_files(start_lab: StartLab, open_page: Op
     found = {(row["variant"], int(row["seed"])): row["digest"] for row in table}
     assert found == {(r.variant, r.seed): r.digest for r in rows_in(standing.folder)}
     assert len(found) == 4
+    sheet = saved(screen, "Runs for spreadsheets", "small_runs.spreadsheet.csv")
+    assert sheet.startswith(codecs.BOM_UTF8)
+    assert len(sheet.splitlines()) == 1 + 4
 
     expect(link(screen, "standard_q (2 runs)")).to_be_visible()
     curves = saved(screen, "Chart as CSV", "small_chart_curves.csv").decode()
@@ -453,6 +457,8 @@ def test_runs_and_charts_can_be_kept_as_files(start_lab: StartLab, open_page: Op
     assert {name for line in lines for name in line.values()} >= {"timed", "standard_q"}
     numbers = [number for line in lines for number in map(number_in, line.values()) if number]
     assert len(numbers) > 2 * len(lines) > 20
+    sheet = saved(screen, "Chart for spreadsheets", "small_chart_curves.spreadsheet.csv")
+    assert sheet.decode("utf-8-sig").splitlines() == curves.splitlines()
     image = saved(screen, "Chart as PNG", "small_chart_curves.png")
     expect_picture(image)
 
