@@ -20,6 +20,7 @@ from app.document import PresetError, document_of, printable
 from app.experiments import ExperimentError
 from app.files import write_whole
 from app.server.callbacks import guarded
+from app.server.notices import close_modal, open_modal, tell
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
@@ -391,7 +392,7 @@ class Planner:
             try:
                 plan = edited(plan, schedule_edits.now_of(snapshot), snapshot)
             except ValueError as error:
-                event.client.add_notification(_REFUSED, str(error), auto_close_seconds=6)
+                tell(event.client, _REFUSED, str(error), auto_close_seconds=6)
                 return
             self._pending = plan
             self._ticket = self._ask(event, SetSchedule(plan))
@@ -555,7 +556,7 @@ def show_problems(
     lines = "".join(
         f'<div style="margin-bottom:0.5em">{escape(sentence)}</div>' for sentence in sentences
     )
-    modal = client.gui.add_modal(title)
+    modal = open_modal(client, title)
     with modal:
         client.gui.add_html(
             '<div style="font-family:monospace;font-size:0.85em;line-height:1.5;'
@@ -563,4 +564,4 @@ def show_problems(
             f"{lines}</div>"
         )
         close = client.gui.add_button("Close")
-    close.on_click(guarded(lambda _: modal.close()))
+    close.on_click(guarded(lambda _: close_modal(modal)))

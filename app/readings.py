@@ -26,6 +26,7 @@ from app.layers import (
 from app.look import FOLDED, OF_TRIAL, Look
 from app.pictures import DARK, LIGHT, Theme
 from app.server.callbacks import guarded
+from app.server.notices import close_modal, open_modal
 from app.session import Status
 from app.snapshot import Snapshot
 from app.steering import command_in_words
@@ -326,7 +327,6 @@ class Readings:
     def __init__(self, client: viser.ClientHandle, status: Status) -> None:
         self._client = client
         self._gui = gui = client.gui
-        self._keys: Any = None
         self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
         self._options: tuple[str, ...] = ()
@@ -398,13 +398,11 @@ class Readings:
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
-        if self._keys is not None and not self._keys.closed:
-            self._keys.close()
-        self._keys = modal = self._gui.add_modal("Keys")
+        modal = open_modal(self._client, "Keys")
         with modal:
             self._gui.add_markdown(KEYS)
             close = self._gui.add_button("Close")
-        close.on_click(guarded(lambda _: modal.close()))
+        close.on_click(guarded(lambda _: close_modal(modal)))
 
     def _close_newest_list(self) -> None:
         # viser closes none by itself, and does not hand out those that are open.

@@ -18,6 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.planner import Ask
 from app.server.callbacks import RefusedError, guarded
+from app.server.notices import close_modal, open_modal, tell
 from app.session import Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change, show
@@ -211,7 +212,8 @@ class Steering:
             if slider.low <= value <= slider.high:
                 self._ask(event, SetParameter(key, value))
             elif event.client is not None:
-                event.client.add_notification(
+                tell(
+                    event.client,
                     "That cannot be done",
                     f"{slider.label}: {value:g} is not allowed; allowed: {slider.low:g} to"
                     f" {slider.high:g}",
@@ -366,15 +368,15 @@ class Steering:
         skill = self._leavers.get(str(self._leaver.value))
         if client is None or skill is None or skill not in snapshot.present:
             return
-        modal = client.gui.add_modal(f"Remove {plain(skill)}?")
+        modal = open_modal(client, f"Remove {plain(skill)}?")
         with modal:
             client.gui.add_markdown(escape(loss_of(snapshot, skill)))
             yes = client.gui.add_button(f"Remove {plain(skill)}", color="red")
             no = client.gui.add_button("Keep it")
 
         def removed(_: viser.GuiEvent) -> None:
-            modal.close()
+            close_modal(modal)
             self._ask(event, Remove(skill))
 
         yes.on_click(guarded(removed))
-        no.on_click(guarded(lambda _: modal.close()))
+        no.on_click(guarded(lambda _: close_modal(modal)))

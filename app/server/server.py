@@ -16,6 +16,7 @@ from viser import _messages as wire
 
 from app.server.admission import CheckedConnection
 from app.server.door import Door, OnCall, OnRefused, harden
+from app.server.workers import Workers
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
 """Largest websocket message. A page uploads in parts of 0.5 MiB; a rendered picture is larger."""
@@ -61,8 +62,16 @@ def open_server(
     server._websock_server.unregister_handler(wire.ShareUrlRequest)
     server._websock_server.unregister_handler(wire.ShareUrlDisconnect)
     server.gui.configure_theme(show_share_button=False)
+    _employ(Workers(), server)
     door.server = server
     return server
+
+
+def _employ(workers: Workers, server: viser.ViserServer) -> None:
+    """Have callbacks run by threads that know whose they are; there is no page as yet."""
+    server._thread_executor.shutdown()
+    for employer in (server, server.gui, server.scene):
+        employer._thread_executor = workers
 
 
 def close_server(server: viser.ViserServer) -> None:
