@@ -27,14 +27,16 @@ from app.experimenter import Experimenter
 from app.inspect import moment_of, policy_of
 from app.inspector import Inspector
 from app.layers import LAYERS, Extras, Picture, SuccessMap
+from app.logs import sparing_log
 from app.look import Look
 from app.planner import Planner, PresetButtons, show_problems
 from app.readings import Readings, clock_html
 from app.results_panel import ResultsPanel
 from app.server.callbacks import guarded
 from app.server.calls import Calls
+from app.server.notices import tell
 from app.server.server import close_server, open_server
-from app.session import Play, Request, Session, Status
+from app.session import Begin, Request, Session, Status
 from app.snapshot import Snapshot
 from app.steering import saved_state
 from app.workbench import Workbench
@@ -106,9 +108,8 @@ class Browser:
             title = "This experiment cannot be run; nothing has changed"
             show_problems(self.client, title, error, file)
             return
-        self.client.add_notification(
-            "Loaded", f"{name} is chosen under Experiments.", auto_close_seconds=6.0
-        )
+        body = f"{name} is chosen under Experiments."
+        tell(self.client, "Loaded", body, auto_close_seconds=6.0)
 
     def update(
         self, status: Status, look: Look, picture: Picture, extras: Extras, now_s: float
@@ -267,8 +268,8 @@ class Lab:
                 browser.results.leave()
             self._left_early.discard(client.client_id)
             begins, self._waits = self._waits, False
-        if begins and self.session.status.answered == 0:
-            self.session.submit(Play())
+        if begins:
+            self.session.submit(Begin())
 
     def _forget(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -288,9 +289,7 @@ class Lab:
         with self._lock:
             browser = self._browsers.get(client_id)
         if browser is not None:
-            browser.client.add_notification(
-                "Not accepted", reason, color="red", auto_close_seconds=8.0
-            )
+            tell(browser.client, "Not accepted", reason, color="red")
 
     def _draw(self, status: Status, now_s: float) -> None:
         with self._lock:
@@ -324,6 +323,7 @@ class ListenError(Exception):
     """A host and a port that cannot be listened on; the message says why."""
 
 
+@sparing_log()
 def run_lab(
     spec: RunSpec,
     preset: str,

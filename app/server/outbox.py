@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any, Final
 
-from viser import _messages as wire
+from viser.infra import Message
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 WATCH_S = 1.0
@@ -46,7 +46,7 @@ class Outbox:
         return f"{size // 2**20} MiB wait for it" if size > MAX_QUEUED_BYTES else None
 
 
-def _size_of(message: wire.Message) -> int:
+def _size_of(message: Message) -> int:
     """Bytes of what a message carries; all that is small counts as nothing."""
     return _bytes_in(vars(message).values())
 

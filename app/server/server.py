@@ -13,6 +13,8 @@ from typing import Any, Final
 import viser
 import websockets.asyncio.server
 from viser import _messages as wire
+from websockets.asyncio.server import ServerConnection
+from websockets.frames import CloseCode
 
 from app.server.admission import CheckedConnection
 from app.server.door import Door, OnCall, OnRefused, harden
@@ -20,6 +22,8 @@ from app.server.workers import Workers
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
 """Largest websocket message. A page uploads in parts of 0.5 MiB; a rendered picture is larger."""
+
+log = logging.getLogger(__name__)
 
 
 def open_server(
@@ -114,13 +118,23 @@ def _serving_through(door: "Door") -> Iterator[None]:
                 max_size=MAX_MESSAGE_BYTES,
                 logger=_wire_log,
             )
-            return serve(handler, host, port, **options)
+            return serve(functools.partial(_of_this_version, handler), host, port, **options)
 
         websockets.asyncio.server.serve = serve_behind_door  # type: ignore[assignment]
         try:
             yield
         finally:
             websockets.asyncio.server.serve = serve
+
+
+async def _of_this_version(handler: Any, connection: ServerConnection) -> None:
+    """Let viser handle a connection of its page; it prints what another one calls itself."""
+    if connection.subprotocol == f"viser-v{viser.__version__}":
+        await handler(connection)
+        return
+    log.info("closed a connection of a page of another version")
+    # With this code the page says what is wrong.
+    await connection.close(CloseCode.PROTOCOL_ERROR, "another version")
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:
