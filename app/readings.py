@@ -34,6 +34,7 @@ from app.words import HEADING_NAMES, counted, in_short, plain, speed_in_words
 from learners import measures
 from learners.commands import (
     Command,
+    Event,
     Explore,
     FreezeSelection,
     FreezeSkills,
@@ -43,7 +44,6 @@ from learners.commands import (
     StopExploring,
 )
 from learners.measures import Curve
-from learners.run import Event
 
 _SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
 _FRAMES = {
@@ -160,8 +160,8 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
     )
 
 
-def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
-    """Steps at which a skill joined or something changed by hand, and what it was.
+def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
+    """Where a skill joined, and where something changed by hand.
 
     A skill that is there from the start has no mark, nor has an exploration that the schedule
     brings: it begins as the skill joins.
@@ -176,11 +176,32 @@ def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]
                 joins.append(event)
         elif event.by_hand:
             others.append(event)
+    return joins, others
+
+
+def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
+    """Steps at which a skill joined or something changed by hand, and what it was."""
+    joins, others = _marked(snapshot)
     # Of many, the joins stay: they are what the curve is looked at for.
     joins = joins[-_MAX_MARKS:]
     others = others[max(len(others) + len(joins) - _MAX_MARKS, 0) :]
     shown = sorted([*joins, *others], key=lambda event: event.number)
     return tuple(float(e.step) for e in shown), tuple(_mark_name(e.command) for e in shown)
+
+
+def marks_left_out(snapshot: Snapshot) -> int:
+    """How many marks the curve has no room for."""
+    return max(sum(map(len, _marked(snapshot))) - _MAX_MARKS, 0)
+
+
+class _Marks(NamedTuple):
+    at: tuple[float, ...]
+    names: tuple[str, ...]
+    left_out: int
+
+
+def _marks_of(snapshot: Snapshot) -> _Marks:
+    return _Marks(*curve_marks(snapshot), marks_left_out(snapshot))
 
 
 def _mark_name(command: Command) -> str:
@@ -224,10 +245,10 @@ def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     return steps, reward
 
 
-def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
+def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
     ink = pictures.css(theme.ink)
     grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
-    at, names = curve_marks(snapshot)
+    at, names = marks.at, marks.names
     ticks = _millions(snapshot.step)
     axes = [
         uplot.Axis(
@@ -237,6 +258,8 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
             values=tuple(f"{tick / 1e6:g} M" for tick in ticks),
             stroke=ink,
             grid=grid,
+            label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
+            labelSize=16 if marks.left_out else 0,
         ),
         uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
     ]
@@ -329,6 +352,8 @@ class Readings:
         self._gui = gui = client.gui
         self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
+        self._history = status.snapshot.control.history
+        self._marks = _marks_of(status.snapshot)
         self._options: tuple[str, ...] = ()
         snapshot = status.snapshot
         panel = gui.add_panel()
@@ -345,7 +370,7 @@ class Readings:
             self._curve = gui.add_uplot(
                 curve_data(snapshot),
                 (uplot.Series(label="steps"), self._line(LIGHT)),
-                axes=_axes(snapshot, LIGHT),
+                axes=_axes(snapshot, self._marks, LIGHT),
                 scales=self._scales(snapshot),
                 legend=uplot.Legend(show=False),
                 height=160,
@@ -494,14 +519,17 @@ class Readings:
                 self._eight.content = content
 
     def _show_curve(self, snapshot: Snapshot, theme: Theme) -> None:
-        key = (curve_marks(snapshot), theme)
+        if snapshot.control.history is not self._history:
+            self._history = snapshot.control.history
+            self._marks = _marks_of(snapshot)
+        key = (self._marks, theme)
         if snapshot.curve is self._curve_shown and key == self._curve_key:
             return
         if key != self._curve_key:
             self._curve.series = (uplot.Series(label="steps"), self._line(theme))
         # Kept, and not its id, which another curve may have once this one is gone.
         self._curve_shown, self._curve_key = snapshot.curve, key
-        self._curve.axes = _axes(snapshot, theme)
+        self._curve.axes = _axes(snapshot, self._marks, theme)
         self._curve.scales = self._scales(snapshot)
         self._curve.data = curve_data(snapshot)
 
