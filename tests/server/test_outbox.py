@@ -100,10 +100,11 @@ def test_page_for_which_too_much_waits_is_let_go(
     deaf: Any, caplog: pytest.LogCaptureFixture, n: int, size: int, reason: str
 ) -> None:
     lab, _, client = deaf
-    for number in range(n):
-        client.gui._websock_interface.queue_message(
-            wire.FileTransferPart("a", f"transfer {number}", number, bytes(size))
-        )
+    queue = queue_of(lab, client)
+    # It may be let go in the middle.
+    with queue.sanctioned_dead_writes():
+        for number in range(n):
+            queue.push(wire.FileTransferPart("a", f"transfer {number}", number, bytes(size)))
     assert is_gone(lab, client)
     assert reason in caplog.text
 
