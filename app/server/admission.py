@@ -11,6 +11,7 @@ import viser
 from viser import _messages as wire
 from viser._gui_handles import GuiFormHandle
 from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
 from app.server.door import Door
@@ -65,18 +66,19 @@ class CheckedConnection(ServerConnection):
         return desk
 
     async def recv(self, decode: bool | None = None) -> Any:
+        desk = self._desk
         while True:
             message = self._pace.next(self.loop.time())
             if message is None:
                 await self._take_in(decode)
                 continue
-            while not self._desk.may_act():
-                await asyncio.sleep(_TURN_S)
+            await self._pay(ACTED_S)
             # Frames that wait in the queue come without a pause. With one, viser has acted on the
             # message before, and this one is judged by the state that it left.
             await asyncio.sleep(0)
-            if self._desk.admits(message):
-                await self._pay(ACTED_S)
+            while not desk.may_act():
+                await asyncio.sleep(_TURN_S)
+            if desk.admits(message):
                 return message.frame
 
     async def _take_in(self, decode: bool | None) -> None:
@@ -85,6 +87,11 @@ class CheckedConnection(ServerConnection):
             async with asyncio.timeout(self._pace.wait_s(self.loop.time())):
                 frame = await super().recv(decode)
         except TimeoutError:
+            return
+        except ConnectionClosed:
+            # What the page sent before it went is worth as much as if it had stayed.
+            if not self._pace.release():
+                raise
             return
         await self._pay(RECEIVED_S)
         try:
@@ -144,7 +151,7 @@ class _Desk:
         """Put a message where it belongs by what it is about."""
         content = message.content
         if message.kind is wire.ViewerCameraMessage:
-            pace.take_value(wire.ViewerCameraMessage, message, now_s)
+            pace.take_value(wire.ViewerCameraMessage, message, now_s, apart=True)
         elif message.kind is wire.GuiUpdateMessage and self._has_value(content.uuid):
             pace.take_value(content.uuid, message, now_s)
         elif message.kind is wire.CommandTriggerMessage and self._is_command(content.uuid):

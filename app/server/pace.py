@@ -20,7 +20,7 @@ REPEAT_S = 0.1
 SECOND_PRESS_S = 0.8
 """A held key repeats for the first time after at most this time, and from then on quickly."""
 
-RECEIVED_S, ACTED_S = 1 / 3_000, 1 / 200
+RECEIVED_S, ACTED_S = 1 / 3_000, 1 / 1_000
 """What a message costs its page: in time, in the long run."""
 
 BURST_S = 1.0
@@ -43,15 +43,21 @@ class Pace:
         """When a key came last, held down or not."""
         self._paid_until = -math.inf
 
-    def take_value(self, subject: Hashable, message: Shaped, now_s: float) -> None:
-        """Note a new value of something: it takes the place of one that waits."""
+    def take_value(
+        self, subject: Hashable, message: Shaped, now_s: float, apart: bool = False
+    ) -> None:
+        """Note a new value of something: it takes the place of one that waits.
+
+        What is ``apart`` may come before what came before it: the camera, which some keys move.
+        """
         due_s = self._taken_s.get(subject, -math.inf) + VALUE_S
+        if not apart:
+            self.release(but=subject)
         if due_s <= now_s and subject not in self._held:
-            self.take_act(message)
+            self._ready.append(message)
             _enter(self._taken_s, subject, now_s)
-            return
-        self._release(but=subject)
-        self._held[subject] = (due_s, message)
+        else:
+            self._held[subject] = (due_s, message)
 
     def take_press(self, subject: Hashable, message: Shaped, now_s: float) -> None:
         """Note that a key was pressed, unless it is one that is held down.
@@ -63,14 +69,14 @@ class Pace:
         if since_s < REPEAT_S:
             self._held.pop(subject, None)
         elif since_s < SECOND_PRESS_S:
-            self._release()
+            self.release()
             self._held[subject] = (now_s + REPEAT_S, message)
         else:
             self.take_act(message)
 
     def take_act(self, message: Shaped) -> None:
         """Note a message that counts whatever comes next; what came before it comes first."""
-        self._release()
+        self.release()
         self._ready.append(message)
 
     def next(self, now_s: float) -> Shaped | None:
@@ -93,13 +99,14 @@ class Pace:
         self._paid_until = max(self._paid_until, now_s) + cost_s
         return max(self._paid_until - now_s - BURST_S, 0.0)
 
-    def _release(self, but: Hashable = None) -> None:
-        """Let what is held go before what comes next, so that the order stays."""
+    def release(self, but: Hashable = None) -> bool:
+        """Let what is held go before what comes next; returns whether anything is ready."""
         kept = self._held.pop(but, None)
         self._ready.extend(message for _, message in self._held.values())
         self._held.clear()
         if kept is not None:
             self._held[but] = kept
+        return bool(self._ready)
 
 
 def _enter(times_s: dict[Hashable, float], subject: Hashable, now_s: float) -> None:

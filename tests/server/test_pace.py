@@ -74,6 +74,29 @@ def test_held_key_acts_once() -> None:
         assert [*found, *taken(pace, 100.0)] == [0]
 
 
+def test_held_key_that_moves_the_camera_acts_once() -> None:
+    pace = Pace()
+    found = []
+    for frame in range(300):
+        now_s = frame / 60
+        found += taken(pace, now_s)
+        if frame == 0 or (frame >= 30 and frame % 2 == 0):
+            pace.take_press("S", message("step"), now_s)
+        pace.take_value("camera", message("camera"), now_s, apart=True)
+    found += taken(pace, 10.0)
+    assert found.count("step") == 1
+    assert 100 < found.count("camera") < 200
+
+
+def test_what_is_held_is_not_lost_with_the_page() -> None:
+    pace = Pace()
+    assert not pace.release()
+    pace.take_value("slider", message("first"), 1.0)
+    pace.take_value("slider", message("second"), 1.001)
+    assert pace.release()
+    assert taken(pace, 1.002) == ["first", "second"]
+
+
 def test_presses_of_a_person_all_act() -> None:
     pace = Pace()
     found = []
