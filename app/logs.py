@@ -160,12 +160,12 @@ def sparing_log() -> Iterator[None]:
     handler = Sparing(sys.stderr)
     root = logging.getLogger()
     root.addHandler(handler)
-    with warnings.catch_warnings():
-        # Whatever is warned of once for each text is remembered for ever, with the text.
-        warnings.simplefilter("always", append=True)
-        warnings.showwarning = _log_warning
-        try:
-            yield
-        finally:
-            root.removeHandler(handler)
-            handler.close()
+    # Whatever is warned of once for each text is remembered for ever, with the text.
+    warnings.simplefilter("always", append=True)
+    show, warnings.showwarning = warnings.showwarning, _log_warning
+    try:
+        yield
+    finally:
+        warnings.showwarning = show
+        root.removeHandler(handler)
+        handler.close()

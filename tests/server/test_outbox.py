@@ -5,6 +5,7 @@ import logging
 import os
 import socket
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -20,9 +21,9 @@ from tests.test_server import CAMERA, PATIENCE_S, Lab, lab_of
 
 
 class DeafPage:
-    """A page that sends and never reads."""
+    """A page that never reads, and sends nothing by itself but where its camera is."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, is_mute: bool = False) -> None:
         self._socket = socket.socket()
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         self._socket.connect(("127.0.0.1", port))
@@ -34,7 +35,8 @@ class DeafPage:
             f"Sec-WebSocket-Protocol: viser-v{viser.__version__}\r\n\r\n".encode()
         )
         self._socket.recv(12)
-        self.send(CAMERA.as_serializable_dict())
+        if not is_mute:
+            self.send(CAMERA.as_serializable_dict())
 
     def send(self, fields: dict[str, Any], times: int = 1) -> None:
         frame = msgspec.msgpack.encode(fields)
@@ -59,22 +61,26 @@ def deaf(monkeypatch: pytest.MonkeyPatch) -> Any:
         page.close()
 
 
-def is_gone(lab: Lab, client: viser.ClientHandle) -> bool:
-    """Whether the server lets a page go, in time."""
-    gone = asyncio.Event()
+def comes_true(lab: Lab, condition: Callable[[], bool]) -> bool:
+    """Whether something becomes so on the server's event loop, in time."""
 
     async def wait() -> None:
-        connections = lab.server._websock_server._live_connections
-        while client.client_id in connections:
+        while not condition():
             await asyncio.sleep(0.01)
-        gone.set()
 
     task = asyncio.run_coroutine_threadsafe(wait(), lab.server.get_event_loop())
     try:
         task.result(PATIENCE_S)
     except TimeoutError:
         task.cancel()
-    return gone.is_set()
+        return False
+    return True
+
+
+def is_gone(lab: Lab, client: viser.ClientHandle) -> bool:
+    """Whether the server lets a page go, in time."""
+    connections = lab.server._websock_server._live_connections
+    return comes_true(lab, lambda: client.client_id not in connections)
 
 
 def queue_of(lab: Lab, client: viser.ClientHandle) -> AsyncMessageBuffer:
@@ -91,6 +97,18 @@ def test_page_that_takes_nothing_is_let_go(
     assert is_gone(lab, client)
     assert "has taken nothing for 0.3 s" in caplog.text
     assert lab.hears(other)
+
+
+def test_page_that_says_nothing_and_takes_nothing_is_let_go(
+    deaf: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab, _, _ = deaf
+    connections = lab.server._websock_server._live_connections
+    mute = DeafPage(lab.port, is_mute=True)
+    assert comes_true(lab, lambda: len(connections) == 2)
+    monkeypatch.setattr(outbox, "STALL_S", 0.3)
+    assert comes_true(lab, lambda: not connections)
+    mute.close()
 
 
 @pytest.mark.parametrize(
