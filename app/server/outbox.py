@@ -42,7 +42,7 @@ class Outbox:
         queued = list(self._buffer.message_from_id.copy().values())
         if len(queued) > MAX_QUEUED_MESSAGES:
             return f"{len(queued):,} messages wait for it"
-        size = sum(map(_size_of, queued))
+        size = unsent_bytes + sum(map(_size_of, queued))
         return f"{size // 2**20} MiB wait for it" if size > MAX_QUEUED_BYTES else None
 
 
