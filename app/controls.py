@@ -17,6 +17,7 @@ import viser
 from app import narrate
 from app.cli_words import UsageError, whole_number
 from app.server.callbacks import RefusedError, guarded
+from app.server.notices import tell
 from app.session import (
     FULL_SPEED,
     GoBack,
@@ -186,7 +187,7 @@ class Controls:
 
         def refused(reason: str) -> None:
             if client is not None:
-                client.add_notification("That cannot be done now", reason, auto_close_seconds=6)
+                tell(client, "That cannot be done now", reason, auto_close_seconds=6)
 
         ticket = self._session.submit(request, refused)
         with self._asking:

@@ -79,7 +79,7 @@ def not_repeated(snapshot: Snapshot) -> str:
 
 def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
     """What the schedule of a session depends on; not its length beyond the plan, which grows."""
-    return snapshot.generation, len(snapshot.control.history), snapshot.preset
+    return snapshot.generation, snapshot.control.history, snapshot.preset
 
 
 @lru_cache(maxsize=8)

@@ -129,7 +129,7 @@ def policy_of(snapshot: Snapshot) -> Policy:
 
 def moment_of(snapshot: Snapshot) -> Hashable:
     """What tells a moment of a session from all others; commands act without a step."""
-    return snapshot.generation, snapshot.step, len(snapshot.control.history)
+    return snapshot.generation, snapshot.step, snapshot.control.history
 
 
 def actions_of(snapshot: Snapshot) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ from app.gallery import Gallery
 from app.inspect import moment_of, policy_of
 from app.inspector import Inspector
 from app.layers import Extras, SuccessMap
+from app.logs import sparing_log
 from app.look import Look
 from app.machine import give_back_memory, share_memory
 from app.planner import Planner, PresetButtons, show_problems
@@ -34,10 +35,11 @@ from app.readings import Readings, Texts, clock_html
 from app.results_panel import ResultsPanel
 from app.server.callbacks import guarded
 from app.server.calls import Calls
+from app.server.notices import tell
 from app.server.pulse import Drawing, Pulse, send
 from app.server.server import close_server, open_server
 from app.server.stage import Stage
-from app.session import Play, Request, Session, Status
+from app.session import Begin, Request, Session, Status
 from app.snapshot import Snapshot
 from app.steering import saved_state
 from app.workbench import Workbench
@@ -119,9 +121,8 @@ class Browser:
             title = "This experiment cannot be run; nothing has changed"
             show_problems(self.client, title, error, file)
             return
-        self.client.add_notification(
-            "Loaded", f"{name} is chosen under Experiments.", auto_close_seconds=6.0
-        )
+        body = f"{name} is chosen under Experiments."
+        tell(self.client, "Loaded", body, auto_close_seconds=6.0)
 
     def frame(self, stage: Stage, look: Look) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
@@ -291,8 +292,8 @@ class Lab:
                 browser.results.leave()
             self._left_early.discard(client.client_id)
             begins, self._waits = self._waits, False
-        if begins and self.session.status.answered == 0:
-            self.session.submit(Play())
+        if begins:
+            self.session.submit(Begin())
 
     def _forget(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -313,9 +314,7 @@ class Lab:
         with self._lock:
             browser = self._browsers.get(client_id)
         if browser is not None:
-            browser.client.add_notification(
-                "Not accepted", reason, color="red", auto_close_seconds=8.0
-            )
+            tell(browser.client, "Not accepted", reason, color="red")
 
     def _draw(self, status: Status, now_s: float) -> None:
         with self._lock:
@@ -352,6 +351,7 @@ class ListenError(Exception):
     """A host and a port that cannot be listened on; the message says why."""
 
 
+@sparing_log()
 def run_lab(
     spec: RunSpec,
     preset: str,

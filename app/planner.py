@@ -20,11 +20,12 @@ from app.document import PresetError, document_of, printable
 from app.experiments import ExperimentError
 from app.files import write_whole
 from app.server.callbacks import guarded
+from app.server.notices import close_modal, open_modal, tell
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
 from app.widgets import assign
-from app.words import plain
+from app.words import counted, plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
@@ -217,6 +218,7 @@ class Planner:
         self._lock = threading.RLock()
         self._ticket = 0
         self._pending: ScheduleSpec | None = None
+        self._past = timeline.Past()
         self._generation = -1
         self._choices = {_NOTHING: ""}
         self._shown = _NOTHING
@@ -259,7 +261,7 @@ class Planner:
             snapshot = status.snapshot
             if snapshot.generation != self._generation:
                 self._generation, self._chosen, self._loaded = snapshot.generation, "", None
-            blocks = timeline.blocks_of(snapshot)
+            blocks = self._past.blocks_of(snapshot)
             form = form_of(self._chosen, blocks, snapshot)
             self._show_choices(choices_of(blocks, snapshot), form)
             self._show_form(form)
@@ -329,8 +331,11 @@ class Planner:
         if shape == self._drawn and (rests or (playing and now_s - self._drawn_s < _REDRAW_S)):
             return
         self._drawn, self._drawn_trial, self._drawn_s = shape, snapshot.trial, now_s
+        caption = form.caption
+        if self._past.left_out:
+            caption += f" {counted(self._past.left_out, 'earlier change')} not drawn."
         self._picture.content = timeline_picture.timeline_svg(
-            blocks, snapshot, None, _PICTURE_WIDTH, form.chosen, form.caption
+            blocks, snapshot, None, _PICTURE_WIDTH, form.chosen, caption
         )
 
     def _take_choice(self) -> None:
@@ -352,7 +357,7 @@ class Planner:
     def _applied(
         self, plan: ScheduleSpec, now: schedule_edits.Now, snapshot: Snapshot
     ) -> ScheduleSpec:
-        form = form_of(self._chosen, timeline.blocks_of(snapshot), snapshot)
+        form = form_of(self._chosen, self._past.blocks_of(snapshot), snapshot)
         if form.is_new:
             _, _, skill = form.chosen.partition(":")
             plan = schedule_edits.with_episode(
@@ -391,7 +396,7 @@ class Planner:
             try:
                 plan = edited(plan, schedule_edits.now_of(snapshot), snapshot)
             except ValueError as error:
-                event.client.add_notification(_REFUSED, str(error), auto_close_seconds=6)
+                tell(event.client, _REFUSED, str(error), auto_close_seconds=6)
                 return
             self._pending = plan
             self._ticket = self._ask(event, SetSchedule(plan))
@@ -555,7 +560,7 @@ def show_problems(
     lines = "".join(
         f'<div style="margin-bottom:0.5em">{escape(sentence)}</div>' for sentence in sentences
     )
-    modal = client.gui.add_modal(title)
+    modal = open_modal(client, title)
     with modal:
         client.gui.add_html(
             '<div style="font-family:monospace;font-size:0.85em;line-height:1.5;'
@@ -563,4 +568,4 @@ def show_problems(
             f"{lines}</div>"
         )
         close = client.gui.add_button("Close")
-    close.on_click(guarded(lambda _: modal.close()))
+    close.on_click(guarded(lambda _: close_modal(modal)))

@@ -26,6 +26,7 @@ from app.layers import (
 from app.look import FOLDED, OF_TRIAL, Look
 from app.pictures import DARK, LIGHT, Theme
 from app.server.callbacks import guarded
+from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
 from app.session import Status
 from app.snapshot import Snapshot
@@ -34,6 +35,7 @@ from app.words import HEADING_NAMES, counted, in_short, plain, speed_in_words
 from learners import measures
 from learners.commands import (
     Command,
+    Event,
     Explore,
     FreezeSelection,
     FreezeSkills,
@@ -43,7 +45,6 @@ from learners.commands import (
     StopExploring,
 )
 from learners.measures import Curve
-from learners.run import Event
 
 _SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
 _FRAMES = {
@@ -160,8 +161,8 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
     )
 
 
-def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
-    """Steps at which a skill joined or something changed by hand, and what it was.
+def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
+    """Where a skill joined, and where something changed by hand.
 
     A skill that is there from the start has no mark, nor has an exploration that the schedule
     brings: it begins as the skill joins.
@@ -176,11 +177,32 @@ def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]
                 joins.append(event)
         elif event.by_hand:
             others.append(event)
+    return joins, others
+
+
+def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
+    """Steps at which a skill joined or something changed by hand, and what it was."""
+    joins, others = _marked(snapshot)
     # Of many, the joins stay: they are what the curve is looked at for.
     joins = joins[-_MAX_MARKS:]
     others = others[max(len(others) + len(joins) - _MAX_MARKS, 0) :]
     shown = sorted([*joins, *others], key=lambda event: event.number)
     return tuple(float(e.step) for e in shown), tuple(_mark_name(e.command) for e in shown)
+
+
+def marks_left_out(snapshot: Snapshot) -> int:
+    """How many marks the curve has no room for."""
+    return max(sum(map(len, _marked(snapshot))) - _MAX_MARKS, 0)
+
+
+class _Marks(NamedTuple):
+    at: tuple[float, ...]
+    names: tuple[str, ...]
+    left_out: int
+
+
+def _marks_of(snapshot: Snapshot) -> _Marks:
+    return _Marks(*curve_marks(snapshot), marks_left_out(snapshot))
 
 
 def _mark_name(command: Command) -> str:
@@ -224,10 +246,10 @@ def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     return steps, reward
 
 
-def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
+def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
     ink = pictures.css(theme.ink)
     grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
-    at, names = curve_marks(snapshot)
+    at, names = marks.at, marks.names
     ticks = _millions(snapshot.step)
     axes = [
         uplot.Axis(
@@ -237,6 +259,8 @@ def _axes(snapshot: Snapshot, theme: Theme) -> tuple[uplot.Axis, ...]:
             values=tuple(f"{tick / 1e6:g} M" for tick in ticks),
             stroke=ink,
             grid=grid,
+            label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
+            labelSize=16 if marks.left_out else 0,
         ),
         uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
     ]
@@ -340,7 +364,20 @@ def _scales(snapshot: Snapshot) -> dict[str, uplot.Scale]:
 class Texts:
     """What is read of a moment by those who look alike: found when it is first asked for."""
 
-    def __init__(self, status: Status, look: Look, extras: Extras, n_viewers: int) -> None:
+    def __init__(
+        self,
+        status: Status,
+        look: Look,
+        extras: Extras,
+        n_viewers: int,
+        former: "Texts | None" = None,
+    ) -> None:
+        """Begin; what costs much and is as it was in the ``former`` ones is taken from there."""
+        history = status.snapshot.control.history
+        if former is not None and former.status.snapshot.control.history is history:
+            self.marks = former.marks
+        else:
+            self.marks = _marks_of(status.snapshot)
         self.status = status
         self.look = look
         self.extras = extras
@@ -374,11 +411,6 @@ class Texts:
         return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
 
     @cached_property
-    def marks(self) -> tuple[tuple[float, ...], tuple[str, ...]]:
-        """Marks of the learning curve, as :func:`curve_marks`."""
-        return curve_marks(self.status.snapshot)
-
-    @cached_property
     def curve(self) -> tuple[np.ndarray, np.ndarray]:
         """The learning curve, as :func:`curve_data`."""
         return curve_data(self.status.snapshot)
@@ -386,7 +418,7 @@ class Texts:
     @cached_property
     def axes(self) -> tuple[uplot.Axis, ...]:
         """Axes of the learning curve, with its marks."""
-        return _axes(self.status.snapshot, self.look.theme)
+        return _axes(self.status.snapshot, self.marks, self.look.theme)
 
     @cached_property
     def scales(self) -> dict[str, uplot.Scale]:
@@ -400,7 +432,6 @@ class Readings:
     def __init__(self, client: viser.ClientHandle, status: Status) -> None:
         self._client = client
         self._gui = gui = client.gui
-        self._keys: Any = None
         self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
         self._options: tuple[str, ...] = ()
@@ -419,7 +450,7 @@ class Readings:
             self._curve = gui.add_uplot(
                 curve_data(snapshot),
                 (uplot.Series(label="steps"), _line(LIGHT)),
-                axes=_axes(snapshot, LIGHT),
+                axes=_axes(snapshot, _marks_of(snapshot), LIGHT),
                 scales=_scales(snapshot),
                 legend=uplot.Legend(show=False),
                 height=160,
@@ -472,13 +503,11 @@ class Readings:
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
-        if self._keys is not None and not self._keys.closed:
-            self._keys.close()
-        self._keys = modal = self._gui.add_modal("Keys")
+        modal = open_modal(self._client, "Keys")
         with modal:
             self._gui.add_markdown(KEYS)
             close = self._gui.add_button("Close")
-        close.on_click(guarded(lambda _: modal.close()))
+        close.on_click(guarded(lambda _: close_modal(modal)))
 
     def _close_newest_list(self) -> None:
         # viser closes none by itself, and does not hand out those that are open.

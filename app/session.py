@@ -4,7 +4,6 @@ Only the worker thread touches the learner. Everybody else enqueues a request an
 latest snapshot, of which there is one at a time and never a queue.
 """
 
-import itertools
 import logging
 import math
 import queue
@@ -26,6 +25,9 @@ log = logging.getLogger(__name__)
 FULL_SPEED = math.inf
 """A speed in steps per second: as fast as it goes."""
 
+MOST_WAITING = 1_000
+"""Requests that may wait while the worker is deaf."""
+
 _SLICE_S = 0.005
 """How long the learner may keep the worker from its requests."""
 _PUBLISH_S = 1 / 15
@@ -36,6 +38,11 @@ _MAX_DEBT_S = 0.1
 """Learning that is owed after a stall is forgiven beyond this, so that speed never bursts."""
 _RATE_WINDOW_S = 1.0
 _FAREWELL_S = 2.0
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Play, unless somebody has said by then whether the learner is to go on or to stand still."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +102,13 @@ class GoBack:
     """Take up the run again that was set aside when a run of an experiment was opened."""
 
 
-Request = Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | OpenRun | GoBack | Command
+Request = (
+    Begin | Play | Pause | StepOnce | TrialOnce | SetSpeed | StartAgain | OpenRun | GoBack | Command
+)
 Reply = Callable[[str], None]
 """Told why a request could not be carried out."""
+
+_SAY_WHETHER_TO_PLAY = (Play, Pause, StepOnce, TrialOnce, OpenRun)
 
 
 @dataclass(frozen=True)
@@ -169,7 +180,7 @@ class Session:
             ValueError: the seed is not allowed.
         """
         self._requests: queue.SimpleQueue[_Envelope | None] = queue.SimpleQueue()
-        self._tickets = itertools.count(1)
+        self._newest_ticket = 0
         self._answered = 0
         self._thread = threading.Thread(target=self._work, name="learner", daemon=True)
         self._published = threading.Condition()
@@ -180,6 +191,8 @@ class Session:
         self._until_trial = spec.trials
         self._speed = speed
         self._playing = playing
+        self._told_to_play = playing
+        """Whether somebody has said that the learner is to go on, or to stand still."""
         self._preparing = True
         self._error: str | None = None
         self._opened: Opened | None = None
@@ -217,12 +230,21 @@ class Session:
     def submit(self, request: Request, reply: Reply | None = None) -> int:
         """Ask for something; it is done before the next slice of learning.
 
+        Where too much is asked for already, because the learner's code is being compiled, it is
+        refused.
+
         Returns:
             A ticket; the request has been answered once ``status.answered`` has reached it.
         """
+        envelope = None
         with self._submitting:
-            ticket = next(self._tickets)
-            self._requests.put(_Envelope(request, reply, ticket))
+            if self._requests.qsize() < MOST_WAITING:
+                self._newest_ticket += 1
+                envelope = _Envelope(request, reply, self._newest_ticket)
+                self._requests.put(envelope)
+            ticket = self._newest_ticket
+        if envelope is None and reply is not None:
+            reply(f"{MOST_WAITING:,} requests wait for the learner; ask again once it is ready")
         return ticket
 
     def wait_for(self, condition: Callable[[Status], bool], timeout_s: float) -> Status:
@@ -314,7 +336,12 @@ class Session:
             log.exception("a refusal could not be told")
 
     def _carry_out(self, request: Request) -> None:
+        if isinstance(request, _SAY_WHETHER_TO_PLAY):
+            self._told_to_play = True
         match request:
+            case Begin():
+                if not self._told_to_play:
+                    self._play()
             case Play():
                 self._play()
             case Pause():
@@ -341,7 +368,7 @@ class Session:
             case GoBack():
                 self._go_back()
             case _:
-                self._run.apply(request)
+                self._run.apply(request, folding=True)
                 self._claim_no_more()
 
     def _check_not_over(self) -> None:

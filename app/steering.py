@@ -18,13 +18,15 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.planner import Ask
 from app.server.callbacks import RefusedError, guarded
+from app.server.notices import close_modal, open_modal, tell
 from app.session import Session, Status
 from app.snapshot import Snapshot
 from app.widgets import assign, on_change, show
-from app.words import PARAMETER_NAMES, by_plain_name, plain
+from app.words import PARAMETER_NAMES, by_plain_name, counted, plain
 from learners.commands import (
     Command,
     DefineSkill,
+    Event,
     Explore,
     FollowSchedule,
     FreezeSelection,
@@ -37,7 +39,6 @@ from learners.commands import (
     Undo,
 )
 from learners.parameters import value_of
-from learners.run import Event
 from learners.skills import SKILLS
 from learners.spec import MAX_TRIALS, MOVES, SkillName, SkillWeights
 
@@ -63,6 +64,8 @@ div:has(> div > .pounce-parameters) .mantine-NumberInput-controls { display: non
 div:has(> div > .pounce-parameters) .mantine-NumberInput-input { padding-inline: 0.4em; }
 </style>"""
 _SHOWN_CHANGES = 6
+_MOST_CHANGES = 100
+"""The latest changes by hand, which alone can be taken back here."""
 _NOTHING = "(nothing to undo)"
 _NO_OTHER = "(no other skill)"
 _NO_SKILL = "(no skill yet)"
@@ -191,6 +194,8 @@ class Steering:
         self._lock = threading.Lock()
         self._pending: dict[str, tuple[viser.GuiEvent, float, float]] = {}
         self._open_changes: dict[str, int] = {}
+        self._history: tuple[Event, ...] | None = None
+        """As it was when the list of changes was made."""
         self._others: dict[str, str] = {}
         self._leavers: dict[str, str] = {}
         self._sliders: dict[str, Any] = {}
@@ -211,7 +216,8 @@ class Steering:
             if slider.low <= value <= slider.high:
                 self._ask(event, SetParameter(key, value))
             elif event.client is not None:
-                event.client.add_notification(
+                tell(
+                    event.client,
                     "That cannot be done",
                     f"{slider.label}: {value:g} is not allowed; allowed: {slider.low:g} to"
                     f" {slider.high:g}",
@@ -272,23 +278,29 @@ class Steering:
             self._ask(event, Undo(number))
 
     def _show_undo(self, snapshot: Snapshot) -> None:
-        changes = [
-            event
-            for event in snapshot.control.history
-            if event.by_hand and not isinstance(event.command, Undo)
-        ]
+        history = snapshot.control.history
+        if history is self._history:
+            return
+        self._history = history
+        changes = [e for e in history if e.by_hand and not isinstance(e.command, Undo)]
         # Counted as they are listed: what the schedule did between them has numbers of its own.
-        names = {e.number: f"{n}: {command_in_words(e.command)}" for n, e in enumerate(changes, 1)}
+        names = {
+            e.number: f"{n}: {command_in_words(e.command)}"
+            for n, e in list(enumerate(changes, 1))[-_MOST_CHANGES:]
+        }
         lines = [
             f"<span style='{'text-decoration:line-through;opacity:0.6' if e.undone else ''}'>"
             f"{escape(names[e.number])}, trial {e.trial:,}</span>"
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
+        if len(changes) > _SHOWN_CHANGES:
+            earlier = counted(len(changes) - _SHOWN_CHANGES, "earlier change")
+            body = f"… {earlier}<br>{body}"
         assign(
             self._changes, "content", f'<div style="padding:0 0.6em;font-size:0.8em">{body}</div>'
         )
-        open_events = undoable(snapshot.control.history)
+        open_events = [e for e in undoable(history) if e.number in names]
         self._open_changes = {names[e.number]: e.number for e in open_events}
         options = tuple(self._open_changes) or (_NOTHING,)
         if self._chosen.options != options:
@@ -366,15 +378,15 @@ class Steering:
         skill = self._leavers.get(str(self._leaver.value))
         if client is None or skill is None or skill not in snapshot.present:
             return
-        modal = client.gui.add_modal(f"Remove {plain(skill)}?")
+        modal = open_modal(client, f"Remove {plain(skill)}?")
         with modal:
             client.gui.add_markdown(escape(loss_of(snapshot, skill)))
             yes = client.gui.add_button(f"Remove {plain(skill)}", color="red")
             no = client.gui.add_button("Keep it")
 
         def removed(_: viser.GuiEvent) -> None:
-            modal.close()
+            close_modal(modal)
             self._ask(event, Remove(skill))
 
         yes.on_click(guarded(removed))
-        no.on_click(guarded(lambda _: modal.close()))
+        no.on_click(guarded(lambda _: close_modal(modal)))

@@ -12,6 +12,7 @@ from typing import Literal
 from app.snapshot import Snapshot
 from app.words import plain
 from learners.commands import (
+    Event,
     Explore,
     FreezeSelection,
     FreezeSkills,
@@ -20,7 +21,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
-from learners.run import Event, timers_of
+from learners.run import timers_of
 from learners.spec import INTRODUCTION, MAX_TRIALS, RunSpec
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
@@ -31,6 +32,9 @@ FREEZES: tuple[Kind, Kind] = ("selection_freeze", "skills_freeze")
 
 FROZEN: dict[Kind, str] = {"selection_freeze": "selection", "skills_freeze": "skills"}
 """What they hold still."""
+
+MAX_PAST = 100
+"""Blocks by hand that are drawn once they are over: a held key makes thousands."""
 
 NEVER = MAX_TRIALS
 """Trial of a timer that never comes: a run ends before it."""
@@ -98,6 +102,11 @@ class _Reel:
     def blocks(self) -> tuple[Block, ...]:
         """What lasted from when to when so far."""
         return tuple(self._blocks.values())
+
+    @property
+    def open_ids(self) -> frozenset[str]:
+        """Ids of what nobody has ended."""
+        return frozenset(self._open.values())
 
     def play(self, event: Event, history: Sequence[Event]) -> None:
         """Note what a command did."""
@@ -232,6 +241,41 @@ class _Reel:
         self._freeze(event, kind, next(reversed(asked.values()), False))
 
 
+class Past:
+    """What has happened in a run, kept up with it as its history grows, and kept small."""
+
+    def __init__(self) -> None:
+        self._preset: RunSpec | None = None
+        self._history: tuple[Event, ...] = ()
+        self._reel: _Reel | None = None
+        self._kept: tuple[Block, ...] = ()
+        self.left_out = 0
+        """Blocks that are over and that nobody can tell apart any more among so many."""
+
+    def blocks_of(self, snapshot: Snapshot) -> tuple[Block, ...]:
+        """As the function of this name, but of what was done by hand and is over the newest."""
+        history = snapshot.control.history
+        if history is not self._history or snapshot.preset_spec is not self._preset:
+            self._play(snapshot.preset_spec, history)
+        return (*_as_of(self._kept, snapshot.trial), *_planned(snapshot))
+
+    def _play(self, preset: RunSpec, history: tuple[Event, ...]) -> None:
+        known = len(self._history)
+        is_longer = known and len(history) > known and history[known - 1] is self._history[-1]
+        # An undo changes what was noted before it.
+        undone = any(isinstance(event.command, Undo) for event in history[known:])
+        if self._reel is None or preset is not self._preset or not is_longer or undone:
+            self._reel, known = _Reel(preset), 0
+        for event in history[known:]:
+            self._reel.play(event, history)
+        self._preset, self._history = preset, history
+        over = [block.id for block in self._reel.blocks if block.by_hand]
+        over = [id for id in over if id not in self._reel.open_ids]
+        lost = set(over[:-MAX_PAST])
+        self.left_out = len(lost)
+        self._kept = tuple(block for block in self._reel.blocks if block.id not in lost)
+
+
 def _id_of(event: Event, kind: Kind) -> str:
     """Id of the block of a kind that a command began."""
     return f"presence:{event.number}" if kind == "presence" else f"event:{event.number}"
@@ -249,11 +293,14 @@ def _happened(snapshot: Snapshot) -> tuple[Block, ...]:
     reel = _Reel(snapshot.preset_spec)
     for event in history:
         reel.play(event, history)
+    return _as_of(reel.blocks, snapshot.trial)
+
+
+def _as_of(blocks: Iterable[Block], trial: int) -> tuple[Block, ...]:
+    """Blocks as they are in a trial: done where they are over."""
     return tuple(
-        block
-        if block.until is None or block.until > snapshot.trial
-        else replace(block, state="done")
-        for block in reel.blocks
+        block if block.until is None or block.until > trial else replace(block, state="done")
+        for block in blocks
     )
 
 

@@ -125,5 +125,18 @@ Command = (
 )
 
 
+@dataclass(frozen=True)
+class Event:
+    """A command that was carried out."""
+
+    number: int
+    step: int
+    trial: int
+    command: Command
+    by_hand: bool
+    """Whether a person gave it, and not the schedule."""
+    undone: bool = False
+
+
 class CommandError(ValueError):
     """A command that cannot be carried out now; the message says why. Nothing has changed."""

@@ -17,6 +17,7 @@ from learners.commands import (
     Command,
     CommandError,
     DefineSkill,
+    Event,
     Explore,
     FollowSchedule,
     FreezeSelection,
@@ -28,6 +29,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.folding import overruled, without
 from learners.kernel import LearnerState, Settings
 from learners.parameters import value_of
 from learners.skills import SKILLS
@@ -88,19 +90,6 @@ class Timer(NamedTuple):
 
     trial: int
     command: Command
-
-
-@dataclass(frozen=True)
-class Event:
-    """A command that was carried out."""
-
-    number: int
-    step: int
-    trial: int
-    command: Command
-    by_hand: bool
-    """Whether a person gave it, and not the schedule."""
-    undone: bool = False
 
 
 @dataclass(frozen=True)
@@ -232,22 +221,52 @@ class Run:
             self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
         return made
 
-    def apply(self, command: Command) -> None:
+    def apply(self, command: Command, folding: bool = False) -> None:
         """Carry out a command given by hand, and note it in the history.
+
+        With ``folding`` it takes the place of one that it makes void before a step was made, and
+        what a command and its contrary leave as it was leaves no note. What is learned is the same.
 
         Raises:
             CommandError: it cannot be carried out now; nothing has changed.
         """
-        self._give(command, by_hand=True)
+        self._give(command, by_hand=True, folding=folding)
 
-    def _give(self, command: Command, by_hand: bool) -> None:
+    def _give(self, command: Command, by_hand: bool, folding: bool = False) -> None:
         memo = self._obey(command)
+        void = overruled(self.control.history, command, self.step) if folding else None
+        if void is not None:
+            memo = self._forget(void)
+            if self._holds_anyway(command):
+                return
         number = len(self.control.history)
         self._memos[number] = memo
         event = Event(number, self.step, self.trial, command, by_hand)
         self.control = replace(self.control, history=(*self.control.history, event))
         if isinstance(command, Introduce) and self.control.schedule_on:
             self._start_episodes_of(command.skill)
+
+    def _forget(self, number: int) -> Any:
+        """Take an event out of the history; returns what was noted for its undoing.
+
+        It is the last, or there is nothing to note for those behind it.
+        """
+        memo = self._memos[number]
+        self.control = replace(self.control, history=without(self.control.history, number))
+        del self._memos[len(self.control.history)]
+        self._memos.update(dict.fromkeys(range(number, len(self.control.history))))
+        return memo
+
+    def _holds_anyway(self, command: Command) -> bool:
+        """Whether what a command sets was so before it, by the history."""
+        match command:
+            case FreezeSelection() | FreezeSkills():
+                return command == self._other(type(command)(False), _BEFORE_ALL)
+            case FollowSchedule():
+                return command == self._other(FollowSchedule(True), _BEFORE_ALL)
+            case SetParameter(key=key, value=value):
+                return value == self._value_without(key, _BEFORE_ALL)
+        return False
 
     def _begin_trial(self) -> None:
         if self.state.tally[kernel.TRIAL_STEP] != 0:

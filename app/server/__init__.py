@@ -7,14 +7,19 @@ nor at the `Origin` of a request, and it stores whatever a page sends as a widge
 - *the request* (`door`, `origin`): `Host` must be a name of this server (a foreign name that
   resolves to it is DNS rebinding), a page must come from this very server, and there is a limit on
   open pages;
-- *the frame* (`admission`): what is not a viser message ends its connection, quietly;
+- *the frame* (`shapes`): what is not a viser message ends its connection, quietly; what has a wrong
+  shape is dropped, before viser's decoder can make anything of it;
 - *the message* (`admission`, `values`): only what a page has reason to send, for a widget that is
   there, shown and enabled, with a value that this very widget allows. All else is dropped before
   viser sees it.
 
+What a page may cost is bounded as well: how fast its messages are acted on (`pace`), how many of
+its callbacks run (`workers`), how much waits to be sent to it (`outbox`) and what it is told
+(`notices`).
+
 The door is also a way back out of HTML (`calls`), which viser does not have.
 
-Private parts of viser are used in this package alone (viser>=1.1.1,<1.2). The one function that it
-replaces, while a server is being made, is `websockets.asyncio.server.serve`: viser passes its
-request handler and size limit through that call, and offers no other way in.
+Private parts of viser are used in this package alone (viser>=1.1.1,<1.2). It replaces viser's pool
+of threads, and one function while a server is being made: `websockets.asyncio.server.serve`, since
+viser passes its request handler and size limit through that call, and offers no other way in.
 """

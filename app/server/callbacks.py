@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 
 import viser
 
+from app.server.notices import tell
+
 Event = TypeVar("Event")
 
 log = logging.getLogger(__name__)
@@ -49,9 +51,7 @@ def told_to(event: Any, callback: Callable[..., Any]) -> Iterator[None]:
     except RefusedError as error:
         # What was asked for makes no sense; that is between the page and its user.
         if client is not None:
-            client.add_notification(
-                "That cannot be done now", str(error)[:400], auto_close_seconds=8.0
-            )
+            tell(client, "That cannot be done now", str(error)[:400])
     except Exception as error:
         # The last place that can tell the user: beyond it lie viser's threads, which print to a
         # terminal that nobody watches. So it takes every error, whatever the callback may raise.
@@ -59,4 +59,4 @@ def told_to(event: Any, callback: Callable[..., Any]) -> Iterator[None]:
         log.error("%s failed: %s", getattr(callback, "__qualname__", callback), text)
         log.debug("the failure above", exc_info=True)
         if client is not None:
-            client.add_notification("That did not work", text, color="red", auto_close_seconds=10.0)
+            tell(client, "That did not work", text, color="red", auto_close_seconds=10.0)

@@ -13,13 +13,18 @@ from typing import Any, Final
 import viser
 import websockets.asyncio.server
 from viser import _messages as wire
+from websockets.asyncio.server import ServerConnection
+from websockets.frames import CloseCode
 
 from app.server.admission import CheckedConnection
 from app.server.buffers import make_safe
 from app.server.door import Door, OnCall, OnRefused, harden
+from app.server.workers import Workers
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
 """Largest websocket message. A page uploads in parts of 0.5 MiB; a rendered picture is larger."""
+
+log = logging.getLogger(__name__)
 
 
 def open_server(
@@ -63,8 +68,16 @@ def open_server(
     server._websock_server.unregister_handler(wire.ShareUrlDisconnect)
     server.gui.configure_theme(show_share_button=False)
     make_safe(server)
+    _employ(Workers(), server)
     door.server = server
     return server
+
+
+def _employ(workers: Workers, server: viser.ViserServer) -> None:
+    """Have callbacks run by threads that know whose they are; there is no page as yet."""
+    server._thread_executor.shutdown()
+    for employer in (server, server.gui, server.scene):
+        employer._thread_executor = workers
 
 
 def close_server(server: viser.ViserServer) -> None:
@@ -107,13 +120,23 @@ def _serving_through(door: "Door") -> Iterator[None]:
                 max_size=MAX_MESSAGE_BYTES,
                 logger=_wire_log,
             )
-            return serve(handler, host, port, **options)
+            return serve(functools.partial(_of_this_version, handler), host, port, **options)
 
         websockets.asyncio.server.serve = serve_behind_door  # type: ignore[assignment]
         try:
             yield
         finally:
             websockets.asyncio.server.serve = serve
+
+
+async def _of_this_version(handler: Any, connection: ServerConnection) -> None:
+    """Let viser handle a connection of its page; it prints what another one calls itself."""
+    if connection.subprotocol == f"viser-v{viser.__version__}":
+        await handler(connection)
+        return
+    log.info("closed a connection of a page of another version")
+    # With this code the page says what is wrong.
+    await connection.close(CloseCode.PROTOCOL_ERROR, "another version")
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:

@@ -1,53 +1,18 @@
-"""Whether a message holds what it claims to hold, and whether a widget allows a value."""
+"""Whether a widget allows a value."""
 
-import functools
 import itertools
 import math
 import numbers
-import types
-import typing
 from collections.abc import Callable, Sequence
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import viser
-from viser import _messages as wire
 
 MAX_TEXT_CHARACTERS: Final = 2_000
 
 
 def name_of(handle: Any) -> str:
     return getattr(handle._impl.props, "label", None) or "This"
-
-
-@functools.cache
-def fields(message_type: type[wire.Message]) -> tuple[tuple[str, Any], ...]:
-    hints = typing.get_type_hints(message_type)
-    return tuple((name, hints[name]) for name in message_type.__dataclass_fields__)  # type: ignore
-
-
-def is_well_typed(message: wire.Message) -> bool:
-    """Whether every field holds what its annotation says; viser's decoder only converts numbers."""
-    return all(_fits(getattr(message, name), hint) for name, hint in fields(type(message)))
-
-
-def _fits(value: Any, hint: Any) -> bool:
-    """Whether a decoded value is of the annotated type; numbers must be finite."""
-    kind, parts = typing.get_origin(hint), typing.get_args(hint)
-    if hint is Any:
-        return True
-    if hint in (int, float):
-        return _is_real(value) and (hint is float or isinstance(value, int))
-    if kind in (typing.Union, types.UnionType):
-        return any(_fits(value, part) for part in parts)
-    if kind is Literal:
-        return value in parts
-    if kind is tuple:
-        if not isinstance(value, tuple):
-            return False
-        if parts[1:] == (...,):
-            parts = parts[:1] * len(value)
-        return len(value) == len(parts) and all(map(_fits, value, parts))
-    return isinstance(value, kind or hint)
 
 
 def _is_real(value: Any) -> bool:
