@@ -7,7 +7,6 @@ that everything is there, and whatever ends the program loses at most the runs i
 
 import contextlib
 import csv
-import importlib.metadata
 import io
 import json
 import os
@@ -18,11 +17,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
+from app import __version__
 from app.experiments import Experiment
 from app.files import write_whole
 from app.folders import make_folders, remove_folders
 from app.replicate import DONE, FAILED, gist, settings_of
-from sim.compiled import SOURCE_DIGEST
+from sim.sources import SOURCE_DIGEST
 
 SCHEMA_VERSION: Final = 3
 
@@ -540,11 +540,7 @@ def version() -> str:
 
     Two checkouts of one version may differ, and then their results may.
     """
-    try:
-        released = importlib.metadata.version("pounce-lab")
-    except importlib.metadata.PackageNotFoundError:
-        released = "0"
-    return f"{released}+{SOURCE_DIGEST[:8]}"
+    return f"{__version__}+{SOURCE_DIGEST[:8]}"
 
 
 def _unwritable(error: OSError) -> FolderError:
