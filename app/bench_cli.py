@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from app import terminal
+from app import interrupts, terminal
 from app.cli_words import (
     EXIT_FAILED,
     EXIT_OK,
@@ -70,7 +70,7 @@ def obey(command: Bench) -> int:
     from benchmarks.compare import MismatchError, compare
 
     try:
-        with terminal.status() as on_progress:
+        with interrupts.undoing(), terminal.status() as on_progress:
             found = compare(specs, repetitions, on_progress)
     except MismatchError as error:
         complain(str(error))
@@ -86,7 +86,7 @@ def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int)
     from benchmarks.page import compare_page
 
     preset = command.presets[0] if command.presets else "timed"
-    with terminal.status() as on_progress:
+    with interrupts.undoing(), terminal.status() as on_progress:
         found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
     if command.json:
         say(json.dumps(found))

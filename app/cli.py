@@ -6,7 +6,6 @@ What takes long to import is imported by the command that needs it, so that help
 import contextlib
 import dataclasses
 import difflib
-import importlib.metadata
 import io
 import os
 import re
@@ -19,10 +18,9 @@ from typing import Annotated, Any
 import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
 
-from app import bench_cli, experiment_cli, report_cli, run_cli
+from app import __version__, bench_cli, experiment_cli, report_cli, run_cli
 from app.bench_cli import Bench
 from app.cli_words import (
-    EXIT_INTERRUPTED,
     EXIT_OK,
     EXIT_PIPE_CLOSED,
     EXIT_USAGE,
@@ -39,6 +37,7 @@ from app.cli_words import (
     whole_number,
 )
 from app.experiment_cli import Experiment
+from app.interrupts import EXIT_INTERRUPTED
 from app.report_cli import Report
 from app.run_cli import Run
 
@@ -205,15 +204,6 @@ def _unknown_word(kind: type[Any], prog: str, unknown: Sequence[str]) -> str:
 # --- Commands ------------------------------------------------------------------------------------
 
 
-def _version() -> int:
-    try:
-        version = importlib.metadata.version("pounce-lab")
-    except importlib.metadata.PackageNotFoundError:
-        version = "(not installed)"
-    say(f"pounce {version}")
-    return EXIT_OK
-
-
 def _lab(command: Lab) -> int:
     from sim.rng import MAX_SEED
 
@@ -272,7 +262,8 @@ def _obey(command: Command | Pounce | None) -> int:
         case None:
             return EXIT_OK
         case Pounce():
-            return _version()
+            say(f"pounce {__version__}")
+            return EXIT_OK
         case Lab():
             return _lab(command)
         case Presets():
