@@ -194,9 +194,10 @@ class CompileCache(FunctionCache):
                 return
             except Exception as error:  # noqa: BLE001 - whatever it is, there may be another place
                 files.folder.is_refusing = True
-                obstacle = error
+                reason = error.strerror if isinstance(error, OSError) else error
+                obstacle = f"cannot be kept in {files.folder.path}: {reason}"
         if obstacle is not None:
-            _say(f"cannot be kept: {obstacle}; it is compiled at each start")
+            _say(f"{obstacle}; it is compiled at each start")
 
 
 @functools.cache
