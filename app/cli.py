@@ -7,6 +7,7 @@ import contextlib
 import dataclasses
 import difflib
 import io
+import logging
 import os
 import re
 import sys
@@ -284,6 +285,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Where the terminal knows no such character, better an escape than a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    # Without a home it warns of where it keeps what it has found of fonts, which is no matter.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         code = _answer(sys.argv[1:] if argv is None else argv)
         sys.stdout.flush()
