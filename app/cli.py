@@ -19,7 +19,7 @@ from typing import Annotated, Any
 import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
 
-from app import __version__, bench_cli, experiment_cli, report_cli, run_cli
+from app import __version__, bench_cli, experiment_cli, interrupts, report_cli, run_cli
 from app.bench_cli import Bench
 from app.cli_words import (
     EXIT_OK,
@@ -38,7 +38,6 @@ from app.cli_words import (
     whole_number,
 )
 from app.experiment_cli import Experiment
-from app.interrupts import EXIT_INTERRUPTED
 from app.report_cli import Report
 from app.run_cli import Run
 
@@ -310,8 +309,9 @@ def _answer(argv: Sequence[str]) -> int:
         return EXIT_USAGE
     except KeyboardInterrupt:
         complain("interrupted")
-        return EXIT_INTERRUPTED
+        return interrupts.EXIT_INTERRUPTED
 
 
 if __name__ == "__main__":
+    interrupts.end_the_program()
     sys.exit(main())

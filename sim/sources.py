@@ -62,10 +62,10 @@ def _digest_of(*packages: str) -> str:
 
 
 def digest_with(package: str) -> str | None:
-    """Of all sources that decide what code of a package does; None if it was not adopted."""
-    if package in DECIDING:
-        return SOURCE_DIGEST
-    return _digest_of(*DECIDING, package) if package in _sources else None
+    """Of all sources that decide what code of a package does; None if they were not read."""
+    if not _sources.get(package):
+        return None
+    return SOURCE_DIGEST if package in DECIDING else _digest_of(*DECIDING, package)
 
 
 class _Loader(SourceFileLoader):
