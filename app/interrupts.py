@@ -5,11 +5,12 @@ exception would be shown, or lost, by whatever is being imported or compiled jus
 is, :func:`undoing`, it is the exception ``KeyboardInterrupt``.
 """
 
+import atexit
 import os
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 EXIT_INTERRUPTED = 130
@@ -18,6 +19,7 @@ EXIT_INTERRUPTED = 130
 _AGAIN_S = 0.01
 
 _undoing = False
+_interrupted = False
 
 
 def end_the_program() -> None:
@@ -25,6 +27,8 @@ def end_the_program() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
         sys.unraisablehook = _raise_again
+        # What is registered first is done last.
+        atexit.register(_leave)
 
 
 @contextmanager
@@ -39,10 +43,24 @@ def undoing() -> Iterator[None]:
 
 
 def _end(signum: int, frame: FrameType | None) -> None:
+    global _interrupted
     if _undoing:
+        _interrupted = True
         raise KeyboardInterrupt
     os.write(2, b"interrupted\n")
     os._exit(EXIT_INTERRUPTED)
+
+
+def _leave() -> None:
+    """Exit with the code of an interrupt.
+
+    Python itself would end by the signal, if the exception went through a text that was executed.
+    """
+    if _interrupted:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError):
+                stream.flush()
+        os._exit(EXIT_INTERRUPTED)
 
 
 def _raise_again(lost: "sys.UnraisableHookArgs") -> None:

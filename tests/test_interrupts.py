@@ -33,6 +33,19 @@ if word == "the end":
 from app.__main__ import main
 sys.exit(main())
 """
+EXECUTED = """
+import sys
+from app import interrupts
+from app.cli_words import complain
+
+interrupts.end_the_program()
+try:
+    with interrupts.undoing():
+        exec("import signal; signal.raise_signal(signal.SIGINT)")
+except KeyboardInterrupt:
+    complain("interrupted")
+sys.exit(interrupts.EXIT_INTERRUPTED)
+"""
 LOST = """
 import signal, sys, time
 from app import interrupts
@@ -106,4 +119,8 @@ def test_who_ignores_interrupts_is_not_interrupted(tmp_path: Path) -> None:
 
 
 def test_an_interrupt_that_a_finalizer_would_lose_is_not_lost(tmp_path: Path) -> None:
-    assert done(tmp_path, LOST) == (0, "undone\n", "")
+    assert done(tmp_path, LOST) == (130, "undone\n", "")
+
+
+def test_an_interrupt_within_executed_text_has_the_same_code(tmp_path: Path) -> None:
+    assert done(tmp_path, EXECUTED) == (130, "", "interrupted\n")
