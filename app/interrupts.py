@@ -54,7 +54,8 @@ def _end(signum: int, frame: FrameType | None) -> None:
 def _leave() -> None:
     """Exit with the code of an interrupt.
 
-    Python itself would end by the signal, if the exception went through a text that was executed.
+    With ``-m`` Python itself would end by the signal, if the exception went through a text that was
+    executed.
     """
     if _interrupted:
         for stream in (sys.stdout, sys.stderr):

@@ -66,12 +66,14 @@ except KeyboardInterrupt:
 """
 
 
-def done(folder: Path, program: str, *words: str, ignoring: bool = False) -> tuple[int, str, str]:
-    """Exit code, answer and complaint of a program."""
+def done(
+    folder: Path, program: str, *words: str, ignoring: bool = False, option: str = "-c"
+) -> tuple[int, str, str]:
+    """Exit code, answer and complaint of a program: a text, or with ``-m`` a module."""
     # Whoever runs the tests in the background has them ignore interrupts, and children inherit it.
     handling = signal.SIG_IGN if ignoring else signal.SIG_DFL
     ended = subprocess.run(
-        [sys.executable, "-c", program, *words],
+        [sys.executable, option, program, *words],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         cwd=folder,
         capture_output=True,
@@ -123,4 +125,6 @@ def test_an_interrupt_that_a_finalizer_would_lose_is_not_lost(tmp_path: Path) ->
 
 
 def test_an_interrupt_within_executed_text_has_the_same_code(tmp_path: Path) -> None:
-    assert done(tmp_path, EXECUTED) == (130, "", "interrupted\n")
+    # Only of modules that are run does Python notice.
+    (tmp_path / "executed.py").write_text(EXECUTED)
+    assert done(tmp_path, "executed", option="-m") == (130, "", "interrupted\n")
