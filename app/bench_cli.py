@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from app import terminal
+from app import interrupts, terminal
 from app.cli_words import (
     EXIT_FAILED,
     EXIT_OK,
@@ -82,7 +82,7 @@ def obey(command: Bench) -> int:
     from benchmarks.compare import MismatchError, compare
 
     try:
-        with terminal.status() as on_progress:
+        with interrupts.undoing(), terminal.status() as on_progress:
             found = compare(specs, repetitions, on_progress)
     except MismatchError as error:
         complain(str(error))
@@ -98,7 +98,7 @@ def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int)
     from benchmarks.page import compare_page
 
     preset = next(iter(specs)) if command.presets else "timed"
-    with terminal.status() as on_progress:
+    with interrupts.undoing(), terminal.status() as on_progress:
         found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
     if command.json:
         say(json.dumps(found))
@@ -115,7 +115,7 @@ def _measure_load(
     from benchmarks.load import measure_load
 
     preset = next(iter(specs)) if command.presets else "timed"
-    with terminal.status() as on_progress:
+    with interrupts.undoing(), terminal.status() as on_progress:
         found = measure_load(specs[preset], preset, specs, n_pages, repetitions, on_progress)
     if command.json:
         say(json.dumps(found))

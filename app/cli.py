@@ -6,8 +6,8 @@ What takes long to import is imported by the command that needs it, so that help
 import contextlib
 import dataclasses
 import difflib
-import importlib.metadata
 import io
+import logging
 import os
 import re
 import sys
@@ -19,10 +19,9 @@ from typing import Annotated, Any
 import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
 
-from app import bench_cli, experiment_cli, report_cli, run_cli
+from app import __version__, bench_cli, experiment_cli, interrupts, report_cli, run_cli
 from app.bench_cli import Bench
 from app.cli_words import (
-    EXIT_INTERRUPTED,
     EXIT_OK,
     EXIT_PIPE_CLOSED,
     EXIT_USAGE,
@@ -205,15 +204,6 @@ def _unknown_word(kind: type[Any], prog: str, unknown: Sequence[str]) -> str:
 # --- Commands ------------------------------------------------------------------------------------
 
 
-def _version() -> int:
-    try:
-        version = importlib.metadata.version("pounce-lab")
-    except importlib.metadata.PackageNotFoundError:
-        version = "(not installed)"
-    say(f"pounce {version}")
-    return EXIT_OK
-
-
 def _lab(command: Lab) -> int:
     from sim.rng import MAX_SEED
 
@@ -273,7 +263,8 @@ def _obey(command: Command | Pounce | None) -> int:
         case None:
             return EXIT_OK
         case Pounce():
-            return _version()
+            say(f"pounce {__version__}")
+            return EXIT_OK
         case Lab():
             return _lab(command)
         case Presets():
@@ -294,6 +285,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Where the terminal knows no such character, better an escape than a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    # Without a home it warns of where it keeps what it has found of fonts, which is no matter.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         code = _answer(sys.argv[1:] if argv is None else argv)
         sys.stdout.flush()
@@ -317,8 +310,9 @@ def _answer(argv: Sequence[str]) -> int:
         return EXIT_USAGE
     except KeyboardInterrupt:
         complain("interrupted")
-        return EXIT_INTERRUPTED
+        return interrupts.EXIT_INTERRUPTED
 
 
 if __name__ == "__main__":
+    interrupts.end_the_program()
     sys.exit(main())

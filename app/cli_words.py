@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
-EXIT_INTERRUPTED = 130
-"""As shells report a program that SIGINT ended."""
 EXIT_PIPE_CLOSED = 141
 """As shells report a program that SIGPIPE ended."""
 

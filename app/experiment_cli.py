@@ -14,10 +14,9 @@ from urllib.parse import urlsplit
 
 from tyro.conf import Positional, arg
 
-from app import terminal
+from app import interrupts, terminal
 from app.cli_words import (
     EXIT_FAILED,
-    EXIT_INTERRUPTED,
     EXIT_OK,
     HIDDEN_HINT,
     RESULTS,
@@ -96,7 +95,10 @@ def obey(command: Experiment) -> int:
         if command.dry_run:
             say(_planned(command, experiment, crew.size))
             return EXIT_OK
-        return _carry_out(command, experiment, crew)
+        if command.cluster is None:
+            _prepare(experiment)
+        with interrupts.undoing():
+            return _carry_out(command, experiment, crew)
 
 
 def _check(command: Experiment) -> None:
@@ -130,6 +132,12 @@ def _wanted(command: Experiment) -> "experiments.Experiment":
         raise WrongPresetError(str(error)) from error
 
 
+def _prepare(experiment: "experiments.Experiment") -> None:
+    from app.replicate import prepare
+
+    prepare(experiment.metrics)
+
+
 def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: "Crew") -> int:
     """Make all runs, showing the progress on a terminal; returns the exit code."""
     from app.laboratory import ClusterError, run_experiment
@@ -147,7 +155,7 @@ def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: 
             return EXIT_FAILED
         except KeyboardInterrupt:
             complain(f"interrupted; what is finished is in {folder.path}, and --resume goes on")
-            return EXIT_INTERRUPTED
+            return interrupts.EXIT_INTERRUPTED
         say(_report(command, experiment, folder, outcome))
     return EXIT_FAILED if outcome.failed else EXIT_OK
 

@@ -127,6 +127,24 @@ def tasks_of(experiment: Experiment) -> Iterator[tuple[Variant, Task]]:
 # --- One run -------------------------------------------------------------------------------------
 
 
+def prepare(metrics: Sequence[str] = ()) -> None:
+    """Compile what runs take, or load what was compiled before, ahead of the first one.
+
+    Args:
+        metrics: columns of :mod:`app.metrics` that are wanted of them.
+    """
+    spec = {
+        "world": {"size": 20, "step_limit": 1},
+        "learner": {"options": ["approach"], "alpha": 0},
+        "schedule": {"skills": {"approach": {"at": 0}}},
+        "trials": 1,
+    }
+    run = Run(RunSpec.model_validate(spec), seed=0)
+    run.advance(max_steps=1)
+    if "greedy_success" in metrics:
+        greedy_success(run)
+
+
 def perform(
     task: Task,
     on_progress: Callable[[Run], object] = lambda _: None,

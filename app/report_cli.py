@@ -6,7 +6,7 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from app import terminal
+from app import interrupts, terminal
 from app.cli_words import (
     EXIT_FAILED,
     EXIT_OK,
@@ -62,7 +62,7 @@ def obey(command: Report) -> int:
     out = None if command.out is None else Path(command.out)
     folders = [Path(folder) for folder in command.folders]
     try:
-        with terminal.status() as tell:
+        with interrupts.undoing(), terminal.status() as tell:
             written = write_report(folders, out, command.compare, tell)
     except ResultsError as error:
         complain(str(error))

@@ -6,7 +6,6 @@ that everything is there, and whatever ends the program loses at most the runs i
 """
 
 import contextlib
-import importlib.metadata
 import json
 import os
 import sqlite3
@@ -16,13 +15,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
-from app import csv_texts
+from app import __version__, csv_texts
 from app.document import UnusableError, file_of, is_same_text
 from app.experiments import Experiment
 from app.files import write_whole
 from app.folders import make_folders, remove_folders
 from app.replicate import DONE, FAILED, gist, settings_of
-from sim.compiled import SOURCE_DIGEST
+from sim.sources import SOURCE_DIGEST
 
 SCHEMA_VERSION: Final = 3
 
@@ -539,11 +538,7 @@ def version() -> str:
 
     Two checkouts of one version may differ, and then their results may.
     """
-    try:
-        released = importlib.metadata.version("pounce-lab")
-    except importlib.metadata.PackageNotFoundError:
-        released = "0"
-    return f"{released}+{SOURCE_DIGEST[:8]}"
+    return f"{__version__}+{SOURCE_DIGEST[:8]}"
 
 
 def _unwritable(error: OSError) -> FolderError:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from app import terminal
+from app import interrupts, terminal
 from app.cli_words import (
     EXIT_FAILED,
     EXIT_OK,
@@ -102,8 +102,14 @@ def obey(command: Run) -> int:
 
     from app import headless
     from app.document import called
+    from app.replicate import prepare
 
-    with _output(command, seeds) as output, _progress(spec, len(seeds)) as on_progress:
+    prepare()
+    with (
+        interrupts.undoing(),
+        _output(command, seeds) as output,
+        _progress(spec, len(seeds)) as on_progress,
+    ):
         try:
             results = headless.run_seeds(
                 spec,

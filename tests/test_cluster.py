@@ -4,6 +4,8 @@ import asyncio
 import contextlib
 import json
 import os
+import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -19,13 +21,12 @@ import numpy as np
 import pytest
 from distributed import Client, Future
 
-from app import cli, cluster, laboratory
+from app import __version__, cli, cluster, laboratory
 from app.cluster import Cluster, perform_same
 from app.experiments import Experiment, Variant, parse
 from app.laboratory import Switch, Threads, run_experiment
 from app.replicate import FAILED, tasks_of
 from app.results import Folder, version
-from sim.compiled import SOURCE_DIGEST
 from tests.test_experiments import rows
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -309,14 +310,17 @@ def test_a_cluster_that_cannot_give_the_same_results_is_refused(
     assert cli.main(words) == 2
     assert "has no workers; allowed: a scheduler that has some" in complaint(capsys)
 
-    about = tmp_path / "other" / "pounce_lab-99.0.dist-info"
-    about.mkdir(parents=True)
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: pounce-lab\nVersion: 99.0\n")
-    dask.add_workers("stranger", before=[about.parent])
+    other = tmp_path / "other"
+    shutil.copytree(ROOT / "sim", other / "sim", ignore=shutil.ignore_patterns("__pycache__"))
+    with (other / "sim" / "rng.py").open("a") as file:
+        file.write("# Another version.\n")
+    dask.add_workers("stranger", before=[other])
     assert cli.main(words) == 2
     said = complaint(capsys)
     assert f"--cluster: '{dask.address}' has another version of pounce than {version()}" in said
-    assert f"has 99.0+{SOURCE_DIGEST[:8]}; allowed:" in said
+    (found,) = re.findall(r"tcp://\S+ has (\S+); allowed:", said)
+    assert found.startswith(f"{__version__}+")
+    assert found != version()
     assert not Path("results").exists()
 
 
