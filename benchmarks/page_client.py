@@ -32,6 +32,8 @@ def read_for_ever(port: int) -> None:
         subprotocols=[f"viser-v{viser.__version__}"],  # pyright: ignore[reportArgumentType]
         max_size=None,
         compression=None,
+        # This machine is reached directly, whatever proxy the environment names for the rest.
+        proxy=None,
     ) as connection:
         connection.send(msgspec.msgpack.encode(_CAMERA.as_serializable_dict()))
         for _ in connection:

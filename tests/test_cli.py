@@ -501,9 +501,9 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
     ),
     (
         ["lab", "--port", "99999"],
-        "--port: '99999' is not allowed; allowed: a whole number, 1 to 65535",
+        "--port: '99999' is not allowed; allowed: a whole number, 0 to 65535",
     ),
-    (["--port", "x"], "--port: 'x' is not allowed; allowed: a whole number, 1 to 65535"),
+    (["--port", "x"], "--port: 'x' is not allowed; allowed: a whole number, 0 to 65535"),
     (
         ["lab", "--seed", "-1"],
         "--seed: '-1' is not allowed; allowed: a whole number, 0 to 9223372036854775807",
@@ -602,6 +602,8 @@ def test_the_lab_is_the_default(
             "open_browser": True,
             "save_dir": None,
             "results": Path("results"),
+            "names": [],
+            "token": None,
         }
     ]
 

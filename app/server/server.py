@@ -1,5 +1,6 @@
 """Opening and closing the server."""
 
+import asyncio
 import contextlib
 import errno
 import functools
@@ -7,15 +8,25 @@ import io
 import logging
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import viser
 import websockets.asyncio.server
 from viser import _messages as wire
 
-from app.server.admission import CheckedConnection
+from app.server.access import Access
+from app.server.addresses import answering_addresses
+from app.server.connections import (
+    HANDSHAKE_S,
+    Connection,
+    Crowd,
+    Room,
+    room_for,
+    tell_of_error,
+)
 from app.server.door import Door, OnCall, OnRefused, harden
+from app.server.origin import Authority
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
 """Largest websocket message. A page uploads in parts of 0.5 MiB; a rendered picture is larger."""
@@ -26,6 +37,8 @@ def open_server(
     port: int = 8080,
     *,
     label: str | None = None,
+    names: Sequence[Authority] = (),
+    access: Access | None = None,
     on_refused: OnRefused | None = None,
     on_call: OnCall | None = None,
     max_clients: int = 64,
@@ -39,7 +52,8 @@ def open_server(
     `on_call(words)` is called when a link of the page to `/call/<words>` was followed, and says
     whether it took the call (see `Calls`). It runs there too and must return at once.
     `host` "0.0.0.0" or "::" opens the lab to the network; then it answers to any IP address and to
-    the machine's own names.
+    the machine's own names. It answers to `names` besides, and takes pages of theirs for its own.
+    With `access` it lets in only who has the token.
 
     Raises:
         ValueError: `port` is not a port number.
@@ -49,10 +63,21 @@ def open_server(
     if host == "localhost":
         # The name may stand for two addresses, and port 0 would give each a port of its own.
         host = "127.0.0.1"
-    door = Door(host, label or "pounce", on_refused, on_call, max_clients, max_upload_bytes)
     free_port = _first_free_port(host, port)
+    room = room_for(max_clients)
+    door = Door(
+        host,
+        free_port,
+        names=names,
+        title=label or "viser",
+        access=access,
+        on_refused=on_refused,
+        on_call=on_call,
+        max_clients=room.pages,
+        max_upload_bytes=max_upload_bytes,
+    )
     # viser greets on standard output whatever `verbose` says; the lab speaks for itself.
-    with _serving_through(door), contextlib.redirect_stdout(io.StringIO()):
+    with _serving_through(door, room), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=free_port, label=label, verbose=False)
     if not door.in_place:
         server.stop()
@@ -71,6 +96,17 @@ def close_server(server: viser.ViserServer) -> None:
         server.stop()
 
 
+def is_serving(server: viser.ViserServer) -> bool:
+    """Whether the server's thread, which has every connection, is alive."""
+    thread = server._websock_server._server_thread
+    return thread is not None and thread.is_alive()
+
+
+def addresses_of(server: viser.ViserServer) -> tuple[str, ...]:
+    """Addresses under which the server has just answered, that of this machine first."""
+    return answering_addresses(server.get_host(), server.get_port())
+
+
 def _first_free_port(host: str, port: int) -> int:
     """First port from `port` on that `host` can be bound to; viser hangs when it finds none."""
     if not 0 <= port <= 65_535:
@@ -87,11 +123,12 @@ def _first_free_port(host: str, port: int) -> int:
     raise OSError(errno.EADDRINUSE, f"no free port on {host} from {port} on")
 
 
+log = logging.getLogger(__name__)
 _being_made = threading.Lock()
 
 
 @contextlib.contextmanager
-def _serving_through(door: "Door") -> Iterator[None]:
+def _serving_through(door: Door, room: Room) -> Iterator[None]:
     """Have the viser server that is made inside the context put `door` before its socket."""
     with _being_made:
         serve = websockets.asyncio.server.serve
@@ -101,10 +138,13 @@ def _serving_through(door: "Door") -> Iterator[None]:
             options.update(
                 process_request=functools.partial(door.answer, options["process_request"]),
                 process_response=harden,
-                create_connection=functools.partial(CheckedConnection, door=door),
+                create_connection=functools.partial(Connection, door=door, crowd=Crowd(room.pages)),
+                open_timeout=HANDSHAKE_S,
                 max_size=MAX_MESSAGE_BYTES,
+                backlog=room.backlog,
                 logger=_wire_log,
             )
+            asyncio.get_running_loop().set_exception_handler(tell_of_error)
             return serve(handler, host, port, **options)
 
         websockets.asyncio.server.serve = serve_behind_door  # type: ignore[assignment]
@@ -115,9 +155,18 @@ def _serving_through(door: "Door") -> Iterator[None]:
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:
-    # Anything that is not an HTTP GET makes websockets log a traceback under this text.
-    return record.getMessage() != "opening handshake failed"
+    """Whether a line of the protocol's is one that we want; what is wrong with a request is not."""
+    if record.getMessage() != "opening handshake failed":
+        return True
+    # Anything that is not an HTTP GET makes websockets log a traceback under this text. What its
+    # own parser found to say may help who sets up a proxy.
+    fault = record.exc_info[1].__cause__ if record.exc_info and record.exc_info[1] else None
+    if isinstance(fault, ValueError):
+        log.warning("refused what is no request of a browser or a proxy: %s", fault)
+    return False
 
 
 _wire_log = logging.getLogger(f"{__name__}.wire")
 _wire_log.addFilter(_is_our_fault)
+# What it says below that are whole requests, with cookies and tokens.
+_wire_log.setLevel(logging.WARNING)
