@@ -7,6 +7,7 @@ on; so it is in no other address, in no `Referer` and in no log.
 import hashlib
 import hmac
 import html
+import logging
 import re
 import secrets
 import time
@@ -19,6 +20,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from app.server.page import response
+from app.server.refusals import Refusal
 
 MIN_TOKEN_CHARACTERS: Final = 12
 _TOKEN: Final = re.compile(rf"[A-Za-z0-9._~-]{{{MIN_TOKEN_CHARACTERS},200}}")
@@ -29,11 +31,22 @@ MAX_GUESSES: Final = 10
 """Different wrong tokens that one address may try in `WINDOW_S`."""
 _MAX_ADDRESSES: Final = 1_000
 
-WORDS: Final = (
+WITHOUT_TOKEN: Final = Refusal(
+    HTTPStatus.UNAUTHORIZED,
     "This lab wants its token. Open the address that it printed when it was started, or enter the"
-    " token from there."
+    " token from there.",
 )
-TOO_MANY: Final = "Too many wrong tokens came from here; try again in a minute."
+_WRONG_TOKEN: Final = Refusal(
+    HTTPStatus.UNAUTHORIZED,
+    "That is not the token of this lab. It is in the address that the lab printed when it was"
+    " started, and changes when the lab is started again.",
+)
+_TOO_MANY: Final = Refusal(
+    HTTPStatus.TOO_MANY_REQUESTS,
+    "Too many wrong tokens came from here; try again in a minute.",
+)
+
+log = logging.getLogger(__name__)
 
 
 def new_token() -> str:
@@ -84,8 +97,12 @@ class Access:
         given = _cookies(request, _cookie_name(port))
         return any(_are_same(value, self._cookie) for value in given)
 
-    def is_guessing(self, address: str) -> bool:
-        return self._guesses.are_too_many(address)
+    def refusal(self, request: Request, address: str) -> Refusal:
+        """What a request is told that has neither."""
+        if "token" not in dict(_questions(request)):
+            return WITHOUT_TOKEN
+        log.warning("refused a wrong token from %s", address)
+        return _TOO_MANY if self._guesses.are_too_many(address) else _WRONG_TOKEN
 
     def welcome(self, request: Request, port: int) -> Response:
         """Hand out the cookie, and lead to the same page without the token in its address.
@@ -102,7 +119,7 @@ class Access:
         return response(b"", headers, HTTPStatus.SEE_OTHER)
 
 
-def token_form(request: Request, words: str) -> str:
+def token_form(request: Request) -> str:
     """HTML that asks for the token; all else that is in the address stays in it."""
     kept = "".join(
         f'<input type="hidden" name="{html.escape(name)}" value="{html.escape(value)}" />'
@@ -110,7 +127,6 @@ def token_form(request: Request, words: str) -> str:
         if name != "token"
     )
     return (
-        f"<p>{html.escape(words)}</p>\n"
         f'<form method="get"><p><label>Token <input type="password" name="token" required'
         f' autocomplete="off" autofocus /></label> {kept}<button>Enter</button></p></form>'
     )

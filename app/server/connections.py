@@ -4,9 +4,12 @@ import asyncio
 import errno
 import logging
 import os
+import re
 import sys
+from http import HTTPStatus
 from typing import Any, Final, NamedTuple
 
+from websockets.exceptions import SecurityError
 from websockets.frames import CloseCode
 from websockets.protocol import State
 
@@ -22,6 +25,8 @@ _SPARE_DESCRIPTORS: Final = 24
 """Kept for what else the lab opens: results of experiments, files to save."""
 _MAX_BACKLOG: Final = 100
 _MAX_SOFT_LIMIT: Final = 4_096
+_MAX_FAULT_CHARACTERS: Final = 200
+_TOKEN: Final = re.compile(r"token=[^&\s]*")
 
 log = logging.getLogger(__name__)
 
@@ -101,10 +106,38 @@ class Connection(CheckedConnection):
     def __init__(self, *args: Any, crowd: Crowd, **options: Any) -> None:
         super().__init__(*args, **options)
         self._crowd = crowd
+        self._is_refused = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._crowd.enter(self)
+
+    def send_data(self) -> None:
+        fault = (
+            None if self.protocol.handshake_exc is None else self.protocol.handshake_exc.__cause__
+        )
+        # Nothing is to be said once it is the other side that has hung up.
+        if self.request is None and fault is not None and not isinstance(fault, EOFError):
+            self._refuse_once(fault)
+        super().send_data()
+
+    def _refuse_once(self, fault: BaseException) -> None:
+        """Say what is wrong with bytes that are no request.
+
+        websockets hangs up on them without a word, which a proxy shows as a fault of its own.
+        """
+        if self._is_refused:
+            return
+        self._is_refused = True
+        words = _TOKEN.sub("token=...", ascii(str(fault))[1:-1][:_MAX_FAULT_CHARACTERS])
+        log.warning("refused what is no GET request of HTTP/1.1: %s", words)
+        status = (
+            HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE
+            if isinstance(fault, SecurityError)
+            else HTTPStatus.BAD_REQUEST
+        )
+        text = f"Only GET requests of HTTP/1.1 are answered here: {words}\n"
+        self.transport.write(self.respond(status, text).serialize())
 
     def connection_lost(self, exc: Exception | None) -> None:
         super().connection_lost(exc)

@@ -1,20 +1,18 @@
 """Which requests the lab answers."""
 
-import html
 import logging
 import os
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 from urllib.parse import parse_qs
 
 import viser
 from websockets.asyncio.server import ServerConnection
-from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from app.server import page
-from app.server.access import TOO_MANY, WORDS, Access, token_form
+from app.server.access import WITHOUT_TOKEN, Access, token_form
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
 from app.server.origin import (
@@ -26,6 +24,7 @@ from app.server.origin import (
     names_of_workspace,
     source_of,
 )
+from app.server.refusals import Refusal, refuse
 
 _SECURITY_HEADERS: Final = {
     # No other page may frame this one and have the user click in it unawares. Both spellings, since
@@ -37,18 +36,12 @@ _SECURITY_HEADERS: Final = {
     "Referrer-Policy": "same-origin",
 }
 _WHY_PATH: Final = "/why"
+_MAX_QUOTED_CHARACTERS: Final = 100
 
 OnRefused = Callable[[int, str], None]
 OnCall = Callable[[str], bool]
 
 log = logging.getLogger(__name__)
-
-
-class Refusal(NamedTuple):
-    """Why a request is not answered, in words for whoever made it."""
-
-    status: HTTPStatus
-    words: str
 
 
 def harden(_: ServerConnection, request: Request, response: Response) -> None:
@@ -93,7 +86,7 @@ class Door:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "The lab is starting.\n")
         refusal = self._stranger(request, request.headers.get_all("Origin"))
         if refusal is not None:
-            return _refuse(connection, request, refusal, _paragraph(refusal.words))
+            return refuse(connection, request, refusal)
         if page.path_of(request) == _WHY_PATH:
             return self._say_why(connection, request)
         if self._access is not None:
@@ -102,9 +95,8 @@ class Door:
                 if page.is_page(request):
                     return self._access.welcome(request, self._port)
             elif not self._access.knows(request, self._port):
-                refusal = self._without_token(self._access.is_guessing(address))
-                form = token_form(request, refusal.words)
-                return _refuse(connection, request, refusal, form)
+                refusal = self._access.refusal(request, address)
+                return refuse(connection, request, refusal, token_form(request))
         if is_call(request):
             return self._answer_call(connection, request)
         return self._show(viser_answer, connection, request)
@@ -121,7 +113,7 @@ class Door:
         if answer is not None:
             return page.dress(answer, self._title) if page.is_page(request) else answer
         refusal = self._crowded(connection)
-        return None if refusal is None else connection.respond(refusal.status, refusal.words + "\n")
+        return None if refusal is None else refuse(connection, request, refusal)
 
     def _stranger(self, request: Request, origins: Sequence[str]) -> Refusal | None:
         """What is wrong with where the request is addressed to, or where it comes from.
@@ -133,13 +125,13 @@ class Door:
         host = authority_of(hosts[0]) if len(hosts) == 1 else None
         if host is None or not self._names.have(host):
             remedy = _remedy(None if host is None else Authority(host.name, None))
-            log.warning("refused a request to %r%s", ", ".join(hosts), remedy)
+            log.warning("refused a request to %s%s", _quoted(", ".join(hosts)), remedy)
             return Refusal(HTTPStatus.FORBIDDEN, f"This is not a name of this server{remedy}.")
         for origin in origins:
             source = source_of(origin)
             if not self._names.are_of(source, host):
                 remedy = _remedy(None if source is None else source.place)
-                log.warning("refused a page of %r%s", origin, remedy)
+                log.warning("refused a page of %s%s", _quoted(origin), remedy)
                 return Refusal(HTTPStatus.FORBIDDEN, f"This page belongs to another site{remedy}.")
         # A call has effects, so more is asked of it than of what only reads.
         if is_call(request) and not is_from_own_page(self._names, host, request):
@@ -148,12 +140,6 @@ class Door:
                 HTTPStatus.FORBIDDEN, "This call does not come from a page of this server."
             )
         return None
-
-    def _without_token(self, is_guessing: bool) -> Refusal:
-        if is_guessing:
-            log.warning("refused too many wrong tokens")
-            return Refusal(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY)
-        return Refusal(HTTPStatus.UNAUTHORIZED, WORDS)
 
     def _crowded(self, connection: ServerConnection) -> Refusal | None:
         if len(connection.server.connections) < self.max_clients:
@@ -168,7 +154,7 @@ class Door:
         knows_token = self._access is None or self._access.knows(request, self._port)
         refusal = (
             self._stranger(request, origins)
-            or (None if knows_token else self._without_token(is_guessing=False))
+            or (None if knows_token else WITHOUT_TOKEN)
             or self._crowded(connection)
         )
         if refusal is None:
@@ -200,30 +186,14 @@ def _remedy(place: Authority | None) -> str:
     return f": if the lab is to be reached under that name, start it with --name {name}"
 
 
+def _quoted(text: str) -> str:
+    """What a stranger wrote, as a log line can have it."""
+    return ascii(text[:_MAX_QUOTED_CHARACTERS])
+
+
 def _nothing(connection: ServerConnection) -> Response:
     response = connection.respond(HTTPStatus.NO_CONTENT, "")
     # HTTP allows no length of what is not there (RFC 9110, section 8.6).
     del response.headers["Content-Length"]
     del response.headers["Content-Type"]
     return response
-
-
-def _paragraph(words: str) -> str:
-    return f"<p>{html.escape(words)}</p>"
-
-
-def _refuse(
-    connection: ServerConnection, request: Request, refusal: Refusal, body: str
-) -> Response:
-    """Words for programs, and a page for people."""
-    if "text/html" not in request.headers.get("Accept", ""):
-        return connection.respond(refusal.status, refusal.words + "\n")
-    document = (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8" /><title>pounce</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1" />'
-        "<style>:root { color-scheme: light dark } body { font: 1rem/1.5 system-ui, sans-serif;"
-        " max-width: 40rem; margin: 3rem auto; padding: 0 1rem }</style></head>"
-        f"<body><h1>pounce</h1>{body}</body></html>\n"
-    )
-    headers = Headers({"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"})
-    return page.response(document.encode(), headers, refusal.status)

@@ -123,7 +123,6 @@ def _first_free_port(host: str, port: int) -> int:
     raise OSError(errno.EADDRINUSE, f"no free port on {host} from {port} on")
 
 
-log = logging.getLogger(__name__)
 _being_made = threading.Lock()
 
 
@@ -155,15 +154,8 @@ def _serving_through(door: Door, room: Room) -> Iterator[None]:
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:
-    """Whether a line of the protocol's is one that we want; what is wrong with a request is not."""
-    if record.getMessage() != "opening handshake failed":
-        return True
-    # Anything that is not an HTTP GET makes websockets log a traceback under this text. What its
-    # own parser found to say may help who sets up a proxy.
-    fault = record.exc_info[1].__cause__ if record.exc_info and record.exc_info[1] else None
-    if isinstance(fault, ValueError):
-        log.warning("refused what is no request of a browser or a proxy: %s", fault)
-    return False
+    # Anything that is not an HTTP GET makes websockets log a traceback under this text.
+    return record.getMessage() != "opening handshake failed"
 
 
 _wire_log = logging.getLogger(f"{__name__}.wire")
