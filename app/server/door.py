@@ -58,7 +58,6 @@ class Door:
     def __init__(
         self,
         host: str,
-        port: int,
         *,
         names: Sequence[Authority],
         title: str,
@@ -76,8 +75,15 @@ class Door:
         self._access = access
         self._title = title
         self._on_call: OnCall = on_call or (lambda words: False)
-        self._port = port
-        self._names = Names(host, (*names, *names_of_workspace(os.environ, port)))
+        self._host = host
+        self._declared = names
+
+    def open_for(self, server: viser.ViserServer) -> None:
+        """Begin to let in, since the server is complete and its port is known."""
+        self._port = server.get_port()
+        forwarded = names_of_workspace(os.environ, self._port)
+        self._names = Names(self._host, (*self._declared, *forwarded))
+        self.server = server
 
     def answer(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
         """Refuse the request, take a call, or let viser answer (None: go on with the handshake)."""

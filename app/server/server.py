@@ -67,7 +67,6 @@ def open_server(
     room = room_for(max_clients)
     door = Door(
         host,
-        free_port,
         names=names,
         title=label or "viser",
         access=access,
@@ -86,7 +85,7 @@ def open_server(
     server._websock_server.unregister_handler(wire.ShareUrlRequest)
     server._websock_server.unregister_handler(wire.ShareUrlDisconnect)
     server.gui.configure_theme(show_share_button=False)
-    door.server = server
+    door.open_for(server)
     return server
 
 

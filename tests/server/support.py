@@ -37,9 +37,11 @@ CAMERA = wire.ViewerCameraMessage(
 class Page:
     """One browser page, as far as the server can tell."""
 
-    def __init__(self, port: int, name: str = "127.0.0.1", **options: Any) -> None:
+    def __init__(
+        self, port: int, name: str = "127.0.0.1", port_in_name: bool = True, **options: Any
+    ) -> None:
         self._socket = websockets.sync.client.connect(
-            f"ws://{name}:{port}",
+            f"ws://{name}:{port}" if port_in_name else f"ws://{name}",
             sock=socket.create_connection(("127.0.0.1", port)),
             subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
             compression=None,
@@ -140,6 +142,10 @@ def lab_of(**options: Any) -> Iterator[Lab]:
         yield lab
     finally:
         lab.close()
+
+
+OWN = {"Sec-Fetch-Site": "same-origin"}
+"""What a browser adds to a request that our own page made it send."""
 
 
 def get(port: int, **headers: str) -> http.client.HTTPResponse:

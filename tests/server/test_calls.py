@@ -9,10 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.server.calls import MAX_CALL_CHARACTERS, Calls, address_of
-from tests.server.support import Lab, first_line_for, get_path, lab_of
-
-OWN = {"Sec-Fetch-Site": "same-origin"}
-"""What a browser adds to a request that our own page made it send."""
+from tests.server.support import OWN, Lab, first_line_for, get_path, lab_of
 
 
 class Callee:
