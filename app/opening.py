@@ -25,7 +25,8 @@ def chosen_browser() -> str | None:
             program = getattr(webbrowser.get(name or None), "name", "")
         except webbrowser.Error:
             continue
-        if os.path.basename(program) not in TEXT_BROWSERS:
+        words = program.split()
+        if not words or os.path.basename(words[0]) not in TEXT_BROWSERS:
             return name
     return None
 
