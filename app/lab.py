@@ -414,7 +414,7 @@ def run_lab(
             lab.serve()
         except Exception as error:
             log.exception("a frame could not be drawn")
-            lab.failure = f"drawing failed: {type(error).__name__}"
+            lab.failure = f"drawing failed: {type(error).__name__}: {error}"
         finally:
             lab.close()
     if lab.failure is not None:
