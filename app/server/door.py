@@ -90,10 +90,15 @@ class Door:
         if self.server is None:
             # A page left open reconnects as soon as the port answers, before viser is complete.
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "The lab is starting.\n")
-        refusal = self._stranger(request, request.headers.get_all("Origin"))
+        asks_why = page.path_of(request) == _WHY_PATH
+        # A page behind a proxy has to get what it needs to say that it is refused; some browsers
+        # send an origin with scripts.
+        is_harmless = asks_why or page.is_own_file(request)
+        origins = () if is_harmless else request.headers.get_all("Origin")
+        refusal = self._stranger(request, origins)
         if refusal is not None:
             return refuse(connection, request, refusal)
-        if page.path_of(request) == _WHY_PATH:
+        if asks_why:
             return self._say_why(connection, request)
         if self._access is not None:
             address = str(connection.remote_address[0])
@@ -108,9 +113,8 @@ class Door:
         return self._show(viser_answer, connection, request)
 
     def _show(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
-        file = page.own_file(request)
-        if file is not None:
-            return file
+        if page.is_own_file(request):
+            return page.own_file(request)
         try:
             answer = viser_answer(connection, request)
         except (OSError, ValueError):
@@ -124,8 +128,9 @@ class Door:
     def _stranger(self, request: Request, origins: Sequence[str]) -> Refusal | None:
         """What is wrong with where the request is addressed to, or where it comes from.
 
-        `Origin` must speak of this server on every request that has one, so nothing hangs on
-        telling a handshake from a page load; a browser writes both headers itself.
+        `Origin` must speak of this server on every request that has one and does more than read a
+        file, so nothing hangs on telling a handshake from a page load; a browser writes both
+        headers itself.
         """
         hosts = request.headers.get_all("Host")
         host = authority_of(hosts[0]) if len(hosts) == 1 else None

@@ -36,11 +36,13 @@ def _files() -> dict[str, Path]:
     return {f"/web/{file.name}": file for file in _FOLDER.iterdir() if file.suffix in _TYPES}
 
 
-def own_file(request: Request) -> Response | None:
-    """One of the page's own files; None if there is none at that path."""
-    file = _files().get(path_of(request))
-    if file is None:
-        return None
+def is_own_file(request: Request) -> bool:
+    return path_of(request) in _files()
+
+
+def own_file(request: Request) -> Response:
+    """One of the page's own files."""
+    file = _files()[path_of(request)]
     headers = Headers({"Content-Type": _TYPES[file.suffix], "Cache-Control": "no-cache"})
     return response(file.read_bytes(), headers)
 

@@ -49,3 +49,14 @@ def test_own_files_are_served_as_they_are(titled: Lab, file: Path) -> None:
 )
 def test_nothing_else_is_served(titled: Lab, path: str) -> None:
     assert get_path(titled.port, path, {}).status == 404
+
+
+def test_a_page_that_is_refused_gets_what_it_needs_to_say_so(titled: Lab) -> None:
+    foreign = {"Origin": "http://127.0.0.1:9"}
+    assert get_path(titled.port, "/web/connection.js", foreign).status == 200
+    assert get_path(titled.port, "/why?origin=http://127.0.0.1:9", foreign).status == 200
+    assert get_path(titled.port, "/", foreign).status == 403
+    # Under a name that is not ours it gets nothing.
+    rebound = {"Host": "evil.example", "Origin": "http://evil.example"}
+    assert get_path(titled.port, "/web/connection.js", rebound).status == 403
+    assert get_path(titled.port, "/why", rebound).status == 403
