@@ -5,6 +5,7 @@ never queues any. Views belong to a browser, learning to the session.
 """
 
 import contextlib
+import functools
 import html
 import logging
 import sys
@@ -206,7 +207,7 @@ class Lab:
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
 
-    @property
+    @functools.cached_property
     def urls(self) -> tuple[str, ...]:
         """Addresses to open, that on this machine first; with the token if one is wanted."""
         question = "" if self.access is None else f"/{self.access.question()}"

@@ -5,6 +5,8 @@ import socket
 from typing import Final
 
 _PATIENCE_S: Final = 0.5
+_LOOPBACK: Final = ("127.0.0.1", "::1")
+_ANY: Final = ("0.0.0.0", "::")
 _ANYWHERE: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
 """Addresses of nobody, to learn from which address of this machine one would speak to others."""
 
@@ -14,16 +16,9 @@ def answering_addresses(host: str, port: int) -> tuple[str, ...]:
 
     That of this machine alone comes first, if it is among them.
     """
-    candidates = _LOOPBACK + _own_addresses() if _is_any(host) else (host,)
-    answering = (found for found in dict.fromkeys(candidates) if _answers(found, port))
-    return tuple(f"http://{_in_url(found)}:{port}" for found in answering)
-
-
-_LOOPBACK: Final = ("127.0.0.1", "::1")
-
-
-def _is_any(host: str) -> bool:
-    return host in ("0.0.0.0", "::")
+    candidates = (*_LOOPBACK, *_own_addresses()) if host in _ANY else (host,)
+    answering = tuple(found for found in candidates if _answers(found, port))
+    return tuple(f"http://{_in_url(found)}:{port}" for found in answering or candidates[:1])
 
 
 def _in_url(host: str) -> str:

@@ -4,7 +4,10 @@ import asyncio
 import errno
 import logging
 import socket
+import subprocess
+import sys
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
@@ -125,6 +128,41 @@ def test_the_limit_of_the_process_is_raised_as_far_as_it_may_be(
     monkeypatch.setattr(resource, "setrlimit", set_limits)
     room_for(8)
     assert limits == [512, 512]
+
+
+FEW_DESCRIPTORS = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64))
+from app.server.server import close_server, open_server
+server = open_server(port=0)
+print(server.get_port(), flush=True)
+sys.stdin.readline()
+# What an experiment would do meanwhile.
+files = [open("/dev/null") for _ in range(20)]
+close_server(server)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="limits are Linux's")
+def test_many_silent_connections_take_no_descriptor_from_the_rest() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", FEW_DESCRIPTORS],
+        cwd=Path(__file__).parents[2],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    port = int(process.stdout.readline())
+    with ExitStack() as stack:
+        for _ in range(120):
+            stack.enter_context(socket.create_connection(("127.0.0.1", port), PATIENCE_S))
+        assert get(port).status == 200
+        _, said = process.communicate("\n", timeout=60)
+    assert process.returncode == 0
+    assert "Traceback" not in said
+    assert "no file descriptor left" not in said
 
 
 def test_no_descriptor_left_is_said_in_words(caplog: pytest.LogCaptureFixture) -> None:
