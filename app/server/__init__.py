@@ -2,15 +2,19 @@
 
 viser serves a page and a websocket to anyone who can reach the port: it looks neither at the `Host`
 nor at the `Origin` of a request, and it stores whatever a page sends as a widget's value.
-`open_server` puts a door in front of it, at three places:
+`open_server` puts a door in front of it, at four places:
 
-- *the request* (`door`, `origin`): `Host` must be a name of this server (a foreign name that
-  resolves to it is DNS rebinding), a page must come from this very server, and there is a limit on
-  open pages;
+- *the connection* (`connections`): those that have not said what they want are few and short;
+- *the request* (`door`, `origin`, `access`): `Host` must be a name of this server (a foreign name
+  that resolves to it is DNS rebinding), a page must come from this very server or from a place that
+  its owner declared, on the network it must bring a token, and there is a limit on open pages;
 - *the frame* (`admission`): what is not a viser message ends its connection, quietly;
 - *the message* (`admission`, `values`): only what a page has reason to send, for a widget that is
   there, shown and enabled, with a value that this very widget allows. All else is dropped before
   viser sees it.
+
+The page that it serves is viser's with scripts of our own in it (`page`, `app/web`), which among
+other things say in words why there is no connection (`refusals`).
 
 The door is also a way back out of HTML (`calls`), which viser does not have.
 

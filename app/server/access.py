@@ -173,4 +173,6 @@ def _cookies(request: Request, name: str) -> list[str]:
 
 def _questions(request: Request) -> list[tuple[str, str]]:
     question = request.path.partition("?")[2]
-    return parse_qsl(question, keep_blank_values=True)
+    # Bytes that are no text at all can be sent as well.
+    text = question.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    return parse_qsl(text, keep_blank_values=True)

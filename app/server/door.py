@@ -69,7 +69,7 @@ class Door:
     ) -> None:
         self.on_refused = on_refused
         self.max_upload_bytes = max_upload_bytes
-        self.max_clients = max_clients
+        self._max_clients = max_clients
         self.in_place = False
         self.server: viser.ViserServer | None = None
         self._access = access
@@ -153,9 +153,9 @@ class Door:
         return None
 
     def _crowded(self, connection: ServerConnection) -> Refusal | None:
-        if len(connection.server.connections) < self.max_clients:
+        if len(connection.server.connections) < self._max_clients:
             return None
-        log.warning("refused a page: %d are open, and no more can be", self.max_clients)
+        log.warning("refused a page: %d are open, and no more can be", self._max_clients)
         return Refusal(HTTPStatus.SERVICE_UNAVAILABLE, "Too many open pages.")
 
     def _say_why(self, connection: ServerConnection, request: Request) -> Response:

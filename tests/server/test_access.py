@@ -87,6 +87,13 @@ def test_a_person_without_the_token_gets_a_form_for_it(locked: Lab) -> None:
     assert "Referrer-Policy" in answer.headers
 
 
+def test_a_question_that_is_no_text_is_refused_like_any_other(locked: Lab) -> None:
+    line = "GET /?a=\udcff&%ff=%ed%a0%80 HTTP/1.1"
+    lines = ("Host: localhost", "Accept: text/html")
+    assert b"401" in first_line_for(locked.port, line, *lines)
+    assert b"303" in first_line_for(locked.port, line.replace("?", f"?token={TOKEN}&"), *lines)
+
+
 def test_guesses_are_few_and_those_who_are_in_stay_in(
     locked: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
