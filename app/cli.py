@@ -63,8 +63,8 @@ class Lab:
         UseAppendAction[tuple[str, ...]],
         arg(metavar="NAME", help_behavior_hint="(may be repeated; also POUNCE_NAMES=NAME,...)"),
     ] = ()
-    """A name under which browsers reach the lab through a proxy, with its port unless that is that
-    of http or https."""
+    """A name under which browsers reach the lab through a proxy, with its port unless that is 80
+    or 443."""
     no_token: Flag = False
     """Let in whoever reaches the lab. Otherwise POUNCE_TOKEN may hold the token to ask for."""
     port: Annotated[str, arg(metavar="PORT")] = "8080"
