@@ -11,13 +11,13 @@ import logging
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
-from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
+from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppendAction, arg
 
 from app import __version__, bench_cli, experiment_cli, interrupts, report_cli, run_cli
 from app.bench_cli import Bench
@@ -41,6 +41,9 @@ from app.experiment_cli import Experiment
 from app.report_cli import Report
 from app.run_cli import Run
 
+if TYPE_CHECKING:
+    from app.server.origin import Authority
+
 # --- What can be asked for -----------------------------------------------------------------------
 #
 # Values stay texts until the checks of a command have seen them, so that every refusal reads the
@@ -54,7 +57,15 @@ class Lab:
     preset: Annotated[Positional[str], arg(metavar="[PRESET]")] = "timed"
     """A shipped preset, or a file; - is standard input."""
     host: Annotated[str, arg(metavar="IP")] = "127.0.0.1"
-    """Address to listen on."""
+    """Address to listen on; on any but this machine's own, the page's address has a token in it."""
+    name: Annotated[
+        UseAppendAction[tuple[str, ...]],
+        arg(metavar="NAME", help_behavior_hint="(may be repeated; also POUNCE_NAMES=NAME,...)"),
+    ] = ()
+    """A name under which browsers reach the lab through a proxy, with its port unless that is 80
+    or 443."""
+    no_token: Flag = False
+    """Let in whoever reaches the lab. Otherwise POUNCE_TOKEN may hold the token to ask for."""
     port: Annotated[str, arg(metavar="PORT")] = "8080"
     """Port to listen on; if it is busy, the next free one."""
     no_browser: Flag = False
@@ -207,7 +218,7 @@ def _unknown_word(kind: type[Any], prog: str, unknown: Sequence[str]) -> str:
 def _lab(command: Lab) -> int:
     from sim.rng import MAX_SEED
 
-    port = whole_number("--port", command.port, 1, 65_535)
+    port = whole_number("--port", command.port, 0, 65_535)
     seed = whole_number("--seed", command.seed, 0, MAX_SEED)
     if not command.host.strip():
         # An empty host would mean all addresses.
@@ -218,6 +229,9 @@ def _lab(command: Lab) -> int:
     results = Path(command.results)
     if not command.results or (results.exists() and not results.is_dir()):
         raise UsageError(f"--results: {shown(command.results)} is not allowed; allowed: a folder")
+    names = [*_declared("--name", command.name)]
+    names += _declared("POUNCE_NAMES", filter(None, os.environ.get("POUNCE_NAMES", "").split(",")))
+    token = _token(command)
     spec = spec_of(command.preset)
     from app import presets
     from app.document import called
@@ -234,12 +248,57 @@ def _lab(command: Lab) -> int:
             open_browser=not command.no_browser,
             save_dir=save_dir,
             results=results,
+            names=names,
+            token=token,
         )
     except ListenError as error:
         raise UsageError(
             f"--host and --port: {shown(command.host)} and {port} cannot be listened on:"
             f" {error}; allowed: an address of this machine and a free port"
         ) from error
+
+
+def _declared(option: str, texts: Iterable[str]) -> "Iterator[Authority]":
+    """The names that the lab is to answer to.
+
+    Raises:
+        UsageError: no host can have such a name.
+    """
+    from app.server.origin import declared_name
+
+    for text in texts:
+        try:
+            yield declared_name(text)
+        except ValueError as error:
+            raise UsageError(
+                f"{option}: {shown(text)} is not allowed ({error}); allowed: the name of a host,"
+                " such as lab.example.edu or lab.example.edu:8443"
+            ) from error
+
+
+def _token(command: Lab) -> str | None:
+    """What a browser must bring to be let in; None if whoever comes is.
+
+    Raises:
+        UsageError: the environment has one that cannot be used.
+    """
+    from app.server.access import MIN_TOKEN_CHARACTERS, is_token, new_token
+    from app.server.origin import is_loopback
+
+    if command.no_token:
+        if not is_loopback(command.host):
+            complain("Warning: whoever can reach this machine can open the lab and steer it.")
+        return None
+    chosen = os.environ.get("POUNCE_TOKEN")
+    if chosen is None:
+        return None if is_loopback(command.host) else new_token()
+    if not is_token(chosen):
+        # A secret is not repeated in a message.
+        raise UsageError(
+            f"POUNCE_TOKEN: its value is not allowed; allowed: {MIN_TOKEN_CHARACTERS} to 200"
+            " letters, digits and the signs - . _ ~"
+        )
+    return chosen
 
 
 def _presets() -> int:

@@ -4,14 +4,15 @@ Only this loop touches scene handles and sets widgets; it draws the latest momen
 never queues any. Views belong to a browser, learning to the session.
 """
 
+import contextlib
+import functools
+import html
 import logging
 import math
-import signal
 import sys
 import threading
 import time
-import webbrowser
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,10 @@ import viser
 
 from app.background import Maker
 from app.board import FLAT_CAMERA, FLAT_TARGET
-from app.cli_words import RESULTS
+from app.cli_words import EXIT_FAILED, RESULTS, complain
 from app.controls import Controls
 from app.document import PresetError
+from app.ending import watched
 from app.experimenter import Experimenter
 from app.gallery import Gallery
 from app.inspect import moment_of, policy_of
@@ -30,14 +32,17 @@ from app.layers import Extras, SuccessMap
 from app.logs import sparing_log
 from app.look import Look
 from app.machine import give_back_memory, share_memory
+from app.opening import open_in_browser
 from app.planner import Planner, PresetButtons, show_problems
 from app.readings import Readings, Texts, clock_html
 from app.results_panel import ResultsPanel
+from app.server.access import Access
 from app.server.callbacks import guarded
 from app.server.calls import Calls
 from app.server.notices import tell
+from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
-from app.server.server import close_server, open_server
+from app.server.server import addresses_of, close_server, is_serving, open_server
 from app.server.stage import Stage
 from app.session import Begin, Request, Session, Status
 from app.snapshot import Snapshot
@@ -156,8 +161,12 @@ class Lab:
         save_dir: Path | None = None,
         waits: bool = False,
         results: Path = Path(RESULTS),
+        names: Sequence[Authority] = (),
+        token: str | None = None,
     ) -> None:
         """Open the page; with ``waits`` the learner begins when the first browser has come.
+
+        It answers to ``names`` besides its addresses; without the ``token`` nobody comes in.
 
         Raises:
             OSError: the host is not an address of this machine, or no port is free.
@@ -178,6 +187,8 @@ class Lab:
         self._has_garbage = False
         """Whether pages have left whose memory may be given back."""
         self._tidied_s = -math.inf
+        self.failure: str | None = None
+        """Why :meth:`serve` ended, if nobody asked it to."""
         self._at_rest = threading.Event()
         self._at_rest.set()
         self._drawing = Drawing()
@@ -186,8 +197,15 @@ class Lab:
         threading.Thread(
             target=greedy.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
+        self.access = None if token is None else Access(token)
         self.server = open_server(
-            host, port, label="pounce", on_refused=self._tell, on_call=self.calls.take
+            host,
+            port,
+            label="pounce",
+            names=names,
+            access=self.access,
+            on_refused=self._tell,
+            on_call=self.calls.take,
         )
         self.gallery = Gallery(self.server)
         self._dress_server()
@@ -197,16 +215,22 @@ class Lab:
                 self.server.gui, session, self.bench, self.ask, self._show_results
             )
         self._planner = Planner(self.server.gui, self.ask, session)
+        self._tab_title = self.server.gui.add_html("")
+        self._tab_preset = ""
         session.call_when_answered(self._wake.set)
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
 
+    @functools.cached_property
+    def urls(self) -> tuple[str, ...]:
+        """Addresses to open, that on this machine first; with the token if one is wanted."""
+        question = "" if self.access is None else f"/{self.access.question()}"
+        return tuple(f"{address}{question}" for address in addresses_of(self.server))
+
     @property
     def url(self) -> str:
-        """Address to open."""
-        host = self.server.get_host()
-        shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
-        return f"http://{shown}:{self.server.get_port()}"
+        """Address to open on this machine."""
+        return self.urls[0]
 
     @property
     def snapshot(self) -> Snapshot:
@@ -227,10 +251,10 @@ class Lab:
         self._wake.set()
 
     def serve(self) -> None:
-        """Draw until :meth:`close` is called."""
+        """Draw until :meth:`close` is called, or there is nothing left to draw from or for."""
         self._at_rest.clear()
         try:
-            while not self._closed:
+            while not self._closed and self.failure is None:
                 started, status = time.perf_counter(), self.session.status
                 with self._drawing:
                     # What answers a click comes first, and does not wait for the next frame.
@@ -244,8 +268,10 @@ class Lab:
                 if self._has_garbage and started - self._tidied_s > _TIDY_S:
                     self._has_garbage, self._tidied_s = False, started
                     give_back_memory()
+                self._name_tab(status.snapshot.preset)
                 self._wake.wait(max(self._due_s - time.perf_counter(), 0.0))
                 self._wake.clear()
+                self.failure = self._missing_part()
         finally:
             self._at_rest.set()
 
@@ -263,6 +289,21 @@ class Lab:
         self.session.stop()
         self._success.stop()
         close_server(self.server)
+
+    def _name_tab(self, preset: str) -> None:
+        """Call the browser's tab after the preset; a script of the page's own reads this."""
+        if preset != self._tab_preset:
+            title = html.escape(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
+            self._tab_title.content = f'<span hidden data-tab-title="{title}"></span>'
+            self._tab_preset = preset
+
+    def _missing_part(self) -> str | None:
+        """Which thread is gone without which there is no lab."""
+        if self._closed:
+            return None
+        if not is_serving(self.server):
+            return "the page's server has ended"
+        return "the learner has ended" if self.session.is_gone else None
 
     @property
     def n_viewers(self) -> int:
@@ -362,35 +403,72 @@ def run_lab(
     open_browser: bool,
     save_dir: Path | None,
     results: Path,
+    names: Sequence[Authority],
+    token: str | None,
 ) -> int:
-    """Serve the live page until Ctrl-C; returns the exit code.
+    """Serve the live page until Ctrl-C or another signal; returns the exit code.
 
     Raises:
         ListenError: the host is not an address of this machine, or no port is free.
     """
     share_memory()
-    session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
-    try:
-        lab = Lab(session, {preset: spec, **presets}, host, port, save_dir, True, results)
-    except OSError as error:
-        raise ListenError(error.strerror or str(error)) from error
-    except UnicodeError as error:
-        # So Python says of some names that no host can have.
-        raise ListenError(str(error)) from error
-    # Between two frames and not within one, where it would leave things half done.
-    signal.signal(signal.SIGINT, lambda *_: lab.end())
+    with watched() as ending:
+        session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
+        try:
+            lab = Lab(
+                session,
+                {preset: spec, **presets},
+                host,
+                port,
+                save_dir,
+                True,
+                results,
+                names,
+                token,
+            )
+        except OSError as error:
+            raise ListenError(error.strerror or str(error)) from error
+        except UnicodeError as error:
+            # So Python says of some names that no host can have.
+            raise ListenError(str(error)) from error
+        # Between two frames and not within one, where it would leave things half done.
+        ending.by(lab.end)
+        _announce(lab, port)
+        session.start()
+        if open_browser:
+            _show(lab)
+        try:
+            lab.serve()
+        except Exception as error:
+            log.exception("a frame could not be drawn")
+            lab.failure = f"drawing failed: {type(error).__name__}: {error}"
+        finally:
+            lab.close()
+    if lab.failure is not None:
+        reasons = "".join(f"; {name}: {words}" for name, words in ending.last_words.items())
+        complain(f"The lab has ended by itself: {lab.failure}{reasons}")
+        return EXIT_FAILED
+    # Where the terminal is gone there is nobody to tell.
+    with contextlib.suppress(OSError):
+        _say("\nEnded.")
+    return ending.exit_code
+
+
+def _announce(lab: Lab, port: int) -> None:
+    """Say where the lab is to be found."""
     if port not in (0, lab.server.get_port()):
         _say(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
-    _say(f"pounce is at {lab.url}  (Ctrl-C ends it)")
-    session.start()
-    if open_browser:
-        webbrowser.open(lab.url)
-    try:
-        lab.serve()
-    finally:
-        lab.close()
-    _say("\nEnded.")
-    return 0
+    first, *others = lab.urls
+    _say(f"pounce is at {first}  (Ctrl-C ends it)")
+    for other in others:
+        _say(f"      and at {other}")
+
+
+def _show(lab: Lab) -> None:
+    """Open the page in a browser; its address says that it is to be used once."""
+    address = addresses_of(lab.server)[0]
+    question = "" if lab.access is None else f"/{lab.access.question_for_once()}"
+    open_in_browser(f"{address}{question}")
 
 
 def _say(text: str) -> None:

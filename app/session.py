@@ -222,6 +222,11 @@ class Session:
         """Begin to work."""
         self._thread.start()
 
+    @property
+    def is_gone(self) -> bool:
+        """Whether the worker has ended, be it that it was told to."""
+        return self._thread.ident is not None and not self._thread.is_alive()
+
     def stop(self) -> None:
         """End the worker and wait for it, unless it is deaf because it compiles."""
         self._requests.put(None)

@@ -49,6 +49,8 @@ def opened(port: int) -> ClientConnection:
         subprotocols=[f"viser-v{viser.__version__}"],  # pyright: ignore[reportArgumentType]
         max_size=None,
         compression=None,
+        # This machine is reached directly, whatever proxy the environment names for the rest.
+        proxy=None,
     )
     connection.send(msgspec.msgpack.encode(_CAMERA.as_serializable_dict()))
     return connection

@@ -123,6 +123,11 @@ def test_a_comparison_has_every_ratio(program: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_the_page_is_measured_with_clients_and_without(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A proxy for the rest of the world has nothing to do with it.
+    for name in ("http_proxy", "https_proxy", "all_proxy", "ws_proxy"):
+        monkeypatch.setenv(name, "http://127.0.0.1:9")
+    monkeypatch.delenv("no_proxy", raising=False)
+    monkeypatch.delenv("NO_PROXY", raising=False)
     for name, value in (("CLIENTS", (0, 2)), ("SECONDS", 0.01), ("TRIALS", 300)):
         monkeypatch.setattr(page, name, value)
     spec = spec_of("timed")

@@ -499,9 +499,9 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
     ),
     (
         ["lab", "--port", "99999"],
-        "--port: '99999' is not allowed; allowed: a whole number, 1 to 65535",
+        "--port: '99999' is not allowed; allowed: a whole number, 0 to 65535",
     ),
-    (["--port", "x"], "--port: 'x' is not allowed; allowed: a whole number, 1 to 65535"),
+    (["--port", "x"], "--port: 'x' is not allowed; allowed: a whole number, 0 to 65535"),
     (
         ["lab", "--seed", "-1"],
         "--seed: '-1' is not allowed; allowed: a whole number, 0 to 9223372036854775807",
@@ -600,6 +600,8 @@ def test_the_lab_is_the_default(
             "open_browser": True,
             "save_dir": None,
             "results": Path("results"),
+            "names": [],
+            "token": None,
         }
     ]
 
@@ -615,6 +617,93 @@ def test_the_lab_takes_options(
     assert call["spec"] == presets.load(call["preset"])
     assert (call["host"], call["port"], call["open_browser"]) == ("0.0.0.0", 9000, False)
     assert call["seed"] == 3
+
+
+def test_the_lab_answers_to_names_of_the_command_line_and_the_environment(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("POUNCE_NAMES", "HUB.example.edu.:8443,, box ")
+    answer(capsys, "lab", "--name", "lab.example.edu", "--name", "lübeck.example")
+    assert [str(name) for name in opened[0]["names"]] == [
+        "lab.example.edu",
+        "xn--lbeck-kva.example",
+        "hub.example.edu:8443",
+        "box",
+    ]
+
+
+@pytest.mark.parametrize("name", ["", "two words", "https://lab.example.edu", "a..b"])
+def test_a_name_that_no_host_can_have_is_refused(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+) -> None:
+    assert cli.main(["lab", "--name", name]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.startswith(f"--name: {name!r} is not allowed")
+    assert "allowed: the name of a host, such as lab.example.edu" in said
+    if name:
+        monkeypatch.setenv("POUNCE_NAMES", f"lab.example.edu,{name}")
+        assert cli.main(["lab"]) == 2
+        said = " ".join(capsys.readouterr().err.split())
+        assert said.startswith(f"POUNCE_NAMES: {name!r} is not allowed")
+    assert opened == []
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.7.7", "lab.example.edu"])
+def test_a_lab_on_the_network_wants_a_token_unless_it_is_told_not_to(
+    opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], host: str
+) -> None:
+    for _ in range(2):
+        answer(capsys, "lab", "--host", host)
+    assert cli.main(["lab", "--host", host, "--no-token"]) == 0
+    assert capsys.readouterr().err.startswith("Warning: whoever can reach this machine")
+    first, second, none = (call["token"] for call in opened)
+    assert len(first) >= 32
+    assert first != second
+    assert none is None
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "::1", "localhost"])
+def test_a_lab_for_this_machine_wants_no_token_unless_one_is_chosen(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    host: str,
+) -> None:
+    answer(capsys, "lab", "--host", host)
+    answer(capsys, "lab", "--host", host, "--no-token")
+    monkeypatch.setenv("POUNCE_TOKEN", "correct-horse-battery")
+    answer(capsys, "lab", "--host", host)
+    answer(capsys, "lab", "--host", "0.0.0.0")
+    tokens = [call["token"] for call in opened]
+    assert tokens == [None, None, "correct-horse-battery", "correct-horse-battery"]
+
+
+@pytest.mark.parametrize("token", ["", "short", "with a blank in it", "a&b=c;d" * 3])
+def test_a_token_that_cannot_be_used_is_refused_and_not_repeated(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    token: str,
+) -> None:
+    monkeypatch.setenv("POUNCE_TOKEN", token)
+    assert cli.main(["lab"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("POUNCE_TOKEN: its value is not allowed; allowed: 12 to 200")
+    assert not token or token not in err
+    assert opened == []
+
+
+def test_port_0_is_any_free_one(
+    opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer(capsys, "lab", "--port", "0")
+    assert opened[0]["port"] == 0
 
 
 @pytest.mark.parametrize(

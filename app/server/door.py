@@ -1,26 +1,30 @@
 """Which requests the lab answers."""
 
-import ipaddress
 import logging
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from http import HTTPStatus
 from typing import Any, Final
+from urllib.parse import parse_qs
 
 import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from app.server import page
+from app.server.access import WITHOUT_TOKEN, Access, token_form
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
 from app.server.origin import (
+    Authority,
+    Names,
     authority_of,
-    is_address,
-    is_from_page_of,
-    machine_names,
-    own_names,
-    same_place,
+    declared_name,
+    is_from_own_page,
+    names_of_workspace,
     source_of,
 )
+from app.server.refusals import Refusal, refuse
 
 _SECURITY_HEADERS: Final = {
     # No other page may frame this one and have the user click in it unawares. Both spellings, since
@@ -28,7 +32,11 @@ _SECURITY_HEADERS: Final = {
     "Content-Security-Policy": "frame-ancestors 'none'",
     "X-Frame-Options": "DENY",
     "X-Content-Type-Options": "nosniff",
+    # Calls of our own pages are known by it where browsers send nothing else.
+    "Referrer-Policy": "same-origin",
 }
+_WHY_PATH: Final = "/why"
+_MAX_QUOTED_CHARACTERS: Final = 100
 
 OnRefused = Callable[[int, str], None]
 OnCall = Callable[[str], bool]
@@ -50,6 +58,10 @@ class Door:
     def __init__(
         self,
         host: str,
+        *,
+        names: Sequence[Authority],
+        title: str,
+        access: Access | None,
         on_refused: OnRefused | None,
         on_call: OnCall | None,
         max_clients: int,
@@ -57,49 +69,110 @@ class Door:
     ) -> None:
         self.on_refused = on_refused
         self.max_upload_bytes = max_upload_bytes
+        self._max_clients = max_clients
         self.in_place = False
         self.server: viser.ViserServer | None = None
+        self._access = access
+        self._title = title
         self._on_call: OnCall = on_call or (lambda words: False)
-        self._max_clients = max_clients
-        self._to_network = is_address(host) and ipaddress.ip_address(host).is_unspecified
-        self._names = own_names(host) | (machine_names() if self._to_network else frozenset())
+        self._host = host
+        self._declared = names
+
+    def open_for(self, server: viser.ViserServer) -> None:
+        """Begin to let in, since the server is complete and its port is known."""
+        self._port = server.get_port()
+        forwarded = names_of_workspace(os.environ, self._port)
+        self._names = Names(self._host, (*self._declared, *forwarded))
+        self.server = server
 
     def answer(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
         """Refuse the request, take a call, or let viser answer (None: go on with the handshake)."""
         if self.server is None:
             # A page left open reconnects as soon as the port answers, before viser is complete.
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "The lab is starting.\n")
-        fault = self._fault(request)
-        if fault is not None:
-            log.info("refused a request: %s", fault)
-            return connection.respond(HTTPStatus.FORBIDDEN, f"{fault}\n")
+        asks_why = page.path_of(request) == _WHY_PATH
+        # A page behind a proxy has to get what it needs to say that it is refused; some browsers
+        # send an origin with scripts.
+        is_harmless = asks_why or page.is_own_file(request)
+        origins = () if is_harmless else request.headers.get_all("Origin")
+        refusal = self._stranger(request, origins)
+        if refusal is not None:
+            return refuse(connection, request, refusal)
+        if asks_why:
+            return self._say_why(connection, request)
+        if self._access is not None:
+            address = str(connection.remote_address[0])
+            if self._access.brings_token(request, address):
+                if page.is_page(request):
+                    return self._access.welcome(request, self._port)
+            elif not self._access.knows(request, self._port):
+                refusal = self._access.refusal(request, address)
+                return refuse(connection, request, refusal, token_form(request))
         if is_call(request):
             return self._answer_call(connection, request)
-        answer = viser_answer(connection, request)
-        if answer is None and len(connection.server.connections) >= self._max_clients:
-            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "Too many open pages.\n")
-        return answer
+        return self._show(viser_answer, connection, request)
 
-    def _fault(self, request: Request) -> str | None:
+    def _show(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
+        if page.is_own_file(request):
+            return page.own_file(request)
+        try:
+            answer = viser_answer(connection, request)
+        except (OSError, ValueError):
+            # No file can have such a name.
+            return connection.respond(HTTPStatus.NOT_FOUND, "Not found.\n")
+        if answer is not None:
+            return page.dress(answer, self._title) if page.is_page(request) else answer
+        refusal = self._crowded(connection)
+        return None if refusal is None else refuse(connection, request, refusal)
+
+    def _stranger(self, request: Request, origins: Sequence[str]) -> Refusal | None:
         """What is wrong with where the request is addressed to, or where it comes from.
 
-        `Origin` must speak of the same server as `Host` on every request that has one, so nothing
-        hangs on telling a handshake from a page load. Only names are held against our own, not the
-        port, which differs behind a forwarded port; a browser writes both headers itself.
+        `Origin` must speak of this server on every request that has one and does more than read a
+        file, so nothing hangs on telling a handshake from a page load; a browser writes both
+        headers itself.
         """
         hosts = request.headers.get_all("Host")
         host = authority_of(hosts[0]) if len(hosts) == 1 else None
-        if host is None or not self._is_own(host.name):
-            return "This is not a name of this server."
-        origins = request.headers.get_all("Origin")
+        if host is None or not self._names.have(host):
+            remedy = _remedy(None if host is None else Authority(host.name, None))
+            log.warning("refused a request to %s%s", _quoted(", ".join(hosts)), remedy)
+            return Refusal(HTTPStatus.FORBIDDEN, f"This is not a name of this server{remedy}.")
         for origin in origins:
             source = source_of(origin)
-            if source is None or not same_place(source, host):
-                return "This page belongs to another site."
+            if not self._names.are_of(source, host):
+                remedy = _remedy(None if source is None else source.place)
+                log.warning("refused a page of %s%s", _quoted(origin), remedy)
+                return Refusal(HTTPStatus.FORBIDDEN, f"This page belongs to another site{remedy}.")
         # A call has effects, so more is asked of it than of what only reads.
-        if is_call(request) and not is_from_page_of(host, request):
-            return "This call does not come from a page of this server."
+        if is_call(request) and not is_from_own_page(self._names, host, request):
+            log.warning("refused a call that comes from no page of this lab")
+            return Refusal(
+                HTTPStatus.FORBIDDEN, "This call does not come from a page of this server."
+            )
         return None
+
+    def _crowded(self, connection: ServerConnection) -> Refusal | None:
+        if len(connection.server.connections) < self._max_clients:
+            return None
+        log.warning("refused a page: %d are open, and no more can be", self._max_clients)
+        return Refusal(HTTPStatus.SERVICE_UNAVAILABLE, "Too many open pages.")
+
+    def _say_why(self, connection: ServerConnection, request: Request) -> Response:
+        """Tell a page of ours that asks what keeps its websocket out."""
+        # A browser sends no origin with what its page reads, and always one with a websocket.
+        origins = parse_qs(request.path.partition("?")[2]).get("origin", [])
+        knows_token = self._access is None or self._access.knows(request, self._port)
+        refusal = (
+            self._stranger(request, origins)
+            or (None if knows_token else WITHOUT_TOKEN)
+            or self._crowded(connection)
+        )
+        if refusal is None:
+            return _nothing(connection)
+        answer = connection.respond(HTTPStatus.OK, refusal.words + "\n")
+        answer.headers["Cache-Control"] = "no-store"
+        return answer
 
     def _answer_call(self, connection: ServerConnection, request: Request) -> Response:
         status = HTTPStatus.INTERNAL_SERVER_ERROR
@@ -110,11 +183,28 @@ class Door:
             status = HTTPStatus.NO_CONTENT if taken else HTTPStatus.NOT_FOUND
         if status != HTTPStatus.NO_CONTENT:
             return connection.respond(status, f"{status.phrase}.\n")
-        response = connection.respond(status, "")
-        # HTTP allows no length of what is not there (RFC 9110, section 8.6).
-        del response.headers["Content-Length"]
-        del response.headers["Content-Type"]
-        return response
+        return _nothing(connection)
 
-    def _is_own(self, name: str) -> bool:
-        return name in self._names or (self._to_network and is_address(name))
+
+def _remedy(place: Authority | None) -> str:
+    """What the owner of the lab can do about a name that was refused; nothing if it is none."""
+    try:
+        name = None if place is None else declared_name(str(place))
+    except ValueError:
+        name = None
+    if name is None:
+        return ""
+    return f": if the lab is to be reached under that name, start it with --name {name}"
+
+
+def _quoted(text: str) -> str:
+    """What a stranger wrote, as a log line can have it."""
+    return ascii(text[:_MAX_QUOTED_CHARACTERS])
+
+
+def _nothing(connection: ServerConnection) -> Response:
+    response = connection.respond(HTTPStatus.NO_CONTENT, "")
+    # HTTP allows no length of what is not there (RFC 9110, section 8.6).
+    del response.headers["Content-Length"]
+    del response.headers["Content-Type"]
+    return response

@@ -1,5 +1,6 @@
 """Opening and closing the server."""
 
+import asyncio
 import contextlib
 import errno
 import functools
@@ -7,7 +8,7 @@ import io
 import logging
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import viser
@@ -16,9 +17,19 @@ from viser import _messages as wire
 from websockets.asyncio.server import ServerConnection
 from websockets.frames import CloseCode
 
-from app.server.admission import CheckedConnection
+from app.server.access import Access
+from app.server.addresses import answering_addresses
 from app.server.buffers import make_safe
+from app.server.connections import (
+    HANDSHAKE_S,
+    Connection,
+    Crowd,
+    Room,
+    room_for,
+    tell_of_error,
+)
 from app.server.door import Door, OnCall, OnRefused, harden
+from app.server.origin import Authority
 from app.server.workers import Workers
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
@@ -32,6 +43,8 @@ def open_server(
     port: int = 8080,
     *,
     label: str | None = None,
+    names: Sequence[Authority] = (),
+    access: Access | None = None,
     on_refused: OnRefused | None = None,
     on_call: OnCall | None = None,
     max_clients: int = 64,
@@ -45,7 +58,8 @@ def open_server(
     `on_call(words)` is called when a link of the page to `/call/<words>` was followed, and says
     whether it took the call (see `Calls`). It runs there too and must return at once.
     `host` "0.0.0.0" or "::" opens the lab to the network; then it answers to any IP address and to
-    the machine's own names.
+    the machine's own names. It answers to `names` besides, and takes pages of theirs for its own.
+    With `access` it lets in only who has the token.
 
     Raises:
         ValueError: `port` is not a port number.
@@ -55,10 +69,20 @@ def open_server(
     if host == "localhost":
         # The name may stand for two addresses, and port 0 would give each a port of its own.
         host = "127.0.0.1"
-    door = Door(host, on_refused, on_call, max_clients, max_upload_bytes)
     free_port = _first_free_port(host, port)
+    room = room_for(max_clients)
+    door = Door(
+        host,
+        names=names,
+        title=label or "viser",
+        access=access,
+        on_refused=on_refused,
+        on_call=on_call,
+        max_clients=room.pages,
+        max_upload_bytes=max_upload_bytes,
+    )
     # viser greets on standard output whatever `verbose` says; the lab speaks for itself.
-    with _serving_through(door), contextlib.redirect_stdout(io.StringIO()):
+    with _serving_through(door, room), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=free_port, label=label, verbose=False)
     if not door.in_place:
         server.stop()
@@ -69,7 +93,7 @@ def open_server(
     server.gui.configure_theme(show_share_button=False)
     make_safe(server)
     _employ(Workers(), server)
-    door.server = server
+    door.open_for(server)
     return server
 
 
@@ -84,6 +108,17 @@ def close_server(server: viser.ViserServer) -> None:
     """Stop a server without a word on standard output."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
+
+
+def is_serving(server: viser.ViserServer) -> bool:
+    """Whether the server's thread, which has every connection, is alive."""
+    thread = server._websock_server._server_thread
+    return thread is not None and thread.is_alive()
+
+
+def addresses_of(server: viser.ViserServer) -> tuple[str, ...]:
+    """Addresses under which the server has just answered, that of this machine first."""
+    return answering_addresses(server.get_host(), server.get_port())
 
 
 def _first_free_port(host: str, port: int) -> int:
@@ -106,7 +141,7 @@ _being_made = threading.Lock()
 
 
 @contextlib.contextmanager
-def _serving_through(door: "Door") -> Iterator[None]:
+def _serving_through(door: Door, room: Room) -> Iterator[None]:
     """Have the viser server that is made inside the context put `door` before its socket."""
     with _being_made:
         serve = websockets.asyncio.server.serve
@@ -116,10 +151,13 @@ def _serving_through(door: "Door") -> Iterator[None]:
             options.update(
                 process_request=functools.partial(door.answer, options["process_request"]),
                 process_response=harden,
-                create_connection=functools.partial(CheckedConnection, door=door),
+                create_connection=functools.partial(Connection, door=door, crowd=Crowd(room.pages)),
+                open_timeout=HANDSHAKE_S,
                 max_size=MAX_MESSAGE_BYTES,
+                backlog=room.backlog,
                 logger=_wire_log,
             )
+            asyncio.get_running_loop().set_exception_handler(tell_of_error)
             return serve(functools.partial(_of_this_version, handler), host, port, **options)
 
         websockets.asyncio.server.serve = serve_behind_door  # type: ignore[assignment]
@@ -146,3 +184,5 @@ def _is_our_fault(record: logging.LogRecord) -> bool:
 
 _wire_log = logging.getLogger(f"{__name__}.wire")
 _wire_log.addFilter(_is_our_fault)
+# What it says below that are whole requests, with cookies and tokens.
+_wire_log.setLevel(logging.WARNING)

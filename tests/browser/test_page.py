@@ -42,8 +42,8 @@ from tests.browser.conftest import (
     picture,
     preset_of,
 )
-from tests.test_server import CAMERA
-from tests.test_server import Page as Visitor
+from tests.server.support import CAMERA
+from tests.server.support import Page as Visitor
 
 ROOT = Path(__file__).resolve().parents[2]
 LEARNED = 2_000

@@ -1,0 +1,178 @@
+"""The token of a lab on the network: who has it may come in.
+
+It comes in the address that the lab prints, once, and is kept by the browser as a cookie from then
+on; so it is in no other address, in no `Referer` and in no log.
+"""
+
+import hashlib
+import hmac
+import html
+import logging
+import re
+import secrets
+import time
+from collections import OrderedDict
+from http import HTTPStatus
+from typing import Final
+from urllib.parse import parse_qsl, quote_plus
+
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from app.server.page import response
+from app.server.refusals import Refusal
+
+MIN_TOKEN_CHARACTERS: Final = 12
+_TOKEN: Final = re.compile(rf"[A-Za-z0-9._~-]{{{MIN_TOKEN_CHARACTERS},200}}")
+"""What stands in an address and in a cookie as it is."""
+
+WINDOW_S: Final = 60.0
+MAX_GUESSES: Final = 10
+"""Different wrong tokens that one address may try in `WINDOW_S`."""
+_MAX_ADDRESSES: Final = 1_000
+
+WITHOUT_TOKEN: Final = Refusal(
+    HTTPStatus.UNAUTHORIZED,
+    "This lab wants its token. Open the address that it printed when it was started, or enter the"
+    " token from there.",
+)
+_WRONG_TOKEN: Final = Refusal(
+    HTTPStatus.UNAUTHORIZED,
+    "That is not the token of this lab. It is in the address that the lab printed when it was"
+    " started, and changes when the lab is started again.",
+)
+_TOO_MANY: Final = Refusal(
+    HTTPStatus.TOO_MANY_REQUESTS,
+    "Too many wrong tokens came from here; try again in a minute.",
+)
+
+log = logging.getLogger(__name__)
+
+
+def new_token() -> str:
+    return secrets.token_urlsafe(24)
+
+
+def is_token(text: str) -> bool:
+    """Whether a token that somebody chose is long enough, and of plain characters."""
+    return _TOKEN.fullmatch(text) is not None
+
+
+class Access:
+    """Asks each request for the token."""
+
+    def __init__(self, token: str) -> None:
+        self._token = token
+        self._cookie = new_token()
+        """Not the token: that may be one that somebody chose, and guesses at cookies are free."""
+        self._ticket: str | None = None
+        self._guesses = _Guesses()
+
+    def question(self) -> str:
+        """What comes after the address of the page for whoever has the token."""
+        return f"?token={self._token}"
+
+    def question_for_once(self) -> str:
+        """The same for a program: others may see with which words a program was started."""
+        self._ticket = new_token()
+        return f"?token={self._ticket}"
+
+    def brings_token(self, request: Request, address: str) -> bool:
+        """Whether the request has the token in its address."""
+        given = dict(_questions(request)).get("token")
+        if given is None:
+            return False
+        if self._ticket is not None and _are_same(given, self._ticket):
+            self._ticket = None
+            return True
+        if self._guesses.are_too_many(address):
+            return False
+        if _are_same(given, self._token):
+            return True
+        self._guesses.note(address, given)
+        return False
+
+    def knows(self, request: Request, port: int) -> bool:
+        """Whether the request has the cookie that was handed out for the token."""
+        given = _cookies(request, _cookie_name(port))
+        return any(_are_same(value, self._cookie) for value in given)
+
+    def refusal(self, request: Request, address: str) -> Refusal:
+        """What a request is told that has neither."""
+        if "token" not in dict(_questions(request)):
+            return WITHOUT_TOKEN
+        log.warning("refused a wrong token from %s", address)
+        return _TOO_MANY if self._guesses.are_too_many(address) else _WRONG_TOKEN
+
+    def welcome(self, request: Request, port: int) -> Response:
+        """Hand out the cookie, and lead to the same page without the token in its address.
+
+        The cookie has no `Path`: then it is for the folder of the page, wherever a proxy put that.
+        A link from a letter or a chat is to find the lab open, hence `Lax` and not `Strict`; what
+        has effects is asked for its origin besides.
+        """
+        rest = [pair for pair in _questions(request) if pair[0] != "token"]
+        question = "&".join(f"{quote_plus(name)}={quote_plus(value)}" for name, value in rest)
+        cookie = f"{_cookie_name(port)}={self._cookie}; HttpOnly; SameSite=Lax"
+        headers = Headers({"Location": f"?{question}", "Cache-Control": "no-store"})
+        headers["Set-Cookie"] = cookie
+        return response(b"", headers, HTTPStatus.SEE_OTHER)
+
+
+def token_form(request: Request) -> str:
+    """HTML that asks for the token; all else that is in the address stays in it."""
+    kept = "".join(
+        f'<input type="hidden" name="{html.escape(name)}" value="{html.escape(value)}" />'
+        for name, value in _questions(request)
+        if name != "token"
+    )
+    return (
+        f'<form method="get"><p><label>Token <input type="password" name="token" required'
+        f' autocomplete="off" autofocus /></label> {kept}<button>Enter</button></p></form>'
+    )
+
+
+class _Guesses:
+    """Which wrong tokens each address has tried of late."""
+
+    def __init__(self) -> None:
+        self._wrong: OrderedDict[str, tuple[float, set[bytes]]] = OrderedDict()
+
+    def are_too_many(self, address: str) -> bool:
+        since_s, wrong = self._wrong.get(address, (0.0, set()))
+        return len(wrong) > MAX_GUESSES and time.monotonic() - since_s < WINDOW_S
+
+    def note(self, address: str, given: str) -> None:
+        since_s, wrong = self._wrong.get(address, (time.monotonic(), set()))
+        if time.monotonic() - since_s >= WINDOW_S:
+            since_s, wrong = time.monotonic(), set()
+        # A token that was tried before is no further guess.
+        wrong.add(hashlib.sha256(given.encode("utf-8", "surrogateescape")).digest())
+        self._wrong[address] = (since_s, wrong)
+        if len(self._wrong) > _MAX_ADDRESSES:
+            self._wrong.popitem(last=False)
+
+
+def _are_same(one: str, other: str) -> bool:
+    return hmac.compare_digest(one.encode("utf-8", "surrogateescape"), other.encode())
+
+
+def _cookie_name(port: int) -> str:
+    # Cookies of a host are sent to all its ports, and several labs may be there.
+    return f"pounce-{port}"
+
+
+def _cookies(request: Request, name: str) -> list[str]:
+    pairs = [
+        part.strip().partition("=")
+        for header in request.headers.get_all("Cookie")
+        for part in header.split(";")
+    ]
+    return [value for key, _, value in pairs if key == name]
+
+
+def _questions(request: Request) -> list[tuple[str, str]]:
+    question = request.path.partition("?")[2]
+    # Bytes that are no text at all can be sent as well.
+    text = question.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    return parse_qsl(text, keep_blank_values=True)
