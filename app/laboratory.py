@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, NamedTuple, Protocol, Self
 
+from app.archive import checksum
 from app.cost import estimated_steps
 from app.experiments import Experiment, Variant
 from app.replicate import DONE, FAILED, Finished, Task, perform, tasks_of
@@ -309,6 +310,7 @@ class _Ledger:
             **finished.row,
         }
         if finished.arrays:
+            row["arrays"] = checksum(finished.arrays)
             self._folder.save(task.key, finished.arrays)
         self._folder.write(row)
         self._done += row["status"] == DONE
