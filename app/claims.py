@@ -105,17 +105,21 @@ def locked(path: Path) -> Iterator[None]:
     Raises:
         FolderError: another one writes into it, or it cannot be locked.
     """
+    file = path / LOCK
+    was_there = file.exists()
     with contextlib.ExitStack() as stack:
         try:
             # SQLite's locks are there on every system.
-            lock = sqlite3.connect(path / LOCK, timeout=0, isolation_level=None)
+            lock = sqlite3.connect(file, timeout=0, isolation_level=None)
             stack.callback(lock.close)
             lock.execute("BEGIN EXCLUSIVE")
         except sqlite3.Error as error:
             if error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY:
                 # To SQLite a disk that knows no locks is one where all is locked.
-                with tempfile.TemporaryFile(dir=path) as file:
-                    if not takes_locks(file.fileno()):
+                with tempfile.TemporaryFile(dir=path) as probe:
+                    if not takes_locks(probe.fileno()):
+                        if not was_there:
+                            file.unlink(missing_ok=True)
                         raise _without_locks() from error
                 raise FolderError(
                     "is being written to by another pounce; allowed: another folder, or later"

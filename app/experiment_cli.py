@@ -135,7 +135,7 @@ def _wanted(command: Experiment) -> "experiments.Experiment":
 
 def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: "Crew") -> int:
     """Make all runs, showing the progress on a terminal; returns the exit code."""
-    from app.laboratory import ClusterError, run_experiment
+    from app.laboratory import CrewError, run_experiment
     from app.results import FolderError
 
     with _folder_of(command, experiment) as folder:
@@ -147,8 +147,8 @@ def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: 
         except FolderError as error:
             complain(f"{shown(str(folder.path))} {error}")
             return EXIT_FAILED
-        except ClusterError as error:
-            complain(f"{shown(command.cluster or '')} {error}")
+        except CrewError as error:
+            complain(f"{shown(command.cluster)} {error}" if command.cluster else str(error))
             return EXIT_FAILED
         except KeyboardInterrupt as ending:
             said, code = ended_by(ending)

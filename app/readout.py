@@ -164,7 +164,7 @@ def read_folder(path: Path) -> Folder:
         )
         raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}{salvage}") from error
     except (sqlite3.Error, OSError) as error:
-        raise ResultsError(f"{shown} cannot be read: {error}") from error
+        raise ResultsError(f"{shown} cannot be read: {error}{_remedy(error)}") from error
     except (ValueError, TypeError, KeyError) as error:
         raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}") from error
     lost = {row.key for row in rows if not row.error and not _has_arrays(row)}
@@ -177,6 +177,16 @@ def read_folder(path: Path) -> Folder:
         description=description,
         planned=planned,
     )
+
+
+def _remedy(error: Exception) -> str:
+    """What can be done where a killed pounce has left a row half written, and the disk is fixed."""
+    if (
+        isinstance(error, sqlite3.Error)
+        and error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_READONLY
+    ):
+        return "; a killed pounce left it half written: allowed: a copy that can be written to"
+    return ""
 
 
 def _has_arrays(run: RunRow) -> bool:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from app import statistics, thesis
+from app import leftovers, statistics, thesis
 from app.figures import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
-from app.files import write_whole
+from app.files import PASSING, write_whole
 from app.markup import Markup, Page, details, document, element, joined, table
 from app.metrics import (
     AREA,
@@ -491,6 +491,8 @@ def _write_all(page: Page, place: Path, text: str) -> None:
     header = '<?xml version="1.0" encoding="utf-8"?>\n'
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        for each in (place.parent, folder):
+            leftovers.clear(each, PASSING)
         for name, drawing in page.drawings.items():
             write_whole(folder / f"{name}.svg", (header + drawing.svg).encode())
             write_whole(folder / f"{name}.png", drawing.png)
@@ -502,5 +504,5 @@ def _write_all(page: Page, place: Path, text: str) -> None:
     except OSError as error:
         raise ResultsError(
             f"{str(place)!r} cannot be written: {error.strerror or error};"
-            " allowed: a place that can"
+            " allowed: --out with a place that can"
         ) from error

@@ -74,7 +74,8 @@ class Folder:
         self._is_report_old = True
         with contextlib.ExitStack() as stack, claiming():
             new = is_new(path, resume or salvage, force)
-            path.mkdir(parents=True, exist_ok=True)
+            # Those that nothing comes to lie in are taken away again.
+            stack.callback(remove_folders, make_folders(path))
             stack.enter_context(locked(path))
             if new and not is_free(path):
                 raise FolderError(
