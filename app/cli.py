@@ -302,10 +302,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say_no_more(sys.stdout, sys.stderr)
         return EXIT_PIPE_CLOSED
     except OSError as error:
-        # Where standard output goes is full, or gone.
-        _say_no_more(sys.stdout)
+        # Where standard output goes is full, or gone, and standard error may be so too.
         with contextlib.suppress(OSError):
-            complain(f"the answer cannot be written: {error}")
+            _say_no_more(sys.stdout)
+            complain(f"cannot go on: {error}")
         return EXIT_FAILED
     return code
 

@@ -152,7 +152,9 @@ def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: 
             return EXIT_FAILED
         except KeyboardInterrupt as ending:
             said, code = ended_by(ending)
-            complain(f"{said}; what is finished is in {folder.path}, and --resume goes on")
+            # Where it was the terminal that went, there is nobody to tell.
+            with contextlib.suppress(OSError):
+                complain(f"{said}; what is finished is in {folder.path}, and --resume goes on")
             return code
     say(said)
     return EXIT_FAILED if outcome.failed else EXIT_OK

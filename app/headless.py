@@ -26,6 +26,8 @@ from learners.spec import RunSpec
 from learners.state import digest, tables
 
 _POLL_S = 0.1
+_STAGING = f"{leftovers.NAME}????????"
+"""What folders are called that Python makes up a name for, after the same beginning."""
 
 
 @dataclass(frozen=True)
@@ -247,14 +249,14 @@ class Output:
         self._name = name
         self._tables = {seed: f"{name}-seed{seed}.npz" for seed in seeds}
         try:
-            self._made = make_folders(folder)
+            made = make_folders(folder)
         except OSError as error:
             raise _unwritable(error) from error
         with contextlib.ExitStack() as stack:
-            stack.callback(remove_folders, self._made)
+            stack.callback(remove_folders, made)
             try:
                 self._refuse_taken(overwrite)
-                leftovers.clear(folder, f"{leftovers.NAME}*")
+                leftovers.clear(folder, _STAGING)
                 self._staging = stack.enter_context(_staging_in(folder))
             except OSError as error:
                 raise _unwritable(error) from error

@@ -304,19 +304,20 @@ def test_what_a_kill_left_is_taken_away_by_the_next_run(tmp_path: Path) -> None:
     program = begun(tmp_path, "run")
     out = tmp_path / "out"
     (living,) = out.iterdir()
-    (out / ".pounce-left").mkdir()
-    (out / ".pounce-left" / "timed-seed0.npz").touch()
-    (out / ".pounce-mine.txt").mkdir()
+    (out / ".pounce-01234567").mkdir()
+    (out / ".pounce-01234567" / "timed-seed0.npz").touch()
+    mine = out / ".pounce-mine.txt"
+    mine.mkdir()
     with Output(out, "other", [0], overwrite=False):
         # Of somebody who lives nothing is taken.
         assert living.is_dir()
-        assert not (out / ".pounce-left").exists()
+        assert not (out / ".pounce-01234567").exists()
     program.send_signal(signal.SIGKILL)
     program.communicate(timeout=PATIENCE_S)
-    assert [*out.iterdir()] == [living]
+    assert {*out.iterdir()} == {living, mine}
     with Output(out, "other", [0], overwrite=False):
         assert not living.exists()
-    assert not [*out.iterdir()]
+    assert [*out.iterdir()] == [mine]
 
 
 def test_a_file_that_is_being_written_is_not_taken_for_one_that_was_left(
@@ -443,5 +444,5 @@ def test_an_answer_that_has_no_room_is_said(tmp_path: Path) -> None:
             check=False,
         )
     assert ended.returncode == 1
-    assert ended.stderr.startswith("the answer cannot be written: ")
+    assert ended.stderr.startswith("cannot go on: ")
     assert ended.stderr.count("\n") == 1
