@@ -26,7 +26,7 @@ from learners.spec import RunSpec
 from learners.state import digest, tables
 
 _POLL_S = 0.1
-_STAGING = f"{leftovers.NAME}????????"
+_STAGING = leftovers.NAME + "[a-z0-9_]" * 8
 """What folders are called that Python makes up a name for, after the same beginning."""
 
 
