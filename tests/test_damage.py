@@ -414,6 +414,20 @@ def test_a_table_that_was_changed_is_refused_and_what_is_whole_is_saved(
     assert not (copy / "damaged-2.sqlite").exists()
 
 
+def test_a_table_with_a_flipped_bit_is_never_read_as_another_one(copy: Path) -> None:
+    """All over the table, also in digits of numbers and in texts that stay readable."""
+    table = copy / "results.sqlite"
+    sound, before = table.read_bytes(), str(readout.read_folder(copy))
+    refused = 0
+    for number, place in enumerate(range(0, len(sound), 97)):
+        table.write_bytes(flipped(sound, place, number % 3, b""))
+        try:
+            assert str(readout.read_folder(copy)) == before, place
+        except ResultsError:
+            refused += 1
+    assert refused
+
+
 @pytest.mark.parametrize("key", ["seeds", "variants", "stop", "metrics", "runs"])
 def test_what_a_table_says_of_its_experiment_is_sealed_too(
     copy: Path, whole: Whole, key: str

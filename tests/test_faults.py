@@ -129,6 +129,24 @@ def test_whenever_it_is_killed_an_experiment_goes_on(warm: Warm) -> None:
         shutil.rmtree(path)
 
 
+@pytest.mark.parametrize("call", ["rename:signal=SIGKILL:when=1", "unlink:signal=SIGKILL:when=5"])
+def test_killed_by_the_system_itself_the_command_goes_on(tmp_path: Path, call: str) -> None:
+    """As above, without a library in between: strace kills it in the call."""
+    strace = shutil.which("strace")
+    if strace is None or subprocess.run([strace, "true"], capture_output=True).returncode:
+        pytest.skip("strace kills the command, and it is missing or not allowed to trace")
+    (tmp_path / "e.yaml").write_text(TEXT)
+    command = [sys.executable, "-m", "app.cli", "experiment", "e.yaml", "--out", "out"]
+    tracing = [strace, "-f", "-o", os.devnull, "-e", "trace=rename,unlink", "-e", f"inject={call}"]
+    env = os.environ | {"PYTHONPATH": str(ROOT)}
+    ended = subprocess.run([*tracing, *command], cwd=tmp_path, env=env, capture_output=True)
+    assert ended.returncode == -signal.SIGKILL
+    assert hidden(tmp_path / "out")
+    assert subprocess.run([*command, "--resume"], cwd=tmp_path, env=env).returncode == 0
+    assert len(rows(tmp_path / "out")) == 2
+    assert not hidden(tmp_path / "out")
+
+
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EDQUOT, errno.EIO])
 def test_whenever_the_disk_fails_it_is_said_and_goes_on_later(warm: Warm, error: int) -> None:
     for at in some_of(warm.n_calls)[:: 1 if os.environ.get(EVERY_FAULT) else 3]:
