@@ -35,6 +35,7 @@ from tests.test_results import KILLED_IN_A_COMMIT
 ROOT = Path(__file__).resolve().parent.parent
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 60\nseeds: 2\n"
 PATIENCE_S = 60.0
+POUNCE = (sys.executable, "-m", "app.cli")
 KILLED = 0
 EVERY_FAULT = "POUNCE_EVERY_FAULT"
 """Of an environment variable: whether faults are tried at every call, which takes minutes."""
@@ -136,7 +137,7 @@ def test_killed_by_the_system_itself_the_command_goes_on(tmp_path: Path, call: s
     if strace is None or subprocess.run([strace, "true"], capture_output=True).returncode:
         pytest.skip("strace kills the command, and it is missing or not allowed to trace")
     (tmp_path / "e.yaml").write_text(TEXT)
-    command = [sys.executable, "-m", "app.cli", "experiment", "e.yaml", "--out", "out"]
+    command = [*POUNCE, "experiment", "e.yaml", "--out", "out"]
     tracing = [strace, "-f", "-o", os.devnull, "-e", "trace=rename,unlink", "-e", f"inject={call}"]
     env = os.environ | {"PYTHONPATH": str(ROOT)}
     ended = subprocess.run([*tracing, *command], cwd=tmp_path, env=env, capture_output=True)
@@ -258,7 +259,7 @@ def begun(path: Path, command: str, ignored: int | None = None) -> "subprocess.P
             signal.signal(ignored, signal.SIG_IGN)
 
     program = subprocess.Popen(
-        [sys.executable, "-m", "app.cli", *ENDLESS[command]],
+        [*POUNCE, *ENDLESS[command]],
         cwd=path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         stderr=subprocess.PIPE,
@@ -454,7 +455,7 @@ def test_a_table_that_can_no_longer_be_read_is_said(
 def test_an_answer_that_has_no_room_is_said(tmp_path: Path) -> None:
     with open("/dev/full", "w") as full:
         ended = subprocess.run(
-            [sys.executable, "-m", "app.cli", "presets"],
+            [*POUNCE, "presets"],
             env=os.environ | {"PYTHONPATH": str(ROOT)},
             stdout=full,
             stderr=subprocess.PIPE,
