@@ -33,9 +33,6 @@ static int fails(void) {
 
 #define REAL(name, ...) ((int (*)(__VA_ARGS__))dlsym(RTLD_NEXT, name))
 
-
-
-
 ssize_t write(int fd, const void *data, size_t n) {
   return fd > 2 && fails() ? -1
       : ((ssize_t(*)(int, const void *, size_t))dlsym(RTLD_NEXT, "write"))(fd, data, n);
