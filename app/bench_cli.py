@@ -48,7 +48,7 @@ class Bench:
 
     presets: Annotated[
         Positional[tuple[str, ...]],
-        arg(metavar="[PRESET ...]", help_behavior_hint="(default: all shipped ones)"),
+        arg(metavar="[PRESET]", help_behavior_hint="(may be several; default: all shipped)"),
     ] = ()
     """Shipped presets, or files; - is standard input."""
     json: Flag = False

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppendAction, arg
@@ -22,6 +22,7 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, UseAppend
 from app import __version__, bench_cli, experiment_cli, interrupts, report_cli, run_cli
 from app.bench_cli import Bench
 from app.cli_words import (
+    EXIT_FAILED,
     EXIT_OK,
     EXIT_PIPE_CLOSED,
     EXIT_USAGE,
@@ -38,6 +39,7 @@ from app.cli_words import (
     whole_number,
 )
 from app.experiment_cli import Experiment
+from app.interrupts import as_interrupts, ended_by
 from app.report_cli import Report
 from app.run_cli import Run
 
@@ -351,25 +353,40 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except BrokenPipeError:
         # Nobody reads on. What is still to be flushed at exit must have somewhere to go.
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for stream in (sys.stdout, sys.stderr):
-            os.dup2(nowhere, stream.fileno())
+        _say_no_more(sys.stdout, sys.stderr)
         return EXIT_PIPE_CLOSED
+    except OSError as error:
+        # Where standard output goes is full, or gone, and standard error may be so too.
+        with contextlib.suppress(OSError):
+            complain(f"cannot go on: {error}")
+        with contextlib.suppress(OSError):
+            _say_no_more(sys.stdout)
+        return EXIT_FAILED
     return code
+
+
+def _say_no_more(*streams: TextIO) -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in streams:
+        os.dup2(nowhere, stream.fileno())
 
 
 def _answer(argv: Sequence[str]) -> int:
     try:
-        return _obey(parse(argv))
+        with as_interrupts():
+            return _obey(parse(argv))
     except WrongPresetError as error:
         complain(str(error))
         return EXIT_USAGE
     except UsageError as error:
         complain(filled(str(error)))
         return EXIT_USAGE
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return interrupts.EXIT_INTERRUPTED
+    except KeyboardInterrupt as ending:
+        said, code = ended_by(ending)
+        # Where it was the terminal that went, there is nobody to tell.
+        with contextlib.suppress(OSError):
+            complain(said)
+        return code
 
 
 if __name__ == "__main__":

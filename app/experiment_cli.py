@@ -29,6 +29,7 @@ from app.cli_words import (
     whole_number,
     workers_of,
 )
+from app.interrupts import ended_by
 from app.machine import duration
 from app.texts import as_path, as_text
 
@@ -73,6 +74,9 @@ class Experiment:
     """Folder of the results."""
     resume: Flag = False
     """Go on where an earlier call ended; no run is made twice, and a report on fewer runs goes."""
+    salvage: Flag = False
+    """Go on where results.sqlite is damaged, with those of its rows that are whole; the damaged one
+    stays as damaged.sqlite."""
     force: Flag = False
     """Begin again in a folder that holds results, which are lost, as is a report on them."""
     dry_run: Flag = False
@@ -107,8 +111,9 @@ def _check(command: Experiment) -> None:
         raise UsageError("--cluster and --workers exclude each other; allowed: one of them")
     if command.out is not None and not command.out:
         raise UsageError("--out: '' is not allowed; allowed: a folder")
-    if command.resume and command.force:
-        raise UsageError("--resume and --force exclude each other; allowed: one of them")
+    ways = [f"--{way}" for way in ("resume", "salvage", "force") if getattr(command, way)]
+    if len(ways) > 1:
+        raise UsageError(f"{' and '.join(ways)} exclude each other; allowed: one of them")
     if command.cluster is not None and not _is_address(command.cluster):
         raise UsageError(
             f"--cluster: {shown(command.cluster)} is not allowed; allowed: tcp://HOST:PORT of a"
@@ -140,24 +145,39 @@ def _prepare(experiment: "experiments.Experiment") -> None:
 
 def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: "Crew") -> int:
     """Make all runs, showing the progress on a terminal; returns the exit code."""
-    from app.laboratory import ClusterError, run_experiment
+    from app.laboratory import CrewError, run_experiment
     from app.results import FolderError
 
     with _folder_of(command, experiment) as folder:
         try:
+            _say_lost(folder)
             with _progress(experiment.n_runs) as on_progress:
                 outcome = run_experiment(experiment, folder, crew, on_progress)
+            said = _report(command, experiment, folder, outcome)
         except FolderError as error:
             complain(f"{shown(str(folder.path))} {error}")
             return EXIT_FAILED
-        except ClusterError as error:
-            complain(f"{shown(command.cluster or '')} {error}")
+        except CrewError as error:
+            complain(f"{shown(command.cluster)} {error}" if command.cluster else str(error))
             return EXIT_FAILED
-        except KeyboardInterrupt:
-            complain(f"interrupted; what is finished is in {folder.path}, and --resume goes on")
-            return interrupts.EXIT_INTERRUPTED
-        say(_report(command, experiment, folder, outcome))
+        except KeyboardInterrupt as ending:
+            said, code = ended_by(ending)
+            # Where it was the terminal that went, there is nobody to tell.
+            with contextlib.suppress(OSError):
+                complain(f"{said}; what is finished is in {folder.path}, and --resume goes on")
+            return code
+    say(said)
     return EXIT_FAILED if outcome.failed else EXIT_OK
+
+
+def _say_lost(folder: "Folder") -> None:
+    """Say which runs are to be made again, if any are."""
+    from app.words import counted
+
+    lost = folder.lost()
+    if lost:
+        runs = counted(len(lost), "run")
+        complain(f"the arrays of {runs} in {folder.path} are damaged or gone: made again")
 
 
 def _is_address(text: str) -> bool:
@@ -204,7 +224,7 @@ def _folder_of(command: Experiment, experiment: "experiments.Experiment") -> "Fo
 
     path = _path_of(command, experiment)
     try:
-        return Folder(path, experiment, command.resume, command.force)
+        return Folder(path, experiment, command.resume, command.force, command.salvage)
     except FolderError as error:
         raise UsageError(f"--out: {str(path)!r} {error}") from error
 
@@ -217,7 +237,8 @@ def _planned(command: Experiment, experiment: "experiments.Experiment", workers:
 
     path = _path_of(command, experiment)
     try:
-        finished = finished_if_claimed(path, experiment, command.resume, command.force)
+        ways = command.resume, command.force, command.salvage
+        finished = finished_if_claimed(path, experiment, *ways)
     except FolderError as error:
         raise UsageError(f"--out: {str(path)!r} {error}") from error
     found = plan(experiment, workers, finished)

@@ -117,7 +117,7 @@ def progress_html(standing: Standing) -> str:
     if found is None:
         return f"{name}: getting ready …" if standing.running else f"{name}: stopped."
     failed = f", {found.failed:,} failed" if found.failed else ""
-    counts = f"{found.done:,} of {counted(found.total, 'run')} done{failed}"
+    counts = f"{found.done:,} of {counted(found.total, 'run')} done{failed}{_damage(standing)}"
     if not standing.running:
         over = found.done + found.failed == found.total
         end = "" if over else " Stopped; with it chosen, Make the others goes on there."
@@ -125,6 +125,13 @@ def progress_html(standing: Standing) -> str:
     if standing.paused:
         return f"{name}: paused, {counts}."
     return f"{name}: {counts}, {found.running:,} running.<br>{_pace(found)}"
+
+
+def _damage(standing: Standing) -> str:
+    """That runs are made again, if any are."""
+    if not standing.damaged:
+        return ""
+    return f" (the arrays of {counted(standing.damaged, 'run')} were damaged or gone: made again)"
 
 
 def _start_label(quote: Quote) -> str:

@@ -4,7 +4,6 @@ Runs are added as they are over; a :class:`Gathering` is what there is at a mome
 intervals are found when somebody wants to see them, and then only for what has changed.
 """
 
-import io
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,10 +12,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from app import statistics
+from app.archive import unpacked
 from app.cost import estimated_steps
 from app.experiments import Experiment
 from app.metrics import Metric, shown_first
-from app.replicate import DONE, gist, log_in
+from app.replicate import DONE, gist
 from app.statistics import Axis, Band, Estimate
 from learners import measures
 from learners.spec import RunSpec
@@ -115,19 +115,22 @@ class Gatherer:
         self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
 
     def add(self, label: str, row: Mapping[str, Any], arrays: bytes) -> None:
-        """Take in a run that is over: its variant's label, its row, the archive of its arrays."""
+        """Take in a run that is over: its variant's label, its row, the archive of its arrays.
+
+        Raises:
+            ArchiveError: these cannot be read; nothing was taken in.
+        """
         place = self._places[label]
         fact = _fact(place, row, self._metric, self._experiment.metrics)
         if row["status"] != DONE:
             with self._lock:
                 self._runs.append(fact)
             return
-        with np.load(io.BytesIO(arrays)) as found:
-            outcome, steps, joined = log_in(found)
+        found = unpacked(arrays, row["trials"], row["steps"])
         world = self._experiment.variants[place].spec.world
-        reward = measures.rewards(world, outcome)
+        reward = measures.rewards(world, found.outcome)
         windowed: dict[Axis, np.ndarray] = {
-            axis: statistics.windowed(reward, steps, width, axis)
+            axis: statistics.windowed(reward, found.steps, width, axis)
             for axis, width in self._widths.items()
         }
         with self._lock:
@@ -135,7 +138,7 @@ class Gatherer:
             log = self._logs[place]
             for axis, curve in windowed.items():
                 log.curves[axis].append(curve)
-            log.joined.append(joined)
+            log.joined.append(found.joined)
             log.values.append(fact.value)
 
     def gathering(self) -> Gathering:

@@ -1,5 +1,6 @@
 """Many seeds of one preset on all cores, without a page, and what is written of them."""
 
+import contextlib
 import json
 import math
 import os
@@ -7,7 +8,7 @@ import shutil
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from app import csv_texts, statistics
+from app import csv_texts, leftovers, statistics
 from app.folders import make_folders, remove_folders
 from app.replicate import made_run
 from learners import measures
@@ -24,6 +25,8 @@ from learners.spec import RunSpec
 from learners.state import digest, tables
 
 _POLL_S = 0.1
+_STAGING = leftovers.NAME + "[a-z0-9_]" * 8
+"""What folders are called that Python makes up a name for, after the same beginning."""
 
 
 @dataclass(frozen=True)
@@ -232,7 +235,7 @@ class Output:
     They are written to a hidden folder beside their final places first, and moved there one after
     the other when everything is complete: where ``NAME.json`` is, the others are. Used as a
     context, which removes that folder, and the folders that had to be made if nothing came to lie
-    in them.
+    in them. What was killed before it could do so is cleared away by the next one.
     """
 
     def __init__(self, folder: Path, name: str, seeds: Iterable[int], overwrite: bool) -> None:
@@ -245,22 +248,24 @@ class Output:
         self._name = name
         self._tables = {seed: f"{name}-seed{seed}.npz" for seed in seeds}
         try:
-            self._made = make_folders(folder)
+            made = make_folders(folder)
         except OSError as error:
             raise _unwritable(error) from error
-        try:
-            self._refuse_taken(overwrite)
-            self._staging = Path(tempfile.mkdtemp(prefix=".pounce-", dir=folder))
-        except OSError as error:
-            remove_folders(self._made)
-            raise _unwritable(error) from error
+        with contextlib.ExitStack() as stack:
+            stack.callback(remove_folders, made)
+            try:
+                self._refuse_taken(overwrite)
+                leftovers.clear(folder, _STAGING)
+                self._staging = stack.enter_context(_staging_in(folder))
+            except OSError as error:
+                raise _unwritable(error) from error
+            self._stack = stack.pop_all()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        shutil.rmtree(self._staging, ignore_errors=True)
-        remove_folders(self._made)
+        self._stack.close()
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -309,6 +314,28 @@ class Output:
                 raise OutputError(
                     f"holds a folder where a result belongs: {path.name}; allowed: another folder"
                 )
+
+
+@contextlib.contextmanager
+def _staging_in(folder: Path) -> Iterator[Path]:
+    """A hidden folder that is removed in the end, and that nobody else takes for a left one.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    while True:
+        staging = Path(tempfile.mkdtemp(prefix=leftovers.NAME, dir=folder))
+        try:
+            file = os.open(staging, os.O_RDONLY)
+        except FileNotFoundError:
+            continue
+        try:
+            if leftovers.hold(file, staging):
+                yield staging
+                return
+        finally:
+            shutil.rmtree(staging, ignore_errors=True)
+            os.close(file)
 
 
 def _unwritable(error: OSError) -> OutputError:

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, NamedTuple, Protocol, Self
 
+from app.archive import checksum
 from app.cost import estimated_steps
 from app.experiments import Experiment, Variant
-from app.replicate import DONE, FAILED, Finished, Task, perform, tasks_of
+from app.replicate import DONE, FAILED, Finished, Task, failed, perform, tasks_of
 from app.results import Folder, version
 from learners.run import Run
 
@@ -54,8 +55,12 @@ class Outcome:
     seconds: float
 
 
-class ClusterError(Exception):
-    """A cluster cannot be used, or was lost; the message says why."""
+class CrewError(Exception):
+    """Those who are to make runs cannot, or cannot any more; the message says why."""
+
+
+class ClusterError(CrewError):
+    """A cluster cannot be used, or was lost."""
 
 
 class Switch:
@@ -125,14 +130,18 @@ class Crew(Protocol):
         ...
 
     def start(self, task: Task) -> None:
-        """Take a task, now or as soon as there is room."""
+        """Take a task, now or as soon as there is room.
+
+        Raises:
+            CrewError: nobody can make it.
+        """
         ...
 
     def finished(self, wait_s: float) -> list[Finished]:
         """What has come back; waits a moment for the first. Tasks given up do not come back.
 
         Raises:
-            ClusterError: nothing will come back any more. Not after the context was left.
+            CrewError: nothing will come back any more. Not after the context was left.
         """
         ...
 
@@ -166,8 +175,13 @@ class Threads:
         self._executor.shutdown(cancel_futures=True)
 
     def start(self, task: Task) -> None:
+        try:
+            self._executor.submit(self._work, task)
+        except RuntimeError as error:
+            # Where the system gives no more threads, those that there are take it in turn.
+            if not self.busy:
+                raise CrewError(f"no thread can be had: {error}") from error
         self.busy += 1
-        self._executor.submit(self._work, task)
 
     def finished(self, wait_s: float) -> list[Finished]:
         found = []
@@ -190,6 +204,8 @@ class Threads:
         over = None
         try:
             over = perform(task, note, self.switch.wanted)
+        except BaseException as error:  # noqa: BLE001 - whatever ended it, the run is noted
+            over = failed(task.key, error)
         finally:
             self._under_way.pop(task.key, None)
             self._over.put(over)
@@ -218,7 +234,7 @@ def run_experiment(
 
     Raises:
         FolderError: results could no longer be written; all runs were stopped.
-        ClusterError: those who make the runs are lost; what was over before is kept.
+        CrewError: those who make the runs are lost; what was over before is kept.
     """
     ledger, switch = _Ledger(experiment, folder, on_row), crew.switch
     try:
@@ -309,6 +325,7 @@ class _Ledger:
             **finished.row,
         }
         if finished.arrays:
+            row["arrays"] = checksum(finished.arrays)
             self._folder.save(task.key, finished.arrays)
         self._folder.write(row)
         self._done += row["status"] == DONE

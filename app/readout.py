@@ -5,7 +5,6 @@ import json
 import math
 import shlex
 import sqlite3
-import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,15 +14,16 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from app import experiments, results, statistics
+from app import archive, experiments, results_table, statistics
+from app.archive import ArchiveError
 from app.experiments import Stop
 from app.metrics import METRICS, MILESTONES
-from app.replicate import log_in
+from app.replicate import DONE
+from app.results_table import DamageError
 from app.statistics import Axis
 from app.sweep import BETWEEN, short_names
 from app.texts import as_text
 from learners import measures
-from learners.spec import MAX_TRIALS
 from sim.spec import WorldSpec
 from sim.world import CAPTURE
 
@@ -31,22 +31,6 @@ AXES: tuple[Axis, ...] = ("steps", "trials")
 """What learning curves are drawn against."""
 
 _WIDEST_TRIALS = 1_000
-_LARGEST_LOG = 16 * MAX_TRIALS
-"""Bytes of the arrays of a run; five of a trial, and little beside that."""
-_COLUMNS = (
-    "key",
-    "variant",
-    "preset",
-    "overrides",
-    "settings",
-    "seed",
-    "status",
-    "error",
-    "version",
-    "digest",
-    *(metric.column for metric in METRICS),
-    *MILESTONES,
-)
 
 
 _T = TypeVar("_T")
@@ -54,6 +38,10 @@ _T = TypeVar("_T")
 
 class ResultsError(Exception):
     """Results cannot be read or reported on; the message says why, and what can be."""
+
+
+class DamagedError(ResultsError):
+    """The results of a folder are damaged."""
 
 
 # --- The table of results ------------------------------------------------------------------------
@@ -79,6 +67,8 @@ class RunRow:
     """Why it failed; empty if it did not."""
     version: str
     digest: str
+    arrays: str
+    """Checksum of the archive of its arrays."""
     scalars: Mapping[str, float]
     """Numbers of :mod:`app.metrics` by column; NaN where there is none."""
     milestones: Mapping[str, float | None]
@@ -108,6 +98,8 @@ class Folder:
 
     path: Path
     rows: Sequence[RunRow]
+    lost: Sequence[RunRow]
+    """Runs that count as missing, since their arrays are damaged or gone; not among the rows."""
     command: str
     """That made the results."""
     metrics: Sequence[str]
@@ -153,13 +145,11 @@ def read_folder(path: Path) -> Folder:
     if not (path / "results.sqlite").is_file():
         raise ResultsError(f"{shown} holds no results: there is no results.sqlite in it")
     try:
-        if not results.has_table(path):
+        if not results_table.has_table(path):
             raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
-        with contextlib.closing(results.reader(path)) as db:
-            db.row_factory = sqlite3.Row
+        with contextlib.closing(results_table.reader(path)) as db:
             _refuse_version(db, shown)
-            meta = {row["key"]: row["value"] for row in db.execute("SELECT key, value FROM meta")}
-            found = db.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY rowid").fetchall()
+            meta, found = results_table.read(db)
         about = _about(path, meta)
         # The runs of a variant share their settings, which are most of what a row holds.
         mapping = cache(_mapping)
@@ -167,9 +157,41 @@ def read_folder(path: Path) -> Folder:
         labels = _names_in(meta, "variants")
         command, description = _command_of(path, meta), str(meta["description"])
         planned = len(labels) * len(json.loads(meta["seeds"]))
-    except (sqlite3.Error, ValueError, TypeError, KeyError) as error:
-        raise ResultsError(f"{shown} holds a damaged results.sqlite: {error}") from error
-    return Folder(path, _in_order(labels, rows), command, about.metrics, description, planned)
+    except DamageError as error:
+        salvage = (
+            "; allowed: pounce experiment with --salvage, which goes on with these"
+            if error.whole
+            else ""
+        )
+        raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}{salvage}") from error
+    except (sqlite3.Error, OSError) as error:
+        raise ResultsError(f"{shown} cannot be read: {error}{_remedy(error)}") from error
+    except (ValueError, TypeError, KeyError) as error:
+        raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}") from error
+    lost = {row.key for row in rows if not row.error and not _has_arrays(row)}
+    return Folder(
+        path=path,
+        rows=_in_order(labels, (row for row in rows if row.key not in lost)),
+        lost=_in_order(labels, (row for row in rows if row.key in lost)),
+        command=command,
+        metrics=about.metrics,
+        description=description,
+        planned=planned,
+    )
+
+
+def _remedy(error: Exception) -> str:
+    """What can be done where a killed pounce has left a row half written, and the disk is fixed."""
+    if (
+        isinstance(error, sqlite3.Error)
+        and error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_READONLY
+    ):
+        return "; a killed pounce left it half written: allowed: a copy that can be written to"
+    return ""
+
+
+def _has_arrays(run: RunRow) -> bool:
+    return archive.is_whole(run.folder, run.key, run.arrays)
 
 
 def _in_order(labels: Iterable[str], rows: Iterable[RunRow]) -> list[RunRow]:
@@ -187,11 +209,11 @@ def _in_order(labels: Iterable[str], rows: Iterable[RunRow]) -> list[RunRow]:
 
 
 def _refuse_version(db: sqlite3.Connection, shown: str) -> None:
-    version = results.schema_version(db)
-    if version != str(results.SCHEMA_VERSION):
+    version = results_table.schema_version(db)
+    if version != str(results_table.SCHEMA_VERSION):
         raise ResultsError(
             f"{shown} holds results of version {version}, and this program reads version"
-            f" {results.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
+            f" {results_table.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
         )
 
 
@@ -229,8 +251,10 @@ def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     return as_text(shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)]))
 
 
-def _row(about: _About, row: sqlite3.Row, mapping: Callable[[str], Mapping[str, Any]]) -> RunRow:
-    failed = row["status"] != "done"
+def _row(
+    about: _About, row: Mapping[str, Any], mapping: Callable[[str], Mapping[str, Any]]
+) -> RunRow:
+    failed = row["status"] != DONE
     reached = {name: row[name] for name in MILESTONES if name in about.metrics}
     return RunRow(
         folder=about.path,
@@ -245,6 +269,7 @@ def _row(about: _About, row: sqlite3.Row, mapping: Callable[[str], Mapping[str, 
         error=str(row["error"] or row["status"]) if failed else "",
         version=str(row["version"]),
         digest=str(row["digest"] or ""),
+        arrays=str(row["arrays"] or ""),
         scalars={metric.column: _float(row[metric.column]) for metric in METRICS},
         milestones={name: None if at is None else float(at) for name, at in reached.items()},
     )
@@ -415,24 +440,15 @@ def read_log(run: RunRow) -> Log:
     """Read the log of a run.
 
     Raises:
-        OSError, ValueError, KeyError, zipfile.BadZipFile: it is missing or damaged.
+        ArchiveError: its arrays are missing or damaged.
     """
-    file = run.folder / "arrays" / f"{run.key}.npz"
-    with zipfile.ZipFile(file) as archive:
-        # As large as it says it is, before memory is taken for it.
-        if sum(part.file_size for part in archive.infolist()) > _LARGEST_LOG:
-            raise ValueError("its arrays are too large")
-    with np.load(file) as arrays:
-        outcome, steps, joined = log_in(arrays)
-        pictures = Pictures(arrays["moments"], arrays["value_share"], arrays["value_distance"])
+    found = archive.unpacked(archive.read(run.folder, run.key, run.arrays), run.trials, run.steps)
+    pictures = Pictures(found.moments, found.value_share, found.value_distance)
     world = WorldSpec.model_validate(run.settings["world"])
-    # A run of few steps may well have ended in the middle of its first trial.
-    if outcome.shape != steps.shape or (not outcome.size and run.trials):
-        raise ValueError("its arrays do not fit together")
-    shape = (*pictures.moments.shape, world.n_distances, world.n_directions)
-    if {pictures.share.shape, pictures.distance.shape} != {shape}:
-        raise ValueError("its pictures of the value do not fit its world")
-    return Log(outcome, measures.rewards(world, outcome), steps, joined, pictures)
+    if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
+        raise ArchiveError("its pictures of the value do not fit its world")
+    reward = measures.rewards(world, found.outcome)
+    return Log(found.outcome, reward, found.steps, found.joined, pictures)
 
 
 def _trace_of(run: RunRow, log: Log, widths: Widths, measure: Measure) -> Trace:
@@ -498,6 +514,6 @@ class Reader:
         """Something made of the log of a run; None, and a note, where it cannot be read."""
         try:
             return make(read_log(run))
-        except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-            self.unreadable[self.name_of(run)] = f"its log cannot be read: {error}"
+        except ArchiveError as error:
+            self.unreadable[self.name_of(run)] = str(error)
             return None

@@ -7,18 +7,18 @@ Success is a share, 0 to 1. What is *final* is of the last 2,000 trials.
 """
 
 import hashlib
-import io
 import json
 import re
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import dropwhile
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from app.archive import packed
 from app.experiments import Experiment, Stop, Variant
 from app.metrics import NAMES
 from learners import greedy, kernel, measures
@@ -359,36 +359,3 @@ def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
         "value_share": np.array(pictures.share, np.float32),
         "value_distance": np.array(pictures.distance, np.float32),
     }
-
-
-class Log(NamedTuple):
-    """How the trials of a run went, as its arrays have it."""
-
-    outcome: np.ndarray
-    """(trial,) int8."""
-    steps: np.ndarray
-    """(trial,) int64."""
-    joined: dict[str, tuple[int, int]]
-    """Trial and step of each skill that joined after the start."""
-
-
-def log_in(arrays: Mapping[str, np.ndarray]) -> Log:
-    """The log in the arrays of :func:`arrays_of`, as they are read back.
-
-    Raises:
-        KeyError, ValueError: they are damaged.
-    """
-    moments = arrays["introductions"].reshape(-1, 2).tolist()
-    names = arrays["introduced"].tolist()
-    joined = {
-        name: (trial, step) for name, (trial, step) in zip(names, moments, strict=True) if trial > 0
-    }
-    return Log(arrays["outcome"], arrays["steps"].astype(np.int64), joined)
-
-
-def packed(arrays: dict[str, np.ndarray]) -> bytes:
-    """Arrays as a NumPy archive."""
-    out = io.BytesIO()
-    kept: dict[str, Any] = arrays
-    np.savez_compressed(out, **kept)
-    return out.getvalue()

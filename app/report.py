@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from app import statistics, thesis
+from app import leftovers, statistics, thesis
 from app.drawing import missing_note
 from app.figures import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
-from app.files import write_whole
+from app.files import PASSING, write_whole
 from app.markup import FIGURE_FILES, Markup, Page, details, document, element, joined, table
 from app.metrics import (
     AREA,
@@ -312,12 +312,14 @@ def write_report(
     read = [read_folder(folder) for folder in folders]
     place = default_place(folders, compare) if out is None else out
     commands = [*(folder.command for folder in read), _command(folders, out, compare)]
-    page = Page(commands, figures_of(place).name, warnings=_unfinished(read), tell=tell)
+    warnings = [*_unfinished(read), *_damaged(read)]
+    page = Page(commands, figures_of(place).name, warnings=warnings, tell=tell)
     tables = [folder.rows for folder in read]
     rows = [row for table in (tables if compare else _without_copies(tables)) for row in table]
     if all(row.error for row in rows):
         shown = ", ".join(repr(str(folder)) for folder in folders)
-        raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
+        nothing = f"no run is over in {shown}: there is nothing to report yet"
+        raise ResultsError(" ".join([nothing, *_damaged(read)]))
     several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
     # What both sides of a comparison hold is looked at twice, and was still run once.
     apart = [row for table in _without_copies(tables) for row in table]
@@ -327,6 +329,8 @@ def write_report(
         several,
         lambda n: tell(f"reading logs: {counted(n, 'run')}"),
     )
+    for run in (run for folder in read for run in folder.lost):
+        reader.unreadable[reader.name_of(run)] = "its arrays are damaged or gone"
     title = _overview(page, read, apart, compare)
     # Folders may differ in what they measure first; the page shows one thing all through.
     shown = _shown(read[0], rows)
@@ -371,6 +375,17 @@ def _unfinished(read: Iterable[Folder]) -> list[str]:
         + (f" in {names[path]}." if len(folders) > 1 else ".")
         for path, folder in folders.items()
         if len(folder.rows) < folder.planned
+    ]
+
+
+def _damaged(read: Iterable[Folder]) -> list[str]:
+    """Of which folders runs count as missing that were there once."""
+    folders = {folder.path: folder for folder in read}
+    return [
+        f"Damaged: the arrays of {counted(len(folder.lost), 'run')} in {path} are damaged or gone,"
+        f" so they count as missing; {folder.command} --resume makes them again."
+        for path, folder in folders.items()
+        if folder.lost
     ]
 
 
@@ -489,6 +504,8 @@ def _write_all(page: Page, place: Path, text: str) -> None:
     header = '<?xml version="1.0" encoding="utf-8"?>\n'
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        for each in (place.parent, folder):
+            leftovers.clear(each, PASSING)
         for name, drawing in page.drawings.items():
             contents = (
                 (header + drawing.svg).encode(),
@@ -507,5 +524,5 @@ def _write_all(page: Page, place: Path, text: str) -> None:
     except OSError as error:
         raise ResultsError(
             f"{str(place)!r} cannot be written: {error.strerror or error};"
-            " allowed: a place that can"
+            " allowed: --out with a place that can"
         ) from error

@@ -56,7 +56,7 @@ def obey(command: Report) -> int:
         command = replace(command, folders=() if latest is None else (str(latest),))
     _check(command)
     # Here, so that the lab starts without the libraries that draw.
-    from app.readout import ResultsError
+    from app.readout import DamagedError, ResultsError
     from app.report import write_report
 
     out = None if command.out is None else Path(command.out)
@@ -64,6 +64,8 @@ def obey(command: Report) -> int:
     try:
         with interrupts.undoing(), terminal.status() as tell:
             written = write_report(folders, out, command.compare, tell)
+    except DamagedError as error:
+        raise UsageError(str(error)) from error
     except ResultsError as error:
         complain(str(error))
         return EXIT_FAILED

@@ -6,74 +6,63 @@ that everything is there, and whatever ends the program loses at most the runs i
 """
 
 import contextlib
+import itertools
 import json
-import os
+import shutil
 import sqlite3
-import tempfile
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
-from app import __version__, csv_texts
+from app import __version__, archive, csv_texts, leftovers, results_table
+from app.claims import (
+    PASSING,
+    FolderError,
+    claiming,
+    holds_results,
+    is_free,
+    is_new,
+    locked,
+    tried,
+    unwritable,
+)
 from app.document import UnusableError, file_of, is_same_text
 from app.experiments import Experiment
 from app.files import write_whole
 from app.folders import make_folders, remove_folders
-from app.replicate import DONE, FAILED, gist, settings_of
+from app.replicate import DONE, FAILED, gist, identity_of, key_of, settings_of
+from app.results_table import COLUMNS, SCHEMA_VERSION, DamageError, Table
 from sim.sources import SOURCE_DIGEST
-
-SCHEMA_VERSION: Final = 3
-
-COLUMNS: Final = {
-    "key": "TEXT PRIMARY KEY",
-    "variant": "TEXT NOT NULL",
-    "preset": "TEXT NOT NULL",
-    "overrides": "TEXT NOT NULL",
-    "settings": "TEXT NOT NULL",
-    "seed": "INTEGER NOT NULL",
-    "status": "TEXT NOT NULL",
-    "error": "TEXT",
-    "version": "TEXT NOT NULL",
-    "digest": "TEXT",
-    "seconds": "REAL",
-    "ended_at": "TEXT",
-    "trials": "INTEGER",
-    "steps": "INTEGER",
-    "captures": "INTEGER",
-    "flights": "INTEGER",
-    "timeouts": "INTEGER",
-    "final_reward": "REAL",
-    "final_success": "REAL",
-    "greedy_success": "REAL",
-    "area": "REAL",
-    "steps_to_50": "INTEGER",
-    "steps_to_70": "INTEGER",
-    "mean_hunt_length": "REAL",
-    "switches_per_step": "REAL",
-}
-"""Of the table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC."""
 
 REPORT_PAGE: Final = "report.html"
 """A report on the results of a folder, in it; its figures are beside it."""
 
 _FIGURES: Final = (".svg", ".png", ".csv")
-_LOCK: Final = ".lock"
-_PASSING: Final = ".*.tmp"
-"""What something that kills the program leaves of a file that was being written."""
-_PATIENCE_S: Final = 30.0
-"""A reader, such as the page, may hold the table for a moment."""
-
-
-class FolderError(Exception):
-    """Results cannot be kept in that folder; the message says why."""
+_TABLE_FILES: Final = ("results.sqlite-journal", "results.sqlite-wal", "results.sqlite-shm")
+"""What SQLite keeps beside a table."""
+_OF_OTHERS: Final = "allowed: another folder, or --force to begin again"
 
 
 class Folder:
     """Where the results of one experiment are. Used as a context, by one thread."""
 
-    def __init__(self, path: Path, experiment: Experiment, resume: bool, force: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        experiment: Experiment,
+        resume: bool,
+        force: bool,
+        salvage: bool = False,
+    ) -> None:
         """Claim the folder before any work is done.
+
+        Args:
+            path: the folder.
+            experiment: whose results it holds or will hold.
+            resume: go on with what is there.
+            force: begin again.
+            salvage: go on with the rows that are whole of a table that is damaged.
 
         Raises:
             FolderError: it cannot be used; nothing in it has changed.
@@ -81,17 +70,20 @@ class Folder:
         self.path = path
         self.arrays = path / "arrays"
         self._is_report_old = True
-        with contextlib.ExitStack() as stack, _claiming():
-            is_new = _is_new(path, resume, force)
-            path.mkdir(parents=True, exist_ok=True)
-            stack.enter_context(_locked(path))
-            if is_new and not is_free(path):
+        with contextlib.ExitStack() as stack, claiming():
+            new = is_new(path, resume or salvage, force)
+            # Those that nothing comes to lie in are taken away again.
+            stack.callback(remove_folders, make_folders(path))
+            stack.enter_context(locked(path))
+            if new and not is_free(path):
                 raise FolderError(
                     "has just been written to by another pounce; allowed: another folder, or"
                     " --resume to go on"
                 )
-            if is_new or force:
+            if new or force:
                 self._begin(experiment)
+            elif salvage:
+                self._salvage(experiment)
             else:
                 self._go_on(experiment)
             stack.callback(self._database.close)
@@ -109,60 +101,73 @@ class Folder:
         return self.path / "results.sqlite"
 
     def finished(self) -> set[str]:
-        """Keys of the runs that are done, and whose arrays are there."""
-        return _finished(self._database, self.path)
+        """Keys of the runs that are done, and whose arrays are there and whole.
 
-    def disown(self, key: str, error: str) -> None:
-        """Note that a run counts as failed, so that it is made again."""
-        with self._database:
-            self._database.execute(
-                "UPDATE runs SET status = ?, error = ? WHERE key = ?", (FAILED, error, key)
-            )
+        Raises:
+            FolderError: the table cannot be read.
+        """
+        return _with_arrays(self.path, self.rows())
+
+    def lost(self) -> set[str]:
+        """Keys of the runs that are done, and whose arrays are damaged or gone.
+
+        Raises:
+            FolderError: the table cannot be read.
+        """
+        rows = self.rows()
+        return {row["key"] for row in rows} - _with_arrays(self.path, rows)
+
+    def disown(self, row: Mapping[str, Any], error: str) -> None:
+        """Note that a run counts as failed, so that it is made again.
+
+        Raises:
+            FolderError: that could not be written.
+        """
+        self.write({**row, "status": FAILED, "error": error, "arrays": None})
 
     def rows(self) -> list[dict[str, Any]]:
-        """Rows of the runs that are done, in the order in which they ended."""
-        names = ", ".join(COLUMNS)
-        query = f"SELECT {names} FROM runs WHERE status = ? ORDER BY rowid"
-        rows = self._database.execute(query, (DONE,)).fetchall()
-        return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+        """Rows of the runs that are done, in the order in which they ended.
 
-    def arrays_of(self, key: str) -> bytes:
+        Raises:
+            FolderError: the table cannot be read.
+        """
+        return [row for row in self._read().rows if row["status"] == DONE]
+
+    def arrays_of(self, row: Mapping[str, Any]) -> bytes:
         """The archive of the arrays of a run.
 
         Raises:
-            OSError: it cannot be read.
+            ArchiveError: it cannot be read, or is not the one that the row is about.
         """
-        return (self.arrays / f"{key}.npz").read_bytes()
+        return archive.read(self.path, row["key"], row["arrays"])
 
     def first_error(self) -> str:
-        """What the first failed run said, on one line."""
-        query = "SELECT variant, seed, error FROM runs WHERE status = ? ORDER BY rowid LIMIT 1"
-        row = self._database.execute(query, (FAILED,)).fetchone()
-        if row is None:
-            return ""
-        variant, seed, error = row
-        return f"{variant}, seed {seed}: {gist(error)}"
+        """What the first failed run said, on one line.
+
+        Raises:
+            FolderError: the table cannot be read.
+        """
+        failed = (row for row in self._read().rows if row["status"] == FAILED)
+        row = next(failed, None)
+        return "" if row is None else f"{row['variant']}, seed {row['seed']}: {gist(row['error'])}"
 
     def write(self, row: Mapping[str, Any]) -> None:
         """Add a run, or replace one that failed. A report that did not know it is removed.
 
+        Args:
+            row: by column, with the checksum of the run's archive as ``arrays`` if it has one.
+
         Raises:
             FolderError: the row could not be written.
         """
-        names = ", ".join(COLUMNS)
-        places = ", ".join("?" * len(COLUMNS))
-        values = [row.get(name) for name in COLUMNS]
         try:
             # One that is written from now on says of how many runs it is.
             self._remove_old_report()
-            with self._database:
-                self._database.execute(
-                    f"INSERT OR REPLACE INTO runs ({names}) VALUES ({places})", values
-                )
+            results_table.write(self._database, row)
         except sqlite3.Error as error:
             raise FolderError(f"cannot be written to: {error}; --resume goes on later") from error
         except OSError as error:
-            raise _unwritable(error) from error
+            raise unwritable(error) from error
 
     def save(self, key: str, arrays: bytes) -> None:
         """Put the arrays of a run into place, whole.
@@ -171,79 +176,68 @@ class Folder:
             FolderError: they could not be written.
         """
         try:
-            write_whole(self.arrays / f"{key}.npz", arrays)
+            write_whole(archive.path_of(self.path, key), arrays)
         except OSError as error:
-            raise _unwritable(error) from error
+            raise unwritable(error) from error
+
+    def _read(self) -> Table:
+        try:
+            with claiming():
+                return results_table.read(self._database)
+        except DamageError as error:
+            raise _damaged(error) from error
 
     def _begin(self, experiment: Experiment) -> None:
         self._remove_old_report()
-        for name in ("", "-journal", "-wal", "-shm"):
-            self.table.with_name(self.table.name + name).unlink(missing_ok=True)
-        for pattern in ("*.npz", _PASSING):
-            _clear(self.arrays, pattern)
-        _clear(self.path, _PASSING)
+        self.table.unlink(missing_ok=True)
+        for path in self.arrays.glob("*.npz"):
+            if path.is_file():
+                path.unlink()
+        self._clear()
         # First of all: if the disk is full, a new folder is still free afterwards.
         write_whole(self.path / "experiment.yaml", experiment.text)
         self.arrays.mkdir(exist_ok=True)
-        self._begin_table(experiment)
+        self._begin_table(_about(experiment))
+        self._database = results_table.connect(self.path)
 
-    def _begin_table(self, experiment: Experiment) -> None:
-        """Make the table, at one stroke: whatever comes in between, it is whole or empty."""
-        about = {
-            "schema_version": str(SCHEMA_VERSION),
-            "name": experiment.name,
-            "description": experiment.description,
-            "common_starts": json.dumps(experiment.common_starts),
-            "source": experiment.source,
-            "steps": json.dumps(experiment.steps),
-            "stop": json.dumps(None if experiment.stop is None else asdict(experiment.stop)),
-            "metrics": json.dumps(experiment.metrics),
-            "version": version(),
-            "seeds": json.dumps(list(experiment.seeds)),
-            # Files of presets that the record names by their paths may not be found from here.
-            "variants": json.dumps([variant.label for variant in experiment.variants]),
-        }
-        columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
-        self._database = self._opened()
-        try:
-            with self._database:
-                # Otherwise each table would be there before the next.
-                self._database.execute("BEGIN")
-                self._database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
-                self._database.execute(f"CREATE TABLE runs ({columns})")
-                self._database.executemany("INSERT INTO meta VALUES (?, ?)", list(about.items()))
-        except BaseException:
-            self._database.close()
-            raise
+    def _clear(self) -> None:
+        """Take away what a killed writer, or a killed report, has left."""
+        for folder in (self.path, self.arrays):
+            leftovers.clear(folder, PASSING)
+
+    def _begin_table(
+        self, about: Mapping[str, str], rows: Iterable[Mapping[str, Any]] = ()
+    ) -> None:
+        """Put a table into place, at one stroke: whatever comes in between, it is whole."""
+        # What was to be rolled back in another one is not to be in this.
+        for name in _TABLE_FILES:
+            (self.path / name).unlink(missing_ok=True)
+        write_whole(self.table, results_table.new(about, rows))
 
     def _go_on(self, experiment: Experiment) -> None:
         if _is_unbegun(self.path, experiment):
-            self.arrays.mkdir(exist_ok=True)
-            self._begin_table(experiment)
-            return
-        self._database = self._opened()
+            self._begin_table(_about(experiment))
+        self._database = results_table.connect(self.path)
         try:
-            _refuse_to_go_on(self._database, self.path, experiment)
+            table = _usable(self._database, self.path, experiment)
+            self._clear()
             self.arrays.mkdir(exist_ok=True)
-            _clear(self.arrays, _PASSING)
-            (before,) = self._database.execute(
-                "SELECT value FROM meta WHERE key = 'seeds'"
-            ).fetchone()
             # Of other seeds, what is there stays.
-            seeds = dict.fromkeys([*json.loads(before), *experiment.seeds])
-            self._note_seeds([*seeds])
+            seeds = dict.fromkeys([*json.loads(table.about["seeds"]), *experiment.seeds])
+            results_table.note(self._database, seeds=json.dumps([*seeds]))
         except BaseException:
             self._database.close()
             raise
 
-    def _opened(self) -> sqlite3.Connection:
-        return sqlite3.connect(self.table, timeout=_PATIENCE_S)
-
-    def _note_seeds(self, seeds: Sequence[int]) -> None:
-        with self._database:
-            self._database.execute(
-                "UPDATE meta SET value = ? WHERE key = 'seeds'", (json.dumps(list(seeds)),)
-            )
+    def _salvage(self, experiment: Experiment) -> None:
+        """Put a table of the rows that are whole into the place of one that is damaged."""
+        if not goes_on(self.path, experiment):
+            rows = _salvageable(self.path, experiment)
+            seeds = dict.fromkeys([*experiment.seeds, *(row["seed"] for row in rows)])
+            shutil.copyfile(self.table, _free_name(self.path / "damaged.sqlite"))
+            write_whole(self.path / "experiment.yaml", experiment.text)
+            self._begin_table({**_about(experiment), "seeds": json.dumps([*seeds])}, rows)
+        self._go_on(experiment)
 
     def _remove_old_report(self) -> None:
         """Remove a report on what was there when the folder was claimed."""
@@ -254,6 +248,23 @@ class Folder:
         page.unlink(missing_ok=True)
         remove_figures(page)
         self._is_report_old = False
+
+
+def _about(experiment: Experiment) -> dict[str, str]:
+    """What the table says about an experiment."""
+    return {
+        "name": experiment.name,
+        "description": experiment.description,
+        "common_starts": json.dumps(experiment.common_starts),
+        "source": experiment.source,
+        "steps": json.dumps(experiment.steps),
+        "stop": json.dumps(None if experiment.stop is None else asdict(experiment.stop)),
+        "metrics": json.dumps(experiment.metrics),
+        "version": version(),
+        "seeds": json.dumps(list(experiment.seeds)),
+        # Files of presets that the record names by their paths may not be found from here.
+        "variants": json.dumps([variant.label for variant in experiment.variants]),
+    }
 
 
 def figures_of(page: Path) -> Path:
@@ -275,67 +286,13 @@ def remove_figures(page: Path, kept: Container[str] = ()) -> None:
         remove_folders([folder])
 
 
-def _clear(folder: Path, pattern: str) -> None:
-    for path in folder.glob(pattern):
-        if path.is_file():
-            path.unlink()
-
-
-@contextlib.contextmanager
-def _claiming() -> Iterator[None]:
-    """Whatever is in the way of using a folder is a `FolderError`."""
-    try:
-        yield
-    except sqlite3.Error as error:
-        raise FolderError(f"holds a results.sqlite that cannot be used: {error}") from error
-    except OSError as error:
-        raise _unwritable(error) from error
-
-
-def _is_new(path: Path, resume: bool, force: bool) -> bool:
-    """Whether nothing is there; if something is, it must be results that may be used so."""
-    if is_free(path):
-        return True
-    if not (force or resume):
-        raise FolderError(
-            "is there already and not empty; allowed: another folder, --resume to go on, or"
-            " --force to begin again"
-        )
-    # --force begins results again; it clears nothing that is not results.
-    if not _holds_results(path):
-        raise FolderError("holds something else than results; allowed: another folder")
-    return False
-
-
-def _holds_results(path: Path) -> bool:
-    """Whether there are results in a folder, be they as good as not begun."""
-    if (path / "results.sqlite").is_file():
-        return True
-    if not (path / "experiment.yaml").is_file():
-        return False
-    # A writer that was killed at once leaves its lock; an experiment of one's own has none.
-    begun = (path / _LOCK).is_file() and _holds_only(path, "experiment.yaml")
-    return begun or (path / "arrays").is_dir()
-
-
-def has_table(path: Path) -> bool:
-    """Whether the table of results in a folder is there and not empty.
-
-    Raises:
-        OSError: it cannot be looked into.
-    """
-    table = path / "results.sqlite"
-    # A journal beside an empty table is that of its first lines, which are to be written again.
-    return table.is_file() and table.stat().st_size > 0
-
-
 def _is_unbegun(path: Path, experiment: Experiment) -> bool:
     """Whether a folder of this experiment was left before its table said anything.
 
     Raises:
         FolderError: its table says nothing, and it is not of this experiment.
     """
-    if has_table(path):
+    if results_table.has_table(path):
         return False
     if not _is_of(path, experiment):
         raise FolderError("holds no results to go on with; allowed: --force to begin again")
@@ -353,13 +310,9 @@ def _is_of(path: Path, experiment: Experiment) -> bool:
         return False
 
 
-def _refuse_to_go_on(database: sqlite3.Connection, path: Path, experiment: Experiment) -> None:
-    objection = _objection(database, path, experiment)
-    if objection:
-        raise FolderError(f"{objection}; allowed: another folder, or --force to begin again")
-
-
-def finished_if_claimed(path: Path, experiment: Experiment, resume: bool, force: bool) -> set[str]:
+def finished_if_claimed(
+    path: Path, experiment: Experiment, resume: bool, force: bool, salvage: bool = False
+) -> set[str]:
     """Keys of the runs that would be there already if a `Folder` were made of this.
 
     Nothing changes, but for a moment in which it is tried whether the folder can be used.
@@ -367,20 +320,21 @@ def finished_if_claimed(path: Path, experiment: Experiment, resume: bool, force:
     Raises:
         FolderError: as a `Folder` would raise.
     """
-    with _claiming():
-        if _is_new(path, resume, force):
+    with claiming():
+        if is_new(path, resume or salvage, force):
             made = make_folders(path)
             try:
-                with _tried(path):
+                with tried(path):
                     return set()
             finally:
                 remove_folders(made)
-        with _tried(path):
-            if force or _is_unbegun(path, experiment):
+        with tried(path):
+            if force or (not salvage and _is_unbegun(path, experiment)):
                 return set()
-            with contextlib.closing(reader(path)) as database:
-                _refuse_to_go_on(database, path, experiment)
-                return _finished(database, path)
+            if salvage:
+                return _with_arrays(path, _salvageable(path, experiment))
+            with contextlib.closing(results_table.reader(path)) as database:
+                return _with_arrays(path, _usable(database, path, experiment).rows)
 
 
 def goes_on(path: Path, experiment: Experiment) -> bool:
@@ -390,61 +344,109 @@ def goes_on(path: Path, experiment: Experiment) -> bool:
         FolderError: it cannot be looked into.
     """
     try:
-        if not has_table(path):
-            return _holds_results(path) and _is_of(path, experiment)
-        with contextlib.closing(reader(path)) as database:
-            return not _objection(database, path, experiment)
-    except (sqlite3.OperationalError, OSError) as error:
-        raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
-    except sqlite3.DatabaseError:
-        # It is damaged, or no table at all.
+        if not results_table.has_table(path):
+            return holds_results(path) and _is_of(path, experiment)
+        with contextlib.closing(results_table.reader(path)) as database:
+            _usable(database, path, experiment)
+    except FolderError:
         return False
+    except (sqlite3.Error, OSError) as error:
+        raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
+    return True
 
 
-def _objection(database: sqlite3.Connection, path: Path, experiment: Experiment) -> str:
-    """Why these results are not to be gone on with; empty if they are."""
-    found = schema_version(database)
-    if found != str(SCHEMA_VERSION):
-        written = "without a version" if found is None else f"of version {found}"
-        return f"holds results {written}, and this pounce reads version {SCHEMA_VERSION}"
-    if not (path / "experiment.yaml").is_file():
-        return "holds results whose experiment.yaml is missing"
-    if not _is_of(path, experiment):
-        return "holds the results of another experiment"
-    others = database.execute(
-        "SELECT DISTINCT version FROM runs WHERE status = ? AND version != ?", (DONE, version())
-    ).fetchall()
-    if others:
-        return f"holds runs made by pounce {others[0][0]}, and this is {version()}"
-    specs = {variant.label: settings_of(variant) for variant in experiment.variants}
-    rows = database.execute("SELECT DISTINCT variant, settings FROM runs")
-    for label, settings in rows:
-        if specs.get(label, settings) != settings:
-            return (
-                f"holds runs of {label!r} with other settings, of a preset that has changed since"
+def _usable(database: sqlite3.Connection, path: Path, experiment: Experiment) -> Table:
+    """The table of a folder, if it can be gone on with.
+
+    Raises:
+        FolderError: it cannot.
+    """
+    try:
+        found = results_table.schema_version(database)
+        if found != str(SCHEMA_VERSION):
+            written = "without a version" if found is None else f"of version {found}"
+            raise FolderError(
+                f"holds results {written}, and this pounce reads version {SCHEMA_VERSION};"
+                f" {_OF_OTHERS}"
             )
-    return ""
+        if not (path / "experiment.yaml").is_file():
+            raise FolderError(f"holds results whose experiment.yaml is missing; {_OF_OTHERS}")
+        if not _is_of(path, experiment):
+            raise FolderError(f"holds the results of another experiment; {_OF_OTHERS}")
+        table = results_table.read(database)
+    except DamageError as error:
+        raise _damaged(error) from error
+    _refuse_others(table.rows, experiment)
+    return table
+
+
+def _damaged(error: DamageError) -> FolderError:
+    salvage = "--salvage to go on with these, " if error.whole else ""
+    return FolderError(
+        f"holds a damaged results.sqlite: {error}; allowed: {salvage}another folder, or --force to"
+        " begin again"
+    )
+
+
+def _refuse_others(rows: Iterable[Mapping[str, Any]], experiment: Experiment) -> None:
+    """Refuse to go on with runs of other code or of other settings."""
+    specs = {variant.label: settings_of(variant) for variant in experiment.variants}
+    for row in rows:
+        if row["status"] == DONE and row["version"] != version():
+            raise FolderError(
+                f"holds runs made by pounce {row['version']}, and this is {version()}; {_OF_OTHERS}"
+            )
+        label = row["variant"]
+        if specs.get(label, row["settings"]) != row["settings"]:
+            raise FolderError(
+                f"holds runs of {label!r} with other settings, of a preset that has changed since;"
+                f" {_OF_OTHERS}"
+            )
+
+
+def _salvageable(path: Path, experiment: Experiment) -> list[dict[str, Any]]:
+    """The rows of a folder that are whole; by their keys they are runs of this very experiment.
+
+    Raises:
+        FolderError: there are none, or others among them.
+    """
+    with contextlib.closing(results_table.reader(path)) as database:
+        rows = results_table.whole_rows(database)
+    identities = {v.label: identity_of(experiment, v) for v in experiment.variants}
+    _refuse_others(rows, experiment)
+    for row in rows:
+        label = row["variant"]
+        if row["key"] != key_of(label, identities.get(label, ""), row["seed"]):
+            raise FolderError(f"holds the results of another experiment; {_OF_OTHERS}")
+    if not rows:
+        raise FolderError(f"holds no row that is whole; {_OF_OTHERS}")
+    return rows
+
+
+def _free_name(path: Path) -> Path:
+    """A path, or one like it, where nothing is yet."""
+    names = (path.with_stem(f"{path.stem}-{number}") for number in itertools.count(2))
+    return next(name for name in itertools.chain([path], names) if not name.exists())
 
 
 def finished_in(path: Path) -> set[str]:
-    """Keys of the runs that are done in a folder, and whose arrays are; it may not be there.
+    """Keys of the runs that are done in a folder, and whose arrays are whole; it may not be there.
 
     Raises:
         FolderError: it cannot be read.
     """
-    if not has_table(path):
+    if not results_table.has_table(path):
         return set()
+    names = ("key", "status", "arrays")
     with _reading(path) as database:
-        return _finished(database, path)
+        rows = database.execute(f"SELECT {', '.join(names)} FROM runs")
+        return _with_arrays(path, (dict(zip(names, row, strict=True)) for row in rows))
 
 
-def _finished(database: sqlite3.Connection, path: Path) -> set[str]:
-    rows = database.execute("SELECT key FROM runs WHERE status = ?", (DONE,)).fetchall()
-    there: set[str] = set()
-    with contextlib.suppress(FileNotFoundError), os.scandir(path / "arrays") as entries:
-        # After a loss of power a file may be there and empty.
-        there = {e.name for e in entries if e.name.endswith(".npz") and e.stat().st_size}
-    return {key for (key,) in rows if f"{key}.npz" in there}
+def _with_arrays(path: Path, rows: Iterable[Mapping[str, Any]]) -> set[str]:
+    """Keys of the runs that are done, and whose arrays are there and whole."""
+    done = (row for row in rows if row["status"] == DONE)
+    return {row["key"] for row in done if archive.is_whole(path, row["key"], row["arrays"])}
 
 
 def table_csv(path: Path, spreadsheet: bool = False) -> str:
@@ -461,76 +463,13 @@ def table_csv(path: Path, spreadsheet: bool = False) -> str:
 
 @contextlib.contextmanager
 def _reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """The results table of a folder; whatever is in the way of reading it is a `FolderError`."""
+    """The table of a folder, undamaged; whatever is in the way of reading it is a `FolderError`."""
     try:
-        with contextlib.closing(reader(path)) as database:
+        with contextlib.closing(results_table.reader(path)) as database:
+            results_table.read(database)
             yield database
-    except (sqlite3.Error, OSError) as error:
+    except (sqlite3.Error, OSError, DamageError) as error:
         raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
-
-
-def reader(path: Path) -> sqlite3.Connection:
-    """The results table of a folder, to read from, while somebody else may be writing to it."""
-    file = path / "results.sqlite"
-    # What was killed in the middle of a row left a journal behind, which is to be rolled back.
-    mode = "rw" if os.access(file, os.W_OK) and os.access(path, os.W_OK) else "ro"
-    return sqlite3.connect(f"{file.resolve().as_uri()}?mode={mode}", uri=True, timeout=_PATIENCE_S)
-
-
-def is_free(path: Path) -> bool:
-    """Whether there is no such folder, or nothing in it but what a killed writer leaves.
-
-    Raises:
-        OSError: it cannot be looked into.
-    """
-    return not path.exists() or _holds_only(path)
-
-
-def _holds_only(path: Path, *names: str) -> bool:
-    """Whether all that is in a folder is of these names, or a lock, or what a kill leaves."""
-    # While it is locked, SQLite keeps a journal beside the lock.
-    ours = {_LOCK, f"{_LOCK}-journal", *names}
-    return all(
-        entry.name in ours or (entry.match(_PASSING) and entry.is_file())
-        for entry in path.iterdir()
-    )
-
-
-@contextlib.contextmanager
-def _tried(path: Path) -> Iterator[None]:
-    """Refuse a folder that others write into or that cannot be written to; it stays as it is."""
-    # Where there is no lock, nobody holds it, and none is made.
-    with _locked(path) if (path / _LOCK).exists() else tempfile.TemporaryFile(dir=path):
-        yield
-
-
-@contextlib.contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Keep others from writing into a folder; whatever ends this program unlocks it."""
-    with contextlib.ExitStack() as stack:
-        try:
-            # SQLite's locks are there on every system.
-            lock = sqlite3.connect(path / _LOCK, timeout=0, isolation_level=None)
-            stack.callback(lock.close)
-            lock.execute("BEGIN EXCLUSIVE")
-        except sqlite3.Error as error:
-            if error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY:
-                raise FolderError(
-                    "is being written to by another pounce; allowed: another folder, or later"
-                ) from error
-            raise FolderError(
-                f"cannot be locked: {error}; allowed: a folder that can be written to"
-            ) from error
-        yield
-
-
-def schema_version(database: sqlite3.Connection) -> str | None:
-    """Version of the schema of a results table, None if it has none."""
-    tables = database.execute("SELECT name FROM sqlite_master WHERE name = 'meta'").fetchall()
-    if not tables:
-        return None
-    row = database.execute("SELECT value FROM meta WHERE key = 'schema_version'").fetchone()
-    return None if row is None else str(row[0])
 
 
 def version() -> str:
@@ -539,9 +478,3 @@ def version() -> str:
     Two checkouts of one version may differ, and then their results may.
     """
     return f"{__version__}+{SOURCE_DIGEST[:8]}"
-
-
-def _unwritable(error: OSError) -> FolderError:
-    return FolderError(
-        f"cannot be written to: {error.strerror or error}; allowed: a folder that can"
-    )

@@ -6,17 +6,18 @@ wants to see how far it has come reads the latest :class:`Standing`.
 
 import logging
 import threading
-import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from app.archive import ArchiveError
+from app.claims import FolderError, is_free
 from app.cost import Plan, plan
 from app.experiments import Experiment, Variant
 from app.gathered import Gatherer
 from app.laboratory import Progress, Switch, Threads, run_experiment
 from app.replicate import tasks_of
-from app.results import Folder, FolderError, finished_in, goes_on, is_free
+from app.results import Folder, finished_in, goes_on
 from app.texts import as_path
 
 log = logging.getLogger(__name__)
@@ -43,6 +44,8 @@ class Standing:
     paused: bool
     error: str
     """What stopped it; empty if nothing did."""
+    damaged: int = 0
+    """Runs whose arrays were found damaged or gone, so that they are made again."""
 
 
 class Quote(NamedTuple):
@@ -135,7 +138,7 @@ class Workbench:
         error = ""
         try:
             with Folder(path, experiment, goes_on(path, experiment), force=False) as folder:
-                _take_finished(experiment, folder, gatherer, switch)
+                self._note(damaged=_take_finished(experiment, folder, gatherer, switch))
                 crew = Threads(workers, switch)
                 run_experiment(
                     experiment, folder, crew, lambda p: self._note(progress=p), on_row=take
@@ -151,20 +154,23 @@ class Workbench:
 
 def _take_finished(
     experiment: Experiment, folder: Folder, gatherer: Gatherer, switch: Switch
-) -> None:
-    """Take in the runs of the experiment that the folder holds."""
+) -> int:
+    """Take in the runs of the experiment that the folder holds; returns how many are damaged."""
     labels = {task.key: variant.label for variant, task in tasks_of(experiment)}
-    finished = folder.finished() & labels.keys()
-    for row in folder.rows():
+    rows = [row for row in folder.rows() if row["key"] in labels]
+    finished = folder.finished()
+    n_damaged = sum(row["key"] not in finished for row in rows)
+    for row in rows:
         if not switch.wanted():
-            return
-        key = row["key"]
-        if key in finished:
+            break
+        if row["key"] in finished:
             try:
-                gatherer.add(labels[key], row, folder.arrays_of(key))
-            except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+                gatherer.add(labels[row["key"]], row, folder.arrays_of(row))
+            except ArchiveError as error:
                 # A run is a function of its task: what is damaged is made again.
-                folder.disown(key, f"its arrays could not be read: {error}")
+                folder.disown(row, str(error))
+                n_damaged += 1
+    return n_damaged
 
 
 def folder_for(root: Path, experiment: Experiment) -> Path:

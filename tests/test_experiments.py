@@ -62,7 +62,8 @@ def carried_out(
 def rows(path: Path) -> list[dict[str, Any]]:
     database = sqlite3.connect(path / "results.sqlite")
     database.row_factory = sqlite3.Row
-    found = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY key")]
+    names = ", ".join(results.COLUMNS)
+    found = [dict(row) for row in database.execute(f"SELECT {names} FROM runs ORDER BY key")]
     database.close()
     return found
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app import experiments, presets, readout, results, thesis
+from app import archive, experiments, presets, readout, results, results_table, thesis
 from app.metrics import NAMES
-from app.results import COLUMNS, SCHEMA_VERSION
+from app.results_table import SCHEMA_VERSION
 from sim.world import CAPTURE, FLIGHT
 
 N_TRIALS = 300
@@ -66,19 +66,39 @@ def add_run(
         "steps_to_50": 100 * seed + 100,
         **columns,
     }
-    np.savez(
-        folder / "arrays" / f"{key}.npz",
+    add_arrays(
+        folder,
+        key,
         outcome=outcome,
         steps=np.full(N_TRIALS, 10, np.int32),
         introductions=np.array([[0, 0], [100, 1000]]),
         introduced=np.array(["approach", "avoid"]),
         **{**pictures([], np.zeros(shape), np.zeros(shape)), **arrays},
     )
-    places = ", ".join("?" * len(row))
-    with sqlite3.connect(folder / TABLE) as database:
-        database.execute(f"INSERT INTO runs ({', '.join(row)}) VALUES ({places})", [*row.values()])
+    with contextlib.closing(results_table.connect(folder)) as database:
+        results_table.write(database, {**row, "arrays": checksum_in(folder, key)})
         _note_variant(database, row["variant"])
-    database.close()
+
+
+def add_arrays(folder: Path, key: str, **arrays: np.ndarray) -> None:
+    """Put the archive of a run into place, without a word in its row."""
+    (folder / "arrays" / f"{key}.npz").write_bytes(archive.packed(arrays))
+
+
+def checksum_in(folder: Path, key: str) -> str:
+    return archive.checksum((folder / "arrays" / f"{key}.npz").read_bytes())
+
+
+def seal(folder: Path) -> None:
+    """Make all that was changed by hand what pounce itself might have written."""
+    with contextlib.closing(results_table.connect(folder)) as database:
+        database.row_factory = sqlite3.Row
+        rows = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY rowid")]
+        database.row_factory = None
+        for row in rows:
+            if (folder / "arrays" / f"{row['key']}.npz").exists():
+                row["arrays"] = checksum_in(folder, row["key"])
+        results_table.write(database, *rows)
 
 
 def _note_variant(database: sqlite3.Connection, label: str) -> None:
@@ -90,7 +110,7 @@ def _note_variant(database: sqlite3.Connection, label: str) -> None:
     runs = database.execute("SELECT DISTINCT variant, overrides FROM runs")
     n_overrides = {variant: len(json.loads(overrides)) for variant, overrides in runs}
     labels = sorted([*labels, label], key=lambda label: (n_overrides.get(label, 0), label))
-    database.execute("UPDATE meta SET value = ? WHERE key = 'variants'", (json.dumps(labels),))
+    results_table.note(database, variants=json.dumps(labels))
 
 
 def new_folder(
@@ -102,23 +122,21 @@ def new_folder(
 ) -> Path:
     """A folder of results without a run."""
     (path / "arrays").mkdir(parents=True)
-    with sqlite3.connect(path / TABLE) as database:
-        database.execute("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT)")
-        database.execute(f"CREATE TABLE runs ({', '.join(f'{k} {v}' for k, v in COLUMNS.items())})")
-        values = {
-            "schema_version": version,
-            "name": name,
-            "description": "",
-            "source": "",
-            "seeds": "[0, 1, 2]",
-            "variants": "[]",
-            "steps": "null",
-            "stop": "null",
-            "metrics": json.dumps(metrics),
-            **meta,
-        }
-        database.executemany("INSERT INTO meta VALUES (?, ?)", [*values.items()])
-    database.close()
+    values = {
+        "name": name,
+        "description": "",
+        "source": "",
+        "seeds": "[0, 1, 2]",
+        "variants": "[]",
+        "steps": "null",
+        "stop": "null",
+        "metrics": json.dumps(metrics),
+        **meta,
+    }
+    (path / TABLE).write_bytes(results_table.new(values))
+    if version != str(SCHEMA_VERSION):
+        with contextlib.closing(results_table.connect(path)) as database:
+            results_table.note(database, schema_version=version)
     return path
 
 
@@ -329,7 +347,7 @@ def test_a_log_that_is_larger_than_any_can_be_is_not_read(folder: Path) -> None:
     add_run(folder, 0, arrays=pictures(range(10_000), nothing, nothing))
     reading = reader()
     assert reading.traces(readout.read_folder(folder).rows) == []
-    assert "its arrays are too large" in reading.unreadable["timed, seed 0"]
+    assert "they are too large" in reading.unreadable["timed, seed 0"]
 
 
 def test_pictures_of_another_world_are_refused(folder: Path) -> None:

@@ -1,5 +1,6 @@
 """The report: from folders of results to a page that stands for itself."""
 
+import contextlib
 import csv
 import itertools
 import json
@@ -17,12 +18,22 @@ import numpy as np
 import pytest
 import tyro
 
-from app import cli, figures, fonts, metrics, presets, report, report_compare, report_parts
+from app import (
+    cli,
+    figures,
+    fonts,
+    metrics,
+    presets,
+    report,
+    report_compare,
+    report_parts,
+    results_table,
+)
 from app.markup import FIGURE_FILES
 from app.readout import Group, ResultsError, RunRow
 from app.report_cli import Report
 from app.results import REPORT_PAGE
-from tests.test_readout import N_TRIALS, add_run, new_folder, pictures
+from tests.test_readout import N_TRIALS, add_arrays, add_run, new_folder, pictures, seal
 
 CIRCLE = "schedule.skills.circle_clockwise.at"
 FINAL = metrics.FINAL_REWARD.of_runs(N_TRIALS, N_TRIALS)
@@ -582,7 +593,8 @@ def test_marks_are_spoken_of_only_where_there_are_any(folder: Path, tmp_path: Pa
         add_run(without, 0)
         arrays = dict(np.load(without / "arrays" / "k0.npz"))
         arrays |= {"introductions": np.array([[0, 0]]), "introduced": np.array(["approach"])}
-        np.savez(without / "arrays" / "k0.npz", **arrays)
+        add_arrays(without, "k0", **arrays)
+        seal(without)
         drawn.clear()
         page_of(without)
         assert len(drawn) == 2
@@ -631,9 +643,8 @@ def test_a_page_on_an_unfinished_experiment_says_so_wherever_it_is_looked_at(
         return draw(name, panels, axis, small)
 
     monkeypatch.setattr(report_parts, "draw_curves", kept)
-    with sqlite3.connect(folder / "results.sqlite") as database:
-        variants = json.dumps(["timed", "standard_q"])
-        database.execute("UPDATE meta SET value = ? WHERE key = 'variants'", (variants,))
+    with contextlib.closing(results_table.connect(folder)) as database:
+        results_table.note(database, variants=json.dumps(["timed", "standard_q"]))
     for seed in range(2):
         add_run(folder, seed)
     add_run(folder, 2, status="failed", error="out of luck")
@@ -701,13 +712,15 @@ def test_runs_that_finished_no_trial_are_not_taken_for_damaged(tmp_path: Path) -
         add_run(folder, seed, preset="standard_q", trials=0, steps=3, **none)
         key = f"k{2 * seed + 1}"
         arrays = dict(np.load(folder / "arrays" / f"{key}.npz"))
-        np.savez(folder / "arrays" / f"{key}.npz", **{**arrays, **empty})
+        add_arrays(folder, key, **{**arrays, **empty})
+    seal(folder)
     page = page_of(folder)
     assert "left out" not in text_of(page)
     # That a run has trials and its log none is damage as before.
     with sqlite3.connect(folder / "results.sqlite") as database:
         database.execute("UPDATE runs SET trials = 7 WHERE key = 'k1'")
     database.close()
+    seal(folder)
     assert [row["run"] for row in table_of(page_of(folder), "do not fit together")] == [
         "standard_q, seed 0"
     ]
@@ -783,6 +796,7 @@ def group(variant: str, preset: str, sets: Mapping[str, Any], trials: int) -> Gr
         error="",
         version="",
         digest="",
+        arrays="",
         scalars={"trials": trials, "steps": trials},
         milestones={},
     )
@@ -883,7 +897,7 @@ def test_of_many_settings_that_differ_some_are_told(tmp_path: Path) -> None:
     world = presets.load("timed").model_dump(mode="json")["world"]
     for folder, value in zip(folders, (1, 2), strict=True):
         more = {f"key{number}": value for number in range(13)}
-        add_run(folder, 0, settings=json.dumps({"world": world, **more}))
+        add_run(folder, 0, settings=json.dumps({"world": world, "trials": 300, **more}))
     text = text_of(page_of(*folders, compare=True))
     assert "key9 (A: 1, B: 2); and 3 more." in text
     assert "key10" not in text

@@ -12,7 +12,7 @@ from app.experiments import parse
 from app.laboratory import Threads, run_experiment
 from app.results import Folder
 from sim.world import CAPTURE, FLIGHT
-from tests.test_readout import N_TRIALS, add_run, new_folder
+from tests.test_readout import N_TRIALS, add_arrays, add_run, new_folder, seal
 from tests.test_report import page_of, pictures_of, table_of, text_of
 
 STOP = {"success": 0.5, "trials": 100, "every": 100}
@@ -26,7 +26,8 @@ def ends_with(folder: Path, seed: int, n_captures: int, n_trials: int, **more: A
     key = f"k{len(list((folder / 'arrays').iterdir()))}"
     add_run(folder, seed, trials=n_trials, steps=10 * n_trials, **more)
     kept = dict(np.load(folder / "arrays" / f"{key}.npz"))
-    np.savez(folder / "arrays" / f"{key}.npz", **{**kept, **arrays})
+    add_arrays(folder, key, **{**kept, **arrays})
+    seal(folder)
 
 
 @pytest.fixture

@@ -14,12 +14,13 @@ from typing import Any
 
 import pytest
 
-from app import cli, readout, results
+from app import claims, cli, readout, results, results_table
 from app.experiments import Experiment, parse
 from app.laboratory import Switch, Threads, run_experiment
 from app.report import default_place, write_report
 from app.results import Folder, FolderError, finished_if_claimed, finished_in, goes_on
 from app.workbench import folder_for
+from tests.test_readout import seal
 
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 600\n"
 
@@ -29,8 +30,8 @@ database = sqlite3.connect(sys.argv[1])
 database.execute("PRAGMA cache_size=1")
 database.execute("BEGIN")
 database.executemany(
-    "INSERT INTO runs (key, variant, preset, overrides, settings, seed, status, version)"
-    " VALUES (?, 'v', 'p', '{}', ?, 0, 'done', '0')",
+    "INSERT INTO runs (key, variant, preset, overrides, settings, seed, status, version, seal)"
+    " VALUES (?, 'v', 'p', '{}', ?, 0, 'done', '0', '')",
     [(f"half {number}", "x" * 3000) for number in range(200)],
 )
 os.kill(os.getpid(), signal.SIGKILL)
@@ -96,15 +97,15 @@ def test_a_folder_has_one_writer(tmp_path: Path) -> None:
 def test_what_another_writer_has_just_written_is_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, force: bool
 ) -> None:
-    locked = results._locked
+    locked = claims.locked
 
     def late(path: Path) -> AbstractContextManager[None]:
         """Somebody else begins and ends after the folder was looked into."""
-        monkeypatch.setattr(results, "_locked", locked)
+        monkeypatch.setattr(results, "locked", locked)
         carried_out(path)
         return locked(path)
 
-    monkeypatch.setattr(results, "_locked", late)
+    monkeypatch.setattr(results, "locked", late)
     with pytest.raises(FolderError, match="just been written to by another pounce"):
         Folder(tmp_path / "a", small(), False, force)
     assert len(finished_in(tmp_path / "a")) == 2
@@ -141,6 +142,7 @@ def test_runs_of_other_code_are_not_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / "small"
     carried_out(path)
     changed(path, "UPDATE runs SET version = '0.0.9+deadbeef' WHERE seed = 1")
+    seal(path)
     with pytest.raises(FolderError, match=r"made by pounce 0\.0\.9\+deadbeef, and this is"):
         Folder(path, small(), True, False)
     assert folder_for(tmp_path, small()) == tmp_path / "small-2"
@@ -372,7 +374,7 @@ def test_an_empty_table_of_another_experiment_is_not_gone_on_with(tmp_path: Path
 def test_a_table_is_begun_wholly_or_not_at_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(results, "COLUMNS", {"key": "TEXT ("})
+    monkeypatch.setattr(results_table, "_ALL", {"key": "TEXT ("})
     with pytest.raises(FolderError):
         carried_out(tmp_path)
     monkeypatch.undo()
@@ -535,7 +537,7 @@ def test_a_dry_run_knows_of_another_pounce_at_work(
         carried_out(tmp_path / "a")
     else:
         (tmp_path / "a").mkdir()
-    with results._locked(tmp_path / "a"):
+    with claims.locked(tmp_path / "a"):
         assert cli.main([*command, "--out", str(tmp_path / "a")]) == 2
     assert "is being written to by another pounce" in " ".join(capsys.readouterr().err.split())
 

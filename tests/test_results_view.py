@@ -1,6 +1,5 @@
 """The view of results: what it offers, what a click changes, and that every run can be found."""
 
-import io
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app import presets, results_view
+from app.archive import packed
 from app.experiments import Experiment, load, parse
 from app.gathered import Gatherer, Gathering, RunFact
 from app.results_files import drawing_of
@@ -43,20 +43,24 @@ SIZE = Size(684)
 ROWS = SIZE.rows
 COLUMNS: Sequence[Column] = get_args(Column)
 NOTHING = math.nan
+N_TRIALS = 400
 
 
 def _arrays() -> bytes:
     """The archive of a run."""
     rng = np.random.default_rng(0)
-    out = io.BytesIO()
-    np.savez(
-        out,
-        outcome=rng.integers(1, 4, 400).astype(np.uint8),
-        steps=rng.integers(50, 300, 400),
-        introductions=np.asarray([(100, 15_000)], np.int64),
-        introduced=np.asarray(["avoid"]),
+    nothing = np.zeros((0, 18, 24), np.float32)
+    return packed(
+        {
+            "outcome": rng.integers(1, 4, N_TRIALS).astype(np.int8),
+            "steps": rng.integers(50, 240, N_TRIALS),
+            "introductions": np.asarray([(100, 15_000)], np.int64),
+            "introduced": np.asarray(["avoid"]),
+            "moments": np.zeros(0, np.int64),
+            "value_share": nothing,
+            "value_distance": nothing,
+        }
     )
-    return out.getvalue()
 
 
 ARRAYS = _arrays()
@@ -72,6 +76,7 @@ def _row(run: RunFact) -> dict[str, Any]:
         "final_reward": None if math.isnan(run.value) else run.value,
         "final_success": None if math.isnan(run.success) else run.success,
         "steps_to_70": run.steps_to_70,
+        "trials": N_TRIALS,
         "steps": run.steps,
         "seconds": run.seconds,
         "digest": run.digest,
@@ -374,7 +379,7 @@ def test_every_column_orders_both_ways(column: Column) -> None:
             value=10.0 * place,
             success=0.1 * place,
             steps_to_70=1_000 * place if place else 5,
-            steps=10_000 * (place + 1),
+            steps=60_000 * (place + 1),
             seconds=1.0 + place,
             digest=f"{place}abcdefgh",
         )

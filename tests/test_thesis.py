@@ -18,7 +18,7 @@ from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 from sim.world import CAPTURE, FLIGHT
-from tests.test_readout import add_run, new_folder, pictures
+from tests.test_readout import add_arrays, add_run, new_folder, pictures, seal
 
 NO_PICTURES = pictures([], np.zeros((0, 18, 24)), np.zeros((0, 18, 24)))
 
@@ -66,18 +66,18 @@ def placed_runs(
         kept: dict[str, Any] = {**NO_PICTURES, **(arrays if preset == "timed" else {})}
         spec = presets.load(preset)
         for seed in seeds:
-            add_run(folder, seed, preset=preset, share=share)
-            key = f"k{len(list((folder / 'arrays').iterdir())) - 1}"
-            np.savez(
-                folder / "arrays" / f"{key}.npz",
+            trials, steps = spec.trials, 50 * spec.trials
+            add_run(folder, seed, preset=preset, share=share, trials=trials, steps=steps)
+            add_arrays(
+                folder,
+                f"k{len(list((folder / 'arrays').iterdir())) - 1}",
                 outcome=np.full(spec.trials, CAPTURE if share else FLIGHT, np.int8),
                 steps=np.full(spec.trials, 50, np.int32),
                 introductions=np.zeros((0, 2), np.int64),
                 introduced=np.zeros(0, "U32"),
                 **kept,
             )
-    database = folder / "results.sqlite"
-    assert database.is_file()
+    seal(folder)
     for row in readout.read_folder(folder).rows:
         settings = {k: v for k, v in row.settings.items() if k != "overrides"}
         run = readout.RunRow(**{**row.__dict__, "settings": settings})
