@@ -285,7 +285,7 @@ def test_network_lab_goes_by_same_origin() -> None:
 def test_page_cannot_be_framed(lab: Lab) -> None:
     answer = get(lab.port)
     assert answer.status == 200
-    assert b"<title>Viser</title>" in answer.read()
+    assert b"<title>pounce</title>" in answer.read()
     assert answer.headers["Content-Security-Policy"] == "frame-ancestors 'none'"
     assert answer.headers["X-Frame-Options"] == "DENY"
     assert answer.headers["X-Content-Type-Options"] == "nosniff"

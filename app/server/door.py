@@ -10,6 +10,7 @@ import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from app.server import page
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
 from app.server.origin import (
@@ -50,6 +51,7 @@ class Door:
     def __init__(
         self,
         host: str,
+        title: str,
         on_refused: OnRefused | None,
         on_call: OnCall | None,
         max_clients: int,
@@ -58,6 +60,7 @@ class Door:
         self.on_refused = on_refused
         self.max_upload_bytes = max_upload_bytes
         self.in_place = False
+        self._title = title
         self.server: viser.ViserServer | None = None
         self._on_call: OnCall = on_call or (lambda words: False)
         self._max_clients = max_clients
@@ -75,7 +78,12 @@ class Door:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{fault}\n")
         if is_call(request):
             return self._answer_call(connection, request)
+        file = page.own_file(request)
+        if file is not None:
+            return file
         answer = viser_answer(connection, request)
+        if answer is not None and page.is_page(request):
+            return page.dress(answer, self._title)
         if answer is None and len(connection.server.connections) >= self._max_clients:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "Too many open pages.\n")
         return answer

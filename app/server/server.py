@@ -49,7 +49,7 @@ def open_server(
     if host == "localhost":
         # The name may stand for two addresses, and port 0 would give each a port of its own.
         host = "127.0.0.1"
-    door = Door(host, on_refused, on_call, max_clients, max_upload_bytes)
+    door = Door(host, label or "pounce", on_refused, on_call, max_clients, max_upload_bytes)
     free_port = _first_free_port(host, port)
     # viser greets on standard output whatever `verbose` says; the lab speaks for itself.
     with _serving_through(door), contextlib.redirect_stdout(io.StringIO()):

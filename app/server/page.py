@@ -1,0 +1,74 @@
+"""What the lab's page has beside viser's: scripts and styles of its own, below `/web/`.
+
+viser has one page, a single file. `first.js` is put into it, before viser's own script; the other
+files of `app/web` are served as they are, and the page loads `lab.js` and `lab.css` of them. All
+addresses are relative to the page, so they hold below a path as well.
+"""
+
+import functools
+import gzip
+import html
+from http import HTTPStatus
+from pathlib import Path
+from typing import Final
+
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+_FOLDER: Final = Path(__file__).parent.parent / "web"
+_TYPES: Final = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
+_PAGES: Final = frozenset({"/", "/index.html"})
+_TITLE: Final = b"<title>Viser</title>"
+"""Where our scripts go in viser's page: ahead of its own."""
+
+
+def path_of(request: Request) -> str:
+    """The path that is asked for, without the question."""
+    return request.path.partition("?")[0]
+
+
+def is_page(request: Request) -> bool:
+    return path_of(request) in _PAGES
+
+
+@functools.cache
+def _files() -> dict[str, Path]:
+    return {f"/web/{file.name}": file for file in _FOLDER.iterdir() if file.suffix in _TYPES}
+
+
+def own_file(request: Request) -> Response | None:
+    """One of the page's own files; None if there is none at that path."""
+    file = _files().get(path_of(request))
+    if file is None:
+        return None
+    headers = Headers({"Content-Type": _TYPES[file.suffix], "Cache-Control": "no-cache"})
+    return response(file.read_bytes(), headers)
+
+
+def response(body: bytes, headers: Headers, status: HTTPStatus = HTTPStatus.OK) -> Response:
+    headers["Connection"] = "close"
+    headers["Content-Length"] = str(len(body))
+    return Response(status.value, status.phrase, headers, body)
+
+
+def dress(page: Response, title: str) -> Response:
+    """viser's page with our additions; a page that is not viser's is left as it is."""
+    if page.status_code == HTTPStatus.OK:
+        is_packed = page.headers.get("Content-Encoding") == "gzip"
+        page.body = _dressed(bytes(page.body), is_packed, title)
+        del page.headers["Content-Length"]
+        page.headers["Content-Length"] = str(len(page.body))
+    return page
+
+
+@functools.lru_cache(maxsize=4)
+def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
+    head = (
+        f"<title>{html.escape(title)}</title>\n"
+        f"<script>\n{(_FOLDER / 'first.js').read_text('utf-8')}</script>\n"
+        '<link rel="stylesheet" href="web/lab.css" />\n'
+        '<script type="module" src="web/lab.js"></script>'
+    )
+    text = gzip.decompress(body) if is_packed else body
+    dressed = text.replace(_TITLE, head.encode(), 1)
+    return gzip.compress(dressed) if is_packed else dressed

@@ -1,0 +1,4 @@
+// @ts-check
+// What the lab's page has beside viser's.
+import "./connection.js";
+import "./title.js";
