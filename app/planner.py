@@ -19,7 +19,8 @@ from app import carried, presets, schedule_edits, timeline, timeline_picture
 from app.document import PresetError, document_of, printable
 from app.experiments import ExperimentError
 from app.files import write_whole
-from app.server.callbacks import guarded
+from app.number_field import Limits, NumberField
+from app.server.callbacks import RefusedError, guarded
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
@@ -70,7 +71,7 @@ div:has(> div > .pounce-planner) > div > .mantine-Flex-root > div:first-child {
 div:has(> div > .pounce-planner) > div:has(.mantine-Select-root),
 div:has(> div > .pounce-planner) > div:has(.mantine-Select-root)
   > .mantine-Flex-root > div:last-child { flex: 1 1 220px; }
-div:has(> div > .pounce-planner) .mantine-NumberInput-root { width: 6.2em; }
+div:has(> div > .pounce-planner) .mantine-TextInput-root { width: 6.2em; }
 div:has(> div > .pounce-planner) .mantine-Button-root[data-size="sm"] {
   height: 1.9em !important; padding-inline: 0.9em; }
 </style>"""
@@ -238,10 +239,15 @@ class Planner:
         self._nudges = gui.add_button_group("Move by", tuple(NUDGES), visible=False)
         # A button group cannot be disabled once it is there, so there is another one that is.
         self._no_nudges = gui.add_button_group("Move by", tuple(NUDGES), disabled=True)
-        self._at = gui.add_number("At trial", 0, min=0, max=MAX_TRIALS, step=100)
-        self._trials = gui.add_number("Lasts", 0, min=0, max=MAX_TRIALS, step=100, hint="In trials")
-        self._chance = gui.add_number(
-            "Chance", 0.5, min=0.0, max=1.0, step=0.01, hint="That a step takes the skill"
+        trials = Limits(0, MAX_TRIALS)
+        self._at = NumberField(gui, "At trial", 0, trials)
+        self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
+        self._chance = NumberField(
+            gui,
+            "Chance",
+            _NEW_CHANCE,
+            Limits(0.0, 1.0, whole=False, share=True),
+            "That a step takes the skill",
         )
         self._apply = gui.add_button("Apply", icon=viser.Icon.CHECK)
         self._delete = gui.add_button("Delete", icon=viser.Icon.TRASH, color="red")
@@ -283,17 +289,17 @@ class Planner:
         assign(self._no_nudges, "visible", not form.movable)
         assign(self._no_nudges, "hint", form.caption)
         for field in (self._at, self._trials):
-            assign(field, "disabled", not form.editable)
-        assign(self._chance, "disabled", not form.explores)
-        assign(self._trials, "label", form.trials_label)
+            assign(field.handle, "disabled", not form.editable)
+        assign(self._chance.handle, "disabled", not form.explores)
+        assign(self._trials.handle, "label", form.trials_label)
         assign(self._apply, "label", "Add" if form.is_new else "Apply")
         assign(self._delete, "disabled", not form.deletable)
         if self._is_news(form):
             self._loaded = form
-            assign(self._at, "value", form.at)
-            assign(self._trials, "value", form.trials)
-            assign(self._chance, "value", round(form.probability, 2))
-        changed = form.editable and (form.is_new or self._typed(form) != {})
+            self._at.put(form.at)
+            self._trials.put(form.trials)
+            self._chance.put(form.probability)
+        changed = form.editable and (form.is_new or self._is_typed(form))
         assign(self._apply, "disabled", not changed)
 
     def _is_news(self, form: Form) -> bool:
@@ -306,13 +312,24 @@ class Planner:
         return not form.is_new and values != (former.at, former.trials, former.probability)
 
     def _typed(self, form: Form) -> dict[str, Any]:
-        """What the fields hold that is not so."""
-        typed: dict[str, Any] = {"at": int(self._at.value), "trials": int(self._trials.value)}
+        """What the fields hold that is not so.
+
+        Raises:
+            RefusedError: one of them holds no number.
+        """
+        typed: dict[str, Any] = {"at": int(self._at.read()), "trials": int(self._trials.read())}
         true: dict[str, Any] = {"at": form.at, "trials": form.trials}
         if form.explores:
-            typed["probability"] = float(self._chance.value)
-            true["probability"] = round(form.probability, 2)
+            typed["probability"] = self._chance.read()
+            true["probability"] = form.probability
         return {name: value for name, value in typed.items() if value != true[name]}
+
+    def _is_typed(self, form: Form) -> bool:
+        """Whether the fields hold something that is not so, be it no number at all."""
+        try:
+            return self._typed(form) != {}
+        except RefusedError:
+            return True
 
     def _show_picture(
         self, blocks: Sequence[Block], snapshot: Snapshot, form: Form, playing: bool
@@ -358,9 +375,9 @@ class Planner:
             plan = schedule_edits.with_episode(
                 plan,
                 skill,
-                int(self._at.value),
-                int(self._trials.value),
-                float(self._chance.value),
+                int(self._at.read()),
+                int(self._trials.read()),
+                self._chance.read(),
                 now,
             )
             self._chosen = schedule_edits.newest_episode_id(plan)
@@ -485,10 +502,15 @@ class PresetButtons:
 
     def _judge_name(self) -> None:
         """A question about another name is moot; and a name may not do at all."""
-        safe = is_safe_name(str(self._name.value))
+        safe = is_safe_name(self._typed_name)
         assign(self._overwrite, "visible", False)
         assign(self._save, "disabled", not safe)
         self._say([] if safe else [_NAME_RULE])
+
+    @property
+    def _typed_name(self) -> str:
+        # The page ends a text that is finished with a line break.
+        return str(self._name.value).strip()
 
     def _say(self, sentences: Iterable[str]) -> None:
         lines = "".join(f"<div>{escape(sentence)}</div>" for sentence in sentences)
@@ -500,7 +522,7 @@ class PresetButtons:
 
     def _store(self, overwrite: bool) -> None:
         """Save what has been done; ask first where that would lose a file."""
-        name = str(self._name.value)
+        name = self._typed_name
         if not is_safe_name(name):
             self._say([_NAME_RULE])
             return

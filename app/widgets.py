@@ -8,7 +8,7 @@ import viser
 
 from app.server.callbacks import guarded
 
-_TOUCHED_S = 0.5
+TOUCHED_S = 0.5
 """A widget that was touched so lately is left alone: its request may still be on its way."""
 
 
@@ -20,7 +20,7 @@ def assign(handle: Any, name: str, value: object) -> None:
 
 def show(handle: Any, value: object) -> None:
     """Let an input show what is true, unless somebody has just changed it."""
-    if handle.value != value and time.time() - handle.update_timestamp > _TOUCHED_S:
+    if handle.value != value and time.time() - handle.update_timestamp > TOUCHED_S:
         handle.value = value
 
 

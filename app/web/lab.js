@@ -1,4 +1,7 @@
 // @ts-check
 // What the lab's page has beside viser's.
 import "./connection.js";
+import "./fields.js";
+import "./keys.js";
+import "./names.js";
 import "./title.js";
