@@ -1,7 +1,6 @@
 """The keys of the page, one row each; the page's script (``app/web/keys.js``) goes by it."""
 
 import json
-from collections.abc import Iterable
 from html import escape
 from typing import Any, Final, NamedTuple
 
@@ -65,24 +64,25 @@ def table_html() -> str:
 
 def list_html() -> str:
     """The list of keys for people; the page's script writes what their keyboard has there."""
+    first, last, zeroth = map(_shown, (LAYERS[0], LAYERS[-2], LAYERS[-1]))
     rows = [
-        _row([PLAY], PLAY.does),
-        _row([STEP, TRIAL], f"{STEP.does}, {TRIAL.does}"),
-        _row([SLOWER, FASTER], f"{SLOWER.does}, {FASTER.does}"),
-        _row([LAYERS[0], LAYERS[-2], LAYERS[-1]], "the layers, in their order", " … "),
-        *(_row([key], key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, CAMERA)),
-        _row([LIST], LIST.does, more=", <kbd>?</kbd>"),
-        "<tr><td><kbd>Esc</kbd></td><td>close a list like this</td></tr>",
+        (_shown(PLAY), PLAY.does),
+        (f"{_shown(STEP)}, {_shown(TRIAL)}", f"{STEP.does}, {TRIAL.does}"),
+        (f"{_shown(SLOWER)}, {_shown(FASTER)}", f"{SLOWER.does}, {FASTER.does}"),
+        (f"{first} … {last}, {zeroth}", "the layers, in their order"),
+        *((_shown(key), key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, CAMERA)),
+        (f"{_shown(LIST)}, <kbd>?</kbd>", LIST.does),
+        ("<kbd>Esc</kbd>", "close a list like this"),
     ]
+    table = "".join(f"<tr><td>{shown}</td><td>{does}</td></tr>" for shown, does in rows)
     about = "".join(f"<p>{sentence}</p>" for sentence in _ABOUT)
     return (
         '<div class="pounce-keys"><table><thead><tr><th>key</th><th>does</th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table>{about}"
+        f"<tbody>{table}</tbody></table>{about}"
         '<label><input type="checkbox" class="pounce-single-keys" checked> Single keys act, in this'
         " browser</label></div>"
     )
 
 
-def _row(keys: Iterable[Key], does: str, between: str = ", ", more: str = "") -> str:
-    shown = between.join(f'<kbd data-code="{key.code}">{key.hotkey}</kbd>' for key in keys)
-    return f"<tr><td>{shown}{more}</td><td>{does}</td></tr>"
+def _shown(key: Key) -> str:
+    return f'<kbd data-code="{key.code}">{key.hotkey}</kbd>'

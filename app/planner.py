@@ -24,7 +24,7 @@ from app.server.callbacks import RefusedError, guarded
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
-from app.widgets import assign
+from app.widgets import NAME_HTML, assign
 from app.words import plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
@@ -33,9 +33,8 @@ Ask = Callable[[viser.GuiEvent, Request], int]
 """Enqueues a request for the browser of an event; returns its ticket, as ``Session.submit``."""
 
 _LEFT, _BOTTOM, _WIDTH = 8, 8, 684
-"""Pixels: this panel lies between two side panels of 330 on a screen of 1366."""
-_DOCKED = 334
-"""Pixels that a side panel takes with its frame."""
+"""Pixels: this panel lies between two side panels of 330 on a screen of 1366. On others the style
+sheet places it (``app/web/looks.css``)."""
 _PICTURE_WIDTH: Final = _WIDTH - 20.0
 
 NUDGES: Final[Mapping[str, int]] = {
@@ -74,18 +73,6 @@ div:has(> div > .pounce-planner) > div:has(.mantine-Select-root)
 div:has(> div > .pounce-planner) .mantine-TextInput-root { width: 6.2em; }
 div:has(> div > .pounce-planner) .mantine-Button-root[data-size="sm"] {
   height: 1.9em !important; padding-inline: 0.9em; }
-</style>"""
-
-# viser places this panel alike for all browsers. On wider screens it fills what is between the side
-# panels, until somebody moves or resizes it. On narrower ones it lies over the end of the right
-# one, which can be scrolled out from below it.
-_SCREENS: Final = f"""<style>
-[data-floating-window][style*="left: {_DOCKED + _LEFT}px"][style*="width: {_WIDTH}px"]:has(
-  .pounce-planner) {{
-  width: max({_WIDTH}px, calc(100vw - {2 * (_DOCKED + _LEFT)}px)) !important; }}
-@media (max-width: {2 * _DOCKED + _LEFT + _WIDTH - 1}px) {{
-  [data-dock-edge="right"] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {{
-    padding-bottom: 18rem; }} }}
 </style>"""
 
 
@@ -233,7 +220,7 @@ class Planner:
         self.update(session.status)
 
     def _build(self, gui: viser.GuiApi) -> None:
-        gui.add_html(_LAYOUT + _SCREENS)
+        gui.add_html(_LAYOUT)
         self._picture = gui.add_html("")
         self._choice = gui.add_dropdown("Change", tuple(self._choices))
         self._nudges = gui.add_button_group("Move by", tuple(NUDGES), visible=False)
@@ -484,6 +471,7 @@ class PresetButtons:
         self._save_dir = save_dir
         gui = client.gui
         name = safe_name(f"my_{session.status.snapshot.preset}")
+        gui.add_html(NAME_HTML)
         self._name = gui.add_text("Name", name, hint="Letters, digits, - and _")
         self._save = gui.add_button(
             "Save as preset", icon=viser.Icon.DEVICE_FLOPPY, hint="What was done so far, as a file"
@@ -502,15 +490,10 @@ class PresetButtons:
 
     def _judge_name(self) -> None:
         """A question about another name is moot; and a name may not do at all."""
-        safe = is_safe_name(self._typed_name)
+        safe = is_safe_name(str(self._name.value))
         assign(self._overwrite, "visible", False)
         assign(self._save, "disabled", not safe)
         self._say([] if safe else [_NAME_RULE])
-
-    @property
-    def _typed_name(self) -> str:
-        # The page ends a text that is finished with a line break.
-        return str(self._name.value).strip()
 
     def _say(self, sentences: Iterable[str]) -> None:
         lines = "".join(f"<div>{escape(sentence)}</div>" for sentence in sentences)
@@ -522,7 +505,7 @@ class PresetButtons:
 
     def _store(self, overwrite: bool) -> None:
         """Save what has been done; ask first where that would lose a file."""
-        name = self._typed_name
+        name = str(self._name.value)
         if not is_safe_name(name):
             self._say([_NAME_RULE])
             return

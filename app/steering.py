@@ -21,7 +21,7 @@ from app.planner import Ask
 from app.server.callbacks import RefusedError, guarded
 from app.session import Session, Status
 from app.snapshot import Snapshot
-from app.widgets import assign
+from app.widgets import NAME_HTML, assign
 from app.words import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
     Command,
@@ -205,7 +205,7 @@ class Steering:
                     self._gui,
                     slider.label,
                     value_of(snapshot.spec, slider.key),
-                    Limits(slider.low, slider.high, whole=False),
+                    Limits(slider.low, slider.high, whole=False, share=slider.high <= 1),
                     slider.step,
                     f"{slider.key}, {slider.low:g} to {slider.high:g}; takes effect at the next"
                     " step",
@@ -270,6 +270,7 @@ class Steering:
                 skill: Dial(gui, f"× {plain(skill)}", 0.0, Limits(-2.0, 2.0, whole=False), 0.1)
                 for skill in SKILLS
             }
+            gui.add_html(NAME_HTML)
             self._name = gui.add_text("Own skill", "my_skill", hint="a name of small letters and _")
             self._define = gui.add_button("Add my own skill now", icon=viser.Icon.SPARKLES)
         self._skills_folder = folder
@@ -283,7 +284,7 @@ class Steering:
         self._ask(event, introduction_of(self._session.status.snapshot, skill))
 
     def _define_clicked(self, event: viser.GuiEvent) -> None:
-        name = str(self._name.value).strip()
+        name = str(self._name.value)
         try:
             _SKILL_NAME.validate_python(name)
         except ValidationError as error:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import viser
 
@@ -10,6 +10,9 @@ from app.server.callbacks import guarded
 
 TOUCHED_S = 0.5
 """A widget that was touched so lately is left alone: its request may still be on its way."""
+
+NAME_HTML: Final = '<div class="pounce-name"></div>'
+"""Stands before a field for a name, whose text the page's script is to leave as it is typed."""
 
 
 def assign(handle: Any, name: str, value: object) -> None:

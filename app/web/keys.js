@@ -19,6 +19,15 @@ let isTabbed = false;
 
 const areOn = () => localStorage.getItem(SWITCH) !== "off";
 
+/**
+ * Digits are written on all keyboards, even where they take shift.
+ * @param {string} code
+ * @param {string} character
+ */
+const learn = (code, character) => {
+  if (code.startsWith("Key") && character.length === 1) letters.set(code, character.toUpperCase());
+};
+
 /** @param {EventTarget | null} target */
 const takesText = (target) =>
   target instanceof HTMLElement &&
@@ -30,8 +39,8 @@ const takesText = (target) =>
  * @param {EventTarget | null} target
  */
 const takesSpace = (target) =>
-  isTabbed &&
   target instanceof HTMLElement &&
+  (isTabbed || target.closest("[role=dialog]") !== null) &&
   target.matches("a, button, input, summary, [role=button], [role=tab]");
 
 /**
@@ -70,7 +79,7 @@ const take = (event) => {
   if (!key && !typesCharacter) return;
   if (event.key === " " && takesSpace(event.target)) return;
   event.stopImmediatePropagation();
-  if (typesCharacter && !event.shiftKey) letters.set(event.code, event.key);
+  if (typesCharacter && !event.shiftKey) learn(event.code, event.key);
   if (!key) return;
   event.preventDefault();
   if (areOn() && (key.repeats || !event.repeat)) tellViser(key.character);
@@ -82,8 +91,8 @@ const fillList = () => {
   if (table && keys.size === 0)
     for (const key of JSON.parse(table)) keys.set(key.code, key);
   for (const shown of document.querySelectorAll("kbd[data-code]")) {
-    const letter = letters.get(shown.getAttribute("data-code") ?? "")?.toUpperCase();
-    if (letter?.trim() && shown.textContent !== letter) shown.textContent = letter;
+    const letter = letters.get(shown.getAttribute("data-code") ?? "");
+    if (letter && shown.textContent !== letter) shown.textContent = letter;
   }
   for (const box of document.querySelectorAll(`input.${SWITCH}`))
     if (box instanceof HTMLInputElement) box.checked = areOn();
@@ -104,6 +113,6 @@ whenChanged(fillList);
 /** @type {any} */ (navigator).keyboard
   ?.getLayoutMap()
   .then((/** @type {Iterable<[string, string]>} */ map) => {
-    for (const [code, letter] of map) letters.set(code, letter);
+    for (const [code, letter] of map) learn(code, letter);
     fillList();
   });

@@ -5,3 +5,4 @@ import "./fields.js";
 import "./keys.js";
 import "./names.js";
 import "./title.js";
+import "./windows.js";
