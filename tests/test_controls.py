@@ -63,7 +63,7 @@ def test_large_seeds_are_shown_and_started_again(server: viser.ViserServer, seed
 def test_nothing_starts_again_with_a_wrong_seed(server: viser.ViserServer) -> None:
     controls = Controls(server.gui, idle(), OFFERED)
     controls._seed.handle.value = "seven"
-    with pytest.raises(RefusedError, match="^Seed: 'seven' is not taken: "):
+    with pytest.raises(RefusedError, match=r"^Seed: 'seven' is not taken: "):
         controls._start_again()
 
 
