@@ -25,7 +25,7 @@ def middles(picture: Picture) -> dict[str, int]:
     for number, name in enumerate(picture.names):
         # With a frame, so that the edge of the board is one of the place, too.
         place = np.pad(picture.regions.reshape(size, size) == number, 1)
-        room = ndimage.distance_transform_edt(place)[1:-1, 1:-1]
+        room = np.asarray(ndimage.distance_transform_edt(place))[1:-1, 1:-1]
         if room.max() >= _LEAST_ROOM * size:
             found[name] = int(room.argmax())
     return found

@@ -113,7 +113,8 @@ def progress_html(standing: Standing) -> str:
     """How an experiment stands."""
     name = f"<b>{escape(standing.experiment.name)}</b>"
     if standing.error:
-        return f'{name} stopped: <span style="color:var(--pounce-failed)">{escape(standing.error)}</span>'
+        error = f'<span style="color:var(--pounce-failed)">{escape(standing.error)}</span>'
+        return f"{name} stopped: {error}"
     found = standing.progress
     if found is None:
         return f"{name}: getting ready …" if standing.running else f"{name}: stopped."

@@ -15,7 +15,15 @@ from typing import Any, NamedTuple
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Locator, Page, expect
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Locator,
+    Page,
+    ViewportSize,
+    expect,
+)
 
 from app import presets
 from app.lab import Lab
@@ -25,7 +33,7 @@ from app.session import Request, Session, Status, TrialOnce
 from learners.spec import RunSpec
 
 PATIENCE_S = 30.0
-VIEWPORT = {"width": 1366, "height": 768}
+VIEWPORT: ViewportSize = {"width": 1366, "height": 768}
 """The smallest screen on which everything has its place."""
 SEED = 3
 
