@@ -4,21 +4,23 @@
 import { whenChanged } from "./changes.js";
 
 const small = matchMedia("(max-width: 1199px), (max-height: 639px)");
-let isSeenTo = false;
+/** Until the schedule is there. */
+let isToFold = small.matches;
 
 const fold = () => {
-  if (isSeenTo) return;
   const handle = document.querySelector(
     "[data-floating-window]:has(.pounce-planner) [data-dock-minimize][aria-expanded=true]",
   );
-  if (!(handle instanceof HTMLElement)) return;
-  isSeenTo = true;
-  if (small.matches) handle.click();
+  if (!isToFold || !(handle instanceof HTMLElement)) return;
+  isToFold = false;
+  handle.click();
 };
 
 whenChanged(fold);
-// The browser's zoom makes it smaller, too.
+// The browser's zoom makes a window smaller, too.
 small.addEventListener("change", () => {
-  isSeenTo = !small.matches;
+  isToFold = small.matches;
   fold();
+  // Where it is folded already, whoever opens it wants it open.
+  isToFold = false;
 });
