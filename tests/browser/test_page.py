@@ -41,8 +41,8 @@ from tests.browser.conftest import (
     picture,
     preset_of,
 )
-from tests.test_door import CAMERA
-from tests.test_door import Page as Visitor
+from tests.test_server import CAMERA
+from tests.test_server import Page as Visitor
 
 ROOT = Path(__file__).resolve().parents[2]
 LEARNED = 2_000
