@@ -67,6 +67,11 @@ class Slider(NamedTuple):
         """What it is called."""
         return PARAMETER_NAMES[self.key]
 
+    @property
+    def is_share(self) -> bool:
+        """Whether it is a part of a whole."""
+        return self.low == 0 and self.high <= 1
+
 
 SLIDERS = (
     Slider("learner.epsilon", 0.0, 1.0, 0.01),
@@ -205,7 +210,7 @@ class Steering:
                     self._gui,
                     slider.label,
                     value_of(snapshot.spec, slider.key),
-                    Limits(slider.low, slider.high, whole=False, share=slider.high <= 1),
+                    Limits(slider.low, slider.high, whole=False, share=slider.is_share),
                     slider.step,
                     f"{slider.key}, {slider.low:g} to {slider.high:g}; takes effect at the next"
                     " step",
