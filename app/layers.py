@@ -355,7 +355,7 @@ def _draw_chosen(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster)
     # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
     arrows = _arrows(choice, snapshot.spec.world) if _has_moves(snapshot) else None
     picture = _spread(pictures.over_board(colours, cover, look.theme), height, raster, arrows)
-    if _has_moves(snapshot):
+    if _has_moves(snapshot) or _lone_option(snapshot) is not None:
         return picture
     regions = pictures.on_raster(np.where(cover > 0, winner, -1), raster)
     names = tuple(plain(skill) for skill in snapshot.spec.learner.skills)

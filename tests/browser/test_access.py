@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, expect
 
+from learners.commands import Introduce
 from tests.browser.conftest import VIEWPORT, Screen, Shared
 from tests.browser.test_experiments_tab import experiment_of, run_to_end, show_results
 
@@ -115,6 +116,7 @@ NAMES = """() => Object.entries(window.__viserSceneTree.getState())
 
 def test_skills_stand_written_where_they_are_chosen(shared: Shared) -> None:
     live, screen = shared
+    live.ask(Introduce("circle_clockwise", 10))
     live.go_to_trial(400)
     screen.turn_to("Now")
     screen.choose("Layer", "Chosen skill")
