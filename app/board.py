@@ -13,9 +13,10 @@ import numpy as np
 import viser
 from scipy import ndimage
 
+from app.board_names import BoardNames
 from app.layers import Picture
 from app.look import OF_TRIAL, Look, heading_shown
-from app.pictures import Colour, Theme
+from app.pictures import OUTCOME_SHAPES, Colour, Shape, Theme
 from app.snapshot import Snapshot, TrialEnd
 from app.widgets import assign
 from sim import geometry
@@ -269,10 +270,14 @@ class BoardView:
         self._paths = self._line("paths", of_parts, 2.0)
         self._trail = self._line("trail", of_parts, 3.0)
         self._rims = self._dots("rims", theme.unknown, _FLASH_RADIUS * 1.5)
-        self._flash = self._dots("flash", theme.unknown, _FLASH_RADIUS)
+        self._flash = {
+            outcome: self._dots(f"flash/{shape}", theme.of_outcome(outcome), _FLASH_RADIUS, shape)
+            for outcome, shape in OUTCOME_SHAPES.items()
+        }
         self._prey = self._dots("prey", theme.prey, _PREY_RADIUS)
         self._halo = self._dots("halo", theme.unknown, _HALO_RADIUS)
         self._predator = self._dots("predator", theme.predator, _PREDATOR_RADIUS)
+        self._names = self._keep(BoardNames(self._scene))
         self._set(self._border, "border", self._flat(_border(spec), _Z_LINES))
         self._set(self._grid, "grid", self._flat(_grid(spec), _Z_LINES))
 
@@ -296,14 +301,16 @@ class BoardView:
             )
         )
 
-    def _dots(self, name: str, colour: tuple[int, int, int], radius: float) -> Any:
+    def _dots(
+        self, name: str, colour: tuple[int, int, int], radius: float, shape: Shape = "circle"
+    ) -> Any:
         return self._keep(
             self._scene.add_point_cloud(
                 f"/board/{name}",
                 points=np.full((1, 3), AWAY, np.float32),
                 colors=colour,
                 point_size=radius,
-                point_shape="circle",
+                point_shape=shape,
                 point_shading="flat",
                 precision="float32",
             )
@@ -425,6 +432,7 @@ class BoardView:
         self._set(self._arrow, "arrow", ground.draped(_arrow(shown), _Z_PREY)[0])
         self._set(self._prey, "prey", ground.lifted(np.zeros((1, 2)), _Z_PREY, _PREY_RADIUS))
         self._set(self._flow, "flow", ground.draped(_arrows(picture, spec), _Z_FIELD)[0])
+        self._names.show(picture, self._sent["cells"][0])
 
     def _show_predator(self, snapshot: Snapshot) -> None:
         shown = heading_shown(self._look, snapshot.heading)
@@ -478,14 +486,13 @@ class BoardView:
         cells = np.array([end.cell for end in ends], np.int64)
         headings = np.array([end.heading for end in ends], np.int64)
         places = on_picture(snapshot.world, cells, headings, shown).reshape(-1, 2)
-        theme = self._look.theme
-        colours = np.array([theme.of_outcome(end.outcome) for end in ends], np.uint8).reshape(-1, 3)
+        outcomes = np.array([end.outcome for end in ends], np.int64)
         # Turned by half a quarter, the corners of another trial's board lie outside this one.
         low, high = _edges(self._spec)
         inside = ((places >= low) & (places <= high)).all(axis=1)
         points = self._ground.lifted(places[inside], _Z_FLASH, 1.5 * _FLASH_RADIUS)
-        colours = colours[inside]
-        self._set(self._flash, "flash", points, colours)
+        for outcome, handle in self._flash.items():
+            self._set(handle, f"flash {outcome}", points[outcomes[inside] == outcome])
         self._set(self._rims, "rims", points - np.array([0, 0, 0.002], np.float32))
 
 

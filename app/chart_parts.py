@@ -17,8 +17,9 @@ from app.statistics import LEAST_RUNS, Estimate
 Address = Callable[[str], str]
 """What a link refers to, to call the lab with these words."""
 
-LINK: Final = "#1c7ed6"
-FAILED: Final = "#e03131"
+LINK: Final = "var(--pounce-link)"
+FAILED: Final = "var(--pounce-failed)"
+"""Colours that the page's style sheet has for light and dark pages (``app/web/looks.css``)."""
 
 _RULES: Final = (
     ".pounce-results svg{display:block;overflow:visible}"

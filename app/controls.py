@@ -14,8 +14,9 @@ from typing import Any
 
 import viser
 
-from app import narrate
-from app.cli_words import UsageError, whole_number
+from app import keys, narrate
+from app.keys import Key
+from app.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import tell
 from app.session import (
@@ -60,11 +61,6 @@ _SPEED_MARKS = (
     (6.0, "1 M"),
     (_FULL, "max"),
 )
-# viser puts a field beside each slider, which here would hold the place on the slider: a logarithm.
-_SPEED_LAYOUT = """<div class="pounce-speed"></div><style>
-div:has(> .pounce-speed) { display: none; }
-div:has(> .pounce-speed) + div .mantine-NumberInput-root { display: none; }
-</style>"""
 _STEP, _TRIAL = "One step", "One trial"
 _NO_SKILL = "(no skill yet)"
 
@@ -106,18 +102,6 @@ class _SkillRow:
     skill: str
     text: viser.GuiHtmlHandle
     add: viser.GuiButtonHandle
-
-
-def seed_of(text: str) -> int:
-    """The seed that somebody typed.
-
-    Raises:
-        RefusedError: it is none.
-    """
-    try:
-        return whole_number("Seed", text.strip(), 0, MAX_SEED)
-    except UsageError as error:
-        raise RefusedError(str(error)) from error
 
 
 class Controls:
@@ -167,7 +151,7 @@ class Controls:
             self._take_preset(snapshot.preset, snapshot.preset_spec)
             assign(self._preset, "options", (*self._presets, *self._loaded))
             assign(self._preset, "value", snapshot.preset)
-            assign(self._seed, "value", str(snapshot.seed))
+            self._seed.put(snapshot.seed)
         self._show_transport(status)
         self._show_skills(status)
         self._show_explore(status)
@@ -229,7 +213,6 @@ class Controls:
                 )
             )
         )
-        gui.add_html(_SPEED_LAYOUT)
         self._speed = gui.add_slider(
             speed_label(status.speed),
             min=0.0,
@@ -242,18 +225,18 @@ class Controls:
         self._on(self._speed, lambda place: SetSpeed(speed_of(place)))
 
     def _build_hotkeys(self) -> None:
-        keys: list[tuple[str, Any, Callable[[], Request]]] = [
-            ("Pause or play", "space", self._play_or_pause),
-            ("One step", "S", StepOnce),
-            ("One trial", "T", TrialOnce),
-            ("Slower", "J", lambda: SetSpeed(self._faster(-0.5))),
-            ("Faster", "K", lambda: SetSpeed(self._faster(0.5))),
-            ("Add the next skill", "N", self._next_skill),
-            ("Explore the chosen skill", "E", self._exploration),
-            ("Freeze the selection, or let it learn", "F", self._toggle_freeze),
+        commands: list[tuple[str, Key, Callable[[], Request]]] = [
+            ("Pause or play", keys.PLAY, self._play_or_pause),
+            ("One step", keys.STEP, StepOnce),
+            ("One trial", keys.TRIAL, TrialOnce),
+            ("Slower", keys.SLOWER, lambda: SetSpeed(self._faster(-0.5))),
+            ("Faster", keys.FASTER, lambda: SetSpeed(self._faster(0.5))),
+            ("Add the next skill", keys.NEXT_SKILL, self._next_skill),
+            ("Explore the chosen skill", keys.EXPLORE, self._exploration),
+            ("Freeze the selection, or let it learn", keys.FREEZE, self._toggle_freeze),
         ]
-        for label, key, request in keys:
-            command = self._gui.add_command(label, hotkey=key)
+        for label, key, request in commands:
+            command = self._gui.add_command(label, hotkey=key.hotkey)
             command.on_trigger(guarded(self._asker(request)))
 
     def _asker(self, request: Callable[[], Request]) -> Callable[[Any], Any]:
@@ -330,10 +313,11 @@ class Controls:
         self._explore = gui.add_folder("Explore a skill")
         with self._explore:
             self._explored: Any = gui.add_dropdown("Skill", (_NO_SKILL,))
-            self._chance = gui.add_slider(
-                "Probability", min=0.0, max=1.0, step=0.05, initial_value=0.5
+            gui.add_html(DIALS_HTML)
+            self._chance = Dial(
+                gui, "Probability", 0.5, Limits(0.0, 1.0, whole=False, share=True), 0.05
             )
-            self._duration = gui.add_number("Trials", 2_000, min=1, max=100_000, step=100)
+            self._duration = NumberField(gui, "Trials", 2_000, Limits(1, 100_000))
             self._begin = gui.add_button("Start exploring", icon=viser.Icon.COMPASS)
             self._left = gui.add_html("")
             self._end = gui.add_button("Stop exploring", icon=viser.Icon.PLAYER_STOP)
@@ -356,7 +340,7 @@ class Controls:
         chosen = self._chosen_skill()
         if chosen is None:
             raise RefusedError("a skill must have joined before it can be explored")
-        return Explore(chosen, int(self._duration.value), float(self._chance.value))
+        return Explore(chosen, int(self._duration.read()), self._chance.read())
 
     def _chosen_skill(self) -> str | None:
         return self._explorable.get(str(self._explored.value))
@@ -418,9 +402,12 @@ class Controls:
                 (*self._presets, *self._loaded),
                 initial_value=status.snapshot.preset,
             )
-            # A text, since a number in a page holds only 53 bits, and a seed has 63.
-            self._seed = gui.add_text(
-                "Seed", str(status.snapshot.seed), hint=f"A whole number, 0 to {MAX_SEED}"
+            self._seed = NumberField(
+                gui,
+                "Seed",
+                status.snapshot.seed,
+                Limits(0, MAX_SEED, grouped=False),
+                f"A whole number, 0 to {MAX_SEED}",
             )
             self._again = gui.add_button("Start again", icon=viser.Icon.REFRESH)
         self._again.on_click(guarded(lambda event: self.ask(event, self._start_again())))
@@ -430,7 +417,7 @@ class Controls:
         spec = self._presets.get(preset) or self._loaded.get(preset)
         if spec is None:
             raise RefusedError(f"the preset {preset[:40]!r} is not kept any more; choose another")
-        return StartAgain(spec, preset, seed_of(str(self._seed.value)))
+        return StartAgain(spec, preset, int(self._seed.read()))
 
     def _take_preset(self, name: str, spec: RunSpec) -> None:
         """Let the preset of a run be started again."""

@@ -19,6 +19,7 @@ from app.experiments import MAX_LABEL, Experiment, ExperimentError
 from app.laboratory import Progress
 from app.machine import available_cores, duration
 from app.markup import escaped
+from app.number_field import Limits, NumberField
 from app.planner import Ask, safe_name
 from app.presets import dump
 from app.results import FolderError
@@ -112,7 +113,8 @@ def progress_html(standing: Standing) -> str:
     """How an experiment stands."""
     name = f"<b>{escaped(standing.experiment.name)}</b>"
     if standing.error:
-        return f'{name} stopped: <span style="color:#e03131">{escaped(standing.error)}</span>'
+        error = f'<span style="color:var(--pounce-failed)">{escaped(standing.error)}</span>'
+        return f"{name} stopped: {error}"
     found = standing.progress
     if found is None:
         return f"{name}: getting ready …" if standing.running else f"{name}: stopped."
@@ -160,6 +162,7 @@ class _Offer(NamedTuple):
 
     about: str
     quote: Quote
+    n_seeds: int
     made_s: float
     """When this was found out, by a clock that runs steadily."""
 
@@ -187,16 +190,15 @@ class Experimenter:
         abouts = (f"{name}: {experiment.description}" for name, experiment in shipped.items())
         self._choice: Any = gui.add_dropdown("Experiment", self._options(), hint=" ".join(abouts))
         self._about = gui.add_html("")
-        self._seeds = gui.add_number(
-            "Seeds", _N_SESSION_SEEDS, min=1, max=MOST_RUNS, step=1, hint="Runs of each variant"
+        self._seeds = NumberField(
+            gui, "Seeds", _N_SESSION_SEEDS, Limits(1, MOST_RUNS), "Runs of each variant"
         )
-        self._workers = gui.add_number(
+        self._workers = NumberField(
+            gui,
             "At a time",
             max(cores - 1, 1),
-            min=1,
-            max=_MAX_WORKERS,
-            step=1,
-            hint=f"Runs at a time; this machine has {cores} cores, and the lab needs one",
+            Limits(1, _MAX_WORKERS),
+            f"Runs at a time; this machine has {cores} cores, and the lab needs one",
         )
         self._cost = gui.add_html("")
         self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY)
@@ -238,7 +240,7 @@ class Experimenter:
             self._n_seeds[label] = len(found.seeds)
         self._choice.options = self._options()
         self._choice.value = label
-        self._seeds.value = len(found.seeds)
+        self._seeds.put(len(found.seeds))
         return label
 
     def update(self, status: Status) -> None:
@@ -276,7 +278,7 @@ class Experimenter:
         return (THIS_SESSION, *experiments.shipped(), *self._loaded)
 
     def _experiment(self, snapshot: Snapshot) -> Experiment:
-        name, n_seeds = str(self._choice.value), int(self._seeds.value)
+        name, n_seeds = str(self._choice.value), int(self._seeds.read())
         if name == THIS_SESSION:
             found = session_experiment(snapshot, n_seeds)
         else:
@@ -296,25 +298,25 @@ class Experimenter:
         return _experiment_of(name, self._loaded.get(name), n_seeds)
 
     def _choose(self, event: viser.GuiEvent, name: str) -> None:
-        self._seeds.value = self._n_seeds.get(name, _N_SESSION_SEEDS)
+        self._seeds.put(self._n_seeds.get(name, _N_SESSION_SEEDS))
 
     def _show_cost(self, status: Status) -> None:
         snapshot = status.snapshot
-        name, n_seeds = str(self._choice.value), int(self._seeds.value)
-        workers = int(self._workers.value)
+        name, typed = str(self._choice.value), (self._seeds.text, self._workers.text)
         standing = self._bench.standing
         is_running = standing is not None and standing.running
         # What is made last may have begun and ended between two frames: its gatherer tells.
         made_last = None if standing is None else standing.gatherer
-        of = (name, n_seeds, workers, is_running, made_last, self._loaded.get(name))
+        of = (name, typed, is_running, made_last, self._loaded.get(name))
         if name == THIS_SESSION:
             of += _session_key(snapshot)
 
         def offer() -> _Offer:
             experiment = self._experiment(snapshot)
             lost = not_repeated(snapshot) if name == THIS_SESSION else ""
-            found = self._bench.quote(experiment, workers)
-            return _Offer(f"{experiment.description} {lost}", found, time.monotonic())
+            found = self._bench.quote(experiment, int(self._workers.read()))
+            about = f"{experiment.description} {lost}"
+            return _Offer(about, found, len(experiment.seeds), time.monotonic())
 
         found_of, found = self._offer.latest
         is_of_this = isinstance(found_of, tuple) and found_of[0] == of
@@ -327,7 +329,7 @@ class Experimenter:
         if is_of_this and isinstance(found, Exception):
             cost = f"Cannot be run: {escaped(str(found))}"
         elif is_of_this and isinstance(found, _Offer):
-            about, cost = escaped(found.about), cost_html(found.quote, n_seeds)
+            about, cost = escaped(found.about), cost_html(found.quote, found.n_seeds)
             start = _start_label(found.quote)
         if name == THIS_SESSION and status.aside is not None:
             whose = f"{narrate.opened_run(snapshot)}, which is on the board, not {status.aside}"
@@ -341,7 +343,7 @@ class Experimenter:
     def _begin(self, event: viser.GuiEvent) -> None:
         try:
             experiment = self._experiment(self._session.status.snapshot)
-            self._bench.start(experiment, int(self._workers.value))
+            self._bench.start(experiment, int(self._workers.read()))
         except (BusyError, ExperimentError, FolderError) as error:
             raise RefusedError(str(error)) from error
         if event.client is not None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from app import pictures
 from app.look import FOLDED, Look, heading_shown
-from app.pictures import Raster, Ruler, Shading, Theme, css, swatch_html
+from app.pictures import OUTCOME_SHAPES, Raster, Ruler, Shading, Theme, css, swatch_html
 from app.snapshot import Snapshot
 from app.words import HEADING_NAMES, MOVE_NAMES, plain
 from learners.spec import MOVES
@@ -81,6 +81,10 @@ class Picture(NamedTuple):
     """(y * x,) float32: 0...1, or down to -1 for losses; 0 where nothing is known."""
     arrows: np.ndarray | None = None
     """(n, 2, 2) float32: tail and head, each in cells east and north of the prey."""
+    regions: np.ndarray | None = None
+    """(y * x,) int: which of the names holds in each cell, -1 for none."""
+    names: tuple[str, ...] = ()
+    """What stands on the board where its colour is to be seen, for those who cannot tell it."""
 
 
 About = Literal["nothing", "option", "skill"]
@@ -344,12 +348,18 @@ def _draw_chosen(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster)
     most = votes.max(axis=0)
     # As many headings for another option would make the colour an accident.
     alone = (votes == most).sum(axis=0) == 1
-    colours = _colours_of_options(snapshot, look.theme)[votes.argmax(axis=0)]
+    winner = votes.argmax(axis=0)
+    colours = _colours_of_options(snapshot, look.theme)[winner]
     cover = np.where(alone, most / len(choice), 0.0)
     _, height = _state_value_map(snapshot, look)
     # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
     arrows = _arrows(choice, snapshot.spec.world) if _has_moves(snapshot) else None
-    return _spread(pictures.over_board(colours, cover, look.theme), height, raster, arrows)
+    picture = _spread(pictures.over_board(colours, cover, look.theme), height, raster, arrows)
+    if _has_moves(snapshot) or _lone_option(snapshot) is not None:
+        return picture
+    regions = pictures.on_raster(np.where(cover > 0, winner, -1), raster)
+    names = tuple(plain(skill) for skill in snapshot.spec.learner.skills)
+    return picture._replace(regions=regions, names=names)
 
 
 def _advantages(values: np.ndarray) -> np.ndarray:
@@ -624,11 +634,12 @@ def _legend(look: Look, title: str, parts: list[str], frame: str, height: str) -
 
 def _dots(theme: Theme) -> str:
     """What moves and flashes on the board."""
-    kinds = ("capture", "flight", "time-out", "predator")
-    colours = (theme.capture, theme.flight, theme.timeout, theme.predator)
-    return "Dots: " + "".join(
-        swatch_html(css(colour), kind) for kind, colour in zip(kinds, colours, strict=True)
+    kinds = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out"}
+    ends = (
+        swatch_html(css(theme.of_outcome(outcome)), kind, shape=OUTCOME_SHAPES[outcome])
+        for outcome, kind in kinds.items()
     )
+    return f"Dots: {''.join(ends)}{swatch_html(css(theme.predator), 'predator', shape='circle')}"
 
 
 def _circles(look: Look) -> str:

@@ -7,8 +7,8 @@ east, unless said otherwise.
 import functools
 import struct
 import zlib
-from collections.abc import Callable, Iterable
-from typing import Literal, NamedTuple
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final, Literal, NamedTuple
 
 import cmap
 import numpy as np
@@ -55,6 +55,14 @@ class Theme(NamedTuple):
         return colours.get(outcome, self.unknown)
 
 
+Shape = Literal["circle", "diamond", "square"]
+OUTCOME_SHAPES: Final[Mapping[int, Shape]] = {
+    CAPTURE: "circle",
+    FLIGHT: "diamond",
+    TIMEOUT: "square",
+}
+"""Dots of ended trials, for those who cannot tell their colours apart."""
+
 LIGHT = Theme(
     unknown=(244, 245, 247),
     lines=(222, 225, 230),
@@ -64,7 +72,7 @@ LIGHT = Theme(
     predator=(213, 60, 0),
     capture=(0, 120, 180),
     flight=(80, 0, 160),
-    timeout=(110, 115, 125),
+    timeout=(136, 141, 151),
     loss=(112, 0, 220),
     zone=(0, 130, 70),
     ink=(30, 34, 42),
@@ -78,7 +86,7 @@ DARK = Theme(
     predator=(255, 140, 60),
     capture=(90, 200, 255),
     flight=(190, 120, 255),
-    timeout=(160, 165, 175),
+    timeout=(120, 125, 135),
     loss=(105, 15, 255),
     zone=(120, 225, 140),
     ink=(232, 234, 240),
@@ -426,11 +434,13 @@ def bar_html(gradient: str, marks: Iterable[tuple[float, str]]) -> str:
     )
 
 
-def swatch_html(background: str, text: str, width: str = "0.8em") -> str:
+def swatch_html(background: str, text: str, width: str = "0.8em", shape: Shape = "square") -> str:
     """A patch of a colour, or of a gradient, and what it means."""
+    forms = {"circle": "border-radius:50%", "diamond": "transform:rotate(45deg) scale(0.8)"}
     return (
         '<span style="white-space:nowrap;margin-right:0.6em"><span style="display:inline-block;'
-        f"width:{width};height:0.8em;margin-right:0.3em;border-radius:2px;vertical-align:-0.1em;"
+        f"width:{width};height:0.8em;margin-right:0.3em;vertical-align:-0.1em;"
+        f"{forms.get(shape, 'border-radius:2px')};"
         f'background:{background};box-shadow:inset 0 0 0 1px rgba(128,128,128,0.4)"></span>'
         f"{text}</span> "
     )

@@ -19,12 +19,13 @@ from app import carried, presets, schedule_edits, timeline, timeline_picture
 from app.document import PresetError, document_of, printable
 from app.experiments import ExperimentError
 from app.files import write_whole
-from app.server.callbacks import guarded
+from app.number_field import Limits, NumberField
+from app.server.callbacks import RefusedError, guarded
 from app.server.notices import close_modal, open_modal, tell
 from app.session import Request, Session, StartAgain, Status
 from app.snapshot import Snapshot
 from app.timeline import Block
-from app.widgets import assign
+from app.widgets import NAME_HTML, assign
 from app.words import counted, plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
@@ -33,9 +34,8 @@ Ask = Callable[[viser.GuiEvent, Request], int]
 """Enqueues a request for the browser of an event; returns its ticket, as ``Session.submit``."""
 
 _LEFT, _BOTTOM, _WIDTH = 8, 8, 684
-"""Pixels: this panel lies between two side panels of 330 on a screen of 1366."""
-_DOCKED = 334
-"""Pixels that a side panel takes with its frame."""
+"""Pixels: this panel lies between two side panels of 330 on a screen of 1366. On others the style
+sheet places it (``app/web/looks.css``)."""
 _PICTURE_WIDTH: Final = _WIDTH - 20.0
 
 NUDGES: Final[Mapping[str, int]] = {
@@ -71,21 +71,9 @@ div:has(> div > .pounce-planner) > div > .mantine-Flex-root > div:first-child {
 div:has(> div > .pounce-planner) > div:has(.mantine-Select-root),
 div:has(> div > .pounce-planner) > div:has(.mantine-Select-root)
   > .mantine-Flex-root > div:last-child { flex: 1 1 220px; }
-div:has(> div > .pounce-planner) .mantine-NumberInput-root { width: 6.2em; }
+div:has(> div > .pounce-planner) .mantine-TextInput-root { width: 6.2em; }
 div:has(> div > .pounce-planner) .mantine-Button-root[data-size="sm"] {
   height: 1.9em !important; padding-inline: 0.9em; }
-</style>"""
-
-# viser places this panel alike for all browsers. On wider screens it fills what is between the side
-# panels, until somebody moves or resizes it. On narrower ones it lies over the end of the right
-# one, which can be scrolled out from below it.
-_SCREENS: Final = f"""<style>
-[data-floating-window][style*="left: {_DOCKED + _LEFT}px"][style*="width: {_WIDTH}px"]:has(
-  .pounce-planner) {{
-  width: max({_WIDTH}px, calc(100vw - {2 * (_DOCKED + _LEFT)}px)) !important; }}
-@media (max-width: {2 * _DOCKED + _LEFT + _WIDTH - 1}px) {{
-  [data-dock-edge="right"] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {{
-    padding-bottom: 18rem; }} }}
 </style>"""
 
 
@@ -234,16 +222,21 @@ class Planner:
         self.update(session.status)
 
     def _build(self, gui: viser.GuiApi) -> None:
-        gui.add_html(_LAYOUT + _SCREENS)
+        gui.add_html(_LAYOUT)
         self._picture = gui.add_html("")
         self._choice = gui.add_dropdown("Change", tuple(self._choices))
         self._nudges = gui.add_button_group("Move by", tuple(NUDGES), visible=False)
         # A button group cannot be disabled once it is there, so there is another one that is.
         self._no_nudges = gui.add_button_group("Move by", tuple(NUDGES), disabled=True)
-        self._at = gui.add_number("At trial", 0, min=0, max=MAX_TRIALS, step=100)
-        self._trials = gui.add_number("Lasts", 0, min=0, max=MAX_TRIALS, step=100, hint="In trials")
-        self._chance = gui.add_number(
-            "Chance", 0.5, min=0.0, max=1.0, step=0.01, hint="That a step takes the skill"
+        trials = Limits(0, MAX_TRIALS)
+        self._at = NumberField(gui, "At trial", 0, trials)
+        self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
+        self._chance = NumberField(
+            gui,
+            "Chance",
+            _NEW_CHANCE,
+            Limits(0.0, 1.0, whole=False, share=True),
+            "That a step takes the skill",
         )
         self._apply = gui.add_button("Apply", icon=viser.Icon.CHECK)
         self._delete = gui.add_button("Delete", icon=viser.Icon.TRASH, color="red")
@@ -285,17 +278,17 @@ class Planner:
         assign(self._no_nudges, "visible", not form.movable)
         assign(self._no_nudges, "hint", form.caption)
         for field in (self._at, self._trials):
-            assign(field, "disabled", not form.editable)
-        assign(self._chance, "disabled", not form.explores)
-        assign(self._trials, "label", form.trials_label)
+            assign(field.handle, "disabled", not form.editable)
+        assign(self._chance.handle, "disabled", not form.explores)
+        assign(self._trials.handle, "label", form.trials_label)
         assign(self._apply, "label", "Add" if form.is_new else "Apply")
         assign(self._delete, "disabled", not form.deletable)
         if self._is_news(form):
             self._loaded = form
-            assign(self._at, "value", form.at)
-            assign(self._trials, "value", form.trials)
-            assign(self._chance, "value", round(form.probability, 2))
-        changed = form.editable and (form.is_new or self._typed(form) != {})
+            self._at.put(form.at)
+            self._trials.put(form.trials)
+            self._chance.put(form.probability)
+        changed = form.editable and (form.is_new or self._is_typed(form))
         assign(self._apply, "disabled", not changed)
 
     def _is_news(self, form: Form) -> bool:
@@ -308,13 +301,24 @@ class Planner:
         return not form.is_new and values != (former.at, former.trials, former.probability)
 
     def _typed(self, form: Form) -> dict[str, Any]:
-        """What the fields hold that is not so."""
-        typed: dict[str, Any] = {"at": int(self._at.value), "trials": int(self._trials.value)}
+        """What the fields hold that is not so.
+
+        Raises:
+            RefusedError: one of them holds no number.
+        """
+        typed: dict[str, Any] = {"at": int(self._at.read()), "trials": int(self._trials.read())}
         true: dict[str, Any] = {"at": form.at, "trials": form.trials}
         if form.explores:
-            typed["probability"] = float(self._chance.value)
-            true["probability"] = round(form.probability, 2)
+            typed["probability"] = self._chance.read()
+            true["probability"] = form.probability
         return {name: value for name, value in typed.items() if value != true[name]}
+
+    def _is_typed(self, form: Form) -> bool:
+        """Whether the fields hold something that is not so, be it no number at all."""
+        try:
+            return self._typed(form) != {}
+        except RefusedError:
+            return True
 
     def _show_picture(
         self, blocks: Sequence[Block], snapshot: Snapshot, form: Form, playing: bool
@@ -363,9 +367,9 @@ class Planner:
             plan = schedule_edits.with_episode(
                 plan,
                 skill,
-                int(self._at.value),
-                int(self._trials.value),
-                float(self._chance.value),
+                int(self._at.read()),
+                int(self._trials.read()),
+                self._chance.read(),
                 now,
             )
             self._chosen = schedule_edits.newest_episode_id(plan)
@@ -472,6 +476,7 @@ class PresetButtons:
         self._save_dir = save_dir
         gui = client.gui
         name = safe_name(f"my_{session.status.snapshot.preset}")
+        gui.add_html(NAME_HTML)
         self._name = gui.add_text("Name", name, hint="Letters, digits, - and _")
         self._save = gui.add_button(
             "Save as preset", icon=viser.Icon.DEVICE_FLOPPY, hint="What was done so far, as a file"

@@ -7,13 +7,13 @@ import math
 from collections.abc import Callable
 from functools import cached_property
 from html import escape
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import viser
 from viser import uplot
 
-from app import narrate, pictures
+from app import keys, narrate, pictures
 from app.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.layers import (
     LAYERS,
@@ -52,24 +52,6 @@ _FRAMES = {
     "Heading of the running trial": OF_TRIAL,
     **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
 }
-_LAYER_KEYS = "1234567890"
-KEYS = """
-| key | does |
-|---|---|
-| space | pause or play |
-| S, T | one step, one trial |
-| J, K | slower, faster |
-| 1 … 9, 0 | the layers, in their order |
-| N | add the next skill |
-| E | explore the chosen skill |
-| F | freeze the selection, or let it learn |
-| R | reset the camera |
-| H, ? | this list |
-| Esc | close a list like this |
-
-Keys go to the page: after typing in a field or clicking a box, click on the board first.
-A click on the board inspects a cell; shift and a click sets the predator down there.
-"""
 _WIDTH = 330.0
 _NUDGE = 0.01
 """Farther from where the camera is to be than viser takes to be there."""
@@ -397,7 +379,8 @@ class Texts:
     @cached_property
     def caption(self) -> str:
         """What the layer shows, as HTML."""
-        return _captioned(self._layer.caption(self.status.snapshot, self.look, self.extras))
+        caption = self._layer.caption(self.status.snapshot, self.look, self.extras)
+        return _captioned(caption, board_name(self.status, self._layer))
 
     @cached_property
     def legend(self) -> str:
@@ -440,7 +423,7 @@ class Readings:
         panel.dock_left()
         panel.set_width(_WIDTH)
         with panel.add_tab("Now", icon=viser.Icon.EYE):
-            gui.add_html(_LAYOUT)
+            gui.add_html(_LAYOUT + keys.table_html())
             self._headline = gui.add_html(headline_html(status))
             self._numbers = gui.add_html(numbers_html(status))
             self._layer = gui.add_dropdown("Layer", tuple(layer.title for layer in LAYERS.values()))
@@ -464,10 +447,10 @@ class Readings:
         with self.file_tab:
             self._clock = gui.add_html("")
             self._build_help()
-        for key, layer in zip(_LAYER_KEYS, LAYERS.values(), strict=False):
-            command = gui.add_command(f"Layer: {layer.title}", hotkey=cast(Any, key))
+        for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=True):
+            command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
             command.on_trigger(guarded(self._chooser(layer.title)))
-        gui.add_command("Reset the camera", hotkey="R").on_trigger(
+        gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
             guarded(lambda _: self.aim_camera())
         )
         self._dress()
@@ -491,13 +474,10 @@ class Readings:
         self._surface.on_update(guarded(lambda _: self.aim_camera()))
 
     def _build_help(self) -> None:
-        keys = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
-        keys.on_click(guarded(lambda _: self.show_keys()))
-        by_h = self._gui.add_command("Keys", hotkey="H")
-        # Not among the keys that viser names, but the page knows all that a keyboard has.
-        by_sign = self._gui.add_command("Keys", hotkey=cast(Any, "?"), modifier="shift")
-        for command in (by_h, by_sign):
-            command.on_trigger(guarded(lambda _: self.show_keys()))
+        button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        button.on_click(guarded(lambda _: self.show_keys()))
+        command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
+        command.on_trigger(guarded(lambda _: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
         closing.on_trigger(guarded(lambda _: self._close_newest_list()))
 
@@ -505,7 +485,7 @@ class Readings:
         """List the hotkeys, once."""
         modal = open_modal(self._client, "Keys")
         with modal:
-            self._gui.add_markdown(KEYS)
+            self._gui.add_html(keys.list_html())
             close = self._gui.add_button("Close")
         close.on_click(guarded(lambda _: close_modal(modal)))
 
@@ -615,5 +595,17 @@ class Readings:
         )
 
 
-def _captioned(html: str) -> str:
-    return f'<div style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{html}</div>'
+def board_name(status: Status, layer: Layer) -> str:
+    """What the board is for those who cannot see it."""
+    size = status.snapshot.spec.world.size
+    return (
+        f"The board, {size} by {size} cells, the prey in its middle. Layer: {layer.title}."
+        f" {narrate.sentence(status)}"
+    )
+
+
+def _captioned(html: str, board: str) -> str:
+    return (
+        f'<div data-board="{escape(board)}"'
+        f' style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{html}</div>'
+    )

@@ -16,12 +16,13 @@ import numpy as np
 import viser
 from pydantic import TypeAdapter, ValidationError
 
+from app.number_field import DIALS_HTML, Dial, Limits
 from app.planner import Ask
 from app.server.callbacks import RefusedError, guarded
-from app.server.notices import close_modal, open_modal, tell
+from app.server.notices import close_modal, open_modal
 from app.session import Session, Status
 from app.snapshot import Snapshot
-from app.widgets import assign, on_change, show
+from app.widgets import NAME_HTML, assign
 from app.words import PARAMETER_NAMES, by_plain_name, counted, plain
 from learners.commands import (
     Command,
@@ -46,23 +47,7 @@ DEFAULT_FREEZE_TRIALS: Final = 300
 """Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
 
 _REST_S = 0.35
-"""A slider that has not moved for so long has come to rest, and a number has been typed."""
-# viser's own field beside a slider puts the nearest end in the place of what is out of its range,
-# without a word. Here stands a field in its place that takes any number.
-_LAYOUT: Final = """<div class="pounce-parameters"></div><style>
-div:has(> div > .pounce-parameters) { display: flex; flex-wrap: wrap; align-items: center; }
-div:has(> div > .pounce-parameters) > div:has(> .pounce-parameters) { display: none; }
-div:has(> div > .pounce-parameters) > div:has(.mantine-Slider-root) { flex: 1 1 65%; }
-div:has(> div > .pounce-parameters) > div:has(.mantine-Slider-root) .mantine-NumberInput-root {
-  display: none; }
-div:has(> div > .pounce-parameters) > div:not(:has(.mantine-Slider-root)) {
-  flex: 0 0 4.4em; padding-left: 0 !important; }
-div:has(> div > .pounce-parameters) > div:not(:has(.mantine-Slider-root))
-  > .mantine-Flex-root > div:first-child {
-  width: 0 !important; height: 0; padding: 0 !important; overflow: hidden; }
-div:has(> div > .pounce-parameters) .mantine-NumberInput-controls { display: none; }
-div:has(> div > .pounce-parameters) .mantine-NumberInput-input { padding-inline: 0.4em; }
-</style>"""
+"""A slider that has not moved for so long has come to rest."""
 _SHOWN_CHANGES = 6
 _MOST_CHANGES = 100
 """The latest changes by hand, which alone can be taken back here."""
@@ -79,27 +64,26 @@ class Slider(NamedTuple):
     low: float
     high: float
     step: float
-    typed_step: float
-    """How fine a number may be typed."""
 
     @property
     def label(self) -> str:
         """What it is called."""
         return PARAMETER_NAMES[self.key]
 
-    def place_of(self, snapshot: Snapshot) -> float:
-        """Where it stands: at the present value, or at the end that is nearest to that."""
-        return min(max(value_of(snapshot.spec, self.key), self.low), self.high)
+    @property
+    def is_share(self) -> bool:
+        """Whether it is a part of a whole."""
+        return self.low == 0 and self.high <= 1
 
 
 SLIDERS = (
-    Slider("learner.epsilon", 0.0, 1.0, 0.01, 0.0001),
-    Slider("learner.alpha", 0.0, 1.0, 0.01, 0.0001),
-    Slider("learner.skill_alpha", 0.0, 1.0, 0.01, 0.0001),
-    Slider("learner.gamma", 0.0, 0.99, 0.01, 0.0001),
-    Slider("world.capture_reward", 0.0, 200.0, 5.0, 0.1),
-    Slider("world.flight_reward", -200.0, 0.0, 5.0, 0.1),
-    Slider("world.vision_radius", 0.0, 60.0, 1.0, 0.1),
+    Slider("learner.epsilon", 0.0, 1.0, 0.01),
+    Slider("learner.alpha", 0.0, 1.0, 0.01),
+    Slider("learner.skill_alpha", 0.0, 1.0, 0.01),
+    Slider("learner.gamma", 0.0, 0.99, 0.01),
+    Slider("world.capture_reward", 0.0, 200.0, 5.0),
+    Slider("world.flight_reward", -200.0, 0.0, 5.0),
+    Slider("world.vision_radius", 0.0, 60.0, 1.0),
 )
 
 
@@ -198,70 +182,50 @@ class Steering:
         """As it was when the list of changes was made."""
         self._others: dict[str, str] = {}
         self._leavers: dict[str, str] = {}
-        self._sliders: dict[str, Any] = {}
-        self._numbers: dict[str, Any] = {}
+        self._dials: dict[str, Dial] = {}
         self._build_parameters(session.status.snapshot)
         self._build_undo()
         self._build_skills()
         self._build_removal()
 
     def settle(self, now_s: float) -> None:
-        """Ask for what parameters were set to that came to rest, or say what is allowed."""
+        """Ask for what parameters were set to that came to rest."""
         with self._lock:
             rested = [key for key, moved in self._pending.items() if now_s - moved[2] >= _REST_S]
             # Taken out before anything is asked: what is set meanwhile is another change.
             changes = [(key, *self._pending.pop(key)) for key in rested]
         for key, event, value, _ in changes:
-            slider = next(slider for slider in SLIDERS if slider.key == key)
-            if slider.low <= value <= slider.high:
-                self._ask(event, SetParameter(key, value))
-            elif event.client is not None:
-                tell(
-                    event.client,
-                    "That cannot be done",
-                    f"{slider.label}: {value:g} is not allowed; allowed: {slider.low:g} to"
-                    f" {slider.high:g}",
-                    auto_close_seconds=8,
-                )
+            self._ask(event, SetParameter(key, value))
 
     def update(self, status: Status) -> None:
         """Show what is true."""
         snapshot = status.snapshot
         for slider in SLIDERS:
             if slider.key not in self._pending:
-                show(self._sliders[slider.key], slider.place_of(snapshot))
-                show(self._numbers[slider.key], value_of(snapshot.spec, slider.key))
-        for handles in (self._sliders, self._numbers):
-            assign(handles["learner.skill_alpha"], "disabled", not snapshot.spec.learner.skills)
+                self._dials[slider.key].show(value_of(snapshot.spec, slider.key))
+        self._dials["learner.skill_alpha"].disable(not snapshot.spec.learner.skills)
         self._show_undo(snapshot)
         self._show_skills(snapshot)
 
     def _build_parameters(self, snapshot: Snapshot) -> None:
         with self._gui.add_folder("Parameters"):
-            self._gui.add_html(_LAYOUT)
+            self._gui.add_html(DIALS_HTML)
             for slider in SLIDERS:
-                handle = self._gui.add_slider(
+                self._dials[slider.key] = Dial(
+                    self._gui,
                     slider.label,
-                    min=slider.low,
-                    max=slider.high,
-                    step=slider.step,
-                    initial_value=slider.place_of(snapshot),
-                    hint=f"{slider.key}; takes effect at the next step",
-                )
-                number = self._gui.add_number(
-                    f"{slider.label} as a number",
                     value_of(snapshot.spec, slider.key),
-                    step=slider.typed_step,
-                    hint=f"{slider.key}, {slider.low:g} to {slider.high:g}",
+                    Limits(slider.low, slider.high, whole=False, share=slider.is_share),
+                    slider.step,
+                    f"{slider.key}, {slider.low:g} to {slider.high:g}; takes effect at the next"
+                    " step",
+                    self._mover(slider.key),
                 )
-                for part in (handle, number):
-                    on_change(part, self._mover(slider.key))
-                self._sliders[slider.key], self._numbers[slider.key] = handle, number
 
-    def _mover(self, key: str) -> Callable[[viser.GuiEvent, Any], None]:
-        def moved(event: viser.GuiEvent, value: Any) -> None:
+    def _mover(self, key: str) -> Callable[[viser.GuiEvent, float], None]:
+        def moved(event: viser.GuiEvent, value: float) -> None:
             with self._lock:
-                self._pending[key] = (event, float(value), time.perf_counter())
+                self._pending[key] = (event, value, time.perf_counter())
 
         return moved
 
@@ -317,12 +281,12 @@ class Steering:
                 '<div style="padding:0 0.6em;font-size:0.85em">A skill of your own is rewarded for'
                 " so much of what each of these is rewarded for:</div>"
             )
+            gui.add_html(DIALS_HTML)
             self._weights = {
-                skill: gui.add_slider(
-                    f"× {plain(skill)}", min=-2.0, max=2.0, step=0.1, initial_value=0.0
-                )
+                skill: Dial(gui, f"× {plain(skill)}", 0.0, Limits(-2.0, 2.0, whole=False), 0.1)
                 for skill in SKILLS
             }
+            gui.add_html(NAME_HTML)
             self._name = gui.add_text("Own skill", "my_skill", hint="a name of small letters and _")
             self._define = gui.add_button("Add my own skill now", icon=viser.Icon.SPARKLES)
         self._skills_folder = folder
@@ -346,7 +310,7 @@ class Steering:
         if name in self._session.status.snapshot.spec.learner.known_skills:
             # Or the skill of that name that there is would join in the place of this one.
             raise RefusedError(f"there is a skill named {name!r}; allowed: another name")
-        weights = {skill: round(float(slider.value), 3) for skill, slider in self._weights.items()}
+        weights = {skill: round(dial.read(), 3) for skill, dial in self._weights.items()}
         if not any(weights.values()):
             raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
         self._ask(event, DefineSkill(name, SkillWeights(**weights)))

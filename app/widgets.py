@@ -2,14 +2,17 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import viser
 
 from app.server.callbacks import guarded
 
-_TOUCHED_S = 0.5
+TOUCHED_S = 0.5
 """A widget that was touched so lately is left alone: its request may still be on its way."""
+
+NAME_HTML: Final = '<div class="pounce-name"></div>'
+"""Stands before a field for a name, whose text the page's script is to leave as it is typed."""
 
 
 def assign(handle: Any, name: str, value: object) -> None:
@@ -20,7 +23,7 @@ def assign(handle: Any, name: str, value: object) -> None:
 
 def show(handle: Any, value: object) -> None:
     """Let an input show what is true, unless somebody has just changed it."""
-    if handle.value != value and time.time() - handle.update_timestamp > _TOUCHED_S:
+    if handle.value != value and time.time() - handle.update_timestamp > TOUCHED_S:
         handle.value = value
 
 

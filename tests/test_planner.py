@@ -1,9 +1,11 @@
 """The planner's panel and the files of presets, as far as they need no browser."""
 
+import asyncio
+import inspect
 import os
 import stat
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -246,6 +248,10 @@ def test_every_case_says_what_to_do_or_why_nothing_can_be_done() -> None:
 # --- The panel, on a real server that nobody looks at --------------------------------------------
 
 
+async def finished(done: Awaitable[object]) -> None:
+    await done
+
+
 class Person:
     """Stands for a browser: uses widgets, and keeps what it is told."""
 
@@ -266,7 +272,9 @@ class Person:
         assert handle.visible
         handle._impl.value = value
         for callback in handle._impl.update_cb:
-            callback(viser.GuiEvent(client=self, client_id=0, target=handle))  # type: ignore
+            done = callback(viser.GuiEvent(client=self, client_id=0, target=handle))  # type: ignore
+            if inspect.isawaitable(done):
+                asyncio.run(finished(done))
 
 
 class Desk:
@@ -320,7 +328,7 @@ def test_two_clicks_move_a_block(desk: Desk) -> None:
     desk.choose("circle clockwise: joins")
     desk.person.use(desk.planner._nudges, "\N{MINUS SIGN}500")
     assert desk.at == 2_500
-    assert desk.planner._at.value == 2_500
+    assert desk.planner._at.read() == 2_500
     assert desk.person.told == []
 
 
@@ -329,7 +337,7 @@ def test_the_render_loop_does_not_undo_a_choice(desk: Desk) -> None:
     desk.person.use(desk.planner._choice, "avoid: joins")
     desk.planner.update(status)
     assert desk.planner._choice.value == "avoid: joins"
-    assert desk.planner._at.value == 6_000
+    assert desk.planner._at.read() == 6_000
 
 
 def test_a_click_right_after_a_choice_is_about_what_was_chosen(desk: Desk) -> None:
@@ -351,31 +359,31 @@ def test_nothing_is_shown_before_the_own_request_is_answered(desk: Desk) -> None
     desk.choose("circle clockwise: joins")
     desk.person.use(desk.planner._nudges, "+500")
     desk.planner.update(before)
-    assert desk.planner._at.value == 3_000
+    assert desk.planner._at.read() == 3_000
     assert desk.planner._choice.value == "circle clockwise: joins"
     desk.settle()
-    assert desk.planner._at.value == 3_500
+    assert desk.planner._at.read() == 3_500
 
 
 def test_a_refused_edit_is_told_and_changes_nothing(desk: Desk) -> None:
     desk.choose("circle clockwise: exploration 2")
-    desk.person.use(desk.planner._at, 3_100)
+    desk.person.use(desk.planner._at.handle, "3100")
     desk.settle()
     desk.person.use(desk.planner._apply)
     assert "overlap" in desk.person.told[0]
     assert desk.requests == []
     # What was typed stays, so that it can be mended.
     desk.settle()
-    assert desk.planner._at.value == 3_100
+    assert desk.planner._at.read() == 3_100
 
 
 def test_fields_are_applied_together(desk: Desk) -> None:
     desk.choose("circle clockwise: exploration 2")
     desk.settle()
     assert desk.planner._apply.disabled
-    desk.person.use(desk.planner._at, 5_000)
-    desk.person.use(desk.planner._trials, 250)
-    desk.person.use(desk.planner._chance, 0.75)
+    desk.person.use(desk.planner._at.handle, "5000")
+    desk.person.use(desk.planner._trials.handle, "250")
+    desk.person.use(desk.planner._chance.handle, "0.75")
     desk.settle()
     desk.person.use(desk.planner._apply)
     episode = desk.settle().snapshot.spec.schedule.episodes[1]
@@ -386,7 +394,7 @@ def test_fields_are_applied_together(desk: Desk) -> None:
 def test_an_exploration_is_added_chosen_and_deleted(desk: Desk) -> None:
     desk.choose("approach: new exploration")
     assert desk.planner._apply.label == "Add"
-    desk.person.use(desk.planner._at, 7_000)
+    desk.person.use(desk.planner._at.handle, "7000")
     desk.person.use(desk.planner._apply)
     status = desk.settle()
     assert status.snapshot.spec.schedule.episodes[-1].at == 7_000
@@ -403,18 +411,19 @@ def test_what_cannot_be_done_is_disabled(desk: Desk) -> None:
     desk.settle()
     assert (shown._nudges.visible, shown._no_nudges.visible) == (False, True)
     assert shown._no_nudges.hint
-    for handle in (shown._at, shown._trials, shown._chance, shown._apply, shown._delete):
+    fields = [field.handle for field in (shown._at, shown._trials, shown._chance)]
+    for handle in (*fields, shown._apply, shown._delete):
         assert handle.disabled
     desk.choose("avoid: joins")
     assert (shown._nudges.visible, shown._no_nudges.visible) == (True, False)
-    assert shown._chance.disabled
+    assert shown._chance.handle.disabled
     assert shown._delete.disabled
-    assert not shown._at.disabled
+    assert not shown._at.handle.disabled
 
 
 def test_a_block_that_begins_is_let_go(desk: Desk) -> None:
     desk.choose("circle clockwise: joins")
-    desk.person.use(desk.planner._at, 1)
+    desk.person.use(desk.planner._at.handle, "1")
     desk.settle()
     desk.person.use(desk.planner._apply)
     desk.session.submit(TrialOnce())

@@ -1,7 +1,7 @@
 """What the lab's page has beside viser's: scripts and styles of its own, below `/web/`.
 
 viser has one page, a single file. `first.js` is put into it, before viser's own script; the other
-files of `app/web` are served as they are, and the page loads `lab.js` and `lab.css` of them. All
+files of `app/web` are served as they are, and the page loads `lab.js` and the styles. All
 addresses are relative to the page, so they hold below a path as well.
 """
 
@@ -69,6 +69,7 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         f"<title>{html.escape(title)}</title>\n"
         f"<script>\n{(_FOLDER / 'first.js').read_text('utf-8')}</script>\n"
         '<link rel="stylesheet" href="web/lab.css" />\n'
+        '<link rel="stylesheet" href="web/looks.css" />\n'
         '<script type="module" src="web/lab.js"></script>'
     )
     text = gzip.decompress(body) if is_packed else body

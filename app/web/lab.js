@@ -1,4 +1,8 @@
 // @ts-check
 // What the lab's page has beside viser's.
 import "./connection.js";
+import "./fields.js";
+import "./keys.js";
+import "./names.js";
 import "./title.js";
+import "./windows.js";

@@ -10,12 +10,20 @@ import re
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from playwright.sync_api import BrowserContext, ConsoleMessage, Locator, Page, expect
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Locator,
+    Page,
+    ViewportSize,
+    expect,
+)
 
 from app import presets
 from app.lab import Lab
@@ -25,7 +33,7 @@ from app.session import Request, Session, Status, TrialOnce
 from learners.spec import RunSpec
 
 PATIENCE_S = 30.0
-VIEWPORT = {"width": 1366, "height": 768}
+VIEWPORT: ViewportSize = {"width": 1366, "height": 768}
 """The smallest screen on which everything has its place."""
 SEED = 3
 
@@ -209,20 +217,10 @@ class Screen:
         expect(self.page.get_by_role("option")).to_have_count(0)
         expect(self.field(label)).to_have_value(option)
 
-    def type(self, label: str, value: str) -> None:
-        """Type a number into a field."""
-        self.field(label).fill(value)
-
-    def text_field(self, label: str) -> Locator:
-        """A field for text."""
-        # It has no label of its own; what is written beside it stands in the same row.
-        name = self.page.locator("label").get_by_text(label, exact=True)
-        row = name.locator("xpath=ancestor::div[contains(@class, 'mantine-Flex-root')][1]")
-        return row.locator("input, textarea").first
-
-    def write(self, label: str, text: str) -> None:
-        """Fill in a field for text."""
-        self.text_field(label).fill(text)
+    def type(self, label: str, text: str) -> None:
+        """Type into a field, and finish that."""
+        self.field(label).fill(text)
+        self.field(label).press("Enter")
 
     def upload(self, button: str, name: str, text: str) -> None:
         """Load a file of that name, with a button for it."""
@@ -294,3 +292,27 @@ def open_page(
 
     yield open_one
     assert [complaint for screen in screens for complaint in screen.complaints] == []
+
+
+class Shared(NamedTuple):
+    """A lab and a page of it that several tests of a file use, one after the other."""
+
+    live: LiveLab
+    screen: Screen
+
+
+@pytest.fixture(scope="module")
+def shared(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
+    """One lab and one page for a file; the page may log no error."""
+    expect.set_options(timeout=PATIENCE_S * 1000)
+    live = LiveLab(preset_of(), 20_000.0, tmp_path_factory.mktemp("lab") / "results")
+    live.go_to_trial(100)
+    context = browser.new_context(viewport=VIEWPORT)
+    context.set_default_timeout(PATIENCE_S * 1000)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    screen = Screen(context.new_page())
+    screen.open(live)
+    yield Shared(live, screen)
+    context.close()
+    live.close()
+    assert screen.complaints == []

@@ -1,0 +1,30 @@
+// @ts-check
+// A number that is finished, by Enter or as the focus leaves, is sent at once, with a line break.
+//
+// viser sends keystrokes, some with a delay, and of several fields only the last one. All fields for
+// text are for numbers, unless it is said that they are for a name.
+
+const typed = new WeakSet();
+
+/** @param {EventTarget | null} target */
+const finish = (target) => {
+  if (!(target instanceof HTMLInputElement) || !typed.delete(target)) return;
+  const row = target.closest(".mantine-Flex-root");
+  const label = row?.querySelector("label[for]");
+  const isName = row?.parentElement?.previousElementSibling?.querySelector(".pounce-name");
+  if (isName || !(label instanceof HTMLLabelElement)) return;
+  /** @type {any} */ (window).__viserMutable?.sendMessage?.({
+    type: "GuiUpdateMessage",
+    uuid: label.htmlFor,
+    updates: { value: `${target.value}\n` },
+  });
+};
+
+document.addEventListener("input", ({ target }) => {
+  if (target instanceof HTMLElement && target.matches(".mantine-TextInput-input"))
+    typed.add(target);
+});
+document.addEventListener("focusout", ({ target }) => finish(target));
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Enter" && !event.isComposing) finish(event.target);
+});

@@ -1,0 +1,152 @@
+"""The page for those who do not see it, see little or see no hues; and when it is zoomed."""
+
+import re
+from importlib import resources
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from learners.commands import Introduce
+from tests.browser.conftest import VIEWPORT, Screen, Shared
+from tests.browser.test_experiments_tab import experiment_of, run_to_end, show_results
+
+AXE = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
+FINDINGS = """async () => {
+    const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+    return violations
+        .filter(({ impact }) => impact === "serious" || impact === "critical")
+        .flatMap(({ id, nodes }) => nodes.map(node => [id, node.target.join(" "), node.html]));
+}"""
+"""What the checker finds that keeps people out. It loads nothing from elsewhere."""
+OF_VISER: tuple[tuple[str, str], ...] = ()
+"""Rule and selector of what is viser's own and cannot be mended from outside: nothing so far."""
+HAS_NO_NAME = """node => {
+    const text = id => document.getElementById(id)?.textContent ?? "";
+    const by = (node.getAttribute("aria-labelledby") ?? "").split(" ").map(text).join("");
+    const labels = Array.from(node.labels ?? [], label => label.textContent).join("");
+    const own = node.matches("input") ? "" : node.textContent;
+    return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
+}"""
+BEHIND_TABS = [("Now", "Run"), ("View", "Steer"), ("Inspect", "Experiments"), ("File", "Run")]
+
+
+def expect_no_findings(screen: Screen) -> None:
+    """Have the checker look at the page, again as long as something fades in or out there."""
+    if not screen.page.evaluate("() => 'axe' in window"):
+        screen.page.evaluate(f"{AXE};0")
+    found: list[Any] = []
+    for _ in range(5):
+        found = screen.page.evaluate(FINDINGS)
+        found = [one for one in found if (one[0], one[1]) not in OF_VISER]
+        if not found:
+            return
+    pytest.fail(f"{len(found)} findings: {found[:8]}")
+
+
+def turn_to(screen: Screen, left: str, right: str) -> None:
+    """Turn both side panels."""
+    screen.turn_to(left)
+    screen.turn_to(right)
+
+
+def dress(screen: Screen, dark: bool) -> None:
+    """Make the page dark or light."""
+    screen.turn_to("View")
+    screen.checkbox("Dark").set_checked(dark)
+    scheme = "dark" if dark else "light"
+    expect(screen.page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_checker_finds_nothing_serious_behind_any_tab(shared: Shared, dark: bool) -> None:
+    screen = shared.screen
+    dress(screen, dark)
+    for left, right in BEHIND_TABS:
+        turn_to(screen, left, right)
+        if right == "Steer" and not dark:
+            screen.text("Other skills").click()
+        expect_no_findings(screen)
+    screen.page.keyboard.press("h")
+    expect(screen.page.get_by_role("dialog")).to_be_visible()
+    expect_no_findings(screen)
+    screen.page.keyboard.press("Escape")
+    expect(screen.page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
+    live, screen = shared
+    run_to_end(live, experiment_of(n_seeds=2))
+    show_results(screen)
+    for dark in (True, False):
+        dress(screen, dark)
+        expect_no_findings(screen)
+    # As on a page that is zoomed by 200 %.
+    screen.page.set_viewport_size({"width": 683, "height": 384})
+    screen.button("Close").click()
+    expect(screen.button("Close")).to_have_count(0)
+    screen.page.set_viewport_size(VIEWPORT)
+
+
+def visible(screen: Screen, css: str) -> Locator:
+    """What of that kind is to be seen."""
+    return screen.page.locator(css).locator("visible=true")
+
+
+def test_every_control_and_the_board_have_names(shared: Shared) -> None:
+    screen = shared.screen
+    for left, right in BEHIND_TABS:
+        turn_to(screen, left, right)
+        for control in visible(
+            screen, "button, input, [role=slider], [role=tab], [role=button], a[href]"
+        ).all():
+            assert not control.evaluate(HAS_NO_NAME), control.evaluate("node => node.outerHTML")
+    screen.turn_to("Now")
+    board = screen.page.get_by_role("img", name=re.compile("^The board, 40 by 40 cells"))
+    expect(board).to_have_attribute("aria-label", re.compile(r"Layer: State value\. Paused\."))
+    screen.choose("Layer", "Policy flow")
+    expect(board).to_have_attribute("aria-label", re.compile(r"Layer: Policy flow\. "))
+    expect(screen.page.get_by_role("img", name="Learning curve")).to_be_visible()
+
+
+NAMES = """() => Object.entries(window.__viserSceneTree.getState())
+    .filter(([name]) => name.startsWith("/board/names/"))
+    .map(([_, node]) => node.message.props.text)"""
+
+
+def test_skills_stand_written_where_they_are_chosen(shared: Shared) -> None:
+    live, screen = shared
+    live.ask(Introduce("circle_clockwise", 10))
+    live.go_to_trial(400)
+    screen.turn_to("Now")
+    screen.choose("Layer", "Chosen skill")
+    screen.page.wait_for_function(f"({NAMES})().includes('approach')")
+
+
+# Zoom
+
+IN_THE_SCHEDULE = ("\N{MINUS SIGN}1,000", "+1,000", "Apply", "Delete")
+
+
+@pytest.mark.parametrize("zoom", [2.0, 1.5, 1.25])
+def test_every_command_is_within_reach_on_a_zoomed_page(shared: Shared, zoom: float) -> None:
+    screen = shared.screen
+    # So many pixels of its own has a page on a screen of 1366 x 768.
+    screen.page.set_viewport_size(VIEWPORT)
+    width, height = int(VIEWPORT["width"] / zoom), int(VIEWPORT["height"] / zoom)
+    screen.page.set_viewport_size({"width": width, "height": height})
+    schedule = screen.page.locator("[data-dock-minimize]")
+    expect(schedule).to_have_attribute("aria-expanded", "false")
+    for is_open in (False, True):
+        if is_open:
+            schedule.click()
+            expect(schedule).to_have_attribute("aria-expanded", "true")
+            for name in IN_THE_SCHEDULE:
+                expect(screen.button(name)).to_be_in_viewport(ratio=1)
+        turn_to(screen, "Now", "Run")
+        for control in (screen.field("Layer"), screen.button("Play"), screen.button("Start again")):
+            control.click(trial=True)
+        turn_to(screen, "File", "Experiments")
+        for control in (screen.button("Load experiment"), screen.button("Start")):
+            control.click(trial=True)
+    screen.page.set_viewport_size(VIEWPORT)

@@ -1,0 +1,178 @@
+"""What is typed and pasted into fields, and what single keys do on any keyboard."""
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from app import keys
+from app.keys import KEYS
+from learners.commands import SetParameter
+from tests.browser.conftest import Shared
+
+CAMERA = """() => {
+    const { position, quaternion } = window.__viserMutable.camera;
+    return [...position.toArray(), ...quaternion.toArray()];
+}"""
+TWO_FRAMES = """() => new Promise(done =>
+    requestAnimationFrame(() => requestAnimationFrame(done)))"""
+
+
+# Fields
+
+
+@pytest.mark.parametrize("pasted", [False, True])
+def test_what_is_typed_or_pasted_is_what_is_taken(shared: Shared, pasted: bool) -> None:
+    screen = shared.screen
+    field, keyboard = screen.field("Trials"), screen.page.keyboard
+    for text, number in [
+        ("12,000", 12_000),
+        ("13\u202f000", 13_000),
+        ("14.000", 14_000),
+        ("1e3", 1_000),
+    ]:
+        field.press("ControlOrMeta+a")
+        if pasted:
+            screen.page.evaluate("text => navigator.clipboard.writeText(text)", text)
+            keyboard.press("ControlOrMeta+v")
+        else:
+            keyboard.type(text)
+        keyboard.press("Tab")
+        expect(field).to_have_value(f"{number:,}")
+        assert shared.live.lab._controls._duration.read() == number
+
+
+def test_what_is_no_number_there_is_refused_and_no_button_takes_another(shared: Shared) -> None:
+    live, screen = shared
+    for text in ("\N{MINUS SIGN}40", "150,5"):
+        screen.type("Trials", text)
+        expect(screen.text(f"Trials: '{text}' is not taken: ").first).to_be_visible()
+        screen.button("Start exploring").click()
+        expect(screen.text(f"Trials: '{text}' is not taken: ")).to_have_count(2)
+        expect(screen.field("Trials")).to_have_value(text)
+    assert live.session.status.snapshot.control.episodes == ()
+    screen.type("Trials", "2,000")
+
+
+def test_a_live_number_takes_effect_when_it_is_finished(shared: Shared) -> None:
+    live, screen = shared
+    screen.turn_to("Steer")
+    for label, text, key, value in [
+        ("Flight reward", "\N{MINUS SIGN}40", "world.flight_reward", -40.0),
+        ("Capture reward", "150,5", "world.capture_reward", 150.5),
+        ("Exploration ε", "15 %", "learner.epsilon", 0.15),
+    ]:
+        before = len(live.session.status.snapshot.control.history)
+        field = screen.field(f"{label} as a number")
+        field.press("ControlOrMeta+a")
+        screen.page.keyboard.type(text)
+        field.press("Enter")
+        status = live.wait_for(lambda s, n=before: len(s.snapshot.control.history) > n)
+        assert status.snapshot.control.history[-1].command == SetParameter(key, value)
+        expect(field).to_have_value(f"{value:g}")
+        assert len(status.snapshot.control.history) == before + 1
+    screen.turn_to("Run")
+
+
+def test_no_field_of_the_page_drops_characters_before_the_lab_sees_them(shared: Shared) -> None:
+    screen = shared.screen
+    for tab in ("Steer", "Experiments", "Run"):
+        screen.turn_to(tab)
+        expect(screen.page.locator("input[inputmode]").locator("visible=true")).to_have_count(0)
+
+
+# Keys
+
+
+def press(shared: Shared, key: str, code: str, shift: bool = False) -> None:
+    """Press a key as a keyboard with other letters does."""
+    devtools = shared.screen.page.context.new_cdp_session(shared.screen.page)
+    about: dict[str, Any] = {"key": key, "code": code, "modifiers": 8 if shift else 0}
+    devtools.send("Input.dispatchKeyEvent", {"type": "keyDown", "text": key, **about})
+    devtools.send("Input.dispatchKeyEvent", {"type": "keyUp", **about})
+    devtools.detach()
+
+
+def steps_after(shared: Shared, key: str, code: str) -> None:
+    """Press a key, and wait until there is one step more."""
+    before = shared.live.session.status.snapshot.step
+    press(shared, key, code)
+    status = shared.live.wait_for(lambda status: status.snapshot.step > before)
+    assert status.snapshot.step == before + 1
+
+
+def test_no_key_moves_the_camera(shared: Shared) -> None:
+    page = shared.screen.page
+    page.mouse.click(560, 300)
+    home = page.evaluate(CAMERA)
+    for key in [*(key for key in KEYS if key != keys.PLAY), "KeyW", "KeyA", "KeyD", "KeyQ"]:
+        place = key if isinstance(key, str) else key.code
+        page.keyboard.down(place)
+        page.evaluate(TWO_FRAMES)
+        page.keyboard.up(place)
+    expect(page.get_by_role("dialog")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    assert page.evaluate(CAMERA) == pytest.approx(home, abs=1e-3)
+
+
+@pytest.mark.parametrize("letter", ["ы", "ד", "\N{GREEK SMALL LETTER SIGMA}", "س", "o", "s"])
+def test_keys_act_by_their_place_whatever_letter_is_there(shared: Shared, letter: str) -> None:
+    steps_after(shared, letter, "KeyS")
+    shared.screen.page.keyboard.press("Shift+?")
+    written = shared.screen.page.get_by_role("dialog").locator("kbd[data-code=KeyS]")
+    expect(written).to_have_text(letter.upper())
+    shared.screen.page.keyboard.press("Escape")
+    expect(written).to_have_count(0)
+
+
+def test_digits_act_where_they_take_shift_and_where_they_stand_apart(shared: Shared) -> None:
+    layer = shared.screen.field("Layer")
+    for key, code, shift, title in [
+        ("é", "Digit2", False, "Value of one option"),
+        ("3", "Digit3", True, "Chosen skill"),
+        ("1", "Numpad1", False, "State value"),
+    ]:
+        press(shared, key, code, shift)
+        expect(layer).to_have_value(title)
+
+
+def test_keys_are_for_the_field_while_somebody_types_but_not_for_a_box(shared: Shared) -> None:
+    live, screen = shared
+    before = live.session.status.answered
+    screen.type("Seed", "s")
+    screen.page.keyboard.press("t")
+    expect(screen.field("Seed")).to_have_value("st")
+    assert live.session.status.answered == before
+    screen.type("Seed", "3")
+    screen.checkbox("Freeze skills").click()
+    live.wait_for(lambda status: status.snapshot.control.skills_frozen)
+    steps_after(shared, "s", "KeyS")
+    screen.checkbox("Freeze skills").click()
+    live.wait_for(lambda status: not status.snapshot.control.skills_frozen)
+
+
+def test_single_keys_can_be_turned_off_and_stay_so_in_this_browser(shared: Shared) -> None:
+    live, screen = shared
+    page = screen.page
+    page.keyboard.press("h")
+    box = page.get_by_role("dialog").get_by_role("checkbox", name="Single keys act")
+    box.uncheck()
+    page.keyboard.press("Escape")
+    expect(box).to_have_count(0)
+    page.reload()
+    screen.settle(live)
+    before = live.session.status.answered
+    for key in ("s", "n", "h"):
+        page.keyboard.press(key)
+    screen.turn_to("File")
+    screen.button("Keys (?)").click()
+    expect(box).not_to_be_checked()
+    assert live.session.status.answered == before
+    # Space is for what has the focus in a list like this.
+    page.keyboard.press("Space")
+    expect(box).to_be_checked()
+    page.keyboard.press("Escape")
+    expect(box).to_have_count(0)
+    screen.turn_to("Now")
+    steps_after(shared, "s", "KeyS")
