@@ -15,6 +15,8 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from typing import Any, Final, TextIO
 
+from app.texts import for_terminal
+
 QUIET_S = 10.0
 """A line of one kind comes at most once in this time; the next one says how many were left out."""
 
@@ -25,13 +27,8 @@ MAX_CHARACTERS: Final = 2_000
 """Longest text of a line, before it is escaped; of a traceback ten times as much."""
 
 
-def escaped(text: str, keep: str = "") -> str:
-    """A text in which no character does anything to a terminal, but for those of ``keep``."""
-    return "".join(c if c.isprintable() or c in keep else _escape(c) for c in text)
-
-
-def _escape(character: str) -> str:
-    return character.encode("unicode_escape").decode("ascii")
+def _in_one_line(text: str) -> str:
+    return for_terminal(text).replace("\n", "\\n").replace("\t", "\\t")
 
 
 def _shortened(text: str, most: int) -> str:
@@ -43,11 +40,11 @@ class Plain(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """The text of a record."""
-        text = escaped(_shortened(record.getMessage(), MAX_CHARACTERS))
+        text = _in_one_line(_shortened(record.getMessage(), MAX_CHARACTERS))
         if record.exc_info:
             trace = self.formatException(record.exc_info)
             # Its end says most.
-            trace = escaped(trace[-10 * MAX_CHARACTERS :], keep="\n")
+            trace = for_terminal(trace[-10 * MAX_CHARACTERS :])
             text = f"{text}\n{trace}"
         return text
 
