@@ -42,7 +42,7 @@ def test_nothing_reaches_the_terminal_raw(written: io.StringIO) -> None:
 
 
 def test_half_a_character_is_no_obstacle() -> None:
-    # Not logged for real: whoever else listens, as a test's runner does, may not be able to take it.
+    # Not logged for real: others who listen, as a test runner does, may not be able to take it.
     record = logging.LogRecord("a", logging.WARNING, "b.py", 1, "a file %s", ("\ud800",), None)
     assert Plain().format(record) == "a file \ufffd"
 
