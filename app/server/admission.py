@@ -152,7 +152,12 @@ class _Desk:
         content = message.content
         if message.kind is wire.ViewerCameraMessage:
             pace.take_value(wire.ViewerCameraMessage, message, now_s, apart=True)
-        elif message.kind is wire.GuiUpdateMessage and self._has_value(content.uuid):
+        elif (
+            message.kind is wire.GuiUpdateMessage
+            and self._has_value(content.uuid)
+            # A text that is finished counts, though its keystrokes may come once more behind it.
+            and not _is_finished_text(content.updates.get("value"))
+        ):
             pace.take_value(content.uuid, message, now_s)
         elif message.kind is wire.CommandTriggerMessage and self._is_command(content.uuid):
             pace.take_press(content.uuid, message, now_s)
@@ -360,6 +365,11 @@ RULES: Final[dict[type[wire.Message], Callable[[_Desk, Any], bool]]] = {
     wire.FileTransferPart: _Desk._upload_part,
 }
 """Everything that viser's page sends by itself, but for the requests for a share tunnel."""
+
+
+def _is_finished_text(value: object) -> bool:
+    return isinstance(value, str) and value.endswith("\n")
+
 
 _MESSAGES_BEFORE_THE_FIRST_PICTURE: Final = (
     wire.ViewerCameraMessage,  # makes it a client, in viser's eyes

@@ -29,7 +29,7 @@ from app import presets
 from app.lab import Lab
 from app.layers import LAYERS, Extras
 from app.look import Look
-from app.session import Request, Session, Status, TrialOnce
+from app.session import MOST_WAITING, Request, Session, Status, TrialOnce
 from learners.spec import RunSpec
 
 PATIENCE_S = 30.0
@@ -99,8 +99,12 @@ class LiveLab:
 
     def go_to_trial(self, trial: int) -> Status:
         """Learn, and stand still at the start of a trial."""
-        now = self.session.status.snapshot.trial
-        return self.ask(*[TrialOnce()] * (trial - now))
+        status = self.session.status
+        while status.snapshot.trial < trial:
+            # A session takes only so many requests at a time.
+            ahead = min(trial - status.snapshot.trial, MOST_WAITING)
+            status = self.ask(*[TrialOnce()] * ahead)
+        return status
 
     def wait_for(self, condition: Callable[[Status], bool]) -> Status:
         """The first status that meets a condition."""

@@ -644,7 +644,7 @@ def test_the_preset_shown_is_that_of_the_run_even_if_its_list_was_touched(
 ) -> None:
     live = start_lab(preset_of("hierarchical_2"))
     screen = open_page(live)
-    monkeypatch.setattr(widgets, "_TOUCHED_S", math.inf)
+    monkeypatch.setattr(widgets, "TOUCHED_S", math.inf)
     live.ask(StartAgain(preset_of("standard_q"), "standard_q", 5))
     expect(screen.headline).to_contain_text("Nine moves, no skills")
     expect(screen.field("Preset")).to_have_value("standard_q")

@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 
 from app import presets, report
 from sim.world import CAPTURE
-from tests.test_readout import add_run, new_folder
+from tests.test_readout import add_run, new_folder, seal
 
 A4_WIDTH = 720
 """Pixels of A4 portrait within its margins."""
@@ -40,6 +40,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for number in range(2):
             label = f"{number} {'long ' * 8}{'unbreakable' * 4}"
             add_run(folder, seed, variant=label, overrides={"x": number}, **values, **counts)
+    seal(folder)
     return report.write_report([folder], None, False).page
 
 

@@ -216,3 +216,14 @@ def test_failures_of_callbacks_are_told_and_logged_as_texts(
         callbacks.guarded(fail)(client)
     assert max(len(record.getMessage()) for record in caplog.records) < 400
     assert lab.hears(page)
+
+
+def test_a_text_that_is_finished_is_taken_though_its_keystrokes_come_behind_it(lab: Lab) -> None:
+    seen: list[str] = []
+    text = lab.server.gui.add_text("Number", "")
+    text.on_update(lambda event: seen.append(event.target.value))
+    page, _ = lab.page()
+    for value in ("14", "14.0", "14.000", "14.000\n", "14.000"):
+        page.set(text, value)
+    assert lab.hears(page)
+    assert "14.000\n" in seen
