@@ -31,7 +31,7 @@ from app.inspector import Inspector
 from app.layers import Extras, SuccessMap
 from app.logs import sparing_log
 from app.look import Look
-from app.machine import give_back_memory, share_memory
+from app.machine import give_back_memory, share_among_threads
 from app.opening import open_in_browser
 from app.planner import Planner, PresetButtons, show_problems
 from app.readings import Readings, Texts, clock_html
@@ -60,6 +60,8 @@ _LEAST_PAUSE = 2.0
 """From the beginning of a frame to that of the next, as a multiple of what it took to draw: where
 there is much to draw there are fewer frames, and there is always time for clicks."""
 _READINGS_S = 0.25
+_READINGS_APART_S = 1 / 32
+"""Pause between the readings of two browsers on average: many are told less often."""
 _FAREWELL_S = 2.0
 _TIDY_S = 10.0
 """How often memory is given back at most."""
@@ -136,7 +138,7 @@ class Browser:
         frame, self._seen = stage.frame_since(self._seen), stage.now
         return frame
 
-    def update(self, texts: Texts, clock: str, now_s: float) -> None:
+    def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:
         """Show a moment beside the board: what was asked for at once, the rest now and then."""
         success = texts.extras.success
         outcomes = None
@@ -144,7 +146,7 @@ class Browser:
             outcomes = success.outcomes
         self._inspector.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
-        if now_s - self._read_at >= _READINGS_S:
+        if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
             self._read_at = now_s
 
@@ -171,6 +173,7 @@ class Lab:
         Raises:
             OSError: the host is not an address of this machine, or no port is free.
         """
+        share_among_threads()
         self.session = session
         self.save_dir = save_dir
         self.calls = Calls()
@@ -374,6 +377,7 @@ class Lab:
         for browser, look in looks.items():
             if browser.pulse.is_ready(now_s):
                 ready.setdefault(look, []).append(browser)
+        every_s = max(_READINGS_S, _READINGS_APART_S * len(browsers))
         frames = []
         for look, here in ready.items():
             exhibit = self.gallery.of(status, look)
@@ -383,7 +387,8 @@ class Lab:
                 if frame is not None:
                     frames.append((browser.pulse, frame))
                 reading = browser.pulse.reading(now_s, self._drawing.share)
-                browser.update(texts, clock_html(reading, status, len(browsers)), now_s)
+                clock = clock_html(reading, status, len(browsers))
+                browser.update(texts, clock, every_s, now_s)
         send(self.server, frames, now_s)
         self.gallery.keep(looks.values())
 
@@ -411,7 +416,6 @@ def run_lab(
     Raises:
         ListenError: the host is not an address of this machine, or no port is free.
     """
-    share_memory()
     with watched() as ending:
         session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
         try:

@@ -33,18 +33,27 @@ def resident_mb() -> float:
     return most / 1e6 if sys.platform == "darwin" else most / 1e3
 
 
-_M_ARENA_MAX = -8
+_SWITCH_S = 0.001
+"""For so long a thread may hold the interpreter while others wait for it."""
+_M_ARENA_MAX, _ARENAS = -8, 2
 """Of ``mallopt`` of the GNU C library: from how many places threads may be given memory."""
-_ARENAS = 2
+_M_MMAP_THRESHOLD, _LARGE = -3, 2**20
+"""Of the same: what has so many bytes, as the log of a run, has a place of its own, and leaves none
+when it goes."""
 
 
-def share_memory() -> None:
-    """Let all threads take memory from the same places, where the C library can be told so.
+def share_among_threads() -> None:
+    """Let many threads of this process get along.
 
-    Otherwise each of many threads keeps for itself what it once needed.
+    The learner needs the interpreter for a moment after each slice, and would wait as long for it
+    as the slice took. And all take memory from the same places, where the C library can be told so;
+    otherwise each would keep for itself what it once needed.
     """
+    sys.setswitchinterval(_SWITCH_S)
     with contextlib.suppress(OSError, AttributeError):
-        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, _ARENAS)
+        library = ctypes.CDLL(None)
+        library.mallopt(_M_ARENA_MAX, _ARENAS)
+        library.mallopt(_M_MMAP_THRESHOLD, _LARGE)
 
 
 def give_back_memory() -> None:

@@ -11,7 +11,7 @@ import subprocess
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.machine import resident_mb, share_memory
+from app.machine import resident_mb
 from app.session import Session, StartAgain
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate
 from learners.spec import MAX_TRIALS, RunSpec
@@ -37,7 +37,6 @@ def measure_load(
         learner's rate as a share of that beside one page, the median; the most memory that the lab
         held, in MB.
     """
-    share_memory()
     spec = spec.model_copy(update={"trials": TRIALS})
     took_ms: list[float] = []
     shares = []
@@ -50,8 +49,9 @@ def measure_load(
                 with clients_of(lab, n) as readers:
                     rates.append(page_rate(session, spec, preset, 0))
                     if n == n_pages:
-                        took_ms += _clicks(session, spec, preset, readers)
+                        # Before the clicks, whose runs have logs for more trials than any preset.
                         most_mb = max(most_mb, resident_mb())
+                        took_ms += _clicks(session, spec, preset, readers)
             shares.append(rates[1] / rates[0])
     took_ms.sort()
     return {
