@@ -155,7 +155,7 @@ def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: 
                 outcome = run_experiment(experiment, folder, crew, on_progress)
             said = _report(command, experiment, folder, outcome)
         except FolderError as error:
-            complain(f"{shown(str(folder.path))} {error}")
+            complain(f"{shown(as_text(folder.path))} {error}")
             return EXIT_FAILED
         except CrewError as error:
             complain(f"{shown(command.cluster)} {error}" if command.cluster else str(error))
@@ -164,7 +164,8 @@ def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: 
             said, code = ended_by(ending)
             # Where it was the terminal that went, there is nobody to tell.
             with contextlib.suppress(OSError):
-                complain(f"{said}; what is finished is in {folder.path}, and --resume goes on")
+                where = as_text(folder.path)
+                complain(f"{said}; what is finished is in {where}, and --resume goes on")
             return code
     say(said)
     return EXIT_FAILED if outcome.failed else EXIT_OK
@@ -177,7 +178,7 @@ def _say_lost(folder: "Folder") -> None:
     lost = folder.lost()
     if lost:
         runs = counted(len(lost), "run")
-        complain(f"the arrays of {runs} in {folder.path} are damaged or gone: made again")
+        complain(f"the arrays of {runs} in {as_text(folder.path)} are damaged or gone: made again")
 
 
 def _is_address(text: str) -> bool:
@@ -284,7 +285,7 @@ def _report(
     lines = [
         f"{experiment.name}: {outcome.done:,} of {outcome.total:,} runs done,"
         f" {in_short(outcome.steps)} steps in {_lasting(outcome.seconds)}",
-        f"results in {folder.path}",
+        f"results in {as_text(folder.path)}",
     ]
     if outcome.failed:
         lines.append(f"{outcome.failed:,} runs failed; the first: {folder.first_error()}")
