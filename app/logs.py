@@ -7,6 +7,7 @@ sends would bury everything else.
 
 import contextlib
 import logging
+import math
 import sys
 import threading
 import time
@@ -77,7 +78,7 @@ class Sparing(logging.StreamHandler[Any]):
         kind = self._kinds.pop(key, None)
         if kind is None:
             self._forget_one()
-            kind = _Kind(now_s - QUIET_S)
+            kind = _Kind(-math.inf)
         self._kinds[key] = kind
         if now_s - kind.said_s < QUIET_S:
             kind.left_out += 1

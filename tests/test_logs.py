@@ -86,7 +86,11 @@ def test_the_rest_is_said_though_nothing_follows(monkeypatch: pytest.MonkeyPatch
         for _ in range(3):
             log.warning("again")
         assert said.wait(10)
-    assert terminal.getvalue() == "again\n… and 2 more, the last: again\n"
+    lines = terminal.getvalue().splitlines()
+    counts = [int(line.split()[2]) for line in lines if line.startswith("… and ")]
+    # On a slow machine the second may be due for a line of its own.
+    assert lines[0] == "again"
+    assert lines.count("again") + sum(counts) == 3
 
 
 def test_after_a_while_a_line_is_said_again(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,7 +31,9 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for preset in LEARNERS:
             spec = presets.load(preset)
             file = folder / "arrays" / f"k{len(list((folder / 'arrays').iterdir()))}.npz"
-            add_run(folder, seed, preset, settings=spec.model_dump_json(), **values, **counts)
+            lasted = {"trials": spec.trials, "steps": 50 * spec.trials}
+            settings = spec.model_dump_json()
+            add_run(folder, seed, preset, settings=settings, **lasted, **values, **counts)
             log = {
                 "outcome": np.full(spec.trials, CAPTURE, np.int8),
                 "steps": np.full(spec.trials, 50, np.int32),

@@ -221,7 +221,12 @@ def test_failures_of_callbacks_are_told_and_logged_as_texts(
 def test_a_text_that_is_finished_is_taken_though_its_keystrokes_come_behind_it(lab: Lab) -> None:
     seen: list[str] = []
     text = lab.server.gui.add_text("Number", "")
-    text.on_update(lambda event: seen.append(event.target.value))
+
+    @text.on_update
+    async def _(event: viser.GuiEvent[viser.GuiTextHandle]) -> None:
+        # On the event loop: in a thread it might be read after the next one has come.
+        seen.append(event.target.value)
+
     page, _ = lab.page()
     for value in ("14", "14.0", "14.000", "14.000\n", "14.000"):
         page.set(text, value)
