@@ -606,6 +606,7 @@ def test_the_lab_is_the_default(
             "results": Path("results"),
             "names": [],
             "token": None,
+            "log_level": 30,
         }
     ]
 
@@ -700,6 +701,31 @@ def test_a_token_that_cannot_be_used_is_refused_and_not_repeated(
     assert out == ""
     assert err.startswith("POUNCE_TOKEN: its value is not allowed; allowed: 12 to 200")
     assert not token or token not in err
+    assert opened == []
+
+
+@pytest.mark.parametrize(
+    ("words", "level"), [((), 30), (("--log-level", "debug"), 10), (("--log-level", "ERROR"), 40)]
+)
+def test_the_lab_says_as_much_as_it_is_told_to(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+    level: int,
+) -> None:
+    answer(capsys, "lab", *words)
+    assert opened[0]["log_level"] == level
+
+
+@pytest.mark.parametrize("level", ["", "loud", "10"])
+def test_a_log_level_that_there_is_not_is_refused(
+    opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], level: str
+) -> None:
+    assert main.main(["lab", "--log-level", level]) == 2
+    assert capsys.readouterr() == (
+        "",
+        f"--log-level: {level!r} is not allowed; allowed: debug, info, warning, error\n",
+    )
     assert opened == []
 
 
