@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.experiments import archive, store, table
 from app.documents import experiments, presets
-from app.results import read, thesis
-from app.metrics import NAMES
+from app.experiments import archive, store, table
 from app.experiments.table import SCHEMA_VERSION
+from app.metrics import NAMES
+from app.results import read, thesis
 from sim.world import CAPTURE, FLIGHT
 
 N_TRIALS = 300
