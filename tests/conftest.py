@@ -1,7 +1,6 @@
 """What all tests share: where the browser is, and how patient property-based tests are."""
 
 import os
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -9,15 +8,7 @@ import pytest
 from hypothesis import settings
 
 from app.experiments import task
-
-BROWSER_NAMES = (
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-    "google-chrome-stable",
-    "chrome",
-)
-"""Programs to look for, in this order, where the environment variable CHROMIUM names none."""
+from app.util.opening import CHROMIUM_ADVICE, find_chromium
 
 BROWSER_ARGS = (
     "--no-sandbox",
@@ -48,25 +39,18 @@ settings.register_profile("search", deadline=None, max_examples=5_000)
 settings.load_profile("pounce")
 
 
-def find_browser() -> str | None:
-    """Path of the browser to drive, None if there is none."""
-    wanted = os.environ.get("CHROMIUM")
-    names = (wanted,) if wanted else BROWSER_NAMES
-    return next((path for name in names if (path := shutil.which(name))), None)
-
-
 def advice() -> str:
     """How to get a browser."""
     wanted = os.environ.get("CHROMIUM")
     if wanted:
         return f"CHROMIUM is {wanted!r}, which is no program that can be run."
-    return "No browser: install the package `chromium`, or set CHROMIUM to the path of one."
+    return f"No browser: {CHROMIUM_ADVICE}."
 
 
 @pytest.fixture(scope="session")
 def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[str, Any]:
     """Launch the system's browser; without one, browser tests skip, or fail where CI is set."""
-    path = find_browser()
+    path = find_chromium()
     if path is None:
         if os.environ.get("CI"):
             pytest.fail(advice(), pytrace=False)

@@ -118,7 +118,8 @@ def test_help_comes_without_what_takes_long_to_import(argument: str) -> None:
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
-    assert answer(capsys, "--version") == f"pounce {__version__}\n"
+    for option in ("--version", "-V"):
+        assert answer(capsys, option) == f"pounce {__version__}\n"
 
 
 # --- pounce run ----------------------------------------------------------------------------------
@@ -408,12 +409,12 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
         " (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
         " (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),
