@@ -27,7 +27,7 @@ from app.experiments import Experiment, Variant, parse
 from app.laboratory import Switch, Threads, run_experiment
 from app.replicate import FAILED, tasks_of
 from app.results import Folder, version
-from tests.test_experiments import rows
+from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parent.parent
 LONG_S = 60

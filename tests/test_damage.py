@@ -23,7 +23,7 @@ from app.laboratory import Threads, run_experiment
 from app.readout import DamagedError, Reader, ResultsError, RunRow
 from app.results import Folder, FolderError, finished_in, goes_on
 from app.workbench import Standing, Workbench
-from tests.test_readout import seal
+from tests.support.folders import seal
 
 TEXT = """
 presets: [timed, standard_q]

@@ -29,8 +29,8 @@ from app.markup import Page
 from app.readout import ResultsError, read_folder
 from app.report import _write_all
 from app.results import Folder, FolderError, finished_in, goes_on
-from tests.faults import built
-from tests.test_results import KILLED_IN_A_COMMIT
+from tests.support.faults import built
+from tests.support.folders import KILLED_IN_A_COMMIT
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 60\nseeds: 2\n"
@@ -75,7 +75,7 @@ class Warm:
         first = ("experiment", "e.yaml", "--out", "first")
         self.folder = folder
         self._program = subprocess.Popen(
-            [sys.executable, "-m", "tests.faults.warm", str(library), *first],
+            [sys.executable, "-m", "tests.support.faults.warm", str(library), *first],
             cwd=folder,
             env=os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": str(ROOT)},
             stdin=subprocess.PIPE,

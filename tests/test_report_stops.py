@@ -12,8 +12,8 @@ from app.experiments import parse
 from app.laboratory import Threads, run_experiment
 from app.results import Folder
 from sim.world import CAPTURE, FLIGHT
-from tests.test_readout import N_TRIALS, add_arrays, add_run, new_folder, seal
-from tests.test_report import page_of, pictures_of, table_of, text_of
+from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, seal
+from tests.support.reports import page_of, pictures_of, table_of, text_of
 
 STOP = {"success": 0.5, "trials": 100, "every": 100}
 

@@ -12,8 +12,7 @@ from app.experiments import Experiment
 from app.gathered import RunFact
 from app.results_files import drawing_of
 from app.results_view import View
-from tests.test_charts import PLANE, THESIS, experiment_of, some_runs
-from tests.test_results_view import filled
+from tests.support.runs import PLANE, THESIS, experiment_of, filled, some_runs
 
 
 def rows_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> list[dict[str, str]]:

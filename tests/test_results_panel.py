@@ -20,8 +20,7 @@ from app.laboratory import Progress
 from app.results_panel import ResultsPanel, panel_size, resized, window_html
 from app.server.calls import Calls
 from app.workbench import Standing
-from tests.test_charts import THESIS, experiment_of, fact
-from tests.test_results_view import filled
+from tests.support.runs import THESIS, experiment_of, fact, filled
 
 PATIENCE_S = 60.0
 EXPERIMENT = experiment_of(THESIS)

@@ -22,14 +22,8 @@ from learners import greedy
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
 from learners.spec import EpisodeSpec, SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
-from tests.browser.conftest import (
-    LiveLab,
-    OpenPage,
-    Screen,
-    StartLab,
-    arriving,
-    preset_of,
-)
+from tests.support.live import LiveLab, preset_of
+from tests.support.screen import OpenPage, Screen, StartLab, arriving
 
 LEARNED = 1_000
 """Trials after which two skills know enough of the small world for each layer to differ."""

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from app import keys
 from app.keys import KEYS
 from learners.commands import SetParameter
-from tests.browser.conftest import Shared
+from tests.support.screen import Shared
 
 CAMERA = """() => {
     const { position, quaternion } = window.__viserMutable.camera;

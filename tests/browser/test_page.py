@@ -32,17 +32,10 @@ from app.snapshot import Snapshot
 from learners.run import Episode, Run
 from sim import geometry
 from sim.rng import MAX_SEED
-from tests.browser.conftest import (
-    PATIENCE_S,
-    LiveLab,
-    OpenPage,
-    StartLab,
-    colours_in,
-    picture,
-    preset_of,
-)
-from tests.server.support import CAMERA
-from tests.server.support import Page as Visitor
+from tests.support.live import PATIENCE_S, LiveLab, preset_of
+from tests.support.screen import OpenPage, StartLab, colours_in, picture
+from tests.support.server import CAMERA
+from tests.support.server import Page as Visitor
 
 ROOT = Path(__file__).resolve().parents[2]
 LEARNED = 2_000

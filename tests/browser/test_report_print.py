@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 
 from app import presets, report
 from sim.world import CAPTURE
-from tests.test_readout import add_run, new_folder, seal
+from tests.support.folders import add_run, new_folder, seal
 
 A4_WIDTH = 720
 """Pixels of A4 portrait within its margins."""

@@ -1,6 +1,6 @@
 """The schedule's panel in a real browser, on screens of several sizes."""
 
-from tests.browser.conftest import OpenPage, StartLab
+from tests.support.screen import OpenPage, StartLab
 
 IS_BETWEEN_THE_SIDE_PANELS = """() => {
     const side = edge => document.querySelector(`[data-dock-region=${edge}]`)

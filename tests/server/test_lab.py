@@ -14,7 +14,7 @@ from app import presets
 from app.lab import Lab
 from app.logs import sparing_log
 from app.session import Session
-from tests.server.support import CAMERA, PATIENCE_S, Page, is_update
+from tests.support.server import CAMERA, PATIENCE_S, Page, is_update
 
 SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
 
