@@ -1,13 +1,14 @@
 """Labs in this process, and pages in a real browser that look at them."""
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
 from learners.spec import RunSpec
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
-from tests.support.screen import VIEWPORT, OpenPage, Screen, Shared, StartLab
+from tests.support.screen import VIEWPORT, Begin, OpenPage, Screen, Shared, StartLab
 
 
 @pytest.fixture
@@ -48,18 +49,69 @@ def open_page(
     assert [complaint for screen in screens for complaint in screen.complaints] == []
 
 
+class Stage:
+    """The lab and the page that the tests of a file use one after the other."""
+
+    def __init__(self, browser: Browser, folder: Callable[[], Path]) -> None:
+        self._browser, self._folder = browser, folder
+        self._shared: Shared | None = None
+
+    @property
+    def shared(self) -> Shared:
+        """Both as the test before has left them; at trial 100 if there was none."""
+        if self._shared is None:
+            expect.set_options(timeout=PATIENCE_S * 1000)
+            live = LiveLab(preset_of(), 20_000.0, self._folder())
+            live.go_to_trial(100)
+            context = self._browser.new_context(viewport=VIEWPORT)
+            context.set_default_timeout(PATIENCE_S * 1000)
+            context.grant_permissions(["clipboard-read", "clipboard-write"])
+            self._shared = Shared(live, Screen(context.new_page()))
+            self._shared.screen.open(live)
+        return self._shared
+
+    def begin(
+        self, preset: str = "timed", *settings: str, trial: int = 0, speed: float = 20_000.0
+    ) -> Shared:
+        """Both as new ones would be: paused at the beginning of a trial of another run."""
+        live, screen = self.shared
+        live.begin(preset, *settings, speed=speed, results=self._folder())
+        live.go_to_trial(trial)
+        screen.tidy()
+        expect(screen.reading("Trial")).to_have_text(f"{trial:,}")
+        expect(screen.reading("Viewers")).to_have_text("1")
+        screen.expect_cell_colours(live.colours())
+        return self.shared
+
+    def close(self) -> None:
+        """End both."""
+        if self._shared is not None:
+            self._shared.screen.page.context.close()
+            self._shared.live.close()
+            self._shared = None
+
+
 @pytest.fixture(scope="module")
-def shared(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
-    """One lab and one page for a file; the page may log no error."""
-    expect.set_options(timeout=PATIENCE_S * 1000)
-    live = LiveLab(preset_of(), 20_000.0, tmp_path_factory.mktemp("lab") / "results")
-    live.go_to_trial(100)
-    context = browser.new_context(viewport=VIEWPORT)
-    context.set_default_timeout(PATIENCE_S * 1000)
-    context.grant_permissions(["clipboard-read", "clipboard-write"])
-    screen = Screen(context.new_page())
-    screen.open(live)
-    yield Shared(live, screen)
-    context.close()
-    live.close()
-    assert screen.complaints == []
+def stage(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+    """A lab and a page for a file, opened when they are needed."""
+    stage = Stage(browser, lambda: tmp_path_factory.mktemp("lab") / "results")
+    yield stage
+    stage.close()
+
+
+@pytest.fixture
+def shared(stage: Stage, request: pytest.FixtureRequest) -> Iterator[Shared]:
+    """A lab and a page as the test before has left them; the page may log no error."""
+    failures = request.session.testsfailed
+    yield stage.shared
+    if request.session.testsfailed > failures:
+        # Whatever state it has left them in, it is not the next test that fails for it.
+        stage.close()
+    else:
+        assert stage.shared.screen.complaints == []
+
+
+@pytest.fixture
+def begin(stage: Stage, shared: Shared) -> Begin:
+    """Has the lab and the page of the file begin as new ones, each time that it is called."""
+    return stage.begin

@@ -20,7 +20,7 @@ from app.results_view import Size
 from app.session import Opened, Play, SetSpeed
 from learners.commands import Introduce
 from tests.support.live import SMALL, LiveLab, preset_of, small_experiment
-from tests.support.screen import OpenPage, Screen, StartLab, picture
+from tests.support.screen import Begin, OpenPage, Screen, StartLab, picture
 
 ROWS_PER_PAGE = Size().rows
 """Of the table, in a window of the usual size."""
@@ -178,11 +178,8 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     assert len(rows_in(standing.folder)) == 6
 
 
-def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
-    screen = open_page(live)
+def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) -> None:
+    live, screen = begin()
     screen.turn_to("File")
     screen.upload("Load experiment", "long.yaml", LONG)
     expect(screen.text("long is chosen under Experiments.")).to_be_visible()
@@ -225,7 +222,7 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
 
 
 def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
-    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     measured = replicate.measured
 
@@ -235,9 +232,8 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
         return measured(run, metrics)
 
     monkeypatch.setattr(replicate, "measured", fail)
-    live = start_lab()
+    live, screen = begin()
     live.run_to_end(small_experiment(SMALL.replace(", standard_q", ""), n_seeds=3))
-    screen = open_page(live)
     screen.show_results()
     expect(listed(screen)).to_have_count(3)
     row = listed(screen).nth(1)
@@ -256,14 +252,11 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
 # Opening a run ------------------------------------------------------------------------------
 
 
-def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=20)
+def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(begin: Begin) -> None:
+    live, screen = begin(trial=20)
     experiment = small_experiment(n_seeds=3)
     standing = live.run_to_end(experiment)
     found = {(row.variant, row.seed): row for row in rows_in(standing.folder)}
-    screen = open_page(live)
     screen.show_results()
     row = listed(screen).nth(4)
     expect(row.locator("td").first).to_have_text("standard_q")
@@ -303,16 +296,14 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
 # Looking ------------------------------------------------------------------------------------
 
 
-def test_each_browser_has_its_own_view_of_the_results(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
+def test_each_browser_has_its_own_view_of_the_results(begin: Begin, open_page: OpenPage) -> None:
+    live, screen = begin()
     # So many that they take a second page.
     n_runs = 2 * (ROWS_PER_PAGE // 2 + 1)
     seeds = [str(seed) for seed in range(n_runs // 2)]
     standing = live.run_to_end(small_experiment(n_seeds=len(seeds)))
     digests = sorted(row.digest[:8] for row in rows_in(standing.folder))
-    screen, other = open_page(live), open_page(live)
+    other = open_page(live)
     for each in (screen, other):
         each.show_results()
         expect(column(each, "seed")).to_have_text((2 * seeds)[:ROWS_PER_PAGE])
@@ -355,12 +346,9 @@ def test_each_browser_has_its_own_view_of_the_results(
     assert secrets[0] != secrets[1]
 
 
-def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
+def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(begin: Begin) -> None:
+    live, screen = begin()
     live.run_to_end(small_experiment(n_seeds=8))
-    screen = open_page(live)
     screen.show_results()
     expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
     chart = screen.results.locator("svg[role=group]")
@@ -382,10 +370,9 @@ def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(
         thing.click(trial=True)
 
 
-def test_runs_and_charts_can_be_kept_as_files(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab()
+def test_runs_and_charts_can_be_kept_as_files(begin: Begin) -> None:
+    live, screen = begin()
     standing = live.run_to_end(small_experiment(n_seeds=2))
-    screen = open_page(live)
     screen.show_results()
     table = csv.DictReader(io.StringIO(saved(screen, "Runs as CSV", "small_runs.csv").decode()))
     assert list(table.fieldnames or ()) == list(COLUMNS)
@@ -441,9 +428,7 @@ def expect_picture(png: bytes) -> None:
 # Loading ------------------------------------------------------------------------------------
 
 
-def test_a_wrong_experiment_is_refused_with_all_its_problems(
-    start_lab: StartLab, open_page: OpenPage, tmp_path: Path
-) -> None:
+def test_a_wrong_experiment_is_refused_with_all_its_problems(begin: Begin, tmp_path: Path) -> None:
     private = tmp_path / "private.yaml"
     private.write_text("password: 4711\n")
     wrong = f"presets: [timed]\ngrid: {{learner.epsilon: [4]}}\nseeds: 0\n'{HOSTILE}': 1\n"
@@ -453,8 +438,12 @@ def test_a_wrong_experiment_is_refused_with_all_its_problems(
         f"'{HOSTILE}': value 1: is not a known",
     )
     nosy = f"presets: [{private}, {{label: mine, preset: {{extends: {private}}}}}]\n"
-    live = start_lab()
-    screen = open_page(live)
+    _, screen = begin()
+    screen.turn_to("Experiments")
+    screen.choose("Experiment", THIS_SESSION)
+    screen.field("Experiment").click()
+    offered = screen.page.get_by_role("option").all_inner_texts()
+    screen.page.keyboard.press("Escape")
     screen.turn_to("File")
     for text, found in ((wrong, problems), (nosy, ("is not a shipped preset",))):
         screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
@@ -469,18 +458,15 @@ def test_a_wrong_experiment_is_refused_with_all_its_problems(
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(THIS_SESSION)
     screen.field("Experiment").click()
-    expect(screen.page.get_by_role("option")).to_have_text([THIS_SESSION, *experiments.shipped()])
+    expect(screen.page.get_by_role("option")).to_have_text(offered)
 
 
-def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
+def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> None:
     text = (
         f"description: '{HOSTILE} about'\npresets:\n  - {{label: '{HOSTILE} label', preset: timed}}"
         "\nset: {world.size: 30}\ntrials: 60\nseeds: [11, 12]\n"
     )
-    live = start_lab()
-    screen = open_page(live)
+    live, screen = begin()
     screen.turn_to("File")
     screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
     name = "img_src_x_onerror_alert_1_"
@@ -508,10 +494,9 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(
 
 
 def test_no_name_of_a_file_leads_out_of_the_results_or_hides_another_experiment(
-    start_lab: StartLab, open_page: OpenPage
+    begin: Begin,
 ) -> None:
-    live = start_lab()
-    screen = open_page(live)
+    live, screen = begin()
     names = {
         f"{THIS_SESSION}.yaml": "This_session_s_schedule",
         "figure_4_1.yaml": "figure_4_1_loaded",

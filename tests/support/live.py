@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +12,19 @@ from app.experiments import Experiment
 from app.lab import Lab
 from app.layers import LAYERS, Extras
 from app.look import Look
-from app.session import MOST_WAITING, Request, Session, Status, TrialOnce
+from app.session import (
+    MOST_WAITING,
+    Pause,
+    Request,
+    Session,
+    SetSpeed,
+    StartAgain,
+    Status,
+    TrialOnce,
+)
 from app.workbench import Standing
 from learners.spec import RunSpec
+from tests.support.person import Person
 
 PATIENCE_S = 30.0
 """How long to wait for what must happen; reaching it is a failure."""
@@ -64,6 +75,11 @@ class LiveLab:
         ticket = max(self.session.submit(request) for request in requests)
         return self.wait_for(lambda status: status.answered >= ticket)
 
+    def begin(self, preset: str, *settings: str, speed: float, results: Path) -> None:
+        """Another run from its beginning, in which nothing was done; paused."""
+        self.ask(StartAgain(preset_of(preset, *settings), preset, SEED), Pause(), SetSpeed(speed))
+        self.results = self.lab.bench.root = results
+
     def go_to_trial(self, trial: int) -> Status:
         """Learn, and stand still at the start of a trial."""
         status = self.session.status
@@ -82,6 +98,14 @@ class LiveLab:
         look = look or Look()
         picture = LAYERS[look.layer].paint(self.session.status.snapshot, look, Extras())
         return picture.colours
+
+    def look_of(self, browser: int = 0) -> Look:
+        """How the browser that came first, second, ... wants to see the board."""
+        return list(self.lab._browsers.values())[browser].readings.look
+
+    def widget(self, label: str) -> Any:
+        """What all browsers share, by its label, as the server has it."""
+        return Person(self.lab.server.gui).widget(label)
 
     def run_to_end(self, experiment: Experiment) -> Standing:
         """Run an experiment, and wait until it is over."""

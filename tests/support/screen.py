@@ -38,6 +38,9 @@ _HAS_COLOURS = """colours => {
     return shown?.length === colours.length && shown.every((part, i) => part === colours[i]);
 }"""
 
+_PUT_NOTICES_AWAY = """() => document.querySelectorAll(".mantine-Notification-closeButton")
+    .forEach(button => button.click())"""
+
 _PROJECT = """index => {
     const { camera, canvas, nodeRefFromName } = window.__viserMutable;
     const props = window.__viserSceneTree.getState()["/board/cells"].message.props;
@@ -77,6 +80,22 @@ class Screen:
         notice = self.page.get_by_role("alert").filter(has_text="Software WebGL")
         notice.get_by_role("button").click()
         expect(notice).to_have_count(0)
+
+    def tidy(self) -> None:
+        """Put away what is open, and show what a page shows at first."""
+        if self.page.viewport_size != VIEWPORT:
+            self.page.set_viewport_size(VIEWPORT)
+        self.page.evaluate(_PUT_NOTICES_AWAY)
+        self.page.mouse.move(0, 0)
+        dialog = self.page.get_by_role("dialog")
+        if dialog.count():
+            self.page.keyboard.press("Escape")
+            expect(dialog).to_have_count(0)
+        if self.results.is_visible():
+            self.click("Close")
+            expect(self.results).to_be_hidden()
+        self.turn_to("Now")
+        self.turn_to("Run")
 
     # Reading
 
@@ -148,6 +167,10 @@ class Screen:
         """A field to type into, or a list to choose from, by its label."""
         return self.page.get_by_label(label, exact=True).and_(self.page.locator("input"))
 
+    def click(self, name: str) -> None:
+        """Click on a button."""
+        self.button(name).click()
+
     def turn_to(self, tab: str) -> None:
         """Turn to another tab."""
         self.page.get_by_role("tab", name=tab, exact=True).click()
@@ -208,5 +231,6 @@ class Shared(NamedTuple):
     screen: Screen
 
 
+Begin = Callable[..., Shared]
 StartLab = Callable[..., LiveLab]
 OpenPage = Callable[..., Screen]
