@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from playwright.sync_api import expect, sync_playwright
 
-from app import experiments, presets
+from app.documents import experiments, presets
 from tests.support.browser import BROWSER_ARGS, find_browser
 from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from app import presets, report
+from app.documents import presets
+from app.report import report
 from sim.world import CAPTURE
 from tests.support.folders import add_run, new_folder, seal
 

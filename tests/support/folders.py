@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from app import archive, presets, results, results_table
+from app.documents import presets
+from app.experiments import archive, store, table
+from app.experiments.table import SCHEMA_VERSION
 from app.metrics import NAMES
-from app.results_table import SCHEMA_VERSION
 from sim.world import CAPTURE, FLIGHT
 
 N_TRIALS = 300
@@ -86,8 +87,8 @@ def add_run(
         introduced=np.array(["approach", "avoid"]),
         **{**pictures([], np.zeros(shape), np.zeros(shape)), **arrays},
     )
-    with contextlib.closing(results_table.connect(folder)) as database:
-        results_table.write(database, {**row, "arrays": checksum_in(folder, key)})
+    with contextlib.closing(table.connect(folder)) as database:
+        table.write(database, {**row, "arrays": checksum_in(folder, key)})
         _note_variant(database, row["variant"])
 
 
@@ -102,14 +103,14 @@ def checksum_in(folder: Path, key: str) -> str:
 
 def seal(folder: Path) -> None:
     """Make all that was changed by hand what pounce itself might have written."""
-    with contextlib.closing(results_table.connect(folder)) as database:
+    with contextlib.closing(table.connect(folder)) as database:
         database.row_factory = sqlite3.Row
         rows = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY rowid")]
         database.row_factory = None
         for row in rows:
             if (folder / "arrays" / f"{row['key']}.npz").exists():
                 row["arrays"] = checksum_in(folder, row["key"])
-        results_table.write(database, *rows)
+        table.write(database, *rows)
 
 
 def _note_variant(database: sqlite3.Connection, label: str) -> None:
@@ -121,7 +122,7 @@ def _note_variant(database: sqlite3.Connection, label: str) -> None:
     runs = database.execute("SELECT DISTINCT variant, overrides FROM runs")
     n_overrides = {variant: len(json.loads(overrides)) for variant, overrides in runs}
     labels = sorted([*labels, label], key=lambda label: (n_overrides.get(label, 0), label))
-    results_table.note(database, variants=json.dumps(labels))
+    table.note(database, variants=json.dumps(labels))
 
 
 def new_folder(
@@ -144,10 +145,10 @@ def new_folder(
         "metrics": json.dumps(metrics),
         **meta,
     }
-    (path / TABLE).write_bytes(results_table.new(values))
+    (path / TABLE).write_bytes(table.new(values))
     if version != str(SCHEMA_VERSION):
-        with contextlib.closing(results_table.connect(path)) as database:
-            results_table.note(database, schema_version=version)
+        with contextlib.closing(table.connect(path)) as database:
+            table.note(database, schema_version=version)
     return path
 
 
@@ -155,7 +156,7 @@ def rows(path: Path) -> list[dict[str, Any]]:
     """All runs of a folder as the table of results has them."""
     database = sqlite3.connect(path / "results.sqlite")
     database.row_factory = sqlite3.Row
-    names = ", ".join(results.COLUMNS)
+    names = ", ".join(store.COLUMNS)
     found = [dict(row) for row in database.execute(f"SELECT {names} FROM runs ORDER BY key")]
     database.close()
     return found

@@ -7,12 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from app import experiments, presets
-from app.experiments import Experiment
-from app.lab import Lab
-from app.layers import LAYERS, Extras
-from app.look import Look
-from app.session import (
+from app.documents import experiments, presets
+from app.documents.experiments import Experiment
+from app.live.session import (
     MOST_WAITING,
     Pause,
     Request,
@@ -22,7 +19,10 @@ from app.session import (
     Status,
     TrialOnce,
 )
-from app.workbench import Standing
+from app.page.lab import Lab
+from app.picture.layers import LAYERS, Extras
+from app.picture.look import Look
+from app.results.service import Standing
 from learners.spec import RunSpec
 from tests.support.person import Person
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from app import report
-from app.results import REPORT_PAGE
+from app.experiments.store import REPORT_PAGE
+from app.report import report
 
 
 def page_of(*folders: Path, compare: bool = False) -> str:

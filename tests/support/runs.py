@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from app import experiments
-from app.archive import packed
-from app.experiments import Experiment
-from app.gathered import Gatherer, Gathering, RunFact
+from app.documents import experiments
+from app.documents.experiments import Experiment
+from app.experiments.archive import packed
 from app.metrics import FINAL_REWARD
+from app.results.gather import Gatherer, Gathering, RunFact
 
 NOTHING = math.nan
 HOSTILE = ('<script>alert("1")</script>', 'it\'s & "quoted"', "Füchse 🦊 \u202eelbat\x07")

@@ -12,14 +12,14 @@ import json
 import os
 import sys
 
-from app import cli
+from app.cli.main import main as pounce
 
 
 def main() -> None:
     """Carry out what comes, until nothing more does."""
     faults = ctypes.CDLL(sys.argv[1])
     with contextlib.redirect_stdout(io.StringIO()):
-        cli.main(sys.argv[2:])
+        pounce(sys.argv[2:])
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     for line in sys.stdin:
@@ -30,7 +30,7 @@ def main() -> None:
             said = io.StringIO()
             faults.fault_set(at, error)
             with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
-                code = cli.main(argv)
+                code = pounce(argv)
             count = faults.fault_count()
             faults.fault_set(0, 0)
             os.write(writing, json.dumps([code, count, said.getvalue()]).encode())
