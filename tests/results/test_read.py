@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.documents import experiments
-from app.experiments import store, table
+from app.experiments import store
 from app.results import read, thesis
 from tests.support.folders import TABLE, add_run, new_folder, pictures
 

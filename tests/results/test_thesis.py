@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.documents import presets
-from app.results import read, thesis, findings, spread
 from app.analysis import estimates
 from app.analysis.estimates import Estimate
+from app.documents import presets
+from app.results import findings, read, spread, thesis
 from app.results.findings import Finding
 from app.results.spread import Region
 from learners import measures
