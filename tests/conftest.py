@@ -1,4 +1,4 @@
-"""What all tests share: where the browser is, and how patient property-based tests are."""
+"""What all tests share: the browser, and how patient property-based tests are."""
 
 import os
 from pathlib import Path
@@ -8,19 +8,8 @@ import pytest
 from hypothesis import settings
 
 from app.experiments import task
-from app.util.opening import CHROMIUM_ADVICE, find_chromium
-
-BROWSER_ARGS = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-component-update",
-    "--disable-sync",
-)
-"""WebGL in software, and a browser that talks to nobody but the page."""
+from app.util.opening import find_chromium
+from tests.support.browser import BROWSER_ARGS, advice
 
 HARMLESS_WARNINGS = (
     # A page may go away between two lines of a frame; what was meant for it is rightly lost.
@@ -37,14 +26,6 @@ settings.register_profile("pounce", deadline=None, derandomize=True, database=No
 # To look for what these do not find: pytest --hypothesis-profile search.
 settings.register_profile("search", deadline=None, max_examples=5_000)
 settings.load_profile("pounce")
-
-
-def advice() -> str:
-    """How to get a browser."""
-    wanted = os.environ.get("CHROMIUM")
-    if wanted:
-        return f"CHROMIUM is {wanted!r}, which is no program that can be run."
-    return f"No browser: {CHROMIUM_ADVICE}."
 
 
 @pytest.fixture(scope="session")

@@ -14,8 +14,9 @@ from playwright.sync_api import expect, sync_playwright
 
 from app.documents import experiments, presets
 from app.util.opening import find_chromium
-from tests.browser.conftest import PATIENCE_S, VIEWPORT, LiveLab, Screen
-from tests.conftest import BROWSER_ARGS
+from tests.support.browser import BROWSER_ARGS
+from tests.support.live import PATIENCE_S, LiveLab
+from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 MOMENTS = {"cone": 6_000, "ring": 13_900, "avoid": 14_900, "converged": 48_000}

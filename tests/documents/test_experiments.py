@@ -34,6 +34,7 @@ from learners.spec import MAX_TRIALS, RunSpec
 from learners.state import digest
 from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
+from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = """
@@ -59,15 +60,6 @@ def carried_out(
 ) -> Outcome:
     with Folder(path, experiment, resume, force) as folder:
         return run_experiment(experiment, folder, Threads(workers))
-
-
-def rows(path: Path) -> list[dict[str, Any]]:
-    database = sqlite3.connect(path / "results.sqlite")
-    database.row_factory = sqlite3.Row
-    names = ", ".join(store.COLUMNS)
-    found = [dict(row) for row in database.execute(f"SELECT {names} FROM runs ORDER BY key")]
-    database.close()
-    return found
 
 
 def lines_of(text: str) -> list[str]:
@@ -1145,9 +1137,10 @@ def test_a_preset_that_has_changed_is_refused(tmp_path: Path) -> None:
 PATIENCE_S = 60.0
 TELLING = """
 import sys
-from app import cli, results
+from app.cli import main
+from app.experiments import store
 
-save = results.Folder.save
+save = store.Folder.save
 
 
 def told(folder, key, arrays):
@@ -1155,8 +1148,8 @@ def told(folder, key, arrays):
     print("a run is over", flush=True)
 
 
-results.Folder.save = told
-sys.exit(cli.main(sys.argv[1:]))
+store.Folder.save = told
+sys.exit(main.main(sys.argv[1:]))
 """
 
 

@@ -32,8 +32,8 @@ from app.report.report import _write_all
 from app.results.read import ResultsError, read_folder
 from app.util import interrupts, leftovers
 from app.util.files import write_whole
-from tests.experiments.test_store import KILLED_IN_A_COMMIT
 from tests.support.faults import built
+from tests.support.folders import KILLED_IN_A_COMMIT
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 60\nseeds: 2\n"
@@ -448,7 +448,7 @@ def test_a_table_that_can_no_longer_be_read_is_said(
 
     experiment = parse(TEXT, "a.yaml")
     with Folder(tmp_path / "a", experiment, False, False) as folder:
-        monkeypatch.setattr(store.results_table, "read", fail)
+        monkeypatch.setattr(store.table, "read", fail)
         for ask in (folder.finished, folder.lost, folder.rows, folder.first_error):
             with pytest.raises(FolderError, match="disk I/O error"):
                 ask()

@@ -1,0 +1,25 @@
+"""Where the browser is, and how it is started."""
+
+import os
+
+from app.util.opening import CHROMIUM_ADVICE
+
+BROWSER_ARGS = (
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-component-update",
+    "--disable-sync",
+)
+"""WebGL in software, and a browser that talks to nobody but the page."""
+
+
+def advice() -> str:
+    """How to get a browser."""
+    wanted = os.environ.get("CHROMIUM")
+    if wanted:
+        return f"CHROMIUM is {wanted!r}, which is no program that can be run."
+    return f"No browser: {CHROMIUM_ADVICE}."
