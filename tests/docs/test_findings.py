@@ -99,12 +99,12 @@ def test_the_page_has_what_was_measured(finding: Finding) -> None:
     assert shown in PAGE.read_text("utf-8")
 
 
-@pytest.mark.parametrize("page", [PAGE, ROOT / "README.md"], ids=lambda page: page.name)
-def test_pages_count_what_holds(page: Path) -> None:
+@pytest.mark.parametrize("file", [PAGE, ROOT / "README.md"], ids=lambda file: file.name)
+def test_pages_count_what_holds(file: Path) -> None:
     n = Counter(findings.verdict(f, MEASURED[f.claim]) for f in thesis.FINDINGS)
     assert (
         f"f {n.total()} findings {n[HOLDS]} hold, {n[FAILS]} do not, {n[UNDECIDED]} are undecided"
-    ) in " ".join(page.read_text("utf-8").split())
+    ) in " ".join(file.read_text("utf-8").split())
 
 
 def main() -> None:
