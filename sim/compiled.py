@@ -28,7 +28,7 @@ def piece(function: Function) -> Function:
 
 def is_compiled() -> bool:
     """Whether loops are compiled: an environment variable of Numba's may have it switched off."""
-    return not config.DISABLE_JIT
+    return not cast(Any, config).DISABLE_JIT
 
 
 def _compiled(function: Function, **options: Any) -> Function:

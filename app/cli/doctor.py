@@ -90,7 +90,7 @@ def obey(command: Doctor) -> int:
     """
     if not command.results or "\0" in command.results:
         raise UsageError(f"--results: {shown(command.results)} is not allowed; allowed: a folder")
-    findings = []
+    findings: list[Finding] = []
     for finding in examine(Path(command.results)):
         findings.append(finding)
         if not command.json:
