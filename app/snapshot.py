@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from learners import kernel, measures, rows
+from learners.control import Control
 from learners.measures import Curve, Endings
-from learners.run import Control, Run
+from learners.run import Run
 from learners.spec import RunSpec
 from learners.state import n_options_of
 from sim.geometry import N_MOVES

@@ -21,7 +21,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
-from learners.run import timers_of
+from learners.control import timers_of
 from learners.spec import INTRODUCTION, MAX_TRIALS, RunSpec
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
@@ -166,7 +166,7 @@ class _Reel:
                 first=event.trial,
                 until=None if trials is None else event.trial + trials,
                 state="running",
-                by_hand=event.by_hand or not self._is_of_preset(event),
+                by_hand=event.author == "hand" or not self._is_of_preset(event),
                 undone=event.undone,
                 probability=probability,
             )

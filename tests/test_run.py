@@ -31,8 +31,9 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.control import Control
 from learners.kernel import LearnerState
-from learners.run import Control, Run, replay
+from learners.run import Run, replay
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
 from learners.state import copy_state, join_option, new_state, tables
 from sim.world import CAPTURE, TIMEOUT, compile_world
@@ -810,7 +811,7 @@ def undoing(run: Run, passed_over: int) -> Undo:
     open_numbers = [
         event.number
         for event in reversed(run.control.history)
-        if event.by_hand and not event.undone and not isinstance(event.command, Undo)
+        if event.author == "hand" and not event.undone and not isinstance(event.command, Undo)
     ]
     return Undo(open_numbers[passed_over] if passed_over < len(open_numbers) else -1)
 
@@ -835,7 +836,7 @@ def test_what_was_done_to_the_repertoire_and_undone_is_as_if_it_had_not_been(
 
     other = Run(spec, 9)
     for event in run.control.history:
-        if event.by_hand and not event.undone and not isinstance(event.command, Undo):
+        if event.author == "hand" and not event.undone and not isinstance(event.command, Undo):
             other.advance(until_trial=event.trial)
             # What is about a skill that never joined falls away with its introduction.
             is_carried_out(other, event.command)

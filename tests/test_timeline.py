@@ -727,7 +727,7 @@ def test_a_saved_run_does_the_same_again() -> None:
     assert [(e.skill, e.trial) for e in again.control.introductions] == [
         (e.skill, e.trial) for e in run.control.introductions
     ]
-    assert not any(event.by_hand for event in again.control.history)
+    assert not any(event.author == "hand" for event in again.control.history)
     # What was done between trials is repeated to the last bit.
     assert again.step == run.step
     np.testing.assert_array_equal(

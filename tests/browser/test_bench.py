@@ -82,7 +82,7 @@ def look_of(live: LiveLab, browser: int = 0) -> Look:
 
 def by_hand(status: Status) -> list[Any]:
     """Commands given by hand so far."""
-    return [event.command for event in status.snapshot.control.history if event.by_hand]
+    return [event.command for event in status.snapshot.control.history if event.author == "hand"]
 
 
 def words(html: str) -> str:

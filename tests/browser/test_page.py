@@ -29,7 +29,8 @@ from app.look import Look
 from app.pictures import DARK, LIGHT
 from app.session import FULL_SPEED, Play, StartAgain, Status
 from app.snapshot import Snapshot
-from learners.run import Episode, Run
+from learners.control import Episode
+from learners.run import Run
 from sim import geometry
 from sim.rng import MAX_SEED
 from tests.browser.conftest import (
