@@ -9,11 +9,11 @@ _INTERRUPTED = 130
 def main() -> int:
     """Do what the command line says; returns the exit code."""
     try:
-        from app import interrupts
+        from app.util import interrupts
 
         interrupts.end_the_program()
         # This takes long.
-        from app.cli import main as answer
+        from app.cli.main import main as answer
 
         return answer()
     except KeyboardInterrupt:

@@ -10,9 +10,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from app import experiments, presets
-from app.session import FULL_SPEED, Session, StartAgain
-from app.workbench import Workbench
+from app.documents import experiments, presets
+from app.live.session import FULL_SPEED, Session, StartAgain
+from app.results.service import Workbench
 from learners.spec import MAX_TRIALS, RunSpec
 
 ROUNDS = 5

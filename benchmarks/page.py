@@ -11,9 +11,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 
-from app.lab import Lab
-from app.session import FULL_SPEED, Session, StartAgain
+from app.live.session import FULL_SPEED, Session, StartAgain
+from app.page.lab import Lab
 from learners.run import Run
 from learners.spec import RunSpec
 
@@ -58,7 +59,7 @@ def opened_lab(
 ) -> Iterator[tuple[Session, Lab]]:
     """A lab at full speed, with nobody looking yet."""
     session = Session(spec, preset, 0, FULL_SPEED, playing=True)
-    lab = Lab(session, presets, "127.0.0.1", 0)
+    lab = Lab(session, presets, "127.0.0.1", 0, Path("results"))
     session.start()
     drawing = threading.Thread(target=lab.serve, daemon=True)
     drawing.start()

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from app import replicate
+from app.experiments import task
 
 BROWSER_NAMES = (
     "chromium",
@@ -113,11 +113,11 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Keys of the runs that are made."""
     made: list[str] = []
-    perform = replicate.perform
+    perform = task.perform
 
-    def count(task: replicate.Task, *others: Any) -> Any:
-        made.append(task.key)
-        return perform(task, *others)
+    def count(of: task.Task, *others: Any) -> Any:
+        made.append(of.key)
+        return perform(of, *others)
 
-    monkeypatch.setattr("app.laboratory.perform", count)
+    monkeypatch.setattr("app.experiments.runner.perform", count)
     return made

@@ -25,11 +25,11 @@ from playwright.sync_api import (
     expect,
 )
 
-from app import presets
-from app.lab import Lab
-from app.layers import LAYERS, Extras
-from app.look import Look
-from app.session import MOST_WAITING, Request, Session, Status, TrialOnce
+from app.documents import presets
+from app.live.session import MOST_WAITING, Request, Session, Status, TrialOnce
+from app.page.lab import Lab
+from app.picture.layers import LAYERS, Extras
+from app.picture.look import Look
 from learners.spec import RunSpec
 
 PATIENCE_S = 30.0

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from playwright.sync_api import expect, sync_playwright
 
-from app import experiments, presets
+from app.documents import experiments, presets
 from tests.browser.conftest import PATIENCE_S, VIEWPORT, LiveLab, Screen
 from tests.conftest import BROWSER_ARGS, find_browser
 

@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, expect
 
-from app import inspect, presets, steering, widgets
-from app.controls import slider_of
-from app.inspect import HEADING_NAMES, OUTCOME_NAMES
-from app.layers import LAYERS, Extras, Layer, SuccessMap
-from app.look import OF_TRIAL, Look
-from app.session import OpenRun, StartAgain, Status, StepOnce
-from app.snapshot import Snapshot
+from app.documents import presets
+from app.explain import cell
+from app.explain.cell import HEADING_NAMES, OUTCOME_NAMES
+from app.live.session import OpenRun, StartAgain, Status, StepOnce
+from app.live.snapshot import Snapshot
+from app.page import widgets
+from app.page.panels import steering
+from app.page.panels.controls import slider_of
+from app.picture.layers import LAYERS, Extras, Layer, SuccessMap
+from app.picture.look import OF_TRIAL, Look
 from learners import greedy
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
 from learners.spec import EpisodeSpec, SkillWeights
@@ -267,25 +270,25 @@ def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(
     snapshot = now_of(live)
     for x, y in [(14, 20), (23, 31)]:
         click_cell(screen, live, x, y)
-        reading = inspect.reading_at(snapshot, x, y, heading=0)
+        reading = cell.reading_at(snapshot, x, y, heading=0)
         title = screen.page.get_by_text(f"Cell ({x}, {y})", exact=True)
-        expect(title.locator("xpath=../..")).to_have_text(words(inspect.reading_html(reading)))
+        expect(title.locator("xpath=../..")).to_have_text(words(cell.reading_html(reading)))
         expect(screen.button("Hunt here")).to_be_enabled()
 
     click_cell(screen, live, 14, 20)
     screen.checkbox("Why this value?").check()
-    chain = inspect.why(snapshot, 14, 20, heading=0)
+    chain = cell.chain_of(snapshot, 14, 20, heading=0)
     assert chain.ending == "capture"
-    expect(screen.text(inspect.ending_text(chain))).to_be_visible()
+    expect(screen.text(cell.ending_text(chain))).to_be_visible()
     first = chain.links[0]
     expect(screen.page.get_by_role("listitem").first).to_have_text(
-        f"{inspect.action_text(first)}: {inspect.sum_text(first)}"
+        f"{cell.action_text(first)}: {cell.sum_text(first)}"
     )
     lines = ["/inspect/chain/line", 2 * len(chain.cells)]
     screen.page.wait_for_function(HAS_POINTS, arg=lines)
     screen.checkbox("Why this value?").uncheck()
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/chain/line", 2])
-    expect(screen.text(inspect.ending_text(chain))).to_have_count(0)
+    expect(screen.text(cell.ending_text(chain))).to_have_count(0)
 
 
 def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(
@@ -298,7 +301,7 @@ def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(
     screen.page.keyboard.down("Shift")
     click_cell(screen, live, 14, 20)
     screen.page.keyboard.up("Shift")
-    (shown,) = inspect.hunts_from(before, [(14, 20)], heading=0)
+    (shown,) = cell.hunts_from(before, [(14, 20)], heading=0)
     expect(screen.text("from (14, 20), prey facing east:")).to_contain_text(
         f"{OUTCOME_NAMES[shown.hunt.outcome]} after {shown.hunt.steps} step"
     )

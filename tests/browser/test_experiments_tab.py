@@ -12,13 +12,14 @@ from typing import Any, NamedTuple
 import pytest
 from playwright.sync_api import Locator, expect
 
-from app import experiments, replicate
-from app.experimenter import THIS_SESSION
-from app.experiments import Experiment
-from app.results import COLUMNS
-from app.results_view import Size
-from app.session import Opened, Play, SetSpeed
-from app.workbench import Standing
+from app.charts.view import Size
+from app.documents import experiments
+from app.documents.experiments import Experiment
+from app.experiments import task
+from app.experiments.store import COLUMNS
+from app.live.session import Opened, Play, SetSpeed
+from app.page.panels.experiments import THIS_SESSION
+from app.results.service import Standing
 from learners.commands import Introduce
 from tests.browser.conftest import (
     PATIENCE_S,
@@ -282,14 +283,14 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
 def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
     start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    measured = replicate.measured
+    measured = task.measured
 
     def fail(run: Any, metrics: Any) -> Any:
         if run.seed == 1:
             raise RuntimeError(f"no {HOSTILE} luck")
         return measured(run, metrics)
 
-    monkeypatch.setattr(replicate, "measured", fail)
+    monkeypatch.setattr(task, "measured", fail)
     live = start_lab()
     run_to_end(live, experiment_of(SMALL.replace(", standard_q", ""), n_seeds=3))
     screen = open_page(live)

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from app import keys
-from app.keys import KEYS
+from app.page import keys
+from app.page.keys import KEYS
 from learners.commands import SetParameter
 from tests.browser.conftest import Shared
 

@@ -20,15 +20,15 @@ import pytest
 import viser
 from playwright.sync_api import BrowserContext, Page, expect
 
-from app import lab as lab_module
-from app import pictures
-from app.board import BOARD_UNITS, on_picture
-from app.controls import Controls
-from app.lab import Browser, Lab
-from app.look import Look
-from app.pictures import DARK, LIGHT
-from app.session import FULL_SPEED, Play, StartAgain, Status
-from app.snapshot import Snapshot
+from app.live.session import FULL_SPEED, Play, StartAgain, Status
+from app.live.snapshot import Snapshot
+from app.page import lab as lab_module
+from app.page.lab import Browser, Lab
+from app.page.panels.controls import Controls
+from app.page.scene.board import BOARD_UNITS, on_picture
+from app.picture import pictures
+from app.picture.look import Look
+from app.picture.pictures import DARK, LIGHT
 from learners.control import Episode
 from learners.run import Run
 from sim import geometry
@@ -613,7 +613,7 @@ def test_a_page_of_another_origin_is_refused(
 def pounce_lab(port: int) -> Iterator[subprocess.Popen[str]]:
     """The lab as a program of its own, as if started on a terminal."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "app.cli", "lab", "--no-browser", "--port", str(port)],
+        [sys.executable, "-m", "app.cli.main", "lab", "--no-browser", "--port", str(port)],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from app import presets, report
+from app.documents import presets
+from app.report import report
 from sim.world import CAPTURE
-from tests.test_readout import add_run, new_folder, seal
+from tests.results.test_read import add_run, new_folder, seal
 
 A4_WIDTH = 720
 """Pixels of A4 portrait within its margins."""

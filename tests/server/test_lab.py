@@ -10,10 +10,10 @@ import msgspec
 import pytest
 from viser import _messages as wire
 
-from app import presets
-from app.lab import Lab
-from app.logs import sparing_log
-from app.session import Session
+from app.documents import presets
+from app.live.session import Session
+from app.page.lab import Lab
+from app.util.logs import sparing_log
 from tests.server.support import CAMERA, PATIENCE_S, Page, is_update
 
 SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
@@ -23,7 +23,7 @@ SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
 def lab(tmp_path: Path) -> Iterator[Lab]:
     """A lab whose learner begins when the first browser has come."""
     session = Session(SPEC, "timed", 7, 100.0, playing=False)
-    lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, None, True, tmp_path / "results")
+    lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, tmp_path / "results", waits=True)
     session.start()
     yield lab
     lab.close()

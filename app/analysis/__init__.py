@@ -1,0 +1,1 @@
+"""What numbers of many runs say: estimates with intervals, and settings that were swept. Pure."""

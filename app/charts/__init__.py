@@ -1,0 +1,1 @@
+"""Results as charts: in the page, on paper, and as files."""

@@ -1,0 +1,1 @@
+"""The command ``pounce``: one file for each of its commands."""

@@ -1,0 +1,146 @@
+"""The command ``pounce bench``: its words, its progress and its answers.
+
+Like the command line, it imports what takes long only once it is needed.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+from app.cli import terminal
+from app.cli.words import (
+    EXIT_FAILED,
+    EXIT_OK,
+    Flag,
+    UsageError,
+    complain,
+    filled,
+    number,
+    say,
+    spec_of,
+    table,
+    whole_number,
+)
+from app.util import interrupts
+
+if TYPE_CHECKING:
+    from benchmarks.compare import Rates
+    from learners.spec import RunSpec
+
+MAX_REPETITIONS = 1_000
+MAX_PAGES = 63
+"""One fewer than the lab lets in, since one more page clicks."""
+
+EXAMPLES = (
+    "pounce bench",
+    "pounce bench timed --repetitions 9",
+    "pounce bench --json",
+    "pounce bench --page --json",
+    "pounce bench --load 31 --json",
+)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Measure how fast the learners are on this machine."""
+
+    presets: Annotated[
+        Positional[tuple[str, ...]],
+        arg(metavar="[PRESET]", help_behavior_hint="(may be several; default: all shipped)"),
+    ] = ()
+    """Shipped presets, or files; - is standard input."""
+    json: Flag = False
+    """Print one JSON object and nothing else."""
+    repetitions: Annotated[str, arg(metavar="N")] = "5"
+    """Interleaved measurements, of which the median counts."""
+    page: Flag = False
+    """Measure what the live page costs the learner, with no browser, one and five."""
+    load: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_PAGES})")] = None
+    """Measure what so many pages cost: clicks, the learner's share, memory."""
+
+
+def obey(command: Bench) -> int:
+    """Measure, and say what came of it; returns the exit code.
+
+    Raises:
+        UsageError: the words make no sense.
+    """
+    from app.documents import presets
+    from app.documents.tree import called
+
+    repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
+    specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
+    if command.page and command.load is not None:
+        raise UsageError("--page and --load exclude each other; allowed: one of them")
+    if command.page:
+        return _measure_page(command, specs, repetitions)
+    if command.load is not None:
+        n_pages = whole_number("--load", command.load, 1, MAX_PAGES)
+        return _measure_load(command, specs, repetitions, n_pages)
+    from benchmarks.compare import MismatchError, compare
+
+    try:
+        with interrupts.undoing(), terminal.status() as on_progress:
+            found = compare(specs, repetitions, on_progress)
+    except MismatchError as error:
+        complain(str(error))
+        return EXIT_FAILED
+    for note in found["notes"]:
+        complain(filled(note))
+    learners = found["learners"]
+    say(json.dumps({"learners": learners}) if command.json else _speeds(learners))
+    return EXIT_OK
+
+
+def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
+    from benchmarks.page import compare_page
+
+    preset = next(iter(specs)) if command.presets else "timed"
+    with interrupts.undoing(), terminal.status() as on_progress:
+        found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
+    if command.json:
+        say(json.dumps(found))
+        return EXIT_OK
+    say(f"Rate of {preset} beside the page, as a share of its headless rate:")
+    for n_clients, ratio in found["clients"].items():
+        say(f"  {n_clients} browsers  {ratio:.2f}")
+    return EXIT_OK
+
+
+def _measure_load(
+    command: Bench, specs: "dict[str, RunSpec]", repetitions: int, n_pages: int
+) -> int:
+    from benchmarks.load import measure_load
+
+    preset = next(iter(specs)) if command.presets else "timed"
+    with interrupts.undoing(), terminal.status() as on_progress:
+        found = measure_load(specs[preset], preset, specs, n_pages, repetitions, on_progress)
+    if command.json:
+        say(json.dumps(found))
+        return EXIT_OK
+    clicks = found["click_ms"]
+    say(
+        f"{preset} at full speed, and {n_pages} pages that read every frame:\n"
+        f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %),"
+        f" {clicks['max']:.0f} at most\n"
+        f"  the learner keeps    {found['learner_share']:.2f} of its rate beside one page\n"
+        f"  the lab holds        {found['rss_mb']:.0f} MB"
+    )
+    return EXIT_OK
+
+
+def _speeds(learners: "Mapping[str, Rates]") -> str:
+    rows = [
+        (
+            name,
+            f"{rates['steps_per_s'] / 1e6:.2f}",
+            number(rates["ratio_to_c"], ".2f"),
+            number(rates["ratio_to_plain"], ".2f"),
+            number(rates["ratio_to_python"], ".0f"),
+        )
+        for name, rates in learners.items()
+    ]
+    return table(["learner", "M steps/s", "x C", "x plain", "x Python"], rows)

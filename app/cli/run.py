@@ -1,0 +1,253 @@
+"""The command ``pounce run``: its words, its progress and its answers.
+
+Like the command line, it imports what takes long only once it is needed.
+"""
+
+import contextlib
+import math
+import re
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, UseAppendAction, arg
+
+from app.cli import terminal
+from app.cli.words import (
+    EXIT_FAILED,
+    EXIT_OK,
+    HIDDEN_HINT,
+    Flag,
+    UsageError,
+    complain,
+    number,
+    say,
+    shown,
+    spec_of,
+    table,
+    whole_number,
+    workers_of,
+)
+from app.util import interrupts
+
+if TYPE_CHECKING:
+    from app.experiments.headless import Output, Progress, RunResult
+    from learners.spec import RunSpec
+
+EXAMPLES = (
+    "pounce run timed --seeds 3",
+    "pounce run timed --seed-list 3,7 --trials 20000 --json",
+    "pounce run standard_q --set world.size=60 --set learner.epsilon=0.05",
+    "pounce run my-preset.yaml --seeds 30 --out results",
+)
+
+_RUN_HEADER = (
+    "seed",
+    "trials",
+    "steps",
+    "seconds",
+    "captures",
+    "flights",
+    "time-outs",
+    "reward",
+    "digest",
+)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Run a preset over many seeds on all cores, without a page."""
+
+    preset: Annotated[Positional[str], arg(metavar="PRESET", help_behavior_hint=HIDDEN_HINT)] = ""
+    """A shipped preset, or a file; - is standard input."""
+    seeds: Annotated[str | None, arg(metavar="N", help_behavior_hint="(default: 1)")] = None
+    """Run seeds 0 to N-1."""
+    seed_list: Annotated[str | None, arg(metavar="N,N,...", help_behavior_hint=HIDDEN_HINT)] = None
+    """Run these seeds."""
+    trials: Annotated[
+        str | None, arg(metavar="N", help_behavior_hint="(default: the preset's)")
+    ] = None
+    """Trials of each run."""
+    set: Annotated[
+        UseAppendAction[tuple[str, ...]],
+        arg(metavar="KEY=VALUE", help_behavior_hint="(may be repeated)"),
+    ] = ()
+    """Another value for a key of the preset."""
+    workers: Annotated[str | None, arg(metavar="N", help_behavior_hint="(default: all cores)")] = (
+        None
+    )
+    """Runs at a time; makes no difference to their results."""
+    json: Flag = False
+    """Print one JSON object and nothing else."""
+    out: Annotated[str | None, arg(metavar="DIR", help_behavior_hint=HIDDEN_HINT)] = None
+    """Write the same to DIR as JSON, the learning curves as CSV, and the final tables."""
+    force: Flag = False
+    """Let --out replace results of the same name."""
+
+
+def obey(command: Run) -> int:
+    """Make the runs and say what came of them; returns the exit code.
+
+    Raises:
+        UsageError: the words make no sense.
+    """
+    seeds = seeds_of(command)
+    workers = workers_of(command.workers)
+    if command.force and command.out is None:
+        raise UsageError("--force goes with --out; allowed: both, or neither")
+    if not command.preset:
+        raise UsageError("PRESET is missing; allowed: a shipped preset (pounce presets) or a file")
+    spec = spec_of(command.preset, _settings(command))
+
+    from app.documents.tree import called
+    from app.experiments import headless
+    from app.experiments.task import prepare
+
+    prepare()
+    with (
+        interrupts.undoing(),
+        _output(command, seeds) as output,
+        _progress(spec, len(seeds)) as on_progress,
+    ):
+        try:
+            results = headless.run_seeds(
+                spec,
+                seeds,
+                workers,
+                on_progress=on_progress,
+                on_finished=output.save_tables if output else lambda _: None,
+            )
+            document = headless.summary(called(command.preset), spec, results)
+            if output:
+                output.commit(document, results)
+        except headless.SeedFailedError as error:
+            complain(str(error))
+            return EXIT_FAILED
+        except headless.OutputError as error:
+            complain(f"--out: {shown(str(command.out))} {error}")
+            return EXIT_FAILED
+    say(headless.as_json(document) if command.json else _report(called(command.preset), results))
+    return EXIT_OK
+
+
+def seeds_of(command: Run) -> Sequence[int]:
+    """The seeds to run, in the order in which they were given.
+
+    Raises:
+        UsageError: the options that name them are wrong.
+    """
+    from app.documents.experiments import MAX_RUNS
+    from sim.rng import MAX_SEED
+
+    if command.seed_list is None:
+        return range(whole_number("--seeds", command.seeds or "1", 1, MAX_RUNS))
+    if command.seeds is not None:
+        raise UsageError("--seeds and --seed-list exclude each other; allowed: one of them")
+    parts = command.seed_list.split(",")
+    if any(_ends_a_number(part) for part in parts[1:]):
+        raise UsageError(
+            f"--seed-list: {shown(command.seed_list)} is not allowed, as its commas may be within"
+            " a number; allowed: seeds with commas between them alone"
+        )
+    if len(parts) > MAX_RUNS:
+        raise UsageError(
+            f"--seed-list: {len(parts)} seeds are not allowed; allowed: 1 to {MAX_RUNS}"
+        )
+    seeds: dict[int, None] = {}
+    for part in parts:
+        seed = whole_number("--seed-list", part.strip(), 0, MAX_SEED)
+        if seed in seeds:
+            raise UsageError(f"--seed-list: {seed} is there twice; allowed: each seed once")
+        seeds[seed] = None
+    return tuple(seeds)
+
+
+def _ends_a_number(part: str) -> bool:
+    """Whether a part between commas looks like the end of a number that is grouped by them."""
+    return re.fullmatch(r"0\d\d", part) is not None
+
+
+def _settings(command: Run) -> Sequence[str]:
+    if command.trials is None:
+        return command.set
+    from learners.spec import MAX_TRIALS
+
+    trials = whole_number("--trials", command.trials, 1, MAX_TRIALS)
+    return (*command.set, f"trials={trials}")
+
+
+@contextlib.contextmanager
+def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
+    if command.out is None:
+        yield None
+        return
+    if not command.out:
+        raise UsageError("--out: '' is not allowed; allowed: a folder")
+    from app.documents.tree import STDIN, STDIN_NAME
+    from app.experiments.headless import Output, OutputError
+
+    name = STDIN_NAME if command.preset == STDIN else Path(command.preset).stem
+    try:
+        output = Output(Path(command.out), name, seeds, command.force)
+    except OutputError as error:
+        raise UsageError(f"--out: {shown(command.out)} {error}") from error
+    with output:
+        yield output
+
+
+@contextlib.contextmanager
+def _progress(spec: "RunSpec", n_runs: int) -> "Iterator[Callable[[Progress], None]]":
+    """What shows the progress of a run on a terminal; nothing where there is none."""
+    began = time.monotonic()
+    with terminal.progress_bar(spec.trials * n_runs, n_runs, with_time_left=True) as show:
+
+        def tell(progress: "Progress") -> None:
+            rate = progress.steps / max(time.monotonic() - began, 1e-3) / 1e6
+            show(progress.trials, f"{progress.runs}/{n_runs} runs", f"{rate:.1f} M steps/s")
+
+        yield tell
+
+
+def _report(preset: str, results: "Sequence[RunResult]") -> str:
+    runs = table(
+        _RUN_HEADER,
+        [
+            (
+                str(result.seed),
+                str(result.trials),
+                str(result.steps),
+                f"{result.seconds:.2f}",
+                str(result.captures),
+                str(result.flights),
+                str(result.timeouts),
+                number(result.mean_reward_last_2000),
+                result.digest[:12],
+            )
+            for result in results
+        ],
+    )
+    seeds = "1 seed" if len(results) == 1 else f"{len(results)} seeds"
+    return (
+        f"{preset}: reward is the mean of the last 2,000 trials\n\n{runs}\n\n"
+        f"Mean reward per trial in windows of steps, over {seeds}:\n\n{_windows(results)}"
+    )
+
+
+def _windows(results: "Sequence[RunResult]") -> str:
+    """The learning curve in a few windows, the mean over the runs that went through them."""
+    from app.analysis.estimates import PHASES
+
+    means = [
+        _mean(result.phases[place] for result in results if place < result.phases.size)
+        for place in PHASES.values()
+    ]
+    means.append(_mean(result.mean_reward_last_2000 for result in results))
+    header = ["steps", *PHASES, "last 2,000 trials"]
+    return table(header, [["reward", *map(number, means)]])
+
+
+def _mean(values: Iterable[float]) -> float:
+    there = [float(value) for value in values if not math.isnan(value)]
+    return sum(there) / len(there) if there else math.nan

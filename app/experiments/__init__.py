@@ -1,0 +1,1 @@
+"""Many runs: from an experiment to its folder of results, here or on a cluster."""

@@ -1,0 +1,379 @@
+"""Running an experiment: which runs are still to be made, who makes them, how far it has come.
+
+A *crew* makes runs: threads of this machine, for the kernel holds no lock, or a cluster. The thread
+that calls :func:`run_experiment` hands out tasks and alone writes what comes back, so whatever the
+crew, results are the same.
+"""
+
+import contextlib
+import json
+import queue
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any, NamedTuple, Protocol, Self
+
+from app.documents.experiments import Experiment, Variant
+from app.experiments.archive import checksum
+from app.experiments.cost import estimated_steps
+from app.experiments.store import Folder, version
+from app.experiments.task import DONE, FAILED, Finished, Task, failed, perform, tasks_of
+from learners.run import Run
+
+_POLL_S = 0.1
+
+
+class Progress(NamedTuple):
+    """How far an experiment has come."""
+
+    total: int
+    done: int
+    """With those that were finished before."""
+    failed: int
+    running: int
+    steps: int
+    """Made since it was started or resumed."""
+    steps_per_s: float
+    """Over the time in which it was not paused."""
+    share: float
+    """Of all the work, by its estimate, 0 to 1, with what was finished before."""
+    seconds_left: float | None
+    """None as long as nothing can be said."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How an experiment ended."""
+
+    total: int
+    done: int
+    failed: int
+    steps: int
+    seconds: float
+
+
+class CrewError(Exception):
+    """Those who are to make runs cannot, or cannot any more; the message says why."""
+
+
+class ClusterError(CrewError):
+    """A cluster cannot be used, or was lost."""
+
+
+class Switch:
+    """Lets an experiment go on, wait, or end; set from any thread."""
+
+    def __init__(self) -> None:
+        self._changing = threading.Lock()
+        self._going = threading.Event()
+        self._going.set()
+        self._ended = False
+
+    @property
+    def paused(self) -> bool:
+        """Whether it is to wait."""
+        return not self._going.is_set()
+
+    @property
+    def ended(self) -> bool:
+        """Whether it is to end, and what is in flight to be given up."""
+        return self._ended
+
+    def pause(self) -> None:
+        """Let everything wait where it stands."""
+        with self._changing:
+            if not self._ended:
+                self._going.clear()
+
+    def go_on(self) -> None:
+        """Let it go on."""
+        self._going.set()
+
+    def end(self) -> None:
+        """Let it end; there is no way back."""
+        with self._changing:
+            self._ended = True
+            self._going.set()
+
+    def wanted(self) -> bool:
+        """Whether a run in flight is to go on; waits while it is paused."""
+        self._going.wait()
+        return not self._ended
+
+
+class UnderWay(NamedTuple):
+    """How far a run has come."""
+
+    trial: int
+    step: int
+
+
+class Crew(Protocol):
+    """Those who make runs. Used as a context, by one thread."""
+
+    @property
+    def switch(self) -> Switch:
+        """Pauses or ends the runs."""
+        ...
+
+    @property
+    def size(self) -> int:
+        """Runs that are made at a time."""
+        ...
+
+    @property
+    def busy(self) -> int:
+        """Tasks that were started and have not come back."""
+        ...
+
+    def start(self, task: Task) -> None:
+        """Take a task, now or as soon as there is room.
+
+        Raises:
+            CrewError: nobody can make it.
+        """
+        ...
+
+    def finished(self, wait_s: float) -> list[Finished]:
+        """What has come back; waits a moment for the first. Tasks given up do not come back.
+
+        Raises:
+            CrewError: nothing will come back any more. Not after the context was left.
+        """
+        ...
+
+    def under_way(self) -> Mapping[str, UnderWay]:
+        """How far runs have come, by key, as far as it is known."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *exception: object) -> None:
+        """Give up what is in flight; where that can be known, wait until nobody works on it."""
+        ...
+
+
+class Threads:
+    """A crew of threads of this machine."""
+
+    def __init__(self, size: int, switch: Switch | None = None) -> None:
+        self.size = size
+        self.switch = Switch() if switch is None else switch
+        self._executor = ThreadPoolExecutor(size, thread_name_prefix="run")
+        self._over: queue.SimpleQueue[Finished | None] = queue.SimpleQueue()
+        self._under_way: dict[str, UnderWay] = {}
+        self.busy = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.switch.end()
+        self._executor.shutdown(cancel_futures=True)
+
+    def start(self, task: Task) -> None:
+        try:
+            self._executor.submit(self._work, task)
+        except RuntimeError as error:
+            # Where the system gives no more threads, those that there are take it in turn.
+            if not self.busy:
+                raise CrewError(f"no thread can be had: {error}") from error
+        self.busy += 1
+
+    def finished(self, wait_s: float) -> list[Finished]:
+        found = []
+        with contextlib.suppress(queue.Empty):
+            over = self._over.get(timeout=wait_s)
+            while True:
+                self.busy -= 1
+                if over is not None:
+                    found.append(over)
+                over = self._over.get_nowait()
+        return found
+
+    def under_way(self) -> Mapping[str, UnderWay]:
+        return self._under_way.copy()
+
+    def _work(self, task: Task) -> None:
+        def note(run: Run) -> None:
+            self._under_way[task.key] = UnderWay(run.trial, run.step)
+
+        over = None
+        try:
+            over = perform(task, note, self.switch.wanted)
+        except BaseException as error:  # noqa: BLE001 - whatever ended it, the run is noted
+            over = failed(task.key, error)
+        finally:
+            self._under_way.pop(task.key, None)
+            self._over.put(over)
+
+
+def run_experiment(
+    experiment: Experiment,
+    folder: Folder,
+    crew: Crew,
+    on_progress: Callable[[Progress], object] = lambda _: None,
+    on_row: Callable[[Variant, dict[str, Any], bytes], object] = lambda *_: None,
+) -> Outcome:
+    """Make all runs of an experiment that its folder does not hold yet.
+
+    Nothing that is as large as a run outlives it, so the memory needed depends on the size of the
+    crew. A run that fails is noted and does not stop the others. An interrupt stops all runs
+    within a moment and goes on to the caller; what is finished by then is kept.
+
+    Args:
+        experiment: what to run.
+        folder: where its results are.
+        crew: who makes the runs; the results do not depend on it. Its switch pauses or ends it.
+        on_progress: called now and then in the calling thread, and once at the end.
+        on_row: called in the calling thread with each run that is over, once it is on disk: its
+            variant, its row, and the archive of its arrays, empty if it has failed.
+
+    Raises:
+        FolderError: results could no longer be written; all runs were stopped.
+        CrewError: those who make the runs are lost; what was over before is kept.
+    """
+    ledger, switch = _Ledger(experiment, folder, on_row), crew.switch
+    try:
+        with crew:
+            while True:
+                while not (switch.paused or switch.ended) and crew.busy < 2 * crew.size:
+                    task = ledger.next_task()
+                    if task is None:
+                        break
+                    crew.start(task)
+                for finished in crew.finished(_POLL_S):
+                    ledger.enter(finished)
+                ledger.tick(paused=switch.paused)
+                if crew.busy == 0 and (ledger.all_handed_out or switch.ended):
+                    break
+                on_progress(ledger.progress(crew))
+    finally:
+        # What was over before an interrupt is kept.
+        for finished in crew.finished(0.0):
+            ledger.enter(finished)
+    on_progress(ledger.progress(crew))
+    return ledger.outcome()
+
+
+class _InFlight(NamedTuple):
+    variant: Variant
+    task: Task
+    work: float
+    """Estimated steps."""
+
+
+class _Ledger:
+    """Which runs are to be made, and what has become of the others."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        folder: Folder,
+        on_row: Callable[[Variant, dict[str, Any], bytes], object],
+    ) -> None:
+        self.total = experiment.n_runs
+        self._folder = folder
+        self._on_row = on_row
+        self._version = version()
+        self._work = {v.label: estimated_steps(experiment, v) for v in experiment.variants}
+        self._finished = folder.finished()
+        self._done_before = 0
+        self._work_before = self._work_total = self._work_done = 0.0
+        for variant, task in tasks_of(experiment):
+            if task.key in self._finished:
+                self._done_before += 1
+                self._work_before += self._work[variant.label]
+            else:
+                self._work_total += self._work[variant.label]
+        self._left = tasks_of(experiment)
+        self._in_flight: dict[str, _InFlight] = {}
+        self._handed_out = self._done_before
+        self._done = self._failed = self._steps = 0
+        self._seconds = 0.0
+        self._ticked_at = time.monotonic()
+
+    @property
+    def all_handed_out(self) -> bool:
+        """Whether there is nothing more to be started."""
+        return self._handed_out == self.total
+
+    def next_task(self) -> Task | None:
+        """The next run that is to be made; None if there is none left."""
+        for variant, task in self._left:
+            if task.key not in self._finished:
+                self._handed_out += 1
+                self._in_flight[task.key] = _InFlight(variant, task, self._work[variant.label])
+                return task
+        return None
+
+    def enter(self, finished: Finished) -> None:
+        """Write down a run that is over: first its arrays, then its row."""
+        variant, task, work = self._in_flight.pop(finished.key)
+        row = {
+            "key": task.key,
+            "variant": variant.label,
+            "preset": variant.preset,
+            "overrides": json.dumps(variant.overrides),
+            "settings": task.settings,
+            "seed": task.seed,
+            "version": self._version,
+            "ended_at": datetime.now(UTC).isoformat(timespec="seconds"),
+            **finished.row,
+        }
+        if finished.arrays:
+            row["arrays"] = checksum(finished.arrays)
+            self._folder.save(task.key, finished.arrays)
+        self._folder.write(row)
+        self._done += row["status"] == DONE
+        self._failed += row["status"] == FAILED
+        self._steps += row.get("steps", 0)
+        # A run that ended early, or failed, leaves no work behind.
+        self._work_done += work
+        self._on_row(variant, row, finished.arrays)
+
+    def tick(self, paused: bool) -> None:
+        """Let the clock go on, unless it stands."""
+        now = time.monotonic()
+        if not paused:
+            self._seconds += now - self._ticked_at
+        self._ticked_at = now
+
+    def progress(self, crew: Crew) -> Progress:
+        """How far it has come, with what the crew is at."""
+        steps, work_done, running = self._steps, self._work_done, 0
+        for key, at in crew.under_way().items():
+            if key in self._in_flight:
+                _, task, work = self._in_flight[key]
+                share = at.trial / task.trials
+                if task.steps is not None:
+                    share = max(share, at.step / task.steps)
+                steps += at.step
+                work_done += share * work
+                running += 1
+        share = work_done / self._work_total if self._work_total else 1.0
+        everything = self._work_before + self._work_total
+        seconds = self._seconds
+        return Progress(
+            total=self.total,
+            done=self._done_before + self._done,
+            failed=self._failed,
+            running=running or min(crew.busy, crew.size),
+            steps=steps,
+            steps_per_s=steps / max(seconds, 1e-3),
+            share=(self._work_before + work_done) / everything if everything else 1.0,
+            seconds_left=seconds * (1 - share) / share if share > 0.001 else None,
+        )
+
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        return Outcome(
+            total=self.total,
+            done=self._done_before + self._done,
+            failed=self._failed,
+            steps=self._steps,
+            seconds=self._seconds,
+        )

@@ -1,0 +1,1 @@
+"""What runs now: one learner in its thread, and copies of its moments."""

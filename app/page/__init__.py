@@ -1,0 +1,1 @@
+"""The live page: one session, many browsers, their widgets, and the loop that draws."""

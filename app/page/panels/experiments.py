@@ -1,0 +1,363 @@
+"""The *Experiments* tab that all browsers share: choose, see the cost, start, pause, stop.
+
+As with the other controls, a callback asks and the render loop shows what is true.
+"""
+
+import json
+import textwrap
+import threading
+import time
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, Final, NamedTuple
+
+import viser
+
+from app.documents import experiments
+from app.documents.experiments import MAX_LABEL, Experiment, ExperimentError
+from app.documents.presets import dump
+from app.experiments.runner import Progress
+from app.experiments.store import FolderError
+from app.explain.sentence import opened_run
+from app.live.session import GoBack, Session, Status
+from app.live.snapshot import Snapshot
+from app.page.number_field import Limits, NumberField
+from app.page.panels.schedule import Ask, safe_name
+from app.page.widgets import assign, on_change
+from app.results.service import BusyError, Quote, Standing, Workbench
+from app.schedule import carried
+from app.server.callbacks import RefusedError, guarded
+from app.util.background import Maker
+from app.util.html import escaped
+from app.util.machine import available_cores, duration
+from app.words.plain import counted, in_short, speed_in_words
+
+THIS_SESSION: Final = "This session's schedule"
+SESSION_NAME: Final = "session"
+"""Folder of the results of a session's schedule."""
+
+MOST_RUNS: Final = 10_000
+"""Runs of an experiment that is started in the page; the command line takes more."""
+MOST_LOADED: Final = 20
+"""Experiments that may be loaded into one lab."""
+
+_N_SESSION_SEEDS: Final = 10
+_MAX_WORKERS: Final = 64
+_FRESH_S: Final = 10.0
+"""How long a cost holds: others may put runs into the folder, or take some out, and a session that
+is past the trials of its preset becomes longer."""
+
+Show = Callable[[viser.ClientHandle], object]
+"""Opens the results in a browser."""
+
+
+def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
+    """The schedule of a session, as it was and is planned, over many seeds.
+
+    Where it differs from the preset of its name, that preset is run beside it on the same seeds,
+    so that what was done by hand can be seen against what was not. What a preset cannot repeat is
+    said in comments of the file, and by :func:`not_repeated`.
+
+    Raises:
+        ExperimentError: it cannot be run.
+    """
+    spec, left_out = carried.preset_of(snapshot)
+    differs = snapshot.preset_spec != spec
+    beside = "; beside it, on the same seeds, its preset as it was" if differs else ""
+    lines = [f"# {sentence}" for sentence in left_out]
+    lines += [f"description: What was done and is planned in this session{beside}.", "presets:"]
+    lines += ["  - label: this session", "    preset:", textwrap.indent(dump(spec), "      ")]
+    if differs:
+        name = f"{snapshot.preset} as it was"[:MAX_LABEL]
+        lines += [f"  - label: {json.dumps(name, ensure_ascii=False)}", "    preset:"]
+        lines.append(textwrap.indent(dump(snapshot.preset_spec), "      "))
+    text = "\n".join(line.rstrip() for line in lines) + "\n"
+    return experiments.parse(text, f"{SESSION_NAME}.yaml", None, n_seeds)
+
+
+def not_repeated(snapshot: Snapshot) -> str:
+    """What was done in a session that its schedule does not repeat; empty if nothing was."""
+    return " ".join(carried.preset_of(snapshot).left_out)
+
+
+def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
+    """What the schedule of a session depends on; not its length beyond the plan, which grows."""
+    return snapshot.generation, snapshot.control.history, snapshot.preset
+
+
+@lru_cache(maxsize=8)
+def _experiment_of(name: str, data: bytes | None, n_seeds: int | None) -> Experiment:
+    """A shipped experiment, or one that was loaded; large ones take seconds to read."""
+    if data is None:
+        return experiments.load(name, n_seeds)
+    return experiments.parse(data, f"{name}.yaml", None, n_seeds)
+
+
+def cost_html(quote: Quote, n_seeds: int) -> str:
+    """What an experiment would take, before it is started."""
+    found = quote.plan
+    if found.done == found.runs:
+        all_runs = f"All {found.runs:,} runs are" if found.runs > 1 else "The run is"
+        return f"{all_runs} in <b>{escaped(quote.folder)}</b> already."
+    are = "is" if found.done == 1 else "are"
+    there = f"; {found.done:,} {are} there already" if found.done else ""
+    about = "At most about" if found.at_most else "About"
+    return (
+        f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')},"
+        f" {counted(n_seeds, 'seed')} each{there}."
+        f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
+        f" {max(found.disk_bytes / 1e6, 0.1):,.1f} MB, in"
+        f" <b>{escaped(quote.folder)}</b>."
+    )
+
+
+def progress_html(standing: Standing) -> str:
+    """How an experiment stands."""
+    name = f"<b>{escaped(standing.experiment.name)}</b>"
+    if standing.error:
+        error = f'<span style="color:var(--pounce-failed)">{escaped(standing.error)}</span>'
+        return f"{name} stopped: {error}"
+    found = standing.progress
+    if found is None:
+        return f"{name}: getting ready …" if standing.running else f"{name}: stopped."
+    failed = f", {found.failed:,} failed" if found.failed else ""
+    counts = f"{found.done:,} of {counted(found.total, 'run')} done{failed}{_damage(standing)}"
+    if not standing.running:
+        over = found.done + found.failed == found.total
+        end = "" if over else " Stopped; with it chosen, Make the others goes on there."
+        return f"{name}: {counts}.{end}"
+    if standing.paused:
+        return f"{name}: paused, {counts}."
+    return f"{name}: {counts}, {found.running:,} running.<br>{_pace(found)}"
+
+
+def _damage(standing: Standing) -> str:
+    """That runs are made again, if any are."""
+    if not standing.damaged:
+        return ""
+    return f" (the arrays of {counted(standing.damaged, 'run')} were damaged or gone: made again)"
+
+
+def _start_label(quote: Quote) -> str:
+    if not quote.plan.done:
+        return "Start"
+    return "Show these runs" if quote.plan.done == quote.plan.runs else "Make the others"
+
+
+def _about(seconds: float) -> str:
+    """A time that is only roughly known; nothing takes none."""
+    return duration(max(seconds, 1.0))
+
+
+def _pace(found: Progress) -> str:
+    left = "" if found.seconds_left is None else f", about {_about(found.seconds_left)} left"
+    return f"{speed_in_words(found.steps_per_s)}{left}"
+
+
+def small(text: str) -> str:
+    """A few lines below a widget."""
+    return f'<div style="padding:0 0.6em 0.5em;font-size:0.85em;line-height:1.4">{text}</div>'
+
+
+class _Offer(NamedTuple):
+    """What an experiment is about and would take."""
+
+    about: str
+    quote: Quote
+    n_seeds: int
+    made_s: float
+    """When this was found out, by a clock that runs steadily."""
+
+    def is_stale(self, now_s: float) -> bool:
+        """Whether it is to be found out again."""
+        return now_s - self.made_s > _FRESH_S
+
+
+class Experimenter:
+    """The tab; the render loop calls :meth:`update`."""
+
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, bench: Workbench, ask: Ask, show: Show
+    ) -> None:
+        self._session = session
+        self._bench = bench
+        self._show = show
+        self._lock = threading.Lock()
+        self._loaded: dict[str, bytes] = {}
+        shipped = {name: experiments.load(name) for name in experiments.shipped()}
+        self._n_seeds = {name: len(experiment.seeds) for name, experiment in shipped.items()}
+        self._n_seeds[THIS_SESSION] = _N_SESSION_SEEDS
+        self._offer: Maker[_Offer] = Maker()
+        cores = available_cores()
+        abouts = (f"{name}: {experiment.description}" for name, experiment in shipped.items())
+        self._choice: Any = gui.add_dropdown("Experiment", self._options(), hint=" ".join(abouts))
+        self._about = gui.add_html("")
+        self._seeds = NumberField(
+            gui, "Seeds", _N_SESSION_SEEDS, Limits(1, MOST_RUNS), "Runs of each variant"
+        )
+        self._workers = NumberField(
+            gui,
+            "At a time",
+            max(cores - 1, 1),
+            Limits(1, _MAX_WORKERS),
+            f"Runs at a time; this machine has {cores} cores, and the lab needs one",
+        )
+        self._cost = gui.add_html("")
+        self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY)
+        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
+        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False)
+        self._bar = gui.add_progress_bar(0.0, visible=False)
+        self._said = gui.add_html("")
+        # Of the browsers that share it some may show them already, so it steps back for all.
+        self._results = gui.add_button(
+            "Show results", icon=viser.Icon.CHART_DOTS, color="gray", visible=False
+        )
+        self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
+        # Before whatever is typed into the field of seeds next.
+        on_change(self._choice, self._choose)
+        self._start.on_click(guarded(self._begin))
+        self._pause.on_click(guarded(lambda _: self._pause_or_go_on()))
+        self._stop.on_click(guarded(lambda _: self._bench.stop()))
+        self._results.on_click(guarded(self._open))
+        self._back.on_click(guarded(lambda event: ask(event, GoBack())))
+
+    def take(self, data: bytes, name: str) -> str:
+        """Add an experiment that somebody loaded, and choose it; returns what it is called.
+
+        It may name shipped presets or hold presets of its own; no other file is looked at.
+
+        Raises:
+            ExperimentError: it cannot be run.
+            RefusedError: there are too many.
+        """
+        found = experiments.parse(data, name, None)
+        # A folder is named after it, and two options of a list may not be called the same.
+        label = safe_name(name)
+        if label in experiments.shipped():
+            label = f"{label}_loaded"
+        with self._lock:
+            if label not in self._loaded and len(self._loaded) >= MOST_LOADED:
+                raise RefusedError(f"{MOST_LOADED} experiments are loaded; more are not kept")
+            self._loaded[label] = data
+            self._n_seeds[label] = len(found.seeds)
+        self._choice.options = self._options()
+        self._choice.value = label
+        self._seeds.put(len(found.seeds))
+        return label
+
+    def update(self, status: Status) -> None:
+        """Show what is true."""
+        self._show_cost(status)
+        assign(self._back, "visible", status.aside is not None)
+        assign(self._back, "label", f"Back to {status.aside}")
+        standing = self._bench.standing
+        running = standing is not None and standing.running
+        assign(self._start, "visible", not running and not self._is_shown_whole(standing))
+        assign(self._pause, "visible", running)
+        assign(self._stop, "visible", running)
+        assign(self._results, "visible", standing is not None)
+        if standing is None:
+            return
+        assign(self._results, "label", f"Show results of {standing.experiment.name}")
+        assign(self._pause, "label", "Go on" if standing.paused else "Pause")
+        icon = viser.Icon.PLAYER_PLAY if standing.paused else viser.Icon.PLAYER_PAUSE
+        assign(self._pause, "icon", icon)
+        share = 0.0 if standing.progress is None else round(100 * standing.progress.share, 1)
+        assign(self._bar, "visible", running)
+        assign(self._bar, "value", share)
+        assign(self._said, "content", small(progress_html(standing)))
+
+    def _is_shown_whole(self, standing: Standing | None) -> bool:
+        """Whether what is chosen is what was made last, and nothing of it is missing."""
+        offer = self._offer.found
+        if standing is None or not isinstance(offer, _Offer):
+            return False
+        quote = offer.quote
+        n_shown = len(standing.gatherer.gathering().runs)
+        return quote.folder == standing.folder and quote.plan.done == quote.plan.runs == n_shown
+
+    def _options(self) -> tuple[str, ...]:
+        return (THIS_SESSION, *experiments.shipped(), *self._loaded)
+
+    def _experiment(self, snapshot: Snapshot) -> Experiment:
+        name, n_seeds = str(self._choice.value), int(self._seeds.read())
+        if name == THIS_SESSION:
+            found = session_experiment(snapshot, n_seeds)
+        else:
+            found = self._file(name)
+            # As many as the file asks for are its own ones, which may be any.
+            if len(found.seeds) != n_seeds:
+                found = self._file(name, n_seeds)
+        if found.n_runs > MOST_RUNS:
+            raise RefusedError(
+                f"these are {found.n_runs:,} runs; allowed: {MOST_RUNS:,} in the page, and more"
+                " with pounce experiment"
+            )
+        return found
+
+    def _file(self, name: str, n_seeds: int | None = None) -> Experiment:
+        """An experiment that was loaded, or a shipped one."""
+        return _experiment_of(name, self._loaded.get(name), n_seeds)
+
+    def _choose(self, event: viser.GuiEvent, name: str) -> None:
+        self._seeds.put(self._n_seeds.get(name, _N_SESSION_SEEDS))
+
+    def _show_cost(self, status: Status) -> None:
+        snapshot = status.snapshot
+        name, typed = str(self._choice.value), (self._seeds.text, self._workers.text)
+        standing = self._bench.standing
+        is_running = standing is not None and standing.running
+        # What is made last may have begun and ended between two frames: its gatherer tells.
+        made_last = None if standing is None else standing.gatherer
+        of = (name, typed, is_running, made_last, self._loaded.get(name))
+        if name == THIS_SESSION:
+            of += _session_key(snapshot)
+
+        def offer() -> _Offer:
+            experiment = self._experiment(snapshot)
+            lost = not_repeated(snapshot) if name == THIS_SESSION else ""
+            found = self._bench.quote(experiment, int(self._workers.read()))
+            about = f"{experiment.description} {lost}"
+            return _Offer(about, found, len(experiment.seeds), time.monotonic())
+
+        found_of, found = self._offer.latest
+        is_of_this = isinstance(found_of, tuple) and found_of[0] == of
+        after = found_of[1] if isinstance(found_of, tuple) and is_of_this else None
+        if is_of_this and isinstance(found, _Offer) and not is_running:
+            # What is known is shown until it is known better.
+            after = found.made_s if found.is_stale(time.monotonic()) else after
+        self._offer.want((of, after), offer)
+        about, cost, start = "", "Finding out what it would take …", "Start"
+        if is_of_this and isinstance(found, Exception):
+            cost = f"Cannot be run: {escaped(str(found))}"
+        elif is_of_this and isinstance(found, _Offer):
+            about, cost = escaped(found.about), cost_html(found.quote, found.n_seeds)
+            start = _start_label(found.quote)
+        if name == THIS_SESSION and status.aside is not None:
+            whose = f"{opened_run(snapshot)}, which is on the board, not {status.aside}"
+            about = f"<b>This is the schedule of {escaped(whose)}.</b> {about}"
+        assign(self._start, "label", start)
+        # While it is made, its own progress says more, and what is measured now says less.
+        assign(self._cost, "visible", not is_running)
+        assign(self._about, "content", small(about))
+        assign(self._cost, "content", small(cost))
+
+    def _begin(self, event: viser.GuiEvent) -> None:
+        try:
+            experiment = self._experiment(self._session.status.snapshot)
+            self._bench.start(experiment, int(self._workers.read()))
+        except (BusyError, ExperimentError, FolderError) as error:
+            raise RefusedError(str(error)) from error
+        if event.client is not None:
+            self._show(event.client)
+
+    def _pause_or_go_on(self) -> None:
+        standing = self._bench.standing
+        if standing is not None and standing.paused:
+            self._bench.go_on()
+        else:
+            self._bench.pause()
+
+    def _open(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            self._show(event.client)

@@ -1,0 +1,409 @@
+"""Inspection in one browser: the panel about a cell, and what it draws on the board.
+
+Callbacks only leave requests; `Inspector.update`, which the render loop calls, carries them out,
+works out what is to be seen, and sends what has changed. Everything is drawn in the world's own
+orientation, as the board is: a folded picture is that of a prey facing east.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+import viser
+
+from app.explain.cell import (
+    Chain,
+    HuntShown,
+    chain_html,
+    chain_of,
+    hunts_from,
+    hunts_html,
+    moment_of,
+    nothing_chosen_html,
+    reading_at,
+    reading_html,
+)
+from app.live.snapshot import Snapshot
+from app.page.scene.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
+from app.page.widgets import assign
+from app.picture.look import Look, heading_shown
+from app.picture.pictures import Colour, Theme
+from app.server.callbacks import guarded
+from app.words.plain import HEADING_NAMES
+from learners import greedy
+from sim.geometry import HEADINGS
+from sim.spec import WorldSpec
+from sim.world import World, board_xy
+
+RING_HUNTS = 16
+_REQUESTS_KEPT = 32
+"""Requests between two updates beyond these are dropped, the oldest first."""
+_AS_SHOWN = "as on the board"
+
+_NO_LINE = np.full((1, 2, 3), AWAY, np.float32)
+"""A handle must have something to draw."""
+_RIM_DEPTH = 0.001
+"""How far below its line a rim lies."""
+_Z_HUNTS, _Z_CHAIN, _Z_ENDS, _Z_CELL = 0.031, 0.036, 0.038, 0.045
+_MARK_UNITS = 0.11
+"""Half the side of the mark of a cell, where the cell itself would be too small to see."""
+_END_RADIUS = 0.07
+_DRAWN = 2_000
+"""Cells of a hunt's way that are drawn; one that takes longer goes in circles by then."""
+
+_Request = Callable[[Snapshot, Look], None]
+
+
+class _Client(Protocol):
+    """What is needed of a `viser.ClientHandle`."""
+
+    @property
+    def gui(self) -> viser.GuiApi: ...
+
+    @property
+    def scene(self) -> viser.SceneApi: ...
+
+    def atomic(self) -> Any: ...
+
+
+def cell_under(place: tuple[float, float], size: int) -> tuple[int, int] | None:
+    """Grid coordinates of the cell at a place, None off the board.
+
+    Args:
+        place: east and north of the prey, in board units.
+        size: cells along each side of the grid.
+    """
+    x, y = (math.floor(part * size / BOARD_UNITS + 0.5) + size // 2 for part in place)
+    return (x, y) if 0 <= x < size and 0 <= y < size else None
+
+
+def board_points(world: World, cells: Sequence[int] | np.ndarray, z: float) -> np.ndarray:
+    """Centres of cells, ``(n, 3) float32`` in board units."""
+    flat = on_picture(world, np.asarray(cells, np.int64), heading=0, shown=0)
+    return np.column_stack([flat, np.full(len(flat), z)]).astype(np.float32)
+
+
+def ring_radius(spec: WorldSpec, chosen: tuple[int, int] | None) -> float:
+    """Radius of a ring of hunts in cells: through the chosen cell, or through the start zone."""
+    nearest, farthest = (radius * spec.scale for radius in spec.start_radius)
+    if chosen is None:
+        return (nearest + farthest) / 2
+    middle = spec.size // 2
+    return max(math.hypot(chosen[0] - middle, chosen[1] - middle), 1.0)
+
+
+class _Strokes:
+    """Lines of one kind on a board, each in its colour and with a rim that sets it off."""
+
+    def __init__(self, scene: viser.SceneApi, name: str, pixels: float) -> None:
+        self._rim, self._line = (
+            scene.add_line_segments(
+                f"/inspect/{name}/{part}",
+                _NO_LINE,
+                np.zeros(_NO_LINE.shape, np.uint8),
+                thickness=thickness,
+                thickness_units="screen",
+            )
+            for part, thickness in [("rim", pixels + 2.5), ("line", pixels)]
+        )
+
+    def show(self, lines: Sequence[np.ndarray], colours: Sequence[Colour], rim: Colour) -> None:
+        """Draw lines ``(n, 2, 3)``, each in its colour; sends nothing if they are drawn already."""
+        points = np.concatenate([_NO_LINE, *lines]).astype(np.float32)
+        inks = [
+            np.broadcast_to(in_linear_light(colour), line.shape)
+            for line, colour in zip(lines, colours, strict=True)
+        ]
+        _place(self._line, points, np.concatenate([np.zeros(_NO_LINE.shape, np.uint8), *inks]))
+        under = points - np.array([0.0, 0.0, _RIM_DEPTH], np.float32)
+        _place(self._rim, under, np.broadcast_to(in_linear_light(rim), points.shape))
+
+    def remove(self) -> None:
+        """Take them off the scene."""
+        self._rim.remove()
+        self._line.remove()
+
+
+def _place(handle: Any, points: np.ndarray, colors: np.ndarray) -> None:
+    """Give a handle other points and colours, if they are others."""
+    if not (np.array_equal(handle.points, points) and np.array_equal(handle.colors, colors)):
+        handle.points = points
+        handle.colors = colors
+
+
+class _Overlay:
+    """What inspection draws on one board: create, show, remove."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._hunts = _Strokes(scene, "hunts", 2.5)
+        self._facing = _Strokes(scene, "facing", 2.5)
+        self._chain = _Strokes(scene, "chain", 3.5)
+        self._cell = _Strokes(scene, "cell", 3.0)
+        self._ends = scene.add_point_cloud(
+            "/inspect/ends",
+            points=_NO_LINE[0, :1],
+            colors=np.zeros((1, 3), np.uint8),
+            point_size=_END_RADIUS,
+            point_shape="circle",
+            point_shading="flat",
+            precision="float32",
+        )
+
+    def show_cell(self, world: World, chosen: tuple[int, int] | None, theme: Theme) -> None:
+        """Mark a cell."""
+        marks = [] if chosen is None else [_square(world, chosen)]
+        self._cell.show(marks, [theme.ink] * len(marks), theme.unknown)
+
+    def show_chain(self, world: World, chain: Chain | None, theme: Theme) -> None:
+        """Draw the way of a chain."""
+        ways = [] if chain is None else [segments(board_points(world, chain.cells, _Z_CHAIN))]
+        self._chain.show(ways, [theme.ink] * len(ways), theme.unknown)
+
+    def show_hunts(
+        self, world: World, hunts: Sequence[HuntShown], heading: int, theme: Theme
+    ) -> None:
+        """Draw hunts' ways, their ends, and the heading of those that differ from the picture's."""
+        colours = [theme.of_outcome(shown.hunt.outcome) for shown in hunts]
+        ways = [board_points(world, shown.hunt.cells[:_DRAWN], _Z_HUNTS) for shown in hunts]
+        self._hunts.show([segments(way) for way in ways], colours, theme.unknown)
+        others = sorted({shown.heading for shown in hunts} - {heading})
+        self._facing.show(
+            [_arrow(other) for other in others], [theme.prey] * len(others), theme.unknown
+        )
+        ends = board_points(world, [shown.hunt.cells[-1] for shown in hunts], _Z_ENDS)
+        _place(
+            self._ends,
+            np.concatenate([_NO_LINE[0, :1], ends]),
+            np.array([(0, 0, 0), *colours], np.uint8),
+        )
+
+    def remove(self) -> None:
+        """Take everything off the scene."""
+        for handle in (self._hunts, self._facing, self._chain, self._cell, self._ends):
+            handle.remove()
+
+
+def _square(world: World, cell: tuple[int, int]) -> np.ndarray:
+    """Mark of a cell, ``(4, 2, 3)``: its outline, or one that is large enough to be seen."""
+    unit = BOARD_UNITS / world.size
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+    flat = (np.array(cell) - world.size // 2) * unit + max(unit / 2, _MARK_UNITS) * corners
+    return segments(np.column_stack([flat, np.full(len(flat), _Z_CELL)]))
+
+
+def _arrow(heading: int) -> np.ndarray:
+    """Where the prey faces, from its cell, ``(3, 2, 3)``; longer than the board's own arrow."""
+    east, north = HEADINGS[heading] / np.hypot(*HEADINGS[heading])
+    turn = np.array([[east, north], [-north, east]])
+    flat = np.array([[0.15, 0.0], [0.9, 0.0], [0.72, 0.13], [0.9, 0.0], [0.72, -0.13]]) @ turn
+    points = np.column_stack([flat, np.full(len(flat), _Z_CHAIN)]).astype(np.float32)
+    return np.stack([points[[0, 1]], points[[2, 3]], points[[3, 4]]])
+
+
+class Inspector:
+    """The inspection of one browser.
+
+    Anything but `update` and `remove` may be called from any thread and returns at once.
+    """
+
+    def __init__(
+        self, client: _Client, container: Any, wake: Callable[[], None] = lambda: None
+    ) -> None:
+        """Build the panel and the overlays, all empty.
+
+        Args:
+            client: the browser.
+            container: a tab or folder of this browser.
+            wake: called after each request, so that the render loop need not be waited for.
+        """
+        self._client = client
+        self._wake = wake
+        self._requests: deque[_Request] = deque(maxlen=_REQUESTS_KEPT)
+        self._chosen: tuple[int, int] | None = None
+        self._why = False
+        self._hunts: deque[HuntShown] = deque(maxlen=RING_HUNTS)
+        self._hunts_made = 0
+        self._run: tuple[int, int] | None = None
+        self._success: np.ndarray | None = None
+        self._cell_key: tuple[object, ...] | None = None
+        self._hunts_key: tuple[object, ...] | None = None
+        self._overlay = _Overlay(client.scene)
+        self._build(client.gui, container)
+
+    def hunt_ring(self) -> None:
+        """Show hunts from all round the prey, in the place of those shown so far."""
+        self._ask(self._hunt_ring)
+
+    def explain(self, on: bool) -> None:
+        """Show why the chosen cell's value is what it is, or not."""
+        self._ask(partial(self._explain, on))
+
+    def clear(self) -> None:
+        """Forget the chosen cell and all hunts."""
+        self._ask(self._clear)
+
+    def take_click(self, place: tuple[float, float], shift: bool) -> None:
+        """Inspect the cell at a place; with shift hunt from it, the prey as in the picture.
+
+        Args:
+            place: east and north of the prey, in board units.
+            shift: whether the key was held.
+        """
+        self._ask(partial(self._clicked, place, shift))
+
+    def update(self, snapshot: Snapshot, look: Look, success: np.ndarray | None = None) -> None:
+        """Carry out what was asked for and show what has changed; the render loop calls this.
+
+        Args:
+            snapshot: the moment.
+            look: how this browser wants to see the board.
+            success: outcomes from each cell, ``(heading, y, x)``, if there is a map of them.
+        """
+        self._start_over_with_another_run(snapshot)
+        while self._requests:
+            self._requests.popleft()(snapshot, look)
+        heading = heading_shown(look, snapshot.heading)
+        self._show_cell(snapshot, heading, look.theme, success)
+        self._show_hunts(snapshot, heading, look.theme)
+
+    def remove(self) -> None:
+        """Take everything off the page."""
+        self._overlay.remove()
+        for handle in self._widgets:
+            handle.remove()
+
+    def _build(self, gui: viser.GuiApi, container: Any) -> None:
+        headings = (_AS_SHOWN, *HEADING_NAMES)
+        with container:
+            self._reading = gui.add_html(nothing_chosen_html())
+            self._prey_faces = gui.add_dropdown(
+                "Prey faces", headings, hint="In the hunts that you ask for here"
+            )
+            self._here = gui.add_button(
+                "Hunt here",
+                icon=viser.Icon.TARGET_ARROW,
+                hint="From the chosen cell, without exploring and without learning",
+                disabled=True,
+            )
+            ring = gui.add_button(
+                "Sixteen hunts from a ring",
+                icon=viser.Icon.CIRCLE_DOTTED,
+                hint="From all round the prey, as far off as the chosen cell",
+            )
+            clear = gui.add_button("Clear", icon=viser.Icon.ERASER)
+            self._results = gui.add_html("")
+            self._explained = gui.add_checkbox(
+                "Why this value?", False, hint="Follow the greedy backups to the reward"
+            )
+            self._reasons = gui.add_html("")
+        self._widgets = (
+            self._reading,
+            self._prey_faces,
+            self._here,
+            ring,
+            clear,
+            self._results,
+            self._explained,
+            self._reasons,
+        )
+        self._explained.on_update(guarded(self._toggled))
+        self._here.on_click(guarded(lambda _: self._ask(self._hunt_here)))
+        ring.on_click(guarded(lambda _: self.hunt_ring()))
+        clear.on_click(guarded(lambda _: self.clear()))
+
+    def _toggled(self, event: viser.GuiEvent) -> None:
+        # A change made by the program has no client.
+        if event.client is not None:
+            self.explain(bool(self._explained.value))
+
+    def _ask(self, request: _Request) -> None:
+        self._requests.append(request)
+        self._wake()
+
+    def _clicked(
+        self, place: tuple[float, float], shift: bool, snapshot: Snapshot, look: Look
+    ) -> None:
+        cell = cell_under(place, snapshot.world.size)
+        if cell is None:
+            return
+        self._chosen = cell
+        if shift:
+            self._hunt([cell], heading_shown(look, snapshot.heading), snapshot)
+
+    def _hunt_here(self, snapshot: Snapshot, look: Look) -> None:
+        if self._chosen is not None:
+            self._hunt([self._chosen], self._heading_asked(snapshot, look), snapshot)
+
+    def _hunt_ring(self, snapshot: Snapshot, look: Look) -> None:
+        world = snapshot.world
+        radius = ring_radius(snapshot.spec.world, self._chosen)
+        cells = greedy.ring_of_starts(world, radius, RING_HUNTS)
+        starts = [board_xy(world, cell) for cell in cells]
+        self._hunt(starts, self._heading_asked(snapshot, look), snapshot)
+
+    def _explain(self, on: bool, *_: object) -> None:
+        self._why = on
+
+    def _clear(self, *_: object) -> None:
+        self._chosen = None
+        self._hunts.clear()
+
+    def _heading_asked(self, snapshot: Snapshot, look: Look) -> int:
+        asked = self._prey_faces.value
+        if asked == _AS_SHOWN:
+            return heading_shown(look, snapshot.heading)
+        return HEADING_NAMES.index(asked)
+
+    def _hunt(self, starts: Sequence[tuple[int, int]], heading: int, snapshot: Snapshot) -> None:
+        self._hunts.extend(hunts_from(snapshot, starts, heading, self._hunts_made))
+        self._hunts_made += len(starts)
+
+    def _start_over_with_another_run(self, snapshot: Snapshot) -> None:
+        """Hunts of a run that is over, and a cell of another grid, mean nothing any more."""
+        generation, size = self._run or (snapshot.generation, snapshot.world.size)
+        if generation != snapshot.generation:
+            self._hunts.clear()
+        if size != snapshot.world.size:
+            self._chosen = None
+        self._run = (snapshot.generation, snapshot.world.size)
+
+    def _show_cell(
+        self, snapshot: Snapshot, heading: int, theme: Theme, success: np.ndarray | None
+    ) -> None:
+        """Show what is known of the chosen cell, and why; sends nothing if nothing has changed."""
+        chosen, why = self._chosen, self._why
+        key: tuple[object, ...] = (chosen, why, theme)
+        if chosen is not None:
+            key = (*key, moment_of(snapshot), heading, id(success))
+        if key == self._cell_key:
+            return
+        self._cell_key = key
+        # Kept, because a key with its id would mean nothing once it were gone.
+        self._success = success
+        reading, reasons, chain = nothing_chosen_html(), "", None
+        if chosen is not None:
+            reading = reading_html(reading_at(snapshot, *chosen, heading, success))
+            if why:
+                chain = chain_of(snapshot, *chosen, heading)
+                reasons = chain_html(chain)
+        with self._client.atomic():
+            assign(self._reading, "content", reading)
+            assign(self._reasons, "content", reasons)
+            assign(self._here, "disabled", chosen is None)
+            self._overlay.show_cell(snapshot.world, chosen, theme)
+            self._overlay.show_chain(snapshot.world, chain, theme)
+
+    def _show_hunts(self, snapshot: Snapshot, heading: int, theme: Theme) -> None:
+        """Show the hunts; sends nothing if nothing has changed."""
+        hunts = tuple(self._hunts)
+        key = (self._hunts_made, heading, theme) if hunts else (theme,)
+        if key == self._hunts_key:
+            return
+        self._hunts_key = key
+        results = hunts_html(hunts, theme) if hunts else ""
+        with self._client.atomic():
+            assign(self._results, "content", results)
+            self._overlay.show_hunts(snapshot.world, hunts, heading, theme)

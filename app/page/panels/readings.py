@@ -1,0 +1,613 @@
+"""What one browser reads beside the board: the sentence, the numbers, the curve, the legend.
+
+Everything here belongs to one browser, and so does how it wants to see things.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+from html import escape
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import viser
+from viser import uplot
+
+from app.explain import sentence
+from app.live.session import Status
+from app.live.snapshot import Snapshot
+from app.page import keys
+from app.page.panels.steering import command_in_words
+from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
+from app.picture import pictures
+from app.picture.layers import (
+    LAYERS,
+    Extras,
+    Layer,
+    all_headings_png,
+    option_names,
+    small_multiples_html,
+)
+from app.picture.look import FOLDED, OF_TRIAL, Look
+from app.picture.pictures import DARK, LIGHT, Theme
+from app.server.callbacks import guarded
+from app.server.notices import close_modal, open_modal
+from app.server.pulse import Reading
+from app.words.plain import HEADING_NAMES, counted, in_short, plain, speed_in_words
+from learners import measures
+from learners.commands import (
+    Command,
+    Event,
+    Explore,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    Remove,
+    SetParameter,
+    StopExploring,
+)
+from learners.measures import Curve
+
+_SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
+_FRAMES = {
+    "Folded: mean of all headings": FOLDED,
+    "Heading of the running trial": OF_TRIAL,
+    **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
+}
+_WIDTH = 330.0
+_NUDGE = 0.01
+"""Farther from where the camera is to be than viser takes to be there."""
+_SENTENCE_LINES = 6
+"""What the longest of the usual sentences take: what stands below them never moves."""
+_MAX_MARKS = 8
+_SHORT = {"circle_clockwise": "circle", "circle_counterclockwise": "circle ccw"}
+_LONGEST_NAME = 21
+"""Characters of the name of a mark."""
+_MARK_FONT = "11px Arial, Helvetica, 'Liberation Sans', sans-serif"
+_CHARACTER_PX, _MARK_ROW_PX = 5.6, 15
+_PLOT_PX, _BESIDE_PLOT_PX = 215.0, 60.0
+"""Width of the curve, and of the axis to its left, over which a name may reach."""
+_MAX_MARK_ROWS = 3
+
+# A scroll bar lies over what it scrolls.
+_LAYOUT = """<style>
+[data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
+  padding-right: 8px; }
+</style>"""
+
+
+def _number(label: str, value: str, hint: str) -> str:
+    return (
+        f'<div title="{escape(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
+        f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
+    )
+
+
+def headline_html(status: Status) -> str:
+    """Title, the one sentence in a space of its own, and where a run of an experiment is from."""
+    text = escape(sentence.sentence(status))
+    origin = ""
+    if status.opened is not None:
+        # A name may be long, and without a blank.
+        origin = (
+            '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
+            f"{escape(sentence.provenance(status.opened))}</div>"
+        )
+    error = f"<b>{escape(status.error)}</b>" if status.error else ""
+    return (
+        '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
+        ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'
+        " what is learned</span></div>"
+        '<div style="margin-top:0.3em;line-height:1.35">'
+        f'<div style="height:{1.35 * _SENTENCE_LINES:g}em;overflow-y:auto">{text}</div>'
+        f"{error}{origin}</div></div>"
+    )
+
+
+def numbers_html(status: Status, viewers: int = 1) -> str:
+    """The readings."""
+    snapshot = status.snapshot
+    caught = sentence.success_share(snapshot)
+    reached = int((snapshot.value > 0).sum())
+    parts = [
+        _number("Trial", f"{snapshot.trial:,}", "Trials that have ended"),
+        _number("Steps", f"{snapshot.step:,}", "Learning steps so far"),
+        _number("Steps/s", in_short(status.steps_per_s), "Learning steps in the last second"),
+        _number(
+            "Success",
+            "&ndash;" if math.isnan(caught) else f"{caught:.0%}",
+            f"Share of the last {measures.RECENT_TRIALS} trials that ended in capture",
+        ),
+        _number(
+            "States of value",
+            f"{reached:,} <span style='opacity:0.6;font-size:0.75em'>of"
+            f" {snapshot.value.size:,}</span>",
+            "States worth more than 0",
+        ),
+        _number("Viewers", str(viewers), "Browsers that see and steer this learner"),
+    ]
+    return (
+        '<div style="display:grid;grid-template-columns:auto auto auto;gap:0.35em 0.9em;'
+        f'padding:0 0.7em">{"".join(parts)}</div>'
+    )
+
+
+def clock_html(reading: Reading, status: Status, viewers: int) -> str:
+    """The honest clock."""
+    behind = f"{reading.behind_s:.1f} s behind" if reading.behind_s > 0.05 else "up to date"
+    seeing = counted(viewers, "viewer")
+    return (
+        '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
+        f"{speed_in_words(status.steps_per_s)}; {reading.drawing_share:.0%} of the time is spent on"
+        f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_sent} sent"
+        f" and {reading.frames_skipped} skipped in 5 s, {behind}."
+        f"<br>{seeing} of this session.</div>"
+    )
+
+
+def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
+    """Where a skill joined, and where something changed by hand.
+
+    A skill that is there from the start has no mark, nor has an exploration that the schedule
+    brings: it begins as the skill joins.
+    """
+    joins: list[Event] = []
+    others: list[Event] = []
+    for event in snapshot.control.history:
+        if event.undone or not _mark_name(event.command):
+            continue
+        if isinstance(event.command, Introduce):
+            if event.step > 0:
+                joins.append(event)
+        elif event.author == "hand":
+            others.append(event)
+    return joins, others
+
+
+def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
+    """Steps at which a skill joined or something changed by hand, and what it was."""
+    joins, others = _marked(snapshot)
+    # Of many, the joins stay: they are what the curve is looked at for.
+    joins = joins[-_MAX_MARKS:]
+    others = others[max(len(others) + len(joins) - _MAX_MARKS, 0) :]
+    shown = sorted([*joins, *others], key=lambda event: event.number)
+    return tuple(float(e.step) for e in shown), tuple(_mark_name(e.command) for e in shown)
+
+
+def marks_left_out(snapshot: Snapshot) -> int:
+    """How many marks the curve has no room for."""
+    return max(sum(map(len, _marked(snapshot))) - _MAX_MARKS, 0)
+
+
+class _Marks(NamedTuple):
+    at: tuple[float, ...]
+    names: tuple[str, ...]
+    left_out: int
+
+
+def _marks_of(snapshot: Snapshot) -> _Marks:
+    return _Marks(*curve_marks(snapshot), marks_left_out(snapshot))
+
+
+def _mark_name(command: Command) -> str:
+    """What a command is called at the curve, which is narrow; empty if it has no mark there."""
+
+    def short(skill: str) -> str:
+        return _SHORT.get(skill, plain(skill))
+
+    match command:
+        case Introduce(skill=skill):
+            name = short(skill)
+        case Explore(skill=skill):
+            name = f"explore {short(skill)}"
+        case StopExploring():
+            name = "stop exploring"
+        case Remove(skill=skill):
+            name = f"remove {short(skill)}"
+        case FreezeSelection(frozen=frozen):
+            name = f"{'freeze' if frozen else 'unfreeze'} selection"
+        case FreezeSkills(frozen=frozen):
+            name = f"{'freeze' if frozen else 'unfreeze'} skills"
+        case SetParameter():
+            name = command_in_words(command)
+        case _:
+            name = ""
+    return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
+
+
+def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Steps and mean reward of the learning curve, with at least two points."""
+    steps = snapshot.curve.steps.astype(np.float64)
+    reward = snapshot.curve.reward
+    keep = np.isfinite(reward)
+    steps, reward = steps[keep], reward[keep]
+    if len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]:
+        # A window that has just begun may hold a single trial, and would end the curve in a spike.
+        steps, reward = steps[:-1], reward[:-1]
+    if len(steps) < 2:
+        steps = np.array([0.0, max(float(snapshot.step), 1.0)])
+        reward = np.repeat(reward if len(reward) else [0.0], 2)[:2].astype(np.float64)
+    return steps, reward
+
+
+def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
+    ink = pictures.css(theme.ink)
+    grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
+    at, names = marks.at, marks.names
+    ticks = _millions(snapshot.step)
+    axes = [
+        uplot.Axis(
+            scale="x",
+            size=30,
+            splits=ticks,
+            values=tuple(f"{tick / 1e6:g} M" for tick in ticks),
+            stroke=ink,
+            grid=grid,
+            label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
+            labelSize=16 if marks.left_out else 0,
+        ),
+        uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
+    ]
+    for number, row in enumerate(mark_rows(at, names, _last_step(snapshot))):
+        axes.append(
+            uplot.Axis(
+                scale="x",
+                side=0,
+                align=row.align,
+                size=_MARK_ROW_PX,
+                gap=2,
+                font=_MARK_FONT,
+                splits=at,
+                values=row.names,
+                stroke=ink,
+                # The lines of all marks, once.
+                grid=uplot.Axis_Grid(show=number == 0, stroke=ink, dash=(6.0, 4.0)),
+                ticks=uplot.Axis_Ticks(show=False),
+            )
+        )
+    return tuple(axes)
+
+
+class MarkRow(NamedTuple):
+    """One row of names above the curve."""
+
+    align: Literal[1, 2]
+    """1: names begin at their marks; 2: they end there."""
+    names: tuple[str, ...]
+    """Of all marks; empty for those that have theirs in another row, or none."""
+
+    def span_of(self, place: float, name: str) -> tuple[float, float]:
+        """Where a name at a place would lie in this row, in pixels."""
+        width = (len(name) + 1) * _CHARACTER_PX
+        return (place, place + width) if self.align == 1 else (place - width, place)
+
+    def takes(self, mark: int, name: str, places: list[float]) -> bool:
+        """Whether a name has room in this row: within the chart, and beside the others."""
+        low, high = self.span_of(places[mark], name)
+        spans = [self.span_of(places[k], other) for k, other in enumerate(self.names) if other]
+        inside = low >= -_BESIDE_PLOT_PX and high <= _PLOT_PX
+        return inside and all(high <= start or end <= low for start, end in spans)
+
+    def with_name(self, mark: int, name: str) -> "MarkRow":
+        """The row with one name more."""
+        return self._replace(names=(*self.names[:mark], name, *self.names[mark + 1 :]))
+
+
+def mark_rows(at: tuple[float, ...], names: tuple[str, ...], end: float) -> list[MarkRow]:
+    """Rows of names, the first next to the curve: none is cut, and none lies over another.
+
+    The newest marks come first; of many that are close, the oldest have no name.
+
+    Args:
+        at: steps of the marks.
+        names: their names.
+        end: last step of the axis, which begins at 0.
+    """
+    places = [_PLOT_PX * step / end for step in at]
+    rows: list[MarkRow] = []
+    blank = ("",) * len(at)
+    for mark, name in reversed(list(enumerate(names))):
+        fresh = [MarkRow(1, blank), MarkRow(2, blank)] if len(rows) < _MAX_MARK_ROWS else []
+        taking = (k for k, row in enumerate([*rows, *fresh]) if row.takes(mark, name, places))
+        chosen = next(taking, None)
+        if chosen is not None:
+            row = [*rows, *fresh][chosen].with_name(mark, name)
+            rows = [*rows[:chosen], row, *rows[chosen + 1 :]]
+    return rows
+
+
+def _last_step(snapshot: Snapshot) -> float:
+    """Where the axis of steps ends."""
+    return max(float(snapshot.step), 1_000.0)
+
+
+def _millions(steps: int) -> tuple[float, ...]:
+    """About four round marks between 0 and a number of steps."""
+    rough = max(steps, 1_000) / 4
+    power = 10 ** math.floor(math.log10(rough))
+    width = next(power * k for k in (1, 2, 5, 10) if power * k >= rough)
+    return tuple(k * float(width) for k in range(6) if k * width <= max(steps, 1_000))
+
+
+def _line(theme: Theme) -> uplot.Series:
+    return uplot.Series(
+        label="reward per trial", stroke=pictures.css(theme.capture), width=2, scale="y"
+    )
+
+
+def _scales(snapshot: Snapshot) -> dict[str, uplot.Scale]:
+    world = snapshot.spec.world
+    low, high = sorted((world.flight_reward, world.capture_reward))
+    return {
+        "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
+        # Room for the topmost label.
+        "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
+    }
+
+
+class Texts:
+    """What is read of a moment by those who look alike: found when it is first asked for."""
+
+    def __init__(
+        self,
+        status: Status,
+        look: Look,
+        extras: Extras,
+        n_viewers: int,
+        former: "Texts | None" = None,
+    ) -> None:
+        """Begin; what costs much and is as it was in the ``former`` ones is taken from there."""
+        history = status.snapshot.control.history
+        if former is not None and former.status.snapshot.control.history is history:
+            self.marks = former.marks
+        else:
+            self.marks = _marks_of(status.snapshot)
+        self.status = status
+        self.look = look
+        self.extras = extras
+        self._n_viewers = n_viewers
+        self._layer = LAYERS[look.layer]
+
+    @cached_property
+    def headline(self) -> str:
+        """The sentence, and where a run of an experiment is from, as HTML."""
+        return headline_html(self.status)
+
+    @cached_property
+    def numbers(self) -> str:
+        """The readings, as HTML."""
+        return numbers_html(self.status, self._n_viewers)
+
+    @cached_property
+    def caption(self) -> str:
+        """What the layer shows, as HTML."""
+        caption = self._layer.caption(self.status.snapshot, self.look, self.extras)
+        return _captioned(caption, board_name(self.status, self._layer))
+
+    @cached_property
+    def legend(self) -> str:
+        """The layer's legend, as HTML."""
+        return self._layer.legend(self.status.snapshot, self.look, self.extras)
+
+    @cached_property
+    def multiples(self) -> str:
+        """The layer at all headings, as HTML."""
+        snapshot = self.status.snapshot
+        return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
+
+    @cached_property
+    def curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """The learning curve, as :func:`curve_data`."""
+        return curve_data(self.status.snapshot)
+
+    @cached_property
+    def axes(self) -> tuple[uplot.Axis, ...]:
+        """Axes of the learning curve, with its marks."""
+        return _axes(self.status.snapshot, self.marks, self.look.theme)
+
+    @cached_property
+    def scales(self) -> dict[str, uplot.Scale]:
+        """Scales of the learning curve."""
+        return _scales(self.status.snapshot)
+
+
+class Readings:
+    """The panel of one browser."""
+
+    def __init__(self, client: viser.ClientHandle, status: Status) -> None:
+        self._client = client
+        self._gui = gui = client.gui
+        self._curve_shown: Curve | None = None
+        self._curve_key: tuple[object, ...] = ()
+        self._options: tuple[str, ...] = ()
+        snapshot = status.snapshot
+        panel = gui.add_panel()
+        panel.dock_left()
+        panel.set_width(_WIDTH)
+        with panel.add_tab("Now", icon=viser.Icon.EYE):
+            gui.add_html(_LAYOUT + keys.table_html())
+            self._headline = gui.add_html(headline_html(status))
+            self._numbers = gui.add_html(numbers_html(status))
+            self._layer = gui.add_dropdown("Layer", tuple(layer.title for layer in LAYERS.values()))
+            self._about: Any = gui.add_dropdown("of", ("approach",), visible=False)
+            self._caption = gui.add_html("")
+            self._legend = gui.add_html("")
+            self._curve = gui.add_uplot(
+                curve_data(snapshot),
+                (uplot.Series(label="steps"), _line(LIGHT)),
+                axes=_axes(snapshot, _marks_of(snapshot), LIGHT),
+                scales=_scales(snapshot),
+                legend=uplot.Legend(show=False),
+                height=160,
+            )
+        with panel.add_tab("View", icon=viser.Icon.STACK_2):
+            self._build_view()
+        self.inspect_tab = panel.add_tab("Inspect", icon=viser.Icon.ZOOM_IN)
+        """Where the inspection of a cell goes."""
+        self.file_tab = panel.add_tab("File", icon=viser.Icon.FILE)
+        """Where saving and loading goes."""
+        with self.file_tab:
+            self._clock = gui.add_html("")
+            self._build_help()
+        for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=True):
+            command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
+            command.on_trigger(guarded(self._chooser(layer.title)))
+        gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
+            guarded(lambda _: self.aim_camera())
+        )
+        self._dress()
+
+    def _build_view(self) -> None:
+        gui = self._gui
+        self._frame = gui.add_dropdown("Frame", tuple(_FRAMES))
+        self._scale = gui.add_dropdown("Value as", tuple(_SCALES))
+        self._fitted = gui.add_checkbox("Fit colours", False, hint="limits from what is there")
+        self._surface = gui.add_checkbox("Surface in 3-D", False)
+        self._field = gui.add_checkbox("Visual field", True)
+        self._grid = gui.add_checkbox("Grid lines", True)
+        self._sensors = gui.add_checkbox("Sensor rings", False)
+        self._zone = gui.add_checkbox("Start zone", False)
+        self._trail = gui.add_checkbox("Trail", True)
+        self._paths = gui.add_checkbox("Last 20 paths", False)
+        self._dark = gui.add_checkbox("Dark", False)
+        self._multiples = gui.add_checkbox("All headings", False)
+        self._eight = gui.add_html("", visible=False)
+        self._dark.on_update(guarded(lambda _: self._dress()))
+        self._surface.on_update(guarded(lambda _: self.aim_camera()))
+
+    def _build_help(self) -> None:
+        button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        button.on_click(guarded(lambda _: self.show_keys()))
+        command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
+        command.on_trigger(guarded(lambda _: self.show_keys()))
+        closing = self._gui.add_command("Close the list", hotkey="escape")
+        closing.on_trigger(guarded(lambda _: self._close_newest_list()))
+
+    def show_keys(self) -> None:
+        """List the hotkeys, once."""
+        modal = open_modal(self._client, "Keys")
+        with modal:
+            self._gui.add_html(keys.list_html())
+            close = self._gui.add_button("Close")
+        close.on_click(guarded(lambda _: close_modal(modal)))
+
+    def _close_newest_list(self) -> None:
+        # viser closes none by itself, and does not hand out those that are open.
+        lists = list(self._gui._modal_handle_from_uuid.values())  # pyright: ignore[reportPrivateUsage]
+        if lists:
+            lists[-1].close()
+
+    def _chooser(self, title: str) -> Callable[[Any], None]:
+        def choose(_: Any) -> None:
+            self._layer.value = title
+
+        return choose
+
+    @property
+    def layer(self) -> Layer:
+        """The layer this browser looks at."""
+        return next(layer for layer in LAYERS.values() if layer.title == self._layer.value)
+
+    @property
+    def look(self) -> Look:
+        """How this browser wants to see the board."""
+        about = str(self._about.value)
+        return Look(
+            theme=DARK if self._dark.value else LIGHT,
+            layer=self.layer.key,
+            option=self._options.index(about) if about in self._options else 0,
+            frame=_FRAMES[str(self._frame.value)],
+            scale=_SCALES[str(self._scale.value)],
+            fitted=bool(self._fitted.value),
+            surface=bool(self._surface.value),
+            field=bool(self._field.value),
+            grid=bool(self._grid.value),
+            sensors=bool(self._sensors.value),
+            start_zone=bool(self._zone.value),
+            trail=bool(self._trail.value),
+            paths=bool(self._paths.value),
+        )
+
+    def aim_camera(self) -> None:
+        """The whole board from above, or from the south if it is a surface."""
+        camera = self._client.camera
+        surface = bool(self._surface.value)
+        aim = {
+            "up_direction": (0.0, 0.0, 1.0) if surface else (0.0, 1.0, 0.0),
+            "position": SURFACE_CAMERA if surface else FLAT_CAMERA,
+            "look_at": SURFACE_TARGET if surface else FLAT_TARGET,
+        }
+        with self._client.atomic():
+            for part, value in aim.items():
+                # viser sends nothing if it takes the camera to be there already; a page that is
+                # about to say that it has been moved would go on moving.
+                setattr(camera, part, np.array(value) + _NUDGE)
+                setattr(camera, part, value)
+
+    def update(self, texts: Texts, clock: str) -> None:
+        """Show a moment."""
+        snapshot, layer = texts.status.snapshot, LAYERS[texts.look.layer]
+        self._offer_options(snapshot, layer)
+        for handle, content in (
+            (self._headline, texts.headline),
+            (self._numbers, texts.numbers),
+            (self._caption, texts.caption),
+            (self._legend, texts.legend),
+            (self._clock, clock),
+        ):
+            if handle.content != content:
+                handle.content = content
+        self._show_curve(texts)
+        self._show_multiples(texts)
+
+    def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
+        names = tuple(plain(name) for name in option_names(snapshot))
+        if layer.about == "skill":
+            names = tuple(plain(name) for name in snapshot.spec.learner.skills)
+        wanted = layer.about != "nothing" and bool(names)
+        if names and names != self._options:
+            self._about.options = names
+            self._options = names
+        if self._about.visible != wanted:
+            self._about.visible = wanted
+
+    def _show_multiples(self, texts: Texts) -> None:
+        wanted = bool(self._multiples.value)
+        if self._eight.visible != wanted:
+            self._eight.visible = wanted
+        if wanted and self._eight.content != texts.multiples:
+            self._eight.content = texts.multiples
+
+    def _show_curve(self, texts: Texts) -> None:
+        snapshot, theme = texts.status.snapshot, texts.look.theme
+        key = (texts.marks, theme)
+        if snapshot.curve is self._curve_shown and key == self._curve_key:
+            return
+        if key != self._curve_key:
+            self._curve.series = (uplot.Series(label="steps"), _line(theme))
+        # Kept, and not its id, which another curve may have once this one is gone.
+        self._curve_shown, self._curve_key = snapshot.curve, key
+        self._curve.axes = texts.axes
+        self._curve.scales = texts.scales
+        self._curve.data = texts.curve
+
+    def _dress(self) -> None:
+        self._gui.configure_theme(
+            dark_mode=bool(self._dark.value), show_logo=False, show_share_button=False
+        )
+
+
+def board_name(status: Status, layer: Layer) -> str:
+    """What the board is for those who cannot see it."""
+    size = status.snapshot.spec.world.size
+    return (
+        f"The board, {size} by {size} cells, the prey in its middle. Layer: {layer.title}."
+        f" {sentence.sentence(status)}"
+    )
+
+
+def _captioned(html: str, board: str) -> str:
+    return (
+        f'<div data-board="{escape(board)}"'
+        f' style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{html}</div>'
+    )

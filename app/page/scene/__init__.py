@@ -1,0 +1,1 @@
+"""What is drawn in the scene: the board, the names on it, and who looks at which."""

@@ -1,0 +1,109 @@
+"""From a lab's settings to a page that is served until a signal or a failure ends it."""
+
+import contextlib
+import logging
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from app.live.session import Session
+from app.page.lab import DEFAULT_SPEED, Lab
+from app.server.origin import Authority
+from app.server.server import addresses_of
+from app.util.ending import watched
+from app.util.logs import sparing_log
+from app.util.opening import open_in_browser
+from learners.spec import RunSpec
+
+log = logging.getLogger(__name__)
+
+
+class ListenError(Exception):
+    """A host and a port that cannot be listened on; the message says why."""
+
+
+class BrokenLabError(Exception):
+    """A lab that has ended by itself; the message says why."""
+
+
+@sparing_log()
+def run_lab(
+    spec: RunSpec,
+    preset: str,
+    seed: int,
+    presets: Mapping[str, RunSpec],
+    host: str,
+    port: int,
+    open_browser: bool,
+    save_dir: Path | None,
+    results: Path,
+    names: Sequence[Authority],
+    token: str | None,
+) -> int:
+    """Serve the live page until Ctrl-C or another signal; returns the exit code.
+
+    Raises:
+        ListenError: the host is not an address of this machine, or no port is free.
+        BrokenLabError: it has ended by itself; the message says why.
+    """
+    with watched() as ending:
+        session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
+        try:
+            lab = Lab(
+                session,
+                {preset: spec, **presets},
+                host,
+                port,
+                results,
+                save_dir,
+                True,
+                names,
+                token,
+            )
+        except OSError as error:
+            raise ListenError(error.strerror or str(error)) from error
+        except UnicodeError as error:
+            # So Python says of some names that no host can have.
+            raise ListenError(str(error)) from error
+        # Between two frames and not within one, where it would leave things half done.
+        ending.by(lab.end)
+        _announce(lab, port)
+        session.start()
+        if open_browser:
+            _show(lab)
+        try:
+            lab.serve()
+        except Exception as error:
+            log.exception("a frame could not be drawn")
+            lab.failure = f"drawing failed: {type(error).__name__}: {error}"
+        finally:
+            lab.close()
+    if lab.failure is not None:
+        reasons = "".join(f"; {name}: {words}" for name, words in ending.last_words.items())
+        raise BrokenLabError(f"The lab has ended by itself: {lab.failure}{reasons}")
+    # Where the terminal is gone there is nobody to tell.
+    with contextlib.suppress(OSError):
+        _say("\nEnded.")
+    return ending.exit_code
+
+
+def _announce(lab: Lab, port: int) -> None:
+    """Say where the lab is to be found."""
+    if port not in (0, lab.server.get_port()):
+        _say(f"Port {port} is busy, so this uses {lab.server.get_port()}.")
+    first, *others = lab.urls
+    _say(f"pounce is at {first}  (Ctrl-C ends it)")
+    for other in others:
+        _say(f"      and at {other}")
+
+
+def _show(lab: Lab) -> None:
+    """Open the page in a browser; its address says that it is to be used once."""
+    address = addresses_of(lab.server)[0]
+    question = "" if lab.access is None else f"/{lab.access.question_for_once()}"
+    open_in_browser(f"{address}{question}")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()

@@ -1,0 +1,42 @@
+"""How one browser wants to see the board: a value, made from its widgets and nothing else."""
+
+from typing import NamedTuple
+
+from app.picture.pictures import LIGHT, Scale, Theme
+
+FOLDED = -1
+"""Frame: the mean over the eight headings, each turned so that the prey faces east."""
+OF_TRIAL = -2
+"""Frame: the heading of the running trial, as the world is."""
+
+
+class Look(NamedTuple):
+    """One way of drawing a snapshot. Hashable, so that browsers which agree share the work."""
+
+    theme: Theme = LIGHT
+    layer: str = "value"
+    """Key of a layer."""
+    option: int = 0
+    """Option, or skill, that the layers about one of them show."""
+    frame: int = FOLDED
+    """``FOLDED``, ``OF_TRIAL``, or a heading 0...7."""
+    scale: Scale = "steps"
+    fitted: bool = False
+    """Whether the limits of colours are fitted to what is there, and not fixed."""
+    surface: bool = False
+    """Whether the board is drawn as a surface whose height is the value."""
+    field: bool = True
+    grid: bool = True
+    sensors: bool = False
+    """Rings and sectors of the predator's sensors."""
+    start_zone: bool = False
+    trail: bool = True
+    paths: bool = False
+    """Paths of the last trials, by how they ended."""
+
+
+def heading_shown(look: Look, trial_heading: int) -> int:
+    """The way the prey faces in the picture: east where the map is folded."""
+    if look.frame == FOLDED:
+        return 0
+    return trial_heading if look.frame == OF_TRIAL else look.frame

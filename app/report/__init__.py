@@ -1,0 +1,1 @@
+"""A page on results that stands for itself, with its pictures as files."""

@@ -1,0 +1,228 @@
+"""What sections of a report are made of: curves of variants, and cells and rules of tables."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from statistics import median_low
+from typing import NamedTuple
+
+from app.analysis import estimates
+from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, bootstrap_rng
+from app.charts.paper import Line, Mark, Panel, Style, draw_curves, shown_estimate
+from app.metrics import Metric
+from app.report.page import Page, details, minor
+from app.results.read import Group, Reader, RunRow, Trace, Widths
+from app.util.html import Markup, element, joined
+from app.words.plain import counted, plain
+
+MOST_LINES = 8
+"""Curves in a picture."""
+MOST_ROWS = 60
+"""Variants in a table."""
+MEANS_RULE = (
+    "Mean over runs with its 95 % bootstrap interval; below it, from five runs on, the"
+    " interquartile mean (IQM), which a few wild runs hardly move. Where fewer runs than there are"
+    " have a value, it is said how many do."
+)
+"""How tables show a mean."""
+DIFFERENCES_RULE = (
+    "Differences are paired by seed where seeds are shared, and their IQM is that of the"
+    " differences of pairs; where none are, it is the difference of two IQMs."
+)
+"""How tables show a difference of two means."""
+REACHED_RULE = (
+    "Steps are medians, with a run that never got there counted as longer than any that did."
+)
+"""How tables show steps until something was reached."""
+STEPS_DIFFERENCES_RULE = (
+    "Of steps to a share of captures the difference is that of two medians, over the seeds that are"
+    " shared if any are, and has no interval; P counts a run that never got there as longer than"
+    " any that did."
+)
+"""How tables show a difference of steps until something was reached."""
+NO_INTERVAL = "Single runs give no interval."
+
+
+class Shown(NamedTuple):
+    """Numbers that a report shows, each with the name that it has for runs of such lengths."""
+
+    first: Metric
+    """What is drawn, and what variants are set against one another by."""
+    swept: Sequence[Metric]
+    """What maps and points are of, ``first`` included."""
+    every: Sequence[Metric]
+
+
+# --- Curves --------------------------------------------------------------------------------------
+
+
+def line_of(reader: Reader, label: str, runs: Iterable[RunRow], axis: Axis, style: Style) -> Line:
+    """The learning curve of runs against steps or trials, averaged, with its interval."""
+    traces = reader.traces(runs)
+    curves = [trace.curves[axis] for trace in traces]
+    found = estimates.band(curves, reader.widths.of(axis), bootstrap_rng())
+    return Line(label, found, style, len(traces), _marks(traces, axis))
+
+
+def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
+    """Introductions that all runs have come to, at the median over the runs."""
+    medians = estimates.medians_of_all([trace.introductions for trace in traces])
+    return [
+        Mark(step if axis == "steps" else trial, plain(name))
+        for name, (trial, step) in medians.items()
+    ]
+
+
+def _curve_notes(widths: Widths, axis: Axis, panels: Sequence[Panel]) -> str:
+    share = f"{estimates.LEAST_SHARE:.0%}".replace("%", " %")
+    lines = [line for panel in panels for line in panel.lines]
+    has_marks = any(line.marks for line in lines)
+    marks = " Dashed marks: introductions of skills (median over runs)." if has_marks else ""
+    shaded = (
+        "n runs (seeds) each; shaded: 95 % bootstrap interval over runs, point by point."
+        if any(line.n > 1 for line in lines)
+        else f"n runs (seeds) each. {NO_INTERVAL}"
+    )
+    return (
+        f"Mean reward per trial in windows of {widths.of(axis):,} {axis}; {shaded}{marks}"
+        " Faint: some runs have ended, and the mean is over those that go on, which may not be"
+        f" typical; where fewer than {share} do, the curve ends."
+    )
+
+
+def curve_pictures(
+    page: Page,
+    reader: Reader,
+    name: str,
+    caption: str,
+    panels: Callable[[Axis], Sequence[Panel]],
+    note: str = "",
+) -> Markup:
+    """A picture against steps, and the same against trials to be opened."""
+
+    def picture(axis: Axis, name: str, caption: str) -> Markup:
+        drawn = panels(axis)
+        notes = [_curve_notes(reader.widths, axis, drawn), *([note] if note else [])]
+        drawing = draw_curves(name, drawn, axis, page.small_print(" ".join(notes)))
+        return page.picture(name, caption, drawing)
+
+    by_steps = picture("steps", name, caption)
+    by_trials = picture("trials", f"{name}_trials", f"{caption}, against trials")
+    return joined([by_steps, details("The same against trials", by_trials)])
+
+
+def bars_note(shown: Iterable[Estimate]) -> str:
+    """What the bars of a picture are, if it has any."""
+    if any(has_interval(estimate) for estimate in shown):
+        return "Bars: 95 % bootstrap interval."
+    return NO_INTERVAL
+
+
+def has_interval(estimate: Estimate) -> bool:
+    """Whether an estimate rests on more than a single run."""
+    return not math.isnan(estimate.low)
+
+
+# --- Cells and words -----------------------------------------------------------------------------
+
+
+def mean_cell(values: Sequence[float]) -> Markup:
+    """A mean over runs with its interval."""
+    mean = estimates.mean(values, bootstrap_rng())
+    return _below(shown_estimate(mean), _how_many(mean, values))
+
+
+def scalar_cell(values: Sequence[float]) -> Markup:
+    """A mean over runs with its interval, and below it that of the middle half."""
+    mean = estimates.mean(values, bootstrap_rng())
+    middle = estimates.interquartile_mean(values, bootstrap_rng())
+    return _below(shown_estimate(mean), _middle(mean, middle), _how_many(mean, values))
+
+
+def difference_cell(first: Group, second: Group, column: str, difference: Estimate) -> Markup:
+    """How much larger a scalar is in the first group than in the second."""
+    values = first.by_seed(column), second.by_seed(column)
+    middle = estimates.interquartile_difference(*values, bootstrap_rng())
+    return _below(shown_estimate(difference), _middle(difference, middle))
+
+
+def reached_cell(steps: Sequence[float | None]) -> Markup:
+    """The median of the steps until something was reached, and how many runs reached it.
+
+    Args:
+        steps: of each run of which it was measured; None for never.
+    """
+    if not steps:
+        return Markup("–")
+    found = estimates.reached(steps, bootstrap_rng())
+    median = found.median
+    value, low, high = (_steps(value) for value in (median.value, median.low, median.high))
+    interval = "" if math.isnan(median.low) or low == high else f" [{low}, {high}]"
+    return _below(f"{value}{interval}", f"by {found.reached} of {counted(median.n, 'run')}")
+
+
+def _steps(value: float) -> str:
+    if math.isinf(value):
+        return "never"
+    return f"{value / 1e6:.3g} M" if value >= 1e5 else f"{value:,.0f}"
+
+
+def _middle(mean: Estimate, middle: Estimate) -> str:
+    """The mean of the middle half, where there are enough runs for it to differ in its interval."""
+    return f"IQM {shown_estimate(middle)}" if mean.n >= LEAST_RUNS else ""
+
+
+def _how_many(mean: Estimate, values: Sequence[float]) -> str:
+    return f"of {counted(mean.n, 'run')}" if 0 < mean.n < len(values) else ""
+
+
+def _below(cell: str, *notes: str) -> Markup:
+    """A cell with small notes under one another."""
+    return joined([cell, *(minor(note) for note in notes if note)], Markup("<br/>"))
+
+
+def chance_cell(found: Comparison) -> str:
+    """The chance that a run of the first group has more than one of the second."""
+    return "–" if math.isnan(found.improvement) else f"{found.improvement:.2f}"
+
+
+def pairing_cell(found: Comparison) -> str:
+    """How the runs of a difference were paired."""
+    return "by seed" if found.paired else "no"
+
+
+def compared_steps(
+    first: Mapping[int, float | None], second: Mapping[int, float | None]
+) -> Comparison:
+    """How much longer the first group took to reach something; steps by seed, None for never.
+
+    The difference is that of the medians; there is none where a median is never.
+    """
+    shared = first.keys() & second.keys()
+    paired = len(shared) >= 2
+    ordered = [
+        {seed: math.inf if steps is None else steps for seed, steps in group.items()}
+        for group in (first, second)
+    ]
+    if paired:
+        ordered = [{seed: group[seed] for seed in sorted(shared)} for group in ordered]
+    # The lower median is a run's own value, so that nothing is averaged with infinity.
+    medians = [median_low(group.values()) for group in ordered]
+    both = all(map(math.isfinite, medians))
+    value = medians[0] - medians[1] if both else math.nan
+    n = min(map(len, ordered))
+    chance = estimates.improvement(ordered[0], ordered[1], paired)
+    return Comparison(Estimate(value, math.nan, math.nan, n), chance, paired)
+
+
+def minor_text(text: str) -> Markup:
+    """A paragraph that steps back; nothing where there is nothing to say."""
+    return element("p", text, class_="minor") if text else Markup()
+
+
+def left_out(n_groups: int) -> Markup:
+    """That a table does not show all of so many variants; nothing where it does."""
+    if n_groups <= MOST_ROWS:
+        return Markup()
+    return minor_text(
+        f"The first {MOST_ROWS} of {n_groups} variants; results.sqlite has all of them."
+    )

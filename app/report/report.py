@@ -1,0 +1,530 @@
+"""A report of results: one page that stands for itself, and its pictures as files.
+
+What a page shows follows from what was run. Runs of the thesis's learners in its worlds give its
+figures and a verdict on each of its findings; settings that were swept give maps and points;
+variants give curves, and unless they are of one such map they are set against the first of them.
+"""
+
+import math
+import os
+import shlex
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from app.analysis import estimates
+from app.analysis.estimates import Axis, Comparison, Estimate, bootstrap_rng
+from app.charts.drawing import missing_note
+from app.charts.paper import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
+from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
+from app.metrics import (
+    AREA,
+    BEHAVIOUR,
+    ENDINGS,
+    FINAL_REWARD,
+    LENGTH,
+    METRICS,
+    MILESTONES,
+    PERFORMANCE,
+    Metric,
+    shown_first,
+)
+from app.report.page import FIGURE_FILES, Page, details, document, table
+from app.report.parts import (
+    DIFFERENCES_RULE,
+    MEANS_RULE,
+    MOST_LINES,
+    MOST_ROWS,
+    REACHED_RULE,
+    STEPS_DIFFERENCES_RULE,
+    Shown,
+    bars_note,
+    chance_cell,
+    compared_steps,
+    curve_pictures,
+    difference_cell,
+    left_out,
+    line_of,
+    mean_cell,
+    minor_text,
+    pairing_cell,
+    reached_cell,
+    scalar_cell,
+)
+from app.report.sections.compare import write_comparison
+from app.report.sections.stops import write_stops
+from app.report.sections.sweeps import write_sweeps
+from app.report.sections.thesis import write_thesis
+from app.results import thesis
+from app.results.read import (
+    Folder,
+    Group,
+    Reader,
+    ResultsError,
+    RunRow,
+    folder_names,
+    groups_of,
+    in_short,
+    measured,
+    read_folder,
+    widths_of,
+)
+from app.util import leftovers
+from app.util.files import PASSING, write_whole
+from app.util.html import Markup, element, joined
+from app.util.texts import as_path, as_text
+from app.words.plain import counted
+
+_MOST_OPEN_ROWS = 16
+_LONGEST_NAME = 120
+"""In bytes, of the folder of a page on several folders; file systems take twice as much."""
+
+
+# --- Sections: any experiment --------------------------------------------------------------------
+
+
+def _curves(
+    page: Page, reader: Reader, groups: Sequence[Group], metric: Metric, naming: str
+) -> None:
+    """Curves of all variants, or of the best where they are too many for a picture."""
+    shown = _best(groups, metric)
+
+    def panels(axis: Axis) -> list[Panel]:
+        lines = [
+            line_of(reader, group.label, group.runs, axis, style_of(index))
+            for index, group in enumerate(shown)
+        ]
+        return [Panel("", with_clear_marks(lines))]
+
+    caption, notes = "Reward of each variant", [naming] if naming else []
+    if len(shown) < len(groups):
+        extreme = "lowest" if metric.column in LENGTH else "highest"
+        which = f"the {len(shown)} of {len(groups)} variants with the {extreme} {metric.title}"
+        caption = f"Reward of {which}"
+        notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
+    curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
+    page.say("Learning curves", curves, minor_text(naming))
+
+
+def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
+    """As many variants as a picture takes, those that did best in the mean, in their own order."""
+    # A run that a stop condition ended is the better, the shorter it is.
+    sign = -1 if metric.column in LENGTH else 1
+
+    def merit(place: int) -> float:
+        values = [v for v in groups[place].values(metric.column) if math.isfinite(v)]
+        return sign * sum(values) / len(values) if values else -math.inf
+
+    best = sorted(range(len(groups)), key=merit, reverse=True)[:MOST_LINES]
+    return [groups[place] for place in sorted(best)]
+
+
+def _scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
+    page.tell("averaging scalars")
+    there = [metric for metric in shown.every if measured(groups, metric.column)]
+    milestones = [name for name in MILESTONES if any(group.milestones(name) for group in groups)]
+    rule = f"{MEANS_RULE} {REACHED_RULE}" if milestones else MEANS_RULE
+    how_well, how, endings, length = (
+        [metric for metric in there if metric.column in names]
+        for names in (PERFORMANCE, BEHAVIOUR, ENDINGS, LENGTH)
+    )
+    some = groups[:MOST_ROWS]
+    tables = joined(
+        [
+            _scalar_table(some, how_well, scalar_cell, ()),
+            _scalar_table(some, how, mean_cell, milestones),
+            _scalar_table(some, endings, mean_cell, ()),
+            _scalar_table(some, length, mean_cell, ()),
+            left_out(len(groups)),
+        ]
+    )
+    if len(groups) > _MOST_OPEN_ROWS:
+        tables = details(f"The scalars of {len(some)} variants", tables)
+    page.say("Scalars", element("p", f"{rule} {naming}".strip()), tables)
+
+
+def _scalar_table(
+    groups: Sequence[Group],
+    metrics: Sequence[Metric],
+    cell: Callable[[Sequence[float]], Markup],
+    milestones: Sequence[str],
+) -> Markup:
+    """Numbers of each variant; nothing where none of them was measured."""
+    titles = [*(MILESTONES[name] for name in milestones), *(metric.label for metric in metrics)]
+    if not titles:
+        return Markup()
+    rows = [
+        (
+            group.label,
+            len(group.runs),
+            *(reached_cell([*group.milestones(name).values()]) for name in milestones),
+            *(cell(group.values(metric.column)) for metric in metrics),
+        )
+        for group in groups
+    ]
+    return table(("variant", "n", *titles), rows)
+
+
+def _ablation(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
+    """Variants beside the first one."""
+    page.tell("setting variants beside one another")
+    base, *others = groups[:MOST_ROWS]
+    metric = shown.first
+    first = base.by_seed(metric.column)
+    found = [
+        (group, estimates.compare(group.by_seed(metric.column), first, bootstrap_rng()))
+        for group in others
+    ]
+    difference = f"{metric.title}: difference to {base.label}"
+    page.say(
+        "Variants beside one another",
+        _ablation_picture(page, base, found, metric, difference, naming),
+        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {naming}".strip()),
+        _ablation_table(base, found, metric, difference),
+        _other_differences(base, others, shown),
+        left_out(len(groups)),
+    )
+
+
+def _other_differences(base: Group, others: Sequence[Group], shown: Shown) -> Markup:
+    """How far variants differ from the first one in what is not drawn."""
+    some = others[:_MOST_OPEN_ROWS]
+    rows: list[Sequence[object]] = []
+    for metric in shown.every:
+        first = base.by_seed(metric.column)
+        if metric != shown.first and any(map(math.isfinite, first.values())):
+            for group in some:
+                found = estimates.compare(group.by_seed(metric.column), first, bootstrap_rng())
+                rows.append((metric.label, group.label, *_difference_cells(found)))
+    for name, title in MILESTONES.items():
+        first = base.milestones(name)
+        for group in some:
+            steps = group.milestones(name)
+            if first and steps:
+                found = compared_steps(steps, first)
+                rows.append((title, group.label, *_difference_cells(found)))
+    if not rows:
+        return Markup()
+    header = (
+        "quantity",
+        "variant",
+        f"difference to {base.label} [95 %]",
+        "P(variant higher)",
+        "n",
+        "paired",
+    )
+    rule = element("p", STEPS_DIFFERENCES_RULE)
+    fewer = f" of the first {len(some)} variants" if len(some) < len(others) else ""
+    summary = f"Differences{fewer} in the other quantities"
+    return details(summary, joined([rule, table(header, rows)]))
+
+
+def _difference_cells(found: Comparison) -> Sequence[object]:
+    estimate = found.difference
+    return shown_estimate(estimate), chance_cell(found), estimate.n, pairing_cell(found)
+
+
+def _ablation_picture(
+    page: Page,
+    base: Group,
+    others: Sequence[tuple[Group, Comparison]],
+    metric: Metric,
+    difference: str,
+    naming: str,
+) -> Markup:
+    every = [base, *(group for group, _ in others)]
+    samples = [(group.label, group.values(metric.column)) for group in every]
+    nothing = Estimate(math.nan, math.nan, math.nan, 0)
+    columns = {
+        metric.label: [
+            Dot(label, estimates.mean(values, bootstrap_rng()), values) for label, values in samples
+        ],
+        difference: [
+            Dot(base.label, nothing),
+            *(Dot(group.label, compared.difference) for group, compared in others),
+        ],
+    }
+    small = page.small_print(
+        f"Mean over n runs (seeds). {bars_note(dot.estimate for dot in columns[metric.label])} Pale"
+        " dots: single runs. Differences are to"
+        f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
+    )
+    drawing = draw_dots("variants", columns, small, zero=(difference,))
+    return page.picture("variants", f"{metric.label} of each variant", drawing)
+
+
+def _ablation_table(
+    base: Group, others: Sequence[tuple[Group, Comparison]], metric: Metric, difference: str
+) -> Markup:
+    column = metric.column
+    header = (
+        "variant",
+        f"{metric.label} [95 %]",
+        f"{difference} [95 %]",
+        "P(variant higher)",
+        "n of the difference",
+        "paired",
+    )
+    rows = [
+        (
+            group.label,
+            scalar_cell(group.values(column)),
+            difference_cell(group, base, column, compared.difference),
+            chance_cell(compared),
+            compared.difference.n,
+            pairing_cell(compared),
+        )
+        for group, compared in others
+    ]
+    of_base = (base.label, scalar_cell(base.values(column)), "–", "–", "–", "–")
+    return table(header, [of_base, *rows])
+
+
+# --- The whole -----------------------------------------------------------------------------------
+
+
+class Written(NamedTuple):
+    """A report that has been written."""
+
+    page: Path
+    warnings: Sequence[str]
+    """What its reader has to know, and finds in it as well."""
+
+
+def write_report(
+    folders: Sequence[Path],
+    out: Path | None,
+    compare: bool,
+    tell: Callable[[str], object] = lambda _: None,
+) -> Written:
+    """Write a page on folders of results, and its pictures into a folder beside it.
+
+    Args:
+        folders: of results; without ``compare`` they are taken together.
+        out: the page; :func:`default_place` unless given.
+        compare: set the second folder against the first.
+        tell: told what is being done.
+
+    Raises:
+        ResultsError: nothing can be reported, or nothing be written.
+    """
+    if compare and len(folders) != 2:
+        raise ResultsError(f"a comparison needs two folders, and there are {len(folders)}")
+    tell("reading tables of results")
+    read = [read_folder(folder) for folder in folders]
+    place = default_place(folders, compare) if out is None else out
+    commands = [*(folder.command for folder in read), _command(folders, out, compare)]
+    warnings = [*_unfinished(read), *_damaged(read)]
+    page = Page(commands, figures_of(place).name, warnings=warnings, tell=tell)
+    tables = [folder.rows for folder in read]
+    rows = [row for table in (tables if compare else _without_copies(tables)) for row in table]
+    if all(row.error for row in rows):
+        shown = ", ".join(repr(str(folder)) for folder in folders)
+        nothing = f"no run is over in {shown}: there is nothing to report yet"
+        raise ResultsError(" ".join([nothing, *_damaged(read)]))
+    several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
+    # What both sides of a comparison hold is looked at twice, and was still run once.
+    apart = [row for table in _without_copies(tables) for row in table]
+    reader = Reader(
+        widths_of(rows),
+        thesis.quantities_of,
+        several,
+        lambda n: tell(f"reading logs: {counted(n, 'run')}"),
+    )
+    for run in (run for folder in read for run in folder.lost):
+        reader.unreadable[reader.name_of(run)] = "its arrays are damaged or gone"
+    title = _overview(page, read, apart, compare)
+    # Folders may differ in what they measure first; the page shows one thing all through.
+    shown = _shown(read[0], rows)
+    if compare:
+        first, second = read
+        write_comparison(page, reader, first, second, shown)
+    else:
+        _everything(page, reader, groups_of(rows), shown)
+    _missing_runs(page, reader, rows)
+    notes = [*page.warnings, *_missing_characters(page)]
+    tell("writing the page")
+    _write_all(page, place, document(title, page))
+    return Written(place, notes)
+
+
+def default_place(folders: Sequence[Path], compare: bool) -> Path:
+    """Where a page goes that was not told: into its folder, or beside the first of several."""
+    apart = [*dict.fromkeys(folder.resolve() for folder in folders)]
+    if len(apart) == 1:
+        return folders[0] / REPORT_PAGE
+    above = Path(os.path.commonpath(apart))
+    # Folders of the same name are told apart by the ways to them.
+    names = [folder.name for folder in apart]
+    if len({*names}) < len(names):
+        names = ["-".join(folder.relative_to(above).parts) or folder.name for folder in apart]
+    word = "compare" if compare else "report"
+    name = "_".join([word, *names])
+    if len(os.fsencode(name)) > _LONGEST_NAME:
+        # A character that would be cut in two is left out.
+        first = os.fsencode("_".join([word, names[0]]))[:_LONGEST_NAME].decode(errors="ignore")
+        name = as_path(f"{first}_and_{len(names) - 1}_more")
+    beside = folders[0].parent if folders[0].name not in ("", "..") else apart[0].parent
+    return beside / name / REPORT_PAGE
+
+
+def _unfinished(read: Iterable[Folder]) -> list[str]:
+    """Which experiments have runs that are not there yet."""
+    folders = {folder.path: folder for folder in read}
+    names = folder_names(folders)
+    return [
+        f"Unfinished: {len(folder.rows):,} of {counted(folder.planned, 'run')}"
+        + (f" in {names[path]}." if len(folders) > 1 else ".")
+        for path, folder in folders.items()
+        if len(folder.rows) < folder.planned
+    ]
+
+
+def _damaged(read: Iterable[Folder]) -> list[str]:
+    """Of which folders runs count as missing that were there once."""
+    folders = {folder.path: folder for folder in read}
+    return [
+        f"Damaged: the arrays of {counted(len(folder.lost), 'run')} in {path} are damaged or gone,"
+        f" so they count as missing; {folder.command} --resume makes them again."
+        for path, folder in folders.items()
+        if folder.lost
+    ]
+
+
+def _shown(folder: Folder, rows: Iterable[RunRow]) -> Shown:
+    """What is shown of runs, of which the folder's are the first."""
+    lengths = [row.trials for row in rows if not row.error]
+    every = [metric.of_runs(min(lengths), max(lengths)) for metric in METRICS]
+    by_column = {metric.column: metric for metric in every}
+    first = by_column[shown_first(folder.metrics).column]
+    swept = (first, by_column[FINAL_REWARD.column], by_column[AREA.column])
+    if any(row.stop is not None for row in folder.rows):
+        # They end as good as one another, and in the midst of learning; what differs is how soon.
+        first = by_column["steps"] if first.column == FINAL_REWARD.column else first
+        swept = (first,)
+    return Shown(first, [*dict.fromkeys(swept)], every)
+
+
+def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown) -> None:
+    groups, naming = in_short(found)
+    write_stops(page, reader, groups)
+    placed = thesis.placed_of(groups)
+    # One learner alone in a world replicates nothing; it is a variant like any other.
+    if len({learner for _, learner in placed}) < 2:
+        placed = {}
+    if placed:
+        write_thesis(page, reader, placed)
+    others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
+    swept = write_sweeps(page, groups, shown)
+    rest = [group for group in others if group.preset not in swept]
+    if len(rest) > 1:
+        _ablation(page, rest, shown, naming)
+    if others:
+        _curves(page, reader, others, shown.first, naming)
+    _scalars(page, groups, shown, naming)
+
+
+def _without_copies(tables: Iterable[Sequence[RunRow]]) -> list[list[RunRow]]:
+    """Tables of folders without the runs that a folder before them holds as well.
+
+    Within a folder nothing is a copy: two of its variants may well come to the same settings.
+    """
+    seen: set[tuple[str, str]] = set()
+    found = []
+    for rows in tables:
+        keyed = [((row.identity, row.digest or row.key), row) for row in rows]
+        found.append([row for key, row in keyed if key not in seen])
+        seen.update(key for key, _ in keyed)
+    return found
+
+
+def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
+    words = ["pounce", "report", *(["--compare"] if compare else []), *map(str, folders)]
+    return as_text(shlex.join([*words, *([] if out is None else ["--out", str(out)])]))
+
+
+def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compare: bool) -> str:
+    names = [folder.path.resolve().name for folder in read]
+    failed = sum(bool(row.error) for row in rows)
+    n_done = len(rows) - failed
+    versions = ", ".join(sorted({row.version for row in rows if row.version})) or "unknown"
+    seeds = {row.seed for row in rows}
+    also = f" ({failed} more failed)" if failed else ""
+    lines = [
+        *_descriptions(read),
+        f"{counted(n_done, 'run')} over {counted(len(seeds), 'seed')}{also}, by version {versions}"
+        " of the lab.",
+    ]
+    if compare:
+        lines.append(f"A is {read[0].path}, B is {read[1].path}.")
+    lines += [
+        f"A stop condition or a number of steps may have ended the runs in {folder.path} early, so"
+        " they do not count among the thesis's own."
+        for folder in read
+        if any(row.limited for row in folder.rows)
+    ]
+    commands = [element("code", command) for command in page.commands]
+    content = [element("p", text, class_="warning") for text in page.warnings]
+    content += [element("p", line) for line in lines]
+    content.append(element("p", joined(["Made by", *commands], Markup("<br/>"))))
+    page.sections.append(joined(content))
+    return " and ".join(names) if compare else ", ".join(names)
+
+
+def _descriptions(read: Sequence[Folder]) -> list[str]:
+    """What the experiments are about, each with the names of its folders if there are several."""
+    names = folder_names(folder.path for folder in read)
+    by_text: dict[str, list[str]] = {}
+    for folder in read:
+        if folder.description:
+            by_text.setdefault(folder.description, []).append(names[folder.path])
+    if len(names) == 1:
+        return [*by_text]
+    return [f"{', '.join(dict.fromkeys(which))}: {text}" for text, which in by_text.items()]
+
+
+def _missing_runs(page: Page, reader: Reader, rows: Iterable[RunRow]) -> None:
+    failed = {reader.name_of(run): run.error for run in rows if run.error}
+    missing = {**failed, **reader.unreadable}
+    if missing:
+        cells = [(name, element("span", why)) for name, why in missing.items()]
+        page.say("Runs that are left out", table(("run", "why"), cells))
+
+
+def _missing_characters(page: Page) -> list[str]:
+    """Which characters no font had, said at the beginning of the page; nothing if all were had."""
+    missing = "".join(dict.fromkeys("".join(d.missing for d in page.drawings.values())))
+    if not missing:
+        return []
+    note = missing_note(missing)
+    page.sections.insert(0, element("p", note, class_="warning"))
+    return [note]
+
+
+def _write_all(page: Page, place: Path, text: str) -> None:
+    folder = place.with_name(page.figures)
+    header = '<?xml version="1.0" encoding="utf-8"?>\n'
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for each in (place.parent, folder):
+            leftovers.clear(each, PASSING)
+        for name, drawing in page.drawings.items():
+            contents = (
+                (header + drawing.svg).encode(),
+                drawing.png,
+                drawing.csv.encode("utf-8", "replace"),
+                drawing.spreadsheet.encode("utf-8", "replace"),
+            )
+            for ending, content in zip(FIGURE_FILES, contents, strict=True):
+                write_whole(folder / f"{name}.{ending}", content)
+        # The page comes last: where it is, its pictures are.
+        write_whole(place, text.encode())
+        # Those of an older one that it does not show.
+        remove_figures(
+            place, {Path(f"{name}.{end}").stem for name in page.drawings for end in FIGURE_FILES}
+        )
+    except OSError as error:
+        raise ResultsError(
+            f"{str(place)!r} cannot be written: {error.strerror or error};"
+            " allowed: --out with a place that can"
+        ) from error

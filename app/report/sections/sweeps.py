@@ -1,0 +1,468 @@
+"""Sections of a report on what was swept: maps, points, and whether it makes a difference."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+from app.analysis import estimates
+from app.analysis.estimates import Contrast, Estimate, bootstrap_rng
+from app.analysis.sweeps import (
+    Design,
+    Place,
+    Sweep,
+    Values,
+    design_of,
+    differences,
+    highest,
+    highest_unseen,
+    own_place,
+    sweep_of,
+)
+from app.charts.paper import (
+    Axle,
+    Effect,
+    Series,
+    draw_differences,
+    draw_effects,
+    draw_plane,
+    draw_points,
+    excludes_zero,
+    grouped,
+    shown_estimate,
+)
+from app.documents import presets
+from app.metrics import AREA, FINAL_REWARD, PERFORMANCE, Metric
+from app.report.page import Page, details, table
+from app.report.parts import NO_INTERVAL, Shown, bars_note, has_interval
+from app.results.read import Group, measured
+from app.util.html import Markup, element
+
+_WIDE = 0.1
+"""A wide margin, as a share of the range of a quantity; the thesis's findings have the same."""
+_CLOSE = _WIDE / 3
+"""Below it, a difference is close."""
+
+_T = TypeVar("_T")
+
+
+class _Swept(NamedTuple):
+    """A sweep and its runs."""
+
+    sweep: Sweep
+    groups: Mapping[Place, Group]
+
+
+def write_sweeps(page: Page, groups: Sequence[Group], shown: Shown) -> set[str]:
+    """Write sections of what was swept.
+
+    More settings than a plane has are shown one by one; their variants remain to be shown.
+
+    Args:
+        page: to write on.
+        groups: all variants.
+        shown: the numbers that are shown.
+
+    Returns:
+        The presets of which one setting or two were swept.
+    """
+    by_preset: dict[str, list[Group]] = {}
+    for group in groups:
+        by_preset.setdefault(group.preset, []).append(group)
+    there = {
+        preset: found
+        for preset, of_preset in by_preset.items()
+        if (found := _swept(of_preset)) is not None
+    }
+    planes = {preset: swept for preset, swept in there.items() if len(swept.sweep.axles) == 2}
+    rows: dict[tuple[str, tuple[Any, ...]], dict[str, _Swept]] = {}
+    for preset, swept in there.items():
+        if len(swept.sweep.axles) == 1:
+            axle = swept.sweep.axles[0]
+            rows.setdefault((axle.key, tuple(axle.values)), {})[preset] = swept
+    for number, (preset, swept) in enumerate(planes.items(), 1):
+        _plane_section(page, number, preset, swept, shown)
+    for number, of_presets in enumerate(rows.values(), 1):
+        _points_section(page, number, of_presets, shown)
+    designs = {
+        preset: design
+        for preset, of_preset in by_preset.items()
+        if preset not in there and (design := _design(of_preset)) is not None
+    }
+    for number, (preset, design) in enumerate(designs.items(), 1):
+        _effects_section(page, number, preset, design, by_preset[preset], shown)
+    return set(there)
+
+
+def _swept(groups: Sequence[Group]) -> _Swept | None:
+    found = sweep_of([group.overrides for group in groups], groups[0].runs[0].settings)
+    if found is None:
+        return None
+    return _Swept(found, {place: groups[index] for place, index in found.places.items()})
+
+
+def _design(groups: Sequence[Group]) -> Design | None:
+    return design_of([group.overrides for group in groups], groups[0].runs[0].settings)
+
+
+def _metrics(groups: Iterable[Group], shown: Shown) -> list[Metric]:
+    """What is shown of a sweep, of what was measured."""
+    groups = list(groups)
+    return [metric for metric in shown.swept if measured(groups, metric.column)]
+
+
+# --- Points --------------------------------------------------------------------------------------
+
+
+def _points_section(
+    page: Page, number: int, of_presets: Mapping[str, _Swept], shown: Shown
+) -> None:
+    parts = []
+    (axle,) = next(iter(of_presets.values())).sweep.axles
+    everything = [group for swept in of_presets.values() for group in swept.groups.values()]
+    for metric in _metrics(everything, shown):
+        page.tell(f"looking at what was swept: {metric.title}")
+        series = [
+            Series(
+                preset,
+                [
+                    estimates.mean(swept.groups[index,].values(metric.column), bootstrap_rng())
+                    for index in range(len(axle.values))
+                ],
+            )
+            for preset, swept in of_presets.items()
+        ]
+        name = f"sweep_{number}_{metric.column}"
+        bars = bars_note(estimate for line in series for estimate in line.estimates if estimate)
+        small = page.small_print(f"Mean over n runs (seeds) at each point. {bars}")
+        drawing = draw_points(name, axle, series, metric.label, small)
+        parts.append(page.picture(name, f"{metric.label} against {axle.label}", drawing))
+    page.say(f"Sweep over {axle.label}", *parts)
+
+
+# --- Many settings -------------------------------------------------------------------------------
+
+
+def _effects_section(
+    page: Page,
+    number: int,
+    preset: str,
+    design: Design,
+    groups: Sequence[Group],
+    shown: Shown,
+) -> None:
+    parts: list[Markup] = []
+    texts: list[str] = []
+    for metric in _metrics(groups, shown):
+        page.tell(f"looking at what was swept: {metric.title}")
+        values = [group.by_seed(metric.column) for group in groups]
+        found = [
+            [_mean_over([values[k] for k in places]) for places in having]
+            for having in design.having
+        ]
+        effects = [
+            Effect(axle, [contrast.estimate for contrast in contrasts])
+            for axle, contrasts in zip(design.axles, found, strict=True)
+        ]
+        text = _effects_text(design, [contrast for contrasts in found for contrast in contrasts])
+        texts.append(text)
+        name = f"settings_{number}_{metric.column}"
+        drawing = draw_effects(name, effects, metric.label, page.small_print(f"{preset}. {text}"))
+        caption = f"{metric.label} of {preset} at each value of each setting"
+        parts.append(page.picture(name, caption, drawing))
+        rows = [
+            (axle.label, grouped(value), shown_estimate(estimate), estimate.n, len(places))
+            for (axle, found_at), having in zip(effects, design.having, strict=True)
+            for value, estimate, places in zip(axle.values, found_at, having, strict=True)
+        ]
+        header = ("setting", "value", f"{metric.label} [95 %]", "n", "variants")
+        parts.append(details("The intervals", table(header, rows)))
+    # Small print is part of a picture, where it can be neither searched nor read aloud.
+    said = [element("p", text) for text in dict.fromkeys(texts)]
+    page.say(f"Each setting of {preset}", *said, *parts)
+
+
+def _mean_over(values: Sequence[Values]) -> Contrast:
+    """Mean over variants of equal weight, by seed where they share seeds."""
+    return estimates.contrast([(1 / len(values), by_seed) for by_seed in values], bootstrap_rng())
+
+
+def _effects_text(design: Design, found: Sequence[Contrast]) -> str:
+    """What the points and bars of the settings are, as far as it is true of these."""
+    n = _counts(contrast.estimate for contrast in found)
+    notes = ["Mean over all variants that have a value of a setting, whatever their others."]
+    if all(contrast.paired for contrast in found):
+        notes += [
+            f"Bars: 95 % bootstrap interval over n = {n} seeds, each averaged over the variants"
+            " first. As points share seeds, two may well differ though their bars overlap."
+        ]
+    elif any(contrast.estimate.n > 1 for contrast in found):
+        notes += [f"Bars: 95 % bootstrap interval over n = {n} runs of each variant."]
+    else:
+        notes += [NO_INTERVAL]
+    notes += ["What settings do together is not seen here."]
+    if not design.is_whole:
+        notes += [
+            "Not all combinations of the values are there, so two points may differ by what else"
+            " differs between their variants."
+        ]
+    return " ".join(notes)
+
+
+# --- Planes --------------------------------------------------------------------------------------
+
+
+class _Reference(NamedTuple):
+    """The cell of a plane that the others are set against."""
+
+    place: Place
+    name: str
+    is_own: bool
+    """Whether it is the preset's own setting, and not the highest cell."""
+
+
+class _Plane(NamedTuple):
+    """A quantity over the plane of two settings of a preset."""
+
+    preset: str
+    axles: tuple[Axle, Axle]
+    metric: Metric
+    values: Mapping[Place, Values]
+    reference: _Reference
+    differences: Mapping[Place, Contrast]
+    """Of every cell but the reference."""
+    span: float | None
+    """Range of what a learner can do; None where the quantity has no such range."""
+
+    @property
+    def where(self) -> str:
+        """The plane in words."""
+        across, up = self.axles
+        return f"in the plane of {across.label} and {up.label}"
+
+
+def _plane_section(page: Page, number: int, preset: str, swept: _Swept, shown: Shown) -> None:
+    parts: list[Markup] = []
+    for metric in _metrics(swept.groups.values(), shown):
+        page.tell(f"looking at what was swept: {metric.title}")
+        plane = _plane(preset, swept, metric)
+        cells = {
+            at: estimates.mean([*v.values()], bootstrap_rng()) for at, v in plane.values.items()
+        }
+        parts += [
+            _map(page, number, plane, cells),
+            _difference_map(page, number, plane),
+            _tally(plane),
+            _in_words(plane, cells),
+            details("The intervals", _intervals(plane, cells)),
+        ]
+    page.say(f"Sweep of {preset}", *parts)
+
+
+def _plane(preset: str, swept: _Swept, metric: Metric) -> _Plane:
+    across, up = swept.sweep.axles
+    values = {place: group.by_seed(metric.column) for place, group in swept.groups.items()}
+    reference = _reference(preset, swept, values)
+    settings = swept.groups[reference.place].runs[0].settings
+    found = differences(values, reference.place)
+    return _Plane(preset, (across, up), metric, values, reference, found, _span(metric, settings))
+
+
+def _reference(preset: str, swept: _Swept, values: Mapping[Place, Values]) -> _Reference:
+    """The preset's own setting if it was run, else the cell that came out highest.
+
+    The highest of many is where it is by luck as well; what was settled before is not.
+    """
+    axles, shipped = swept.sweep.axles, presets.shipped_settings(preset)
+    if shipped is not None:
+        runs = {place: group.runs[0] for place, group in swept.groups.items()}
+        own = own_place(
+            {place: run.overrides for place, run in runs.items()},
+            {place: run.settings for place, run in runs.items()},
+            shipped,
+        )
+        if own is not None and any(map(math.isfinite, values[own].values())):
+            return _Reference(own, f"the preset's own setting ({_at(axles, own)})", True)
+    place = highest(values)
+    return _Reference(place, f"the highest cell ({_at(axles, place)})", False)
+
+
+def _at(axles: Sequence[Axle], place: Place) -> str:
+    """The values of the settings at a place."""
+    pairs = zip(axles, place, strict=True)
+    return " and ".join(grouped(axle.values[index]) for axle, index in pairs)
+
+
+def _span(metric: Metric, settings: Mapping[str, Any]) -> float | None:
+    if metric.column in (FINAL_REWARD.column, AREA.column):
+        world = settings["world"]
+        return abs(world["capture_reward"] - world["flight_reward"])
+    return 1.0 if metric.column in PERFORMANCE else None
+
+
+def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
+    name = f"plane_{number}_{plane.metric.column}"
+    intervals = (
+        "The 95 % bootstrap intervals are in the page and in the CSV."
+        if any(map(has_interval, cells.values()))
+        else NO_INTERVAL
+    )
+    small = page.small_print(
+        f"{plane.preset}. Mean over n = {_counts(cells.values())} runs (seeds) in each cell."
+        f" {intervals} Cells have equal sizes whatever the values of the settings. Hatched: not"
+        " run."
+    )
+    drawing = draw_plane(name, plane.axles, _flat(cells), plane.metric.label, small)
+    return page.picture(name, f"{plane.metric.label} of {plane.preset} {plane.where}", drawing)
+
+
+def _difference_map(page: Page, number: int, plane: _Plane) -> Markup:
+    name = f"difference_{number}_{plane.metric.column}"
+    notes = [
+        f"{plane.preset}. Framed: {plane.reference.name}, which all others are set against.",
+        *([_BOLD] if any(map(has_interval, _estimates(plane))) else []),
+        _pairing(plane),
+        _chance(plane),
+        "All differences share the runs of the framed cell: if those had luck, all others seem too"
+        " low.",
+        *([] if plane.reference.is_own else [_CURSE]),
+        "Hatched: not run.",
+    ]
+    small = page.small_print(" ".join(notes))
+    cells = {place: contrast.estimate for place, contrast in plane.differences.items()}
+    (framed,) = _flat({plane.reference.place: None})
+    what = f"{plane.metric.title}: difference to {plane.reference.name}"
+    drawing = draw_differences(name, plane.axles, _flat(cells), framed, what, small)
+    return page.picture(name, f"{what}, {plane.preset} {plane.where}", drawing)
+
+
+_BOLD = "Bold: the 95 % bootstrap interval of the difference excludes 0."
+_CURSE = (
+    "The highest cell was chosen for having come out highest, which is luck in part, so the others"
+    " are not really as far below it as they seem."
+)
+
+
+def _pairing(plane: _Plane) -> str:
+    found = plane.differences.values()
+    n = _counts(contrast.estimate for contrast in found)
+    if all(contrast.paired for contrast in found):
+        return f"Differences are paired by seed (n = {n})."
+    return f"Differences are paired by seed where seeds are shared (n = {n})."
+
+
+def _chance(plane: _Plane) -> str:
+    """How often a cell is bold by chance, which is the more often the fewer seeds there are."""
+    found = [contrast.estimate for contrast in plane.differences.values()]
+    fewest = min((estimate.n for estimate in found if estimate.n > 1), default=0)
+    if not fewest:
+        return NO_INTERVAL
+    # Below five runs the interval is the range of the differences, and they all lie on one side
+    # of 0 once in 2 ** (n - 1) times.
+    share = max(1 - estimates.CONFIDENCE, 2.0 ** (1 - fewest))
+    percent = f"{100 * share:.0f} %"
+    return (
+        f"If no setting made any difference, about {percent} of the cells would be bold by"
+        f" chance with {fewest} seeds: some {share * len(found):.0f} of {len(found)}."
+    )
+
+
+def _tally(plane: _Plane) -> Markup:
+    """How many cells differ, and by how much."""
+    found = _estimates(plane)
+    n_single = sum(not has_interval(estimate) for estimate in found)
+    told = [estimate.value for estimate in found if excludes_zero(estimate)]
+    higher = _by_size("higher", [value for value in told if value > 0], plane.span)
+    lower = _by_size("lower", [-value for value in told if value < 0], plane.span)
+    rows = [
+        *reversed(higher),
+        ("cannot be told apart: the interval includes 0", len(found) - n_single - len(told)),
+        *lower,
+        *([("no interval: single runs", n_single)] if n_single else []),
+    ]
+    header = (
+        f"{plane.metric.title} against {plane.reference.name}",
+        "cells",
+        f"share of {len(found)}",
+    )
+    return table(header, [(what, n, _share(n, found)) for what, n in rows])
+
+
+def _by_size(word: str, sizes: Sequence[float], span: float | None) -> list[tuple[str, int]]:
+    """Differences counted by their sizes, the small ones first."""
+    if span is None:
+        return [(word, len(sizes))]
+    close, wide = _CLOSE * span, _WIDE * span
+    small = sum(size < close for size in sizes)
+    large = sum(size > wide for size in sizes)
+    return [
+        (f"{word} by less than {close:.2g}", small),
+        (f"{word} by {close:.2g} to {wide:.2g}", len(sizes) - small - large),
+        (f"{word} by more than {wide:.2g}", large),
+    ]
+
+
+def _in_words(plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
+    best = highest(plane.values)
+    text = [
+        f"The highest of {len(cells)} cells is {_at(plane.axles, best)}, with"
+        f" {shown_estimate(cells[best])}."
+    ]
+    if best in plane.differences:
+        difference = shown_estimate(plane.differences[best].estimate)
+        text.append(f"Its difference to {plane.reference.name} is {difference}.")
+    unseen = highest_unseen(plane.values)
+    if math.isfinite(unseen):
+        text.append(
+            "The highest of many is so in part by luck. Chosen by all seeds but one, and measured"
+            f" by the one left out, it has {unseen:.3g}."
+        )
+    if plane.span is not None:
+        close, found = _CLOSE * plane.span, _estimates(plane)
+        near = sum(abs(estimate.value) < close for estimate in found)
+        wholly = sum(-close < estimate.low and estimate.high < close for estimate in found)
+        surely = (
+            f", and {wholly} ({_share(wholly, found)}) do with their whole interval"
+            if any(map(has_interval, found))
+            else ""
+        )
+        text.append(
+            f"Of the other {len(found)} cells, {near} ({_share(near, found)}) lie"
+            f" less than {close:.2g} from {plane.reference.name}{surely}."
+        )
+    # Small print is part of a picture, where it can be neither searched nor read aloud.
+    text.append(_chance(plane))
+    if not plane.reference.is_own:
+        text.append(_CURSE)
+    return element("p", " ".join(text))
+
+
+def _intervals(plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
+    across, up = plane.axles
+    rows = []
+    for place, cell in sorted(cells.items()):
+        found = plane.differences.get(place)
+        values = (grouped(axle.values[k]) for axle, k in zip(plane.axles, place, strict=True))
+        difference = "–" if found is None else shown_estimate(found.estimate)
+        rows.append((*values, shown_estimate(cell), cell.n, difference))
+    against = f"difference to {plane.reference.name} [95 %]"
+    return table((across.label, up.label, f"{plane.metric.label} [95 %]", "n", against), rows)
+
+
+def _estimates(plane: _Plane) -> list[Estimate]:
+    """The differences that could be measured."""
+    found = (contrast.estimate for contrast in plane.differences.values())
+    return [estimate for estimate in found if estimate.n]
+
+
+def _flat(cells: Mapping[Place, _T]) -> dict[tuple[int, int], _T]:
+    """Cells by places that are known to be of two axles."""
+    return {(place[0], place[1]): cell for place, cell in cells.items()}
+
+
+def _counts(of: Iterable[Estimate]) -> str:
+    found = sorted({estimate.n for estimate in of})
+    return str(found[0]) if len(found) == 1 else f"{found[0]} to {found[-1]}"
+
+
+def _share(n: int, of: Sequence[Estimate]) -> str:
+    return f"{100 * n / len(of):.0f} %" if of else "–"

@@ -1,0 +1,186 @@
+"""Sections of a report on the thesis's experiments: its figures, and a verdict on each finding."""
+
+import math
+from collections.abc import Sequence
+
+from app.analysis import estimates
+from app.analysis.estimates import Axis, Contrast, bootstrap_rng
+from app.charts.paper import THESIS_STYLES, Panel, ValueMap, draw_values, shown_estimate
+from app.report.page import Page, details, table
+from app.report.parts import curve_pictures, line_of
+from app.results import findings, spread, thesis
+from app.results.findings import LEAST_SEEDS, Finding
+from app.results.read import Reader, Trace
+from app.results.thesis import Placed
+from app.util.html import element
+from sim import geometry
+from sim.spec import WorldSpec
+
+
+def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
+    """Write sections on the runs of the thesis's learners in its worlds.
+
+    Args:
+        page: to write on.
+        reader: of their logs.
+        placed: the runs.
+    """
+    _thesis_figures(page, reader, placed)
+    _value_spread(page, reader, placed)
+    _findings(page, reader, placed)
+    _window_means(page, reader, placed)
+
+
+def _thesis_figures(page: Page, reader: Reader, placed: Placed) -> None:
+    for name, (title, worlds) in thesis.FIGURES.items():
+        here = [world for world in worlds if any(place[0] == world for place in placed)]
+        if not here or (len(worlds) > 1 and len(here) < 2):
+            continue
+
+        def panels(axis: Axis, here: Sequence[str] = here) -> list[Panel]:
+            return [_thesis_panel(reader, placed, world, axis) for world in here]
+
+        page.say(title, curve_pictures(page, reader, name, title, panels))
+
+
+def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Panel:
+    lines = [
+        line_of(reader, thesis.LEARNER_TITLES[learner], placed[world, learner], axis, style)
+        for learner, style in THESIS_STYLES.items()
+        if (world, learner) in placed
+    ]
+    return Panel(thesis.WORLD_TITLES[world], lines)
+
+
+def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
+    """Where the timed learner knew of a way to capture, at the moments that the thesis names."""
+    runs = placed.get(spread.TIMED, ())
+    if not runs:
+        return
+    moments = spread.moments_of(runs[0].settings)
+    pictures = reader.pictures(runs) if moments else []
+    maps = []
+    for name, trial in moments.items():
+        found = [value for picture in pictures if (value := picture.at(trial)) is not None]
+        if found:
+            title = f"{name}: after {trial:,} trials"
+            maps.append(ValueMap(title, spread.averaged(found), len(found)))
+    if not maps:
+        return
+    world = WorldSpec.model_validate(runs[0].settings["world"])
+    edges, vision = geometry.ring_edges(world), world.vision_radius * world.scale
+    reward, gamma = world.capture_reward, runs[0].settings["learner"]["gamma"]
+    small = page.small_print(
+        "Mean over the prey's eight headings and n runs (seeds), turned so that the prey (dot)"
+        f" looks to the right (arrow). Half-disc: its visual field, {vision:g} cells; the outermost"
+        f" ring ends {edges[-1]:.0f} cells away, in the corners of the grid. Colour: equivalent"
+        f" distance to capture, the steps k that a value of {reward:g} · {gamma:g}ᵏ stands for; the"
+        " paler, the fewer of the headings and runs have a value above 0 there."
+    )
+    drawing = draw_values("value_spread", maps, edges, vision, small)
+    caption = (
+        "Where the timed learner knows of a way to capture, as its skills come in. The thesis sees"
+        " value spread in a cone behind the prey while there is only approach; when it circles,"
+        " counter-clockwise in a ring around the prey; and with avoid, from this ring inwards"
+    )
+    page.say("How value spreads (4.3.1)", page.picture("value_spread", caption, drawing))
+
+
+_CLASSES = {
+    findings.HOLDS: "holds",
+    findings.FAILS: "fails",
+    findings.UNDECIDED: "undecided",
+}
+
+
+def _paired(finding: Finding, effect: Contrast) -> str:
+    """Whether the runs of a difference were paired; a quantity on its own has none to pair."""
+    if len(finding.terms) == 1:
+        return "–"
+    return "by seed" if effect.paired else "no"
+
+
+def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
+    found = findings.verdict(finding, effect.estimate)
+    words = f"{found} at {effect.estimate.n} seed{'s' if effect.estimate.n != 1 else ''}"
+    return (
+        finding.claim,
+        finding.topic,
+        finding.wanted,
+        shown_estimate(effect.estimate, finding.unit.form),
+        _paired(finding, effect),
+        element("span", words, class_=_CLASSES[found]),
+    )
+
+
+def _findings(page: Page, reader: Reader, placed: Placed) -> None:
+    effects = [(f, thesis.effect_of(f, reader, placed, bootstrap_rng())) for f in thesis.FINDINGS]
+    rows = [_finding_row(finding, effect) for finding, effect in effects if effect is not None]
+    absent = [(f.topic, f.claim) for f, effect in effects if effect is None]
+    rule = (
+        "Each finding is a quantity, or a difference of quantities, and a condition on it. Rewards"
+        f" are means per trial: a wide margin is {findings.WIDE:g}, a tenth of the range from"
+        " a flight (\N{MINUS SIGN}50) to a capture (100), and two learners are close if they differ"
+        " by less than that. A finding holds if the whole 95 % interval meets the condition, does"
+        " not hold if none of it does, and is undecided otherwise, and whenever there are fewer"
+        f" than {LEAST_SEEDS} seeds, where no bootstrap interval is wide enough."
+        " Differences are of runs of the same seed, where seeds are shared. The intervals are not"
+        f" corrected for there being {len(rows)}."
+    )
+    measured = "measured [95\N{NO-BREAK SPACE}%]"
+    header = ("finding", "part", "condition", measured, "paired", "verdict")
+    parts = [element("p", rule), table(header, rows)] if rows else []
+    if rows and all(effect.estimate.n < LEAST_SEEDS for _, effect in effects if effect is not None):
+        # First, since all that follows is undecided.
+        parts.insert(0, element("p", _TOO_FEW, class_="warning"))
+    if spread.TIMED in placed:
+        parts.append(element("p", _SPREAD_RULE))
+    if absent:
+        summary = f"{len(absent)} findings of which a part was not run"
+        parts.append(details(summary, table(("part", "finding"), absent)))
+    page.say("Findings", *parts)
+
+
+_TOO_FEW = (
+    f"So few seeds decide nothing: {LEAST_SEEDS} are the least that can (--seeds {LEAST_SEEDS}),"
+    " and to tell close learners apart it takes more (--seeds 30)."
+)
+_SPREAD_RULE = (
+    "The spread of value is measured in the timed learner, in the prey's own frame, which takes"
+    " the eight headings together. A state has a value if it is worth more than nothing: if some"
+    " way to a capture has been found from it. Value has reached a place if more than half of its"
+    " states have one, and has not if fewer than a quarter have. The ring lies"
+    f" {spread.RIGHT_FLANK.cells} from the prey, outside of its visual field; it is open if"
+    " there is a sector of it that value has not reached, and closed if there is none. A flank is"
+    " the sector of 15 degrees at a right angle to where the prey looks, and the one behind it;"
+    " ahead to the right are the four sectors next to the one straight ahead. The equivalent"
+    " distance to capture is the number of steps that a value stands for."
+)
+
+
+def _window_means(page: Page, reader: Reader, placed: Placed) -> None:
+    rows = []
+    for world in thesis.WORLDS:
+        for learner in thesis.LEARNER_TITLES:
+            traces = reader.traces(placed.get((world, learner), ()))
+            if traces:
+                cells = [_window_cell(traces, window) for window in thesis.TABLE_WINDOWS]
+                rows.append((f"{world}: {learner}", len(traces), *cells))
+    text = (
+        "Mean reward per trial over the trials that ended in a window of simulation steps, with"
+        " 95 % intervals over runs. A run counts in the windows that it went through wholly; where"
+        " not all did, the number that did follows. Worlds go by what is not standard in them: the"
+        " size of the grid, or directions × distances of the sensors."
+    )
+    page.say(
+        "Means over windows of steps",
+        element("p", text),
+        table(("world and learner", "n", *thesis.TABLE_WINDOWS), rows),
+    )
+
+
+def _window_cell(traces: Sequence[Trace], window: str) -> str:
+    values = [trace.quantities.get(window, math.nan) for trace in traces]
+    found = estimates.mean(values, bootstrap_rng())
+    fewer = f" ({found.n})" if 0 < found.n < len(traces) else ""
+    return shown_estimate(found, ".1f") + fewer

@@ -1,0 +1,204 @@
+"""What the page knows of the runs of an experiment: every run in a line, and curves of variants.
+
+Runs are added as they are over; a :class:`Gathering` is what there is at a moment. Averages and
+intervals are found when somebody wants to see them, and then only for what has changed.
+"""
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from app.analysis import estimates
+from app.experiments.archive import unpacked
+from app.experiments.cost import estimated_steps
+from app.documents.experiments import Experiment
+from app.metrics import Metric, shown_first
+from app.experiments.task import DONE, gist
+from app.analysis.estimates import Axis, Band, Estimate
+from learners import measures
+from learners.spec import RunSpec
+
+MOST_CURVES: Final = 8
+"""Variants whose curves are drawn together."""
+
+_WINDOWS: Final = 50
+_TRIALS_WINDOW: Final = 2_000
+_RESAMPLES: Final = 999
+
+
+class RunFact(NamedTuple):
+    """One run that is over, in a line."""
+
+    key: str
+    variant: int
+    """Place of its variant in the experiment."""
+    seed: int
+    error: str
+    """Last line of what it said when it failed; empty if it is done."""
+    value: float
+    """Of the metric that is charted; NaN where there is none."""
+    success: float
+    """Share of captures in the last 2,000 trials; NaN where there is none."""
+    steps_to_70: float
+    """Infinite for never, NaN where it was not measured."""
+    steps: int
+    seconds: float
+    digest: str
+
+
+class Moment(NamedTuple):
+    """When a skill joined, the median over the runs of a variant."""
+
+    skill: str
+    trial: float
+    step: float
+
+
+class Curve(NamedTuple):
+    """The learning curve of a variant."""
+
+    variant: int
+    n: int
+    """Runs it is from."""
+    band: Band
+    joined: Sequence[Moment]
+    """Skills that joined after the start, in all of its runs."""
+
+
+@dataclass(frozen=True)
+class Gathering:
+    """What there is at a moment."""
+
+    experiment: Experiment
+    metric: Metric
+    runs: Sequence[RunFact]
+    """In the order in which they came."""
+    low: float
+    """The lowest mean reward there can be, and the highest."""
+    high: float
+
+
+@dataclass
+class _Log:
+    """What is kept of a variant's runs."""
+
+    curves: Mapping[Axis, list[np.ndarray]]
+    joined: list[dict[str, tuple[int, int]]]
+    values: list[float]
+
+
+class Gatherer:
+    """Takes runs in, from one thread, and gives averages out, to any."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment = experiment
+        self._metric = shown_first(experiment.metrics)
+        self._places = {v.label: place for place, v in enumerate(experiment.variants)}
+        longest_steps = max(estimated_steps(experiment, v) for v in experiment.variants)
+        longest_trials = max(
+            min(experiment.trials_of(v), estimated_steps(experiment, v))
+            for v in experiment.variants
+        )
+        self._widths: Mapping[Axis, int] = {
+            "steps": estimates.window_width(longest_steps, measures.CURVE_WINDOW_STEPS, _WINDOWS),
+            "trials": estimates.window_width(longest_trials, _TRIALS_WINDOW, _WINDOWS),
+        }
+        self._lock = threading.Lock()
+        self._runs: list[RunFact] = []
+        self._logs = [_Log({"steps": [], "trials": []}, [], []) for _ in experiment.variants]
+        self._curves: dict[tuple[int, Axis], Curve] = {}
+        self._estimates: dict[int, Estimate] = {}
+        rewards = [_rewards(v.spec) for v in experiment.variants]
+        self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
+
+    def add(self, label: str, row: Mapping[str, Any], arrays: bytes) -> None:
+        """Take in a run that is over: its variant's label, its row, the archive of its arrays.
+
+        Raises:
+            ArchiveError: these cannot be read; nothing was taken in.
+        """
+        place = self._places[label]
+        fact = _fact(place, row, self._metric, self._experiment.metrics)
+        if row["status"] != DONE:
+            with self._lock:
+                self._runs.append(fact)
+            return
+        found = unpacked(arrays, row["trials"], row["steps"])
+        world = self._experiment.variants[place].spec.world
+        reward = measures.rewards(world, found.outcome)
+        windowed: dict[Axis, np.ndarray] = {
+            axis: estimates.windowed(reward, found.steps, width, axis)
+            for axis, width in self._widths.items()
+        }
+        with self._lock:
+            self._runs.append(fact)
+            log = self._logs[place]
+            for axis, curve in windowed.items():
+                log.curves[axis].append(curve)
+            log.joined.append(found.joined)
+            log.values.append(fact.value)
+
+    def gathering(self) -> Gathering:
+        """What there is."""
+        with self._lock:
+            runs = tuple(self._runs)
+        return Gathering(self._experiment, self._metric, runs, *self._range)
+
+    def curve(self, variant: int, axis: Axis) -> Curve:
+        """The curve of a variant with its interval; found anew only if runs have come."""
+        with self._lock:
+            log = self._logs[variant]
+            curves, joined = tuple(log.curves[axis]), tuple(log.joined)
+            known = self._curves.get((variant, axis))
+        if known is not None and known.n == len(curves):
+            return known
+        band = estimates.band(curves, self._widths[axis], estimates.bootstrap_rng(), _RESAMPLES)
+        moments = estimates.medians_of_all(joined)
+        shared = [Moment(name, *at) for name, at in moments.items()]
+        found = Curve(variant, len(curves), band, shared)
+        with self._lock:
+            self._curves[variant, axis] = found
+        return found
+
+    def estimate(self, variant: int) -> Estimate:
+        """The mean of the charted metric of a variant, with its interval."""
+        with self._lock:
+            values = tuple(self._logs[variant].values)
+            known = self._estimates.get(variant)
+        n = sum(not np.isnan(value) for value in values)
+        if known is not None and known.n == n:
+            return known
+        found = estimates.mean(values, estimates.bootstrap_rng(), _RESAMPLES)
+        with self._lock:
+            self._estimates[variant] = found
+        return found
+
+
+def _rewards(spec: RunSpec) -> tuple[float, float]:
+    """The lowest and the highest mean reward there can be."""
+    ends = (0.0, spec.world.flight_reward, spec.world.capture_reward)
+    return min(ends), max(ends)
+
+
+def _fact(place: int, row: Mapping[str, Any], metric: Metric, measured: Sequence[str]) -> RunFact:
+    never = float("inf") if "steps_to_70" in measured else float("nan")
+    reached = row.get("steps_to_70")
+    return RunFact(
+        key=str(row["key"]),
+        variant=place,
+        seed=int(row["seed"]),
+        error="" if row["status"] == DONE else gist(str(row.get("error") or "")) or row["status"],
+        value=_number(row.get(metric.column)),
+        success=_number(row.get("final_success")),
+        steps_to_70=never if reached is None else float(reached),
+        steps=int(row.get("steps") or 0),
+        seconds=_number(row.get("seconds")),
+        digest=str(row.get("digest") or ""),
+    )
+
+
+def _number(value: Any) -> float:
+    return float("nan") if value is None else float(value)

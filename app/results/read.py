@@ -1,0 +1,521 @@
+"""Results as they lie on disk, read back: a table of runs, and the log of each."""
+
+import contextlib
+import json
+import math
+import shlex
+import sqlite3
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from app.experiments import archive, table
+from app.documents import experiments
+from app.analysis import estimates
+from app.experiments.archive import ArchiveError
+from app.documents.experiments import Stop
+from app.metrics import METRICS, MILESTONES
+from app.experiments.task import DONE
+from app.experiments.table import DamageError
+from app.analysis.estimates import Axis
+from app.analysis.sweeps import BETWEEN, short_names
+from app.util.texts import as_text
+from learners import measures
+from sim.spec import WorldSpec
+from sim.world import CAPTURE
+
+AXES: tuple[Axis, ...] = ("steps", "trials")
+"""What learning curves are drawn against."""
+
+_WIDEST_TRIALS = 1_000
+
+
+_T = TypeVar("_T")
+
+
+class ResultsError(Exception):
+    """Results cannot be read or reported on; the message says why, and what can be."""
+
+
+class DamagedError(ResultsError):
+    """The results of a folder are damaged."""
+
+
+# --- The table of results ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """One run as the table of results has it."""
+
+    folder: Path
+    key: str
+    variant: str
+    preset: str
+    """Its name, without the folder and the ending of a file."""
+    overrides: Mapping[str, Any]
+    settings: Mapping[str, Any]
+    limited: bool
+    """Whether a stop condition or a number of steps may have ended it before its trials did."""
+    stop: Stop | None
+    """What ended it as soon as it was so good, if it ever was."""
+    seed: int
+    error: str
+    """Why it failed; empty if it did not."""
+    version: str
+    digest: str
+    arrays: str
+    """Checksum of the archive of its arrays."""
+    scalars: Mapping[str, float]
+    """Numbers of :mod:`app.metrics` by column; NaN where there is none."""
+    milestones: Mapping[str, float | None]
+    """Those that were measured; None for never."""
+
+    @property
+    def trials(self) -> int:
+        """Trials that it finished."""
+        return _whole(self.scalars["trials"])
+
+    @property
+    def steps(self) -> int:
+        """Steps that it took."""
+        return _whole(self.scalars["steps"])
+
+    @property
+    def identity(self) -> str:
+        """What a run is a function of, as a text."""
+        settings = {key: self.settings[key] for key in self.settings if key != "description"}
+        about = [self.preset, settings, self.limited, self.stop and asdict(self.stop), self.seed]
+        return json.dumps(about, sort_keys=True)
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder of results."""
+
+    path: Path
+    rows: Sequence[RunRow]
+    lost: Sequence[RunRow]
+    """Runs that count as missing, since their arrays are damaged or gone; not among the rows."""
+    command: str
+    """That made the results."""
+    metrics: Sequence[str]
+    """Columns that were measured, first the one that is charted if it is a mean."""
+    description: str
+    """What the experiment is about, in its own words."""
+    planned: int
+    """Runs that the experiment makes in all, those that fail included."""
+
+
+@dataclass
+class Group:
+    """Runs that differ in nothing but their seeds."""
+
+    label: str
+    preset: str
+    overrides: Mapping[str, Any]
+    runs: list[RunRow] = field(default_factory=list)
+
+    def by_seed(self, column: str) -> dict[int, float]:
+        """A scalar of each run."""
+        return {run.seed: run.scalars[column] for run in self.runs}
+
+    def values(self, column: str) -> list[float]:
+        """A scalar of each run, in the order of the runs."""
+        return [run.scalars[column] for run in self.runs]
+
+    def milestones(self, column: str) -> dict[int, float | None]:
+        """Steps until something was reached, of each run of which it was measured."""
+        runs = (run for run in self.runs if column in run.milestones)
+        return {run.seed: run.milestones[column] for run in runs}
+
+
+def read_folder(path: Path) -> Folder:
+    """Read the table of results in a folder.
+
+    Raises:
+        ResultsError: it is missing, of another version, or damaged.
+    """
+    shown = repr(str(path))
+    if not path.is_dir():
+        raise ResultsError(f"{shown} is no folder; allowed: one that pounce experiment has written")
+    if not (path / "results.sqlite").is_file():
+        raise ResultsError(f"{shown} holds no results: there is no results.sqlite in it")
+    try:
+        if not table.has_table(path):
+            raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
+        with contextlib.closing(table.reader(path)) as db:
+            _refuse_version(db, shown)
+            meta, found = table.read(db)
+        about = _about(path, meta)
+        # The runs of a variant share their settings, which are most of what a row holds.
+        mapping = cache(_mapping)
+        rows = [_row(about, row, mapping) for row in found]
+        labels = _names_in(meta, "variants")
+        command, description = _command_of(path, meta), str(meta["description"])
+        planned = len(labels) * len(json.loads(meta["seeds"]))
+    except DamageError as error:
+        salvage = (
+            "; allowed: pounce experiment with --salvage, which goes on with these"
+            if error.whole
+            else ""
+        )
+        raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}{salvage}") from error
+    except (sqlite3.Error, OSError) as error:
+        raise ResultsError(f"{shown} cannot be read: {error}{_remedy(error)}") from error
+    except (ValueError, TypeError, KeyError) as error:
+        raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}") from error
+    lost = {row.key for row in rows if not row.error and not _has_arrays(row)}
+    return Folder(
+        path=path,
+        rows=_in_order(labels, (row for row in rows if row.key not in lost)),
+        lost=_in_order(labels, (row for row in rows if row.key in lost)),
+        command=command,
+        metrics=about.metrics,
+        description=description,
+        planned=planned,
+    )
+
+
+def _remedy(error: Exception) -> str:
+    """What can be done where a killed pounce has left a row half written, and the disk is fixed."""
+    if (
+        isinstance(error, sqlite3.Error)
+        and error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_READONLY
+    ):
+        return "; a killed pounce left it half written: allowed: a copy that can be written to"
+    return ""
+
+
+def _has_arrays(run: RunRow) -> bool:
+    return archive.is_whole(run.folder, run.key, run.arrays)
+
+
+def _in_order(labels: Iterable[str], rows: Iterable[RunRow]) -> list[RunRow]:
+    """Runs by variant and seed; in the table they stand in the order in which they ended.
+
+    Variants are in the order of the labels, the others by name.
+    """
+    places = {label: place for place, label in enumerate(labels)}
+
+    def place(run: RunRow) -> tuple[int, int, str, str, int]:
+        known = places.get(run.variant, len(places))
+        return known, len(run.overrides), run.variant, run.key if run.error else "", run.seed
+
+    return sorted(rows, key=place)
+
+
+def _refuse_version(db: sqlite3.Connection, shown: str) -> None:
+    version = table.schema_version(db)
+    if version != str(table.SCHEMA_VERSION):
+        raise ResultsError(
+            f"{shown} holds results of version {version}, and this program reads version"
+            f" {table.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
+        )
+
+
+def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
+    found = json.loads(meta[key])
+    if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
+        raise ValueError(f"{key} are not a list of names")
+    return found
+
+
+class _About(NamedTuple):
+    """What all runs of a folder have in common."""
+
+    path: Path
+    metrics: Sequence[str]
+    limited: bool
+    stop: Stop | None
+
+
+def _about(path: Path, meta: Mapping[str, Any]) -> _About:
+    stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
+    limited = stop is not None or steps is not None
+    return _About(path, _names_in(meta, "metrics"), limited, None if stop is None else Stop(**stop))
+
+
+def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
+    """What made the results."""
+    seeds = json.loads(meta["seeds"])
+    counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) else []
+    source = str(meta["source"])
+    if not source:
+        # An experiment of the page has no file, and a name alone does not say where its file is.
+        name = str(meta["name"])
+        source = name if name in experiments.shipped() else str(path / "experiment.yaml")
+    return as_text(shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)]))
+
+
+def _row(
+    about: _About, row: Mapping[str, Any], mapping: Callable[[str], Mapping[str, Any]]
+) -> RunRow:
+    failed = row["status"] != DONE
+    reached = {name: row[name] for name in MILESTONES if name in about.metrics}
+    return RunRow(
+        folder=about.path,
+        key=str(row["key"]),
+        variant=str(row["variant"]),
+        preset=Path(str(row["preset"])).stem,
+        overrides=mapping(row["overrides"]),
+        settings=mapping(row["settings"]),
+        limited=about.limited,
+        stop=about.stop,
+        seed=int(row["seed"]),
+        error=str(row["error"] or row["status"]) if failed else "",
+        version=str(row["version"]),
+        digest=str(row["digest"] or ""),
+        arrays=str(row["arrays"] or ""),
+        scalars={metric.column: _float(row[metric.column]) for metric in METRICS},
+        milestones={name: None if at is None else float(at) for name, at in reached.items()},
+    )
+
+
+def _mapping(text: str) -> Mapping[str, Any]:
+    found = json.loads(text)
+    if not isinstance(found, dict):
+        raise ValueError("settings are not a mapping")
+    return found
+
+
+def _float(value: Any) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _whole(value: float) -> int:
+    return 0 if math.isnan(value) else int(value)
+
+
+def groups_of(rows: Iterable[RunRow]) -> list[Group]:
+    """Runs that are over, together with those of the same variant and settings.
+
+    Where some may have ended early, they are no runs of the same as those that may not, or that
+    may have by another condition. Variants of several folders that only share a label are told
+    apart by their folders.
+    """
+    found: dict[str, Group] = {}
+    for run in rows:
+        if not run.error:
+            settings = {**run.settings, "description": ""}
+            ending = run.limited, run.stop and asdict(run.stop)
+            parts = [run.variant, run.preset, run.overrides, settings, ending]
+            key = json.dumps(parts, sort_keys=True)
+            found.setdefault(key, Group(run.variant, run.preset, run.overrides)).runs.append(run)
+    groups = list(found.values())
+    _tell_apart(groups)
+    return groups
+
+
+def _tell_apart(groups: Iterable[Group]) -> None:
+    """Put the names of their folders before labels that variants of several folders share."""
+    by_label: dict[str, list[Group]] = {}
+    for group in groups:
+        by_label.setdefault(group.label, []).append(group)
+    for label, alike in by_label.items():
+        folders = [tuple(dict.fromkeys(run.folder for run in group.runs)) for group in alike]
+        if len(set(folders)) > 1:
+            names = folder_names(folder for several in folders for folder in several)
+            for group, several in zip(alike, folders, strict=True):
+                group.label = f"{', '.join(names[folder] for folder in several)}: {label}"
+
+
+def folder_names(folders: Iterable[Path]) -> dict[Path, str]:
+    """Names of folders; the whole path of those whose names are alike."""
+    names = {folder: folder.resolve().name for folder in folders}
+    counts = Counter(names.values())
+    return {path: as_text(name if counts[name] == 1 else path) for path, name in names.items()}
+
+
+def in_short(groups: Sequence[Group]) -> tuple[Sequence[Group], str]:
+    """Variants with short labels, and a sentence on what these are made of.
+
+    Variants that set the same keys are told apart by the values of those that differ. Where
+    somebody has named one of them, all keep their labels, and nothing is said.
+    """
+    if len(groups) < 2:
+        return groups, ""
+    found = short_names(
+        [group.label for group in groups],
+        [group.preset for group in groups],
+        [group.overrides for group in groups],
+        groups[0].runs[0].settings,
+    )
+    if found is None:
+        return groups, ""
+    named = [replace(group, label=name) for group, name in zip(groups, found.of, strict=True)]
+    order = ", in this order" if len(found.what) > 1 else ""
+    return named, f"Variants are named by their values of {BETWEEN.join(found.what)}{order}."
+
+
+def measured(groups: Iterable[Group], column: str) -> bool:
+    """Whether any run has a value in a column."""
+    return any(math.isfinite(value) for group in groups for value in group.values(column))
+
+
+# --- The log of a run ----------------------------------------------------------------------------
+
+
+class Pictures(NamedTuple):
+    """How far value had spread at some moments of a run, in the prey's own frame.
+
+    As :func:`learners.measures.folded_value` has it: direction 0 is straight ahead of the prey,
+    and directions count counter-clockwise.
+    """
+
+    moments: np.ndarray
+    """(moment,) int64: trials that were about to start; the last one may be that after the end."""
+    share: np.ndarray
+    """(moment, ring, direction) float32: share of the headings with a value above 0."""
+    distance: np.ndarray
+    """(moment, ring, direction) float32: mean steps to capture that these values stand for; NaN
+    where there is none."""
+
+    def at(self, trial: int) -> measures.FoldedValue | None:
+        """The picture taken before a trial; None if there is none."""
+        (found,) = np.nonzero(self.moments == trial)
+        if not found.size:
+            return None
+        return measures.FoldedValue(self.distance[found[0]], self.share[found[0]])
+
+
+class Log(NamedTuple):
+    """What a run's arrays say of its trials."""
+
+    outcome: np.ndarray
+    """(trial,) int8."""
+    reward: np.ndarray
+    """(trial,) float64."""
+    steps: np.ndarray
+    """(trial,) int64: that each trial took."""
+    joined: Mapping[str, tuple[int, int]]
+    """Trial and step of each skill that joined after the start."""
+    pictures: Pictures
+
+
+Measure = Callable[[RunRow, Log], Mapping[str, float]]
+"""Names and values of the quantities that are kept of a log."""
+
+
+@dataclass(frozen=True)
+class Widths:
+    """Windows of the learning curves."""
+
+    steps: int
+    trials: int
+
+    def of(self, axis: Axis) -> int:
+        """The width of a window on an axis."""
+        return self.steps if axis == "steps" else self.trials
+
+
+def widths_of(rows: Iterable[RunRow]) -> Widths:
+    """Round widths of windows that suit the longest of the runs that are over."""
+    runs = [run for run in rows if not run.error]
+    steps = max((run.steps for run in runs), default=1)
+    trials = max((run.trials for run in runs), default=1)
+    return Widths(
+        estimates.window_width(steps, measures.CURVE_WINDOW_STEPS),
+        estimates.window_width(trials, _WIDEST_TRIALS),
+    )
+
+
+class Trace(NamedTuple):
+    """What is kept of a run's log, which is a thousand times as large."""
+
+    seed: int
+    curves: Mapping[Axis, np.ndarray]
+    """(window,) float64 each: mean reward per trial, NaN where no trial ended."""
+    quantities: Mapping[str, float]
+    introductions: Mapping[str, tuple[int, int]]
+    """Trial and step of each skill that joined after the start."""
+    met: tuple[int, int] | None
+    """Trial and step at which its stop condition was met and ended it; None if it never was."""
+
+
+def read_log(run: RunRow) -> Log:
+    """Read the log of a run.
+
+    Raises:
+        ArchiveError: its arrays are missing or damaged.
+    """
+    found = archive.unpacked(archive.read(run.folder, run.key, run.arrays), run.trials, run.steps)
+    pictures = Pictures(found.moments, found.value_share, found.value_distance)
+    world = WorldSpec.model_validate(run.settings["world"])
+    if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
+        raise ArchiveError("its pictures of the value do not fit its world")
+    reward = measures.rewards(world, found.outcome)
+    return Log(found.outcome, reward, found.steps, found.joined, pictures)
+
+
+def _trace_of(run: RunRow, log: Log, widths: Widths, measure: Measure) -> Trace:
+    curves: dict[Axis, np.ndarray] = {
+        axis: estimates.windowed(log.reward, log.steps, widths.of(axis), axis) for axis in AXES
+    }
+    return Trace(run.seed, curves, measure(run, log), log.joined, _met(log, run.stop))
+
+
+def _met(log: Log, stop: Stop | None) -> tuple[int, int] | None:
+    """Where the last look that was taken at a run found it good enough, if it did."""
+    n_trials = log.outcome.size
+    if stop is None or n_trials < stop.trials or n_trials % stop.every:
+        return None
+    captures = int((log.outcome[-stop.trials :] == CAPTURE).sum())
+    if captures < stop.success * stop.trials:
+        return None
+    return n_trials, int(log.steps.sum())
+
+
+@dataclass
+class Reader:
+    """Reads logs and notes those that cannot be read; what is kept of them is read once."""
+
+    widths: Widths
+    measure: Measure
+    folders: Mapping[Path, str] = field(default_factory=dict)
+    """Names of folders, to tell their runs apart; empty where there is but one."""
+    on_read: Callable[[int], object] = lambda _: None
+    """Told how many logs have been read."""
+    unreadable: dict[str, str] = field(default_factory=dict)
+    """By name of the run: why its log cannot be read."""
+    _traces: dict[tuple[Path, str], Trace | None] = field(default_factory=dict)
+
+    def traces(self, runs: Iterable[RunRow]) -> list[Trace]:
+        """What is kept of the logs of runs, without those that cannot be read."""
+        found = (self._trace(run) for run in runs)
+        return [trace for trace in found if trace is not None]
+
+    def pictures(self, runs: Iterable[RunRow]) -> list[Pictures]:
+        """Pictures of the value in the logs of runs, without those that cannot be read.
+
+        They are read anew: of all runs together they are too large to be kept.
+        """
+        found = (self._made(run, lambda log: log.pictures) for run in runs)
+        return [pictures for pictures in found if pictures is not None]
+
+    def name_of(self, run: RunRow) -> str:
+        """What a run is called where it is left out."""
+        name = f"{run.variant}, seed {run.seed}"
+        return f"{self.folders[run.folder]}: {name}" if run.folder in self.folders else name
+
+    def _trace(self, run: RunRow) -> Trace | None:
+        place = run.folder, run.key
+        if place not in self._traces:
+            self._traces[place] = self._made(
+                run, lambda log: _trace_of(run, log, self.widths, self.measure)
+            )
+            self.on_read(len(self._traces))
+        return self._traces[place]
+
+    def _made(self, run: RunRow, make: Callable[[Log], _T]) -> _T | None:
+        """Something made of the log of a run; None, and a note, where it cannot be read."""
+        try:
+            return make(read_log(run))
+        except ArchiveError as error:
+            self.unreadable[self.name_of(run)] = str(error)
+            return None

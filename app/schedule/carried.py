@@ -1,0 +1,139 @@
+"""What of a run a preset can carry: a schedule that repeats it, and what that cannot repeat."""
+
+import itertools
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from app.live.snapshot import Snapshot
+from app.schedule.blocks import FREEZES, NEVER, Block, blocks_of, described
+from app.words.plain import named
+from learners.commands import Remove, SetParameter
+from learners.parameters import value_of
+from learners.spec import INTRODUCTION, MAX_TRIALS, EpisodeSpec, RunSpec, ScheduleSpec, SkillTimer
+
+
+class Carried(NamedTuple):
+    """A schedule that repeats what was done, and what it cannot repeat."""
+
+    schedule: ScheduleSpec
+    left_out: tuple[str, ...]
+    """Plain sentences."""
+
+
+def schedule_of(snapshot: Snapshot) -> Carried:
+    """What was done so far, by hand and by the schedule, and what is still planned.
+
+    Introductions keep the trial in which they happened and their freeze; explorations keep their
+    start, the duration they really had, and their probability. What a schedule has no words for
+    is said in sentences: freezes by hand, removals, changes of parameters. Besides, a command
+    given in the middle of a trial is given at its start; of several explorations that began in
+    one trial the order may change; one that lasted less than a trial is dropped.
+    """
+    blocks = blocks_of(snapshot)
+    skills = {skill: _timer_of(blocks, skill) for skill in snapshot.spec.learner.skills}
+    episodes = [e for skill, timer in skills.items() for e in _episodes_of(blocks, skill, timer)]
+    places = {skill: place for place, skill in enumerate(skills)}
+    episodes.sort(
+        key=lambda e: (skills[e.skill].at if e.at == INTRODUCTION else e.at, places[e.skill])
+    )
+    schedule = ScheduleSpec(
+        safe_introduction=snapshot.spec.schedule.safe_introduction,
+        skills=skills,
+        episodes=tuple(episodes),
+    )
+    return Carried(schedule, tuple(_left_out(snapshot, blocks, skills)))
+
+
+class CarriedRun(NamedTuple):
+    """A preset that repeats what was done, and what it cannot repeat."""
+
+    spec: RunSpec
+    left_out: tuple[str, ...]
+    """Plain sentences."""
+
+
+def preset_of(snapshot: Snapshot) -> CarriedRun:
+    """A run with the schedule of :func:`schedule_of`, as long as this one at least."""
+    schedule, left_out = schedule_of(snapshot)
+    document = snapshot.spec.model_dump()
+    document["schedule"] = schedule.model_dump()
+    document["trials"] = min(max(snapshot.spec.trials, snapshot.trial), MAX_TRIALS)
+    return CarriedRun(RunSpec.model_validate(document), left_out)
+
+
+def _happens(block: Block) -> bool:
+    return block.state != "idle"
+
+
+def _timer_of(blocks: Sequence[Block], skill: str) -> SkillTimer:
+    """When a skill joined to stay, or will; the end of time if neither."""
+    joins = [
+        block
+        for block in blocks
+        if block.kind == "introduction" and block.skill == skill and _happens(block)
+    ]
+    kept = [block for block in joins if not block.undone]
+    if not kept:
+        return SkillTimer(at=NEVER)
+    return SkillTimer(at=kept[0].first, freeze=min(kept[0].trials, MAX_TRIALS))
+
+
+def _episodes_of(blocks: Sequence[Block], skill: str, timer: SkillTimer) -> list[EpisodeSpec]:
+    """Explorations of a skill, none before it joins, each over before the next begins."""
+    spans = sorted(
+        (block for block in blocks if _is_exploration_of(block, skill) and block.first < NEVER),
+        key=lambda block: block.first,
+    )
+    episodes = []
+    for block, following in itertools.zip_longest(spans, spans[1:]):
+        first = max(block.first, timer.at)
+        until = block.first + block.trials
+        if following is not None:
+            until = min(until, following.first)
+        if until > first and block.probability is not None:
+            episodes.append(
+                EpisodeSpec(
+                    skill=skill,
+                    at=INTRODUCTION if first == timer.at else first,
+                    duration=min(until - first, MAX_TRIALS),
+                    probability=block.probability,
+                )
+            )
+    return episodes
+
+
+def _is_exploration_of(block: Block, skill: str) -> bool:
+    return block.kind == "exploration" and block.skill == skill and _happens(block)
+
+
+def _left_out(
+    snapshot: Snapshot, blocks: Sequence[Block], skills: dict[str, SkillTimer]
+) -> Iterable[str]:
+    for block in blocks:
+        if block.kind in FREEZES:
+            sentence = described(block)
+            yield f"{sentence[:1].upper()}{sentence[1:]}: a preset cannot say so."
+        elif block.kind == "introduction" and block.undone:
+            yield (
+                f"{named(block.skill)} was added at trial {block.first:,}, which was taken back:"
+                " the preset does not add it there."
+            )
+    for event in snapshot.control.history:
+        if event.undone:
+            continue
+        match event.command:
+            case Remove(skill=skill):
+                yield (
+                    f"{named(skill)} was removed at trial {event.trial:,}:"
+                    " in the preset it stays from when it first joins."
+                )
+            case SetParameter(key=key, value=value):
+                yield (
+                    f"{key} was set to {value:g} at trial {event.trial:,}: the preset has its"
+                    f" latest value, {value_of(snapshot.spec, key):g}, from the start."
+                )
+    for skill, timer in skills.items():
+        if timer.at == NEVER:
+            yield f"{named(skill)} has not joined and is not going to: nor does it in the preset."
+    if not snapshot.control.schedule_on and any(block.state == "idle" for block in blocks):
+        yield "The schedule is not being followed, so what it has ahead is left out."

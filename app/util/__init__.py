@@ -1,0 +1,1 @@
+"""What any program might need, and nothing that knows of learners: files, signals, texts."""

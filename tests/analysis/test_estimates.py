@@ -1,0 +1,203 @@
+"""Averages over seeds: known answers, and how often an interval covers the truth."""
+
+import math
+
+import numpy as np
+import pytest
+
+from app.analysis import estimates
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(1)
+
+
+# --- Scalars -------------------------------------------------------------------------------------
+
+
+def test_the_interval_of_a_constant_is_that_constant() -> None:
+    assert estimates.mean([3.5] * 6, rng()) == (3.5, 3.5, 3.5, 6)
+    assert estimates.interquartile_mean([3.5] * 6, rng()) == (3.5, 3.5, 3.5, 6)
+
+
+def test_one_run_has_no_interval_and_none_no_mean() -> None:
+    one = estimates.mean([2.0], rng())
+    assert (one.value, one.n) == (2.0, 1)
+    assert math.isnan(one.low)
+    assert math.isnan(one.high)
+    none = estimates.mean([math.nan], rng())
+    assert none.n == 0
+    assert math.isnan(none.value)
+
+
+def test_runs_without_a_value_are_left_out_and_counted() -> None:
+    assert estimates.mean([1.0, math.nan, 3.0], rng())[::3] == (2.0, 2)
+
+
+def test_the_interquartile_mean_leaves_out_a_quarter_at_each_end() -> None:
+    values = [-1000.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 1000.0]
+    assert estimates.interquartile_mean(values, rng()).value == pytest.approx(2.5)
+
+
+def test_the_interval_depends_on_the_generator_alone() -> None:
+    values = np.random.default_rng(3).normal(size=12).tolist()
+    assert estimates.mean(values, rng()) == estimates.mean(values, rng())
+
+
+def test_three_runs_have_their_range_as_interval() -> None:
+    assert estimates.mean([1.0, 2.0, 6.0], rng()) == (3.0, 1.0, 6.0, 3)
+
+
+@pytest.mark.parametrize(("n", "least"), [(5, 0.88), (8, 0.90), (30, 0.91)])
+def test_the_interval_covers_the_mean_of_a_normal(n: int, least: float) -> None:
+    draw = np.random.default_rng(11)
+    n_simulations = 300
+    covered = 0
+    for sample in draw.normal(size=(n_simulations, n)):
+        found = estimates.mean(sample.tolist(), draw)
+        covered += found.low <= 0 <= found.high
+    assert least <= covered / n_simulations <= 0.99
+
+
+def test_never_counts_as_longer_than_anything() -> None:
+    found = estimates.reached([100, None, 300, 200, None], rng())
+    assert found.median.value == 300
+    assert found.median.high == math.inf
+    assert (found.reached, found.median.n) == (3, 5)
+
+
+def test_never_by_most_runs_is_never() -> None:
+    found = estimates.reached([100, None, None], rng())
+    assert found.median.value == math.inf
+    assert found.reached == 1
+
+
+def test_nothing_reached_by_no_runs() -> None:
+    assert estimates.reached([], rng()).median.n == 0
+
+
+# --- Comparisons ---------------------------------------------------------------------------------
+
+
+def test_paired_by_seed_a_constant_difference_is_certain() -> None:
+    first = {1: 11.0, 2: 52.0, 3: 93.0}
+    second = {3: 90.0, 2: 49.0, 1: 8.0}
+    found = estimates.compare(first, second, rng())
+    assert found.difference == (3.0, 3.0, 3.0, 3)
+    assert found.paired
+    assert found.improvement == 1.0
+
+
+def test_only_shared_seeds_are_paired() -> None:
+    found = estimates.compare({1: 1.0, 2: 2.0, 9: 50.0}, {1: 0.0, 2: 0.0, 8: 70.0}, rng())
+    assert found.paired
+    assert found.difference[::3] == (1.5, 2)
+
+
+def test_unpaired_where_no_seed_is_shared() -> None:
+    found = estimates.compare({1: 4.0, 2: 6.0}, {3: 1.0, 4: 3.0, 5: 5.0}, rng())
+    assert not found.paired
+    assert found.difference.value == pytest.approx(2.0)
+    assert found.difference.low == pytest.approx(4 - 5)
+    assert found.difference.high == pytest.approx(6 - 1)
+    # Of six pairs, all are larger but for 4 < 5.
+    assert found.improvement == pytest.approx(5 / 6)
+
+
+def test_the_interquartile_mean_of_differences_by_seed() -> None:
+    second = {seed: 100.0 * seed for seed in range(8)}
+    gains = [-1000.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 1000.0]
+    first = {seed: second[seed] + gain for seed, gain in enumerate(gains)}
+    found = estimates.interquartile_difference(first, second, rng())
+    assert (found.value, found.n) == (2.5, 8)
+    assert found.low >= -1000
+    assert found.high <= 1000
+    # Of those without a partner nothing counts.
+    assert estimates.interquartile_difference({**first, 9: 1e9}, second, rng()) == found
+
+
+def test_the_interquartile_difference_of_unpaired_runs_is_that_of_their_middle_halves() -> None:
+    first = dict(enumerate([-1000.0, 10.0, 12.0, 1000.0]))
+    second = dict(enumerate([-5.0, 1.0, 1.0, 80.0], 10))
+    found = estimates.interquartile_difference(first, second, rng())
+    assert (found.value, found.n) == (10.0, 4)
+    assert found.low < 10 < found.high
+
+
+def test_ties_count_half() -> None:
+    first, second = {1: 1.0, 2: 2.0, 3: 3.0, 4: 0.0}, {1: 1.0, 2: 1.0, 3: 3.0, 4: 5.0}
+    assert estimates.improvement(first, second, paired=True) == pytest.approx(0.5)
+    assert estimates.improvement({1: 1.0}, {2: 1.0, 3: 0.0}, paired=False) == pytest.approx(0.75)
+
+
+def test_a_contrast_of_four_groups() -> None:
+    groups = [{1: 10.0, 2: 20.0}, {1: 4.0, 2: 5.0}, {1: 3.0, 2: 3.0}, {1: 1.0, 2: 2.0}]
+    weights = [1.0, -1.0, -1.0, 1.0]
+    found = estimates.contrast(list(zip(weights, groups, strict=True)), rng())
+    assert found.estimate == (9.0, 4.0, 14.0, 2)
+
+
+def test_a_contrast_with_an_empty_group_says_nothing() -> None:
+    found = estimates.compare({1: 1.0}, {}, rng())
+    assert found.difference.n == 0
+    assert math.isnan(found.improvement)
+
+
+# --- Curves --------------------------------------------------------------------------------------
+
+
+def test_windows_of_steps_and_of_trials() -> None:
+    reward = np.array([100.0, -50.0, 0.0, 100.0, 100.0])
+    steps = np.array([5, 5, 10, 3, 2])
+    np.testing.assert_array_equal(estimates.windowed(reward, steps, 10, "steps"), [25.0, 0.0])
+    np.testing.assert_array_equal(estimates.windowed(reward, steps, 2, "trials"), [25.0, 50.0])
+
+
+def test_a_window_in_which_no_trial_ended_is_empty() -> None:
+    values = estimates.windowed(np.array([1.0, 2.0]), np.array([5, 25]), 10, "steps")
+    np.testing.assert_array_equal(values, [1.0, np.nan, 2.0])
+
+
+def test_a_run_without_trials_has_no_windows() -> None:
+    assert estimates.windowed(np.zeros(0), np.zeros(0, np.int64), 10, "steps").size == 0
+
+
+def test_the_band_of_two_runs() -> None:
+    band = estimates.band([np.array([0.0, 2.0]), np.array([4.0, 2.0])], 10, rng())
+    np.testing.assert_array_equal(band.middle, [5.0, 15.0])
+    np.testing.assert_array_equal(band.mean, [2.0, 2.0])
+    np.testing.assert_array_equal(band.low, [0.0, 2.0])
+    np.testing.assert_array_equal(band.high, [4.0, 2.0])
+    np.testing.assert_array_equal(band.n, [2, 2])
+
+
+def test_the_mean_is_over_the_runs_that_go_on_and_the_curve_is_cut() -> None:
+    curves = [np.full(length, float(value)) for value, length in enumerate((2, 3, 4, 5))]
+    band = estimates.band(curves, 1, rng())
+    # From the fifth window on, one run of four is left, fewer than half.
+    np.testing.assert_array_equal(band.n, [4, 4, 3, 2])
+    np.testing.assert_array_equal(band.mean, [1.5, 1.5, 2.0, 2.5])
+
+
+def test_the_band_of_one_run_has_no_interval() -> None:
+    band = estimates.band([np.array([1.0, 2.0])], 10, rng())
+    np.testing.assert_array_equal(band.mean, [1.0, 2.0])
+    assert np.isnan(band.low).all()
+
+
+def test_the_band_of_runs_shorter_than_a_window_is_empty() -> None:
+    assert estimates.band([np.zeros(0), np.zeros(0)], 10, rng()).mean.size == 0
+
+
+def test_an_empty_window_of_one_run_is_left_to_the_others() -> None:
+    band = estimates.band([np.array([1.0, np.nan]), np.array([3.0, 5.0])], 10, rng())
+    np.testing.assert_array_equal(band.mean, [2.0, 5.0])
+    np.testing.assert_array_equal(band.n, [2, 1])
+
+
+@pytest.mark.parametrize(
+    ("longest", "width"),
+    [(5_500_000, 100_000), (350_000, 5_000), (3_999, 50), (39, 1), (10**9, 100_000)],
+)
+def test_windows_have_a_round_width(longest: int, width: int) -> None:
+    assert estimates.window_width(longest, 100_000) == width

@@ -1,0 +1,159 @@
+"""What the compiled loop is measured by: the same work in C, the same learning in Python."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.documents import presets
+from benchmarks import beside, load, page
+from benchmarks.compare import (
+    c_program,
+    compare,
+    time_c,
+    time_kernel,
+    time_plain,
+    time_python,
+)
+from benchmarks.plain import PlainRun
+from learners.spec import RunSpec
+
+SMALL = ("world.size=40", "world.step_limit=60", "trials=600")
+EARLY = (
+    "schedule.skills.approach.freeze=20",
+    "schedule.skills.circle_clockwise={at: 100, freeze: 20}",
+    "schedule.skills.avoid={at: 250, freeze: 20}",
+    "schedule.episodes.0.duration=200",
+)
+"""The timed schedule within so many trials."""
+SPIRAL = (
+    "learner.custom_skills={spiral_in: {approach: 0.5, circle_clockwise: 1}}",
+    "learner.options=[approach, spiral_in]",
+    "schedule.skills.spiral_in={at: 200, freeze: 50}",
+)
+UNSAFE = (*EARLY, "schedule.safe_introduction=false", "learner.initial_q=1")
+EPISODES = [
+    f"{{skill: approach, at: {trial}, duration: 1, probability: 1}}" for trial in range(100)
+]
+OFTEN = (f"schedule.episodes=[{', '.join(EPISODES)}]",)
+
+PRESETS = {
+    "standard_q": ("standard_q", ()),
+    "hierarchical_2": ("hierarchical_2", ()),
+    "hierarchical_3": ("hierarchical_3", ()),
+    "timed": ("timed", EARLY),
+    "a skill of one's own": ("hierarchical_2", SPIRAL),
+    "unsafe introduction": ("timed", UNSAFE),
+    "a hundred explorations": ("hierarchical_2", OFTEN),
+}
+
+
+def spec_of(name: str) -> RunSpec:
+    preset, settings = PRESETS[name]
+    return presets.load(preset, [*SMALL, *settings])
+
+
+def steps_of_python_agent(spec: RunSpec) -> int:
+    timed, _ = time_python(spec, 0)
+    return timed.steps
+
+
+@pytest.fixture(scope="module")
+def program() -> Iterator[Path]:
+    """The C program; tests that need it are skipped where there is no C compiler."""
+    notes: list[str] = []
+    with c_program(notes) as built:
+        if built is None:
+            pytest.skip(notes[0])
+        yield built
+
+
+def test_every_shipped_preset_is_compared() -> None:
+    assert set(presets.shipped()) <= PRESETS.keys()
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_c_program_does_the_work_of_the_compiled_loop(
+    program: Path, name: str, seed: int
+) -> None:
+    spec = spec_of(name)
+    (_, ours), (_, c) = time_kernel(spec, seed), time_c(program, spec, seed)
+    assert c == ours
+    assert ours.captures + ours.flights + ours.timeouts == spec.trials
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_plain_loop_learns_a_preset(name: str) -> None:
+    spec = spec_of(name)
+    steps, *ends = PlainRun(spec).run(0)
+    assert sum(ends) == spec.trials
+    assert all(ends)
+    assert time_plain(spec, 0).steps == steps
+
+
+def test_an_unsafe_introduction_is_made_by_all() -> None:
+    spec = spec_of("unsafe introduction")
+    safely = spec.schedule.model_copy(update={"safe_introduction": True})
+    safe = spec.model_copy(update={"schedule": safely})
+    assert time_kernel(safe, 0)[1] != time_kernel(spec, 0)[1]
+    assert PlainRun(safe).run(0) != PlainRun(spec).run(0)
+    pytest.importorskip("gymnasium")
+    assert steps_of_python_agent(safe) != steps_of_python_agent(spec)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_python_agent_learns_a_preset(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("gymnasium")
+    monkeypatch.setattr("benchmarks.compare.PYTHON_STEPS", 4_000)
+    spec = spec_of(name)
+    timed, trials = time_python(spec, 0)
+    assert 4_000 <= timed.steps < 4_000 + spec.world.step_limit
+    assert 0 < trials <= spec.trials
+
+
+def test_a_comparison_has_every_ratio(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("gymnasium")
+    monkeypatch.setattr("benchmarks.compare.PYTHON_STEPS", 1_000)
+    said: list[str] = []
+    found = compare({"mine": spec_of("a skill of one's own")}, 2, said.append)
+    assert min(v for v in found["learners"]["mine"].values() if v is not None) > 0
+    assert None not in found["learners"]["mine"].values()
+    assert said[-1] == "mine: the Python agent"
+
+
+def test_the_page_is_measured_with_clients_and_without(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A proxy for the rest of the world has nothing to do with it.
+    for name in ("http_proxy", "https_proxy", "all_proxy", "ws_proxy"):
+        monkeypatch.setenv(name, "http://127.0.0.1:9")
+    monkeypatch.delenv("no_proxy", raising=False)
+    monkeypatch.delenv("NO_PROXY", raising=False)
+    for name, value in (("CLIENTS", (0, 2)), ("SECONDS", 0.01), ("TRIALS", 300)):
+        monkeypatch.setattr(page, name, value)
+    spec = spec_of("timed")
+    found = page.compare_page(spec, "timed", {"timed": spec}, 1, lambda _: None)
+    assert found["clients"].keys() == {"0", "2"}
+    assert min(found["clients"].values()) > 0
+
+
+def test_what_many_pages_cost_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "SECONDS", 0.01)
+    for name, value in (("TRIALS", 300), ("ROUNDS", 1), ("CLICKS", 2)):
+        monkeypatch.setattr(load, name, value)
+    # In a small world the run would be over before the clicks are.
+    spec = presets.load("timed")
+    found = load.measure_load(spec, "timed", {"timed": spec}, 2, 1, lambda _: None)
+    assert found.keys() == {"pages", "click_ms", "learner_share", "rss_mb"}
+    assert found["pages"] == 2
+    assert 0 < found["click_ms"]["p50"] <= found["click_ms"]["p95"] <= found["click_ms"]["max"]
+    assert found["learner_share"] > 0
+    assert found["rss_mb"] > 10
+
+
+def test_what_an_experiment_costs_the_learner_is_measured(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, value in (("ROUNDS", 1), ("MEASURED_S", 0.5), ("WARM_UP_S", 0.01)):
+        monkeypatch.setattr(beside, name, value)
+    beside.main(1)
+    assert capsys.readouterr().out.startswith("1 at a time: the learner keeps ")

@@ -1,0 +1,95 @@
+"""The chart as a file shows what the browser looks at: the same names, the same runs."""
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from app.charts import paper
+from app.charts.downloads import drawing_of
+from app.charts.view import View
+from app.documents.experiments import Experiment
+from app.results.gather import RunFact
+from tests.charts.test_curves import PLANE, THESIS, experiment_of, some_runs
+from tests.charts.test_view import filled
+
+
+def rows_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> list[dict[str, str]]:
+    """The numbers of the chart."""
+    gatherer = filled(experiment, runs)
+    drawing = drawing_of(gatherer, gatherer.gathering(), view)
+    assert drawing.png.startswith(b"\x89PNG")
+    return list(csv.DictReader(io.StringIO(drawing.csv)))
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """What is asked to be drawn, argument by argument."""
+    asked: list[dict[str, Any]] = []
+    for name, arguments in {
+        "draw_dots": ("name", "columns", "small"),
+        "draw_plane": ("name", "axles", "cells", "what", "small", "framed"),
+    }.items():
+        draw = getattr(paper, name)
+
+        def kept(*given: Any, draw: Any = draw, arguments: tuple[str, ...] = arguments) -> Any:
+            asked.append(dict(zip(arguments, given, strict=True)))
+            return draw(*given)
+
+        monkeypatch.setattr(paper, name, kept)
+    return asked
+
+
+def test_every_run_is_a_dot_beside_its_mean(drawn: list[dict[str, Any]]) -> None:
+    experiment = experiment_of(THESIS)
+    runs = some_runs(experiment, 3)
+    rows_of(experiment, runs, View("runs"))
+    (dots,) = drawn[0]["columns"].values()
+    assert [dot.label for dot in dots] == [v.label for v in experiment.variants]
+    assert [list(dot.runs) for dot in dots] == [
+        [run.value for run in runs if run.variant == place] for place in range(4)
+    ]
+
+
+def test_variants_have_the_short_names_of_the_page(drawn: list[dict[str, Any]]) -> None:
+    experiment = experiment_of(PLANE)
+    rows = rows_of(experiment, some_runs(experiment, 2), View("runs"))
+    assert rows[1]["row"] == "0.1 / 0.6"
+    assert "Variants are named by learner.alpha / learner.gamma." in drawn[0]["small"]
+
+
+@pytest.mark.parametrize("chosen", [None, 3])
+def test_curves_have_the_short_names_of_the_page(chosen: int | None) -> None:
+    experiment = experiment_of(PLANE)
+    rows = rows_of(experiment, some_runs(experiment, 2), View("curves", variant=chosen))
+    assert "0.1 / 0.9" in {row["line"] for row in rows}
+
+
+@pytest.mark.parametrize(
+    ("text", "framed"),
+    [
+        ("{learner.alpha: [0.3, 0.1, 0.2], learner.gamma: [0.7, 0.8, 0.9]}", (0, 2)),
+        ("{learner.alpha: [0.3, 0.4, 0.2], learner.gamma: [0.7, 0.8, 0.9]}", None),
+    ],
+)
+def test_the_presets_own_setting_is_framed_in_a_plane(
+    text: str, framed: tuple[int, int] | None, drawn: list[dict[str, Any]]
+) -> None:
+    experiment = experiment_of(f"presets: [timed]\ngrid: {text}")
+    rows = rows_of(experiment, some_runs(experiment, 2), View("plane"))
+    assert len(rows) == 9
+    assert drawn[0]["framed"] == framed
+    assert ("frame" in drawn[0]["small"]) == (framed is not None)
+
+
+@pytest.mark.parametrize("n_seeds", [1, 3])
+def test_the_small_print_promises_no_interval_of_single_runs(
+    n_seeds: int, drawn: list[dict[str, Any]]
+) -> None:
+    experiment = experiment_of(THESIS)
+    rows_of(experiment, some_runs(experiment, n_seeds), View("runs"))
+    small = drawn[0]["small"]
+    assert ("95 % bootstrap intervals" in small) == (n_seeds > 1)
+    assert ("one run (seed) each" in small) == (n_seeds == 1)

@@ -1,0 +1,120 @@
+"""The findings of the thesis (section 4.3): over thirty seeds, and over a few that come out near.
+
+What a finding is, and how it is measured, is said in ``app/results/thesis.py`` alone, and runs get
+there as those of any experiment do. ``findings.json`` holds what came out over thirty seeds, as the
+README has it. A few seeds must come out within four standard errors of that, so a change of
+nothing but the random numbers does not break a test. To measure again:
+``python -m tests.docs.test_findings``, which writes that file; it takes a few minutes.
+"""
+
+import json
+import math
+import tempfile
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from statistics import NormalDist
+
+import pytest
+
+from app.analysis import estimates
+from app.analysis.estimates import Estimate
+from app.documents import experiments
+from app.experiments.runner import Threads, run_experiment
+from app.experiments.store import Folder
+from app.results import findings, read, thesis
+from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding
+
+N_SEEDS = 4
+N_MEASURED_SEEDS = 30
+STANDARD_ERRORS = 4
+LEAST_MARGIN = 0.05
+"""For what is the same over thirty seeds."""
+N_THREADS = 2
+
+README = Path(__file__).parents[2] / "README.md"
+
+TABLE = Path(__file__).with_name("findings.json")
+MEASURED: Mapping[str, Estimate] = {
+    claim: Estimate(*numbers) for claim, numbers in json.loads(TABLE.read_text("utf-8")).items()
+}
+"""By claim: the sum that it speaks of, over thirty seeds, with its 95 % interval."""
+
+
+def measured(folder: Path, n_seeds: int) -> dict[str, Estimate]:
+    """The sum that each finding speaks of, over some seeds; runs are kept in a folder."""
+    worlds = [
+        f"{{label: '{name}', world.size: {size}, world.n_directions: {n_directions},"
+        f" world.n_distances: {n_distances}}}"
+        for name, (size, n_directions, n_distances) in thesis.WORLDS.items()
+    ]
+    text = (
+        f"presets: [{', '.join(thesis.LEARNER_TITLES)}]\nsettings: [{', '.join(worlds)}]\n"
+        "metrics: [final_reward]\nseeds: 1\n"
+    )
+    experiment = experiments.parse(text, "findings.yaml", None, n_seeds)
+    with Folder(folder, experiment, resume=False, force=False) as results:
+        run_experiment(experiment, results, Threads(N_THREADS))
+    rows = read.read_folder(folder).rows
+    placed = thesis.placed_of(read.groups_of(rows))
+    reader = read.Reader(read.widths_of(rows), thesis.quantities_of)
+    found = {}
+    for finding in thesis.FINDINGS:
+        effect = thesis.effect_of(finding, reader, placed, estimates.bootstrap_rng())
+        assert effect is not None
+        found[finding.claim] = effect.estimate
+    return found
+
+
+@pytest.fixture(scope="module")
+def over_a_few_seeds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Estimate]:
+    return measured(tmp_path_factory.mktemp("findings") / "results", N_SEEDS)
+
+
+def standard_error(estimate: Estimate, n_seeds: int) -> float:
+    """Of a mean over so many seeds, from the interval of one over more."""
+    tail = (1 - estimates.expanded_level(estimate.n)) / 2
+    ends = 2 * NormalDist().inv_cdf(1 - tail)
+    return (estimate.high - estimate.low) / ends * math.sqrt(estimate.n / n_seeds)
+
+
+def test_every_finding_was_measured() -> None:
+    assert [finding.claim for finding in thesis.FINDINGS] == list(MEASURED)
+
+
+@pytest.mark.parametrize("finding", thesis.FINDINGS, ids=lambda finding: finding.claim)
+def test_a_few_seeds_come_out_as_thirty_did(
+    finding: Finding, over_a_few_seeds: dict[str, Estimate]
+) -> None:
+    expected, found = MEASURED[finding.claim], over_a_few_seeds[finding.claim]
+    margin = max(STANDARD_ERRORS * standard_error(expected, found.n), LEAST_MARGIN)
+    assert found.value == pytest.approx(expected.value, abs=margin)
+
+
+@pytest.mark.parametrize("finding", thesis.FINDINGS, ids=lambda finding: finding.claim)
+def test_the_readme_has_what_was_measured(finding: Finding) -> None:
+    value, low, high, _ = (format(part, finding.unit.form) for part in MEASURED[finding.claim])
+    shown = f"{value} [{low}, {high}]".replace("-", "\N{MINUS SIGN}")
+    assert shown in README.read_text("utf-8")
+
+
+def test_the_readme_counts_what_holds() -> None:
+    n = Counter(findings.verdict(f, MEASURED[f.claim]) for f in thesis.FINDINGS)
+    assert (
+        f"Of {n.total()} findings {n[HOLDS]} hold, {n[FAILS]} do not, {n[UNDECIDED]} are undecided"
+    ) in README.read_text("utf-8")
+
+
+def main() -> None:
+    """Measure everything over thirty seeds, and write it down."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = measured(Path(folder) / "results", N_MEASURED_SEEDS)
+    lines = [
+        f"  {json.dumps(claim)}: {json.dumps([*(float(f'{part:.7g}') for part in sums), n])}"
+        for claim, (*sums, n) in found.items()
+    ]
+    TABLE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,673 @@
+"""What is said about a cell, on tables small enough to check by hand.
+
+The board has 20 x 20 cells with the prey at (10, 10), eight directions and four rings. The rings'
+outer edges are 14.14 * (k / 4)^1.5: 1.77, 5.00, 9.19 and 14.14 cells. The prey faces east and sees
+27 * 20 / 120 = 4.5 cells far.
+"""
+
+import contextlib
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.explain.cell import (
+    ACTION_NAMES,
+    CellReading,
+    Chain,
+    HuntShown,
+    Link,
+    OptionReading,
+    SkillReading,
+    action_text,
+    chain_html,
+    chain_of,
+    ending_text,
+    hunts_html,
+    moment_of,
+    number,
+    options_html,
+    policy_of,
+    reading_at,
+    reading_html,
+    rose_svg,
+    sum_text,
+)
+from app.live import snapshot
+from app.live.snapshot import Snapshot
+from app.page.panels.inspection import Inspector, board_points, cell_under, ring_radius
+from app.picture.look import OF_TRIAL, Look
+from app.picture.pictures import DARK, LIGHT
+from app.server.server import close_server, open_server
+from learners.commands import SetParameter
+from learners.greedy import Hunt, success_map
+from learners.run import Run
+from learners.spec import MOVES, RunSpec
+from sim.geometry import HEADINGS, N_MOVES, STAY
+from sim.geometry import MOVES as WAYS
+from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy, cell_at
+
+EAST, NORTH, WEST = 0, 2, 4
+APPROACH, CIRCLE = 0, 1
+N_STATES = 8 * 4 * 8
+
+
+def move_towards(heading: int) -> int:
+    return WAYS.tolist().index(HEADINGS[heading].tolist())
+
+
+MOVE_EAST, MOVE_WEST, MOVE_NORTH = (move_towards(heading) for heading in (EAST, WEST, NORTH))
+
+
+def moment(options: Sequence[str] | str = ("approach", "circle_clockwise")) -> Snapshot:
+    """An untrained learner in the small world; approach goes straight for the prey."""
+    spec = RunSpec.model_validate(
+        {
+            "world": {"size": 20, "n_directions": 8, "n_distances": 4},
+            "learner": {
+                "options": options if options == MOVES else tuple(options),
+                "alpha": 0.1,
+            },
+            "trials": 10,
+        }
+    )
+    taken = snapshot.take(Run(spec, seed=0), "by hand", generation=1)
+    skill_q = np.zeros_like(taken.skill_q)
+    if len(skill_q):
+        for direction in range(8):
+            skill_q[APPROACH, :, direction, move_towards((direction + 4) % 8)] = 1
+    return replace(taken, skill_q=skill_q)
+
+
+def valued(taken: Snapshot, entries: dict[tuple[int, int, int, int], float]) -> Snapshot:
+    """The same moment with some entries ``(heading, ring, direction, option)`` of the table."""
+    selection_q = taken.selection_q.copy()
+    for key, value in entries.items():
+        selection_q[key] = value
+    return replace(taken, selection_q=selection_q, value=selection_q.max(axis=-1))
+
+
+@pytest.fixture
+def behind() -> Snapshot:
+    """A table that knows the way from straight behind the prey, and what waits before it."""
+    return valued(
+        moment(),
+        {
+            (EAST, 0, WEST, APPROACH): 99,
+            (EAST, 1, WEST, APPROACH): 80,
+            (EAST, 1, WEST, CIRCLE): 5,
+            (EAST, 2, WEST, APPROACH): 60,
+            (EAST, 2, EAST, APPROACH): -20,
+            (EAST, 2, EAST, CIRCLE): -30,
+            (EAST, 1, EAST, APPROACH): -45,
+            (EAST, 1, EAST, CIRCLE): -46,
+        },
+    )
+
+
+# Names
+
+
+def test_moves_have_the_names_of_their_ways() -> None:
+    assert ACTION_NAMES[STAY] == "stay"
+    assert ACTION_NAMES[MOVE_EAST] == "move east"
+    assert ACTION_NAMES[0] == "move south-west"
+    assert ACTION_NAMES[8] == "move north-east"
+    assert len(set(ACTION_NAMES)) == N_MOVES
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0, "0"),
+        (100, "100"),
+        (-50.0, "-50"),
+        (12.413, "12.41"),
+        (0.01, "0.01"),
+        (0.0032, "3.2e-03"),
+    ],
+)
+def test_numbers_hide_nothing(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+# A reading
+
+
+def test_the_reading_of_a_known_cell(behind: Snapshot) -> None:
+    visits = behind.visits.copy()
+    visits[EAST, 1, WEST] = [7, 3]
+    first_reach = behind.first_reach.copy()
+    first_reach[EAST, 1, WEST] = 4
+    known = replace(behind, visits=visits, first_reach=first_reach)
+    reading = reading_at(known, 6, 10, EAST)
+    assert (reading.ring, reading.direction, reading.heading) == (1, WEST, EAST)
+    assert reading.state == 1 * 8 + WEST
+    assert reading.options == (
+        OptionReading("approach", 80.0, 7, True),
+        OptionReading("circle clockwise", 5.0, 3, False),
+    )
+    approach, circle = reading.skills
+    assert (approach.name, approach.greedy) == ("approach", (MOVE_EAST,))
+    assert approach.q[MOVE_EAST] == 1
+    assert circle.greedy == tuple(range(N_MOVES))
+    assert reading.first_reach == 4
+    assert reading.outcome == CAPTURE
+    assert not reading.seen
+
+
+def test_a_cell_before_the_prey_is_seen_and_hunts_from_it_end_in_flight(behind: Snapshot) -> None:
+    reading = reading_at(behind, 14, 10, EAST)
+    assert reading.seen
+    assert reading.outcome == FLIGHT
+    assert reading.first_reach is None
+    assert not reading_at(behind, 15, 10, EAST).seen
+    assert not reading_at(behind, 14, 10, WEST).seen
+
+
+def test_a_reading_names_all_options_that_tie(behind: Snapshot) -> None:
+    reading = reading_at(behind, 10, 2, NORTH)
+    assert [option.greedy for option in reading.options] == [True, True]
+    assert reading.state == NORTH * 32 + 2 * 8 + 6
+
+
+def test_a_reading_leaves_out_what_has_not_joined(behind: Snapshot) -> None:
+    without = behind.selection_q.copy()
+    without[..., CIRCLE] = -np.inf
+    alone = replace(behind, selection_q=without, present=("approach",))
+    reading = reading_at(alone, 6, 10, EAST)
+    assert [option.name for option in reading.options] == ["approach"]
+    assert [skill.name for skill in reading.skills] == ["approach"]
+
+
+def test_a_reading_of_moves_has_nine_options_and_no_skill() -> None:
+    reading = reading_at(valued(moment(MOVES), {(EAST, 1, WEST, MOVE_EAST): 3}), 6, 10, EAST)
+    assert [option.name for option in reading.options] == list(ACTION_NAMES)
+    assert [option.greedy for option in reading.options].index(True) == MOVE_EAST
+    assert reading.skills == ()
+
+
+def test_success_is_read_off_a_map_if_there_is_one(behind: Snapshot) -> None:
+    outcomes = success_map(behind.world, policy_of(behind))
+    assert outcomes is not None
+    assert reading_at(behind, 6, 10, EAST, outcomes).outcome == CAPTURE
+    outcomes[EAST, 10, 6] = TIMEOUT
+    assert reading_at(behind, 6, 10, EAST, outcomes).outcome == TIMEOUT
+
+
+def test_a_command_makes_another_moment_though_no_step_is_made() -> None:
+    run = Run(moment().spec, seed=1)
+    before = snapshot.take(run, "by hand", 0)
+    assert moment_of(snapshot.take(run, "by hand", 0)) == moment_of(before)
+    run.apply(SetParameter("world.vision_radius", 0.0))
+    after = snapshot.take(run, "by hand", 0)
+    assert after.step == before.step
+    assert moment_of(after) != moment_of(before)
+
+
+@pytest.mark.parametrize(("x", "y"), [(-1, 0), (0, 20), (20, 3)])
+def test_there_is_nothing_to_read_off_the_grid(behind: Snapshot, x: int, y: int) -> None:
+    with pytest.raises(ValueError, match="off the grid"):
+        reading_at(behind, x, y, EAST)
+    with pytest.raises(ValueError, match="off the grid"):
+        chain_of(behind, x, y, EAST)
+
+
+# Why this value?
+
+
+def texts(chain: Chain) -> list[str]:
+    return [f"{action_text(link)}: {sum_text(link)}" for link in chain.links]
+
+
+def test_a_chain_leads_to_the_capture_that_feeds_it(behind: Snapshot) -> None:
+    chain = chain_of(behind, 3, 10, EAST)
+    assert chain.ending == "capture"
+    assert [(link.x, link.y) for link in chain.links] == [(x, 10) for x in range(3, 10)]
+    assert chain.last == (10, 10)
+    # By hand: 0.9 * 60 = 54; 0.9 * 80 = 72; 0.9 * 99 = 89.1; and 100 where the trial ends.
+    assert texts(chain) == [
+        "approach, move east: 0 + 0.9 × 60 = 54 (Q = 60)",
+        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 60)",
+        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 80)",
+        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 80)",
+        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 80)",
+        "approach, move east: 0 + 0.9 × 99 = 89.10 (Q = 80)",
+        "approach, move east: 100 + 0.9 × 0 = 100 (Q = 99)",
+    ]
+    assert "caught" in ending_text(chain)
+
+
+def test_a_chain_leads_to_the_flight_that_is_feared(behind: Snapshot) -> None:
+    chain = chain_of(behind, 16, 10, EAST)
+    assert chain.ending == "flight"
+    assert texts(chain) == [
+        "approach, move west: 0 + 0.9 × -45 = -40.50 (Q = -20)",
+        "approach, move west: -50 + 0.9 × 0 = -50 (Q = -45)",
+    ]
+    assert chain.last == (14, 10)
+    assert "flees" in ending_text(chain)
+
+
+def test_the_numbers_are_those_of_the_parameters_as_they_are(behind: Snapshot) -> None:
+    learner = behind.spec.learner.model_copy(update={"gamma": 0.5})
+    world = behind.world._replace(capture_reward=np.float32(7))
+    changed = replace(behind, spec=behind.spec.model_copy(update={"learner": learner}), world=world)
+    chain = chain_of(changed, 8, 10, EAST)
+    assert texts(chain) == [
+        "approach, move east: 0 + 0.5 × 99 = 49.50 (Q = 80)",
+        "approach, move east: 7 + 0.5 × 0 = 7 (Q = 99)",
+    ]
+
+
+def with_moves(taken: Snapshot, skill: int, moves: dict[tuple[int, int], list[int]]) -> Snapshot:
+    """The same moment with other greedy moves of a skill, by ``(ring, direction)``."""
+    skill_q = taken.skill_q.copy()
+    for (ring, direction), greedy in moves.items():
+        skill_q[skill, ring, direction] = 0
+        skill_q[skill, ring, direction, greedy] = 1
+    return replace(taken, skill_q=skill_q)
+
+
+def test_a_chain_that_goes_in_a_circle_says_where(behind: Snapshot) -> None:
+    # In the second ring the way leads out, in the third it leads in.
+    astray = with_moves(behind, APPROACH, {(1, WEST): [MOVE_WEST]})
+    chain = chain_of(astray, 3, 10, EAST)
+    assert chain.ending == "loop"
+    assert [(link.x, link.y) for link in chain.links] == [(3, 10), (4, 10), (5, 10)]
+    assert chain.last == (4, 10)
+    assert texts(chain)[-1] == "approach, move west: 0 + 0.9 × 60 = 54 (Q = 80)"
+    assert "Back to (4, 10)" in ending_text(chain)
+
+
+def test_a_chain_that_stays_is_a_circle_of_one(behind: Snapshot) -> None:
+    chain = chain_of(with_moves(behind, APPROACH, {(2, WEST): [STAY]}), 3, 10, EAST)
+    assert chain.ending == "loop"
+    assert texts(chain) == ["approach, stay: 0 + 0.9 × 60 = 54 (Q = 60)"]
+    assert chain.last == (3, 10)
+
+
+def test_where_moves_tie_a_chain_goes_on_to_a_new_cell(behind: Snapshot) -> None:
+    # From (4, 10) the way back to (3, 10) is as greedy as the way on, and so is staying.
+    tied = with_moves(behind, APPROACH, {(2, WEST): [MOVE_WEST, STAY, MOVE_EAST]})
+    chain = chain_of(tied, 4, 10, EAST)
+    assert chain.ending == "capture"
+    assert [link.x for link in chain.links] == [4, 5, 6, 7, 8, 9]
+    # With only staying and going back to choose from, it goes to the new cell all the same.
+    back = with_moves(behind, APPROACH, {(2, WEST): [MOVE_WEST, STAY]})
+    assert chain_of(back, 4, 10, EAST).links[0].move == MOVE_WEST
+
+
+def test_a_new_cell_is_preferred_to_one_that_is_worth_more(behind: Snapshot) -> None:
+    # At (4, 10) going back to (5, 10) would be worth more than going on to (3, 10).
+    ways = {(1, WEST): [MOVE_WEST], (2, WEST): [MOVE_WEST, MOVE_EAST]}
+    chain = chain_of(with_moves(behind, APPROACH, ways), 5, 10, EAST)
+    assert [link.x for link in chain.links] == [5, 4, 3, 2, 1]
+    assert (chain.ending, chain.last) == ("unknown", (0, 10))
+
+
+def test_where_options_tie_a_chain_takes_the_one_that_feeds_the_value(behind: Snapshot) -> None:
+    tied = valued(behind, {(EAST, 0, WEST, CIRCLE): 99})
+    chain = chain_of(tied, 9, 10, EAST)
+    assert texts(chain) == ["approach, move east: 100 + 0.9 × 0 = 100 (Q = 99)"]
+
+
+def test_a_chain_ends_where_nothing_is_known(behind: Snapshot) -> None:
+    nowhere = chain_of(behind, 10, 2, EAST)
+    assert (nowhere.ending, nowhere.links, nowhere.last) == ("unknown", (), (10, 2))
+    assert ending_text(nowhere).startswith("Nothing is known here yet")
+    # Ring 3 knows something, and the ring that it leads to does not.
+    edge = valued(moment(), {(EAST, 3, WEST, APPROACH): 2})
+    chain = chain_of(edge, 0, 10, EAST)
+    assert texts(chain) == ["approach, move east: 0 + 0.9 × 0 = 0 (Q = 2)"]
+    assert (chain.ending, chain.last) == ("unknown", (1, 10))
+    assert ending_text(chain) == "At (1, 10) nothing is known yet."
+
+
+def test_a_chain_is_followed_only_so_far(behind: Snapshot) -> None:
+    chain = chain_of(behind, 3, 10, EAST, limit=3)
+    assert (chain.ending, len(chain.links), chain.last) == ("limit", 3, (6, 10))
+    assert "only 3 links" in ending_text(chain)
+
+
+def test_a_chain_of_moves_names_each_move_once() -> None:
+    known = valued(moment(MOVES), {(EAST, 0, WEST, MOVE_EAST): 90, (EAST, 1, WEST, MOVE_EAST): 70})
+    chain = chain_of(known, 8, 10, EAST)
+    assert texts(chain) == [
+        "move east: 0 + 0.9 × 90 = 81 (Q = 70)",
+        "move east: 100 + 0.9 × 0 = 100 (Q = 90)",
+    ]
+    assert [board_xy(known.world, cell) for cell in chain.cells] == [(8, 10), (9, 10), (10, 10)]
+
+
+# HTML
+
+
+BLACK = re.compile(r"black|#000\b|#000000|rgb\(0, ?0, ?0\)", re.IGNORECASE)
+
+
+def links(count: int) -> Chain:
+    link = Link(1, 2, "approach", MOVE_EAST, 0.0, 0.9, 50.0, 44.0)
+    return Chain((link,) * count, tuple(range(count + 1)), (3, 2), "capture")
+
+
+def test_a_short_chain_is_shown_in_full() -> None:
+    html = chain_html(links(12))
+    assert html.count("<li") == 12
+    assert "more" not in html
+
+
+def test_a_long_chain_is_folded_in_its_middle() -> None:
+    html = chain_html(links(40))
+    assert html.count("<li") == 13
+    assert "28 more" in html
+    assert [int(n) for n in re.findall(r'<li value="(\d+)"', html)] == [
+        *range(1, 9),
+        *range(37, 41),
+    ]
+
+
+def test_a_rose_points_where_its_petals_are_longest() -> None:
+    q = [0.0] * N_MOVES
+    q[MOVE_NORTH], q[MOVE_WEST] = 2.0, 1.0
+    svg = rose_svg(q, [MOVE_NORTH])
+    petals = re.findall(r'x2="([-\d.]+)" y2="([-\d.]+)" stroke="([^"]+)"', svg)
+    ends = {(float(x), float(y)): paint for x, y, paint in petals}
+    assert len(ends) == 8
+    # North is up, and up is where y falls.
+    assert ends.pop((0.0, -40.0)) != "currentColor"
+    assert set(ends.values()) == {"currentColor"}
+    assert (-27.0, 0.0) in ends
+    assert "<title>move north: 2</title>" in svg
+
+
+def test_a_rose_of_equal_values_has_equal_petals() -> None:
+    svg = rose_svg([3.0] * N_MOVES, range(N_MOVES))
+    ends = re.findall(r'x2="([-\d.]+)" y2="([-\d.]+)"', svg)
+    lengths = [np.hypot(float(x), float(y)) for x, y in ends]
+    np.testing.assert_allclose(lengths, lengths[0], atol=0.1)
+
+
+def test_ties_are_named() -> None:
+    two = [OptionReading("one", 1, 0, True), OptionReading("two", 1, 0, True)]
+    three = [*two, OptionReading("three", 0, 0, False)]
+    assert "Tied" not in options_html(three[1:])
+    assert "one, two" in options_html(three)
+    assert "all of them" in options_html(two)
+
+
+def test_names_are_escaped() -> None:
+    evil = "<script>alert(1)</script>"
+    link = Link(1, 2, evil, MOVE_EAST, 0.0, 0.9, 50.0, 44.0)
+    reading = CellReading(
+        1,
+        2,
+        0,
+        0,
+        0,
+        0,
+        False,
+        (OptionReading(evil, 0.0, 0, True), OptionReading(evil, 0.0, 0, True)),
+        (SkillReading(evil, (0.0,) * N_MOVES, (0,)),),
+        None,
+        CAPTURE,
+    )
+    for html in (
+        chain_html(Chain((link,), (0, 1), (3, 2), "capture")),
+        reading_html(reading),
+    ):
+        assert "<script" not in html
+        assert "&lt;script&gt;" in html
+
+
+def test_nothing_is_painted_black(behind: Snapshot) -> None:
+    for taken in (behind, moment(MOVES)):
+        html = reading_html(reading_at(taken, 6, 10, EAST)) + chain_html(
+            chain_of(taken, 6, 10, EAST)
+        )
+        assert not BLACK.search(html)
+        assert html.count("<div") == html.count("</div>")
+
+
+def shown(outcome: int, steps: int = 2) -> HuntShown:
+    hunt = Hunt(np.arange(steps + 1), np.zeros(steps, np.uint8), np.zeros(steps, np.uint8), outcome)
+    return HuntShown(3, 4, EAST, hunt)
+
+
+def test_few_hunts_are_named_and_many_are_counted() -> None:
+    few = hunts_html([shown(CAPTURE), shown(FLIGHT, steps=1)], LIGHT)
+    assert "from (3, 4), prey facing east: capture after 2 steps" in few
+    assert "flight after 1 step<" in few
+    many = hunts_html([shown(CAPTURE)] * 9 + [shown(TIMEOUT)], LIGHT)
+    assert "10 hunts" in many
+    assert "9 captures" in many
+    assert "1 time-out<" in many
+    assert "flight" not in many
+
+
+# From a place to a cell
+
+
+@pytest.mark.parametrize("size", [20, 21, 120])
+def test_a_place_on_the_board_lies_in_a_cell(size: int) -> None:
+    unit, middle = 12.0 / size, size // 2
+    for x, y in [(0, 0), (middle, middle), (size - 1, 3), (7, size - 1)]:
+        east, north = (x - middle) * unit, (y - middle) * unit
+        for shift in (-0.49, 0.0, 0.49):
+            assert cell_under((east + shift * unit, north + shift * unit), size) == (x, y)
+
+
+@pytest.mark.parametrize("place", [(6.1, 0.0), (0.0, -6.4), (-6.4, 0.0), (0.0, 1e300)])
+def test_a_place_off_the_board_lies_in_no_cell(place: tuple[float, float]) -> None:
+    assert cell_under(place, 20) is None
+
+
+def test_points_and_places_agree(behind: Snapshot) -> None:
+    cells = np.array([cell_at(behind.world, *xy) for xy in [(0, 0), (3, 17), (19, 19), (10, 9)]])
+    for cell, point in zip(cells, board_points(behind.world, cells, 0.0), strict=True):
+        east, north, _ = point.tolist()
+        assert cell_under((east, north), 20) == board_xy(behind.world, int(cell))
+
+
+def test_the_ring_goes_through_the_chosen_cell_or_the_start_zone(behind: Snapshot) -> None:
+    world = behind.spec.world
+    assert ring_radius(world, (13, 14)) == 5.0
+    assert ring_radius(world, (10, 10)) == 1.0
+    assert ring_radius(world, None) == pytest.approx(35 * 20 / 120)
+
+
+# The inspector, with the widgets of a server to which no browser is connected
+
+
+class Page:
+    """A page that counts how often something is sent."""
+
+    def __init__(self, server: Any) -> None:
+        self.gui, self.scene = server.gui, server.scene
+        self.sent = 0
+        self.woken = 0
+
+    @contextlib.contextmanager
+    def atomic(self) -> Iterator[None]:
+        self.sent += 1
+        yield
+
+    def wake(self) -> None:
+        self.woken += 1
+
+
+@pytest.fixture
+def fake_page() -> Iterator[Page]:
+    server = open_server(port=0)
+    yield Page(server)
+    close_server(server)
+
+
+@pytest.fixture
+def inspector(fake_page: Page) -> Inspector:
+    return Inspector(fake_page, fake_page.gui.add_folder("Inspect"), fake_page.wake)
+
+
+def place_of(x: int, y: int) -> tuple[float, float]:
+    return (x - 10) * 0.6, (y - 10) * 0.6
+
+
+def choose(inspector: Inspector, x: int, y: int) -> None:
+    """Click on a cell."""
+    inspector.take_click(place_of(x, y), shift=False)
+
+
+def hunt_from(inspector: Inspector, x: int, y: int) -> None:
+    """Click on a cell with shift held."""
+    inspector.take_click(place_of(x, y), shift=True)
+
+
+def test_a_click_shows_its_cell(fake_page: Page, inspector: Inspector, behind: Snapshot) -> None:
+    inspector.take_click(place_of(6, 10), shift=False)
+    assert fake_page.woken == 1
+    assert "Click a cell" in inspector._reading.content
+    inspector.update(behind, Look())
+    assert "Cell (6, 10)" in inspector._reading.content
+    assert inspector._reasons.content == ""
+    assert not inspector._here.disabled
+    inspector.take_click((99.0, 0.0), shift=False)
+    inspector.update(behind, Look())
+    assert "Cell (6, 10)" in inspector._reading.content
+
+
+def test_why_is_shown_when_it_is_asked_for(inspector: Inspector, behind: Snapshot) -> None:
+    choose(inspector, 3, 10)
+    inspector.explain(True)
+    inspector.update(behind, Look())
+    assert inspector._reasons.content.count("<li") == 7
+    chain = inspector._overlay._chain._line.points
+    assert len(chain) == 1 + 7
+    np.testing.assert_allclose(chain[1, 0, :2], [-7 * 0.6, 0], atol=1e-6)
+    np.testing.assert_allclose(chain[-1, 1, :2], [0, 0], atol=1e-6)
+    inspector.explain(False)
+    inspector.update(behind, Look())
+    assert inspector._reasons.content == ""
+    assert len(inspector._overlay._chain._line.points) == 1
+
+
+def test_nothing_is_sent_when_nothing_has_changed(
+    fake_page: Page, inspector: Inspector, behind: Snapshot
+) -> None:
+    choose(inspector, 6, 10)
+    inspector.hunt_ring()
+    inspector.update(behind, Look())
+    sent = fake_page.sent
+    for _ in range(3):
+        inspector.update(behind, Look())
+    assert fake_page.sent == sent
+    inspector.update(replace(behind, step=behind.step + 1), Look())
+    assert fake_page.sent == sent + 1
+    inspector.update(replace(behind, step=behind.step + 1), Look(theme=DARK))
+    assert fake_page.sent == sent + 3
+
+
+def test_shift_hunts_from_the_cell(inspector: Inspector, behind: Snapshot) -> None:
+    inspector.take_click(place_of(6, 10), shift=True)
+    inspector.update(behind, Look())
+    assert "Cell (6, 10)" in inspector._reading.content
+    assert "capture after 4 steps" in inspector._results.content
+    assert len(inspector._overlay._hunts._line.points) == 1 + 4
+    hunt_from(inspector, 14, 10)
+    inspector.update(behind, Look())
+    assert "flight after 1 step" in inspector._results.content
+    assert len(inspector._overlay._ends.points) == 1 + 2
+
+
+def test_the_heading_is_that_of_the_look(inspector: Inspector, behind: Snapshot) -> None:
+    choose(inspector, 6, 10)
+    inspector.update(behind, Look())
+    assert "prey facing east" in inspector._reading.content
+    inspector.update(behind, Look(frame=NORTH))
+    assert "prey facing north" in inspector._reading.content
+    inspector.update(replace(behind, heading=WEST), Look(frame=OF_TRIAL))
+    assert "prey facing west" in inspector._reading.content
+
+
+def test_a_hunt_of_another_heading_shows_where_its_prey_faces(
+    inspector: Inspector, behind: Snapshot
+) -> None:
+    inspector._prey_faces.value = "north"
+    choose(inspector, 6, 10)
+    inspector._ask(inspector._hunt_here)
+    inspector.update(behind, Look())
+    assert "prey facing north" in inspector._results.content
+    assert len(inspector._overlay._facing._line.points) == 1 + 3
+    inspector.update(behind, Look(frame=NORTH))
+    assert len(inspector._overlay._facing._line.points) == 1
+
+
+def test_a_ring_takes_the_place_of_the_hunts_before(inspector: Inspector, behind: Snapshot) -> None:
+    hunt_from(inspector, 6, 10)
+    inspector.hunt_ring()
+    inspector.update(behind, Look())
+    assert "16 hunts" in inspector._results.content
+    assert len(inspector._overlay._ends.points) == 1 + 16
+
+
+def test_clearing_forgets_everything(inspector: Inspector, behind: Snapshot) -> None:
+    hunt_from(inspector, 6, 10)
+    inspector.update(behind, Look())
+    inspector.clear()
+    inspector.update(behind, Look())
+    assert "Click a cell" in inspector._reading.content
+    assert inspector._results.content == ""
+    assert inspector._here.disabled
+    assert len(inspector._overlay._cell._line.points) == 1
+    assert len(inspector._overlay._hunts._line.points) == 1
+
+
+def test_another_run_clears_the_hunts_and_keeps_the_cell(
+    inspector: Inspector, behind: Snapshot
+) -> None:
+    hunt_from(inspector, 6, 10)
+    inspector.update(behind, Look())
+    inspector.update(replace(behind, generation=2), Look())
+    assert inspector._results.content == ""
+    assert "Cell (6, 10)" in inspector._reading.content
+
+
+def test_cells_off_the_grid_change_nothing(inspector: Inspector, behind: Snapshot) -> None:
+    for x, y in [(-1, 3), (20, 3), (10**9, 0)]:
+        choose(inspector, x, y)
+        hunt_from(inspector, x, y)
+    inspector.update(behind, Look())
+    assert "Click a cell" in inspector._reading.content
+    assert inspector._results.content == ""
+
+
+def test_requests_do_not_pile_up(inspector: Inspector, behind: Snapshot) -> None:
+    for _ in range(10_000):
+        hunt_from(inspector, 6, 10)
+    assert len(inspector._requests) == 32
+    inspector.update(behind, Look())
+    assert len(inspector._hunts) == 16
+
+
+def test_a_change_by_the_program_is_no_request(inspector: Inspector, behind: Snapshot) -> None:
+    inspector._toggled(SimpleNamespace(client=None))  # type: ignore[arg-type]
+    assert not inspector._requests
+
+
+def test_the_themes_colours_are_used(inspector: Inspector, behind: Snapshot) -> None:
+    hunt_from(inspector, 6, 10)
+    inspector.update(behind, Look(theme=LIGHT))
+    assert tuple(inspector._overlay._ends.colors[1]) == LIGHT.capture
+    inspector.update(behind, Look(theme=DARK))
+    assert tuple(inspector._overlay._ends.colors[1]) == DARK.capture
+
+
+def test_removing_takes_everything_away(inspector: Inspector, behind: Snapshot) -> None:
+    choose(inspector, 6, 10)
+    inspector.update(behind, Look())
+    inspector.remove()
+    assert inspector._overlay._cell._line._impl.removed
+    assert inspector._reading._impl.removed

@@ -1,0 +1,325 @@
+"""The sentence says what is going on: on moments made by hand, and on real runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.documents import presets
+from app.explain import sentence
+from app.explain.sentence import RECENT_REACH_TRIALS, Front
+from app.live import snapshot
+from app.live.session import Opened, Session, Status
+from app.live.snapshot import Snapshot
+from learners.commands import Explore, FreezeSelection, Introduce, StopExploring
+from learners.measures import Endings
+from learners.run import Run
+from learners.spec import RunSpec
+from sim import geometry
+from sim.spec import N_HEADINGS, WorldSpec
+
+SEEDS = (1, 2, 3)
+
+
+def spec_of(*settings: str, preset: str = "timed") -> RunSpec:
+    """A preset."""
+    return presets.load(preset, settings)
+
+
+def status_of(run: Run, **parts: object) -> Status:
+    """A playing session at the moment that a run is at, with some parts replaced."""
+    return status_at(snapshot.take(run, "timed", 0), **parts)
+
+
+def status_at(taken: Snapshot, **parts: object) -> Status:
+    """A playing session at a moment, with some parts replaced."""
+    idle = Session(taken.spec, "timed", seed=1, speed=100.0, playing=True).status
+    return replace(idle, snapshot=taken, preparing=False, **parts)
+
+
+def sentence_at(run: Run, trial: int) -> str:
+    """The sentence when a run gets to a trial."""
+    run.advance(until_trial=trial)
+    return sentence.sentence(status_of(run))
+
+
+# Where the front is
+
+WORLD = WorldSpec(n_distances=3)
+DEGREES = 360 // WORLD.n_directions
+
+
+def reached(*places: tuple[int, float], heading: int = 0, trial: int = 0) -> np.ndarray:
+    """Trials of first reach: so many degrees from straight behind the prey, in some rings."""
+    reach = np.full((N_HEADINGS, WORLD.n_distances, WORLD.n_directions), -1, np.int32)
+    for ring, from_behind in places:
+        bearing = 180 + from_behind + 45 * heading
+        reach[heading, ring, int(bearing / DEGREES) % WORLD.n_directions] = trial
+    return reach
+
+
+def front_of(reach: np.ndarray, trial: int = 0) -> Front:
+    """The front at a trial."""
+    return sentence.front(WORLD, reach, trial)
+
+
+@pytest.mark.parametrize(
+    ("from_behind", "expected"),
+    [
+        (0, Front(0, 0, 0, 0)),
+        (15, Front(1, 0, 0, 0)),
+        (60, Front(1, 0, 0, 0)),
+        (90, Front(1, 0, 1, 0)),
+        (-15, Front(0, 1, 0, 0)),
+        (-90, Front(0, 1, 1, 0)),
+        (105, Front(0, 0, 0, 1)),
+        (180, Front(0, 0, 0, 1)),
+        (-105, Front(0, 0, 0, 1)),
+    ],
+)
+@pytest.mark.parametrize("heading", [0, 3, 6])
+def test_a_place_counts_by_its_side_and_by_the_preys_sight(
+    from_behind: float, expected: Front, heading: int
+) -> None:
+    # Counter-clockwise of straight behind, for a prey that looks right, is the lower half.
+    assert front_of(reached((0, from_behind), heading=heading)) == expected
+
+
+def test_what_lies_beyond_the_preys_sight_is_out_of_it_even_in_front() -> None:
+    outer = geometry.ring_edges(WORLD)
+    assert outer[0] < WORLD.vision_radius < outer[1]
+    assert front_of(reached((2, 180 - 45))) == Front(1, 0, 1, 0)
+
+
+def test_only_what_was_reached_lately_belongs_to_the_front() -> None:
+    reach = reached((0, 15), trial=500)
+    assert front_of(reach, 500 + RECENT_REACH_TRIALS - 1).counterclockwise == 1
+    assert front_of(reach, 500 + RECENT_REACH_TRIALS) == Front(0, 0, 0, 0)
+
+
+def test_each_heading_counts_on_its_own() -> None:
+    both = np.maximum(reached((0, -30), heading=2), reached((0, -30), heading=5))
+    assert front_of(both) == Front(0, 2, 0, 0)
+
+
+# Sentences on moments made by hand
+
+
+def spreading(*places: tuple[int, float]) -> Status:
+    """A moment at which value rose lately in some places, for all headings."""
+    spec = spec_of("world.n_distances=3")
+    reach = np.maximum.reduce([reached(*places, heading=heading) for heading in range(N_HEADINGS)])
+    taken = snapshot.take(Run(spec, seed=1), "timed", 0)
+    quiet = replace(taken.control, frozen_until=0)
+    return status_at(
+        replace(
+            taken,
+            first_reach=reach,
+            value=(reach >= 0).astype(np.float32),
+            control=quiet,
+            selection_frozen=False,
+            recent=Endings(captures=1, flights=1, timeouts=2),
+        )
+    )
+
+
+BEHIND = [(0, -30), (0, -15), (0, 15), (0, 30)]
+
+
+def test_growth_behind_the_prey_is_a_cone() -> None:
+    assert sentence.sentence(spreading(*BEHIND)) == (
+        "One skill, approach: value is spreading back from the prey as a cone."
+    )
+
+
+def test_growth_on_both_sides_is_a_ring() -> None:
+    both = [(1, 90), (1, -90), (1, 105), (1, -105)]
+    assert "round the prey as a ring" in sentence.sentence(spreading(*both, *BEHIND))
+
+
+def test_growth_to_one_side_goes_counter_clockwise() -> None:
+    one_side = [(1, 60), (1, 75), (1, 90), (1, 105)]
+    said = sentence.sentence(spreading(*one_side, *BEHIND))
+    assert "counter-clockwise from the cone, as a ring round the prey" in said
+
+
+def test_growth_to_the_other_side_is_not_called_counter_clockwise() -> None:
+    other_side = [(1, -60), (1, -75), (1, -90), (1, -105)]
+    assert "counter-clockwise" not in sentence.sentence(spreading(*other_side, *BEHIND))
+
+
+def test_growth_in_sight_of_the_prey_goes_inwards() -> None:
+    in_front = [(0, 120), (0, 150), (0, 180), (0, -150), (0, -120)]
+    said = sentence.sentence(spreading(*in_front, *BEHIND))
+    assert said.endswith(": value is spreading inwards, into the prey's visual field.")
+
+
+def test_growth_that_is_over_is_said_with_the_share_and_the_success() -> None:
+    status = spreading(*BEHIND)
+    later = replace(status.snapshot, trial=RECENT_REACH_TRIALS)
+    share = 4 * N_HEADINGS / status.snapshot.value.size
+    assert sentence.sentence(replace(status, snapshot=later)) == (
+        "One skill, approach: value has all but stopped spreading,"
+        f" {share:.0%} of the states are worth something, and 25% of recent hunts end in capture."
+    )
+
+
+def test_before_the_first_capture_nothing_is_worth_anything() -> None:
+    run = Run(spec_of(preset="hierarchical_3"), seed=1)
+    assert sentence.sentence(status_of(run)) == (
+        "Three skills, approach, circle clockwise and avoid:"
+        " no prey has been caught yet, so nothing is worth anything."
+    )
+
+
+def test_primitive_moves_are_no_skills() -> None:
+    run = Run(spec_of(preset="standard_q"), seed=1)
+    assert sentence.sentence(status_of(run)).startswith("Nine moves, no skills: no prey has been")
+
+
+def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
+    run = Run(spec_of(), seed=1)
+    run.apply(Introduce("avoid", 0))
+    assert sentence.sentence(status_of(run)).startswith("Two skills, approach and avoid:")
+    run.apply(Introduce("circle_clockwise", 0))
+    assert sentence.sentence(status_of(run)).startswith(
+        "Three skills, approach, avoid and circle clockwise:"
+    )
+
+
+def test_a_freeze_after_an_introduction_is_said_instead_of_growth() -> None:
+    assert sentence.sentence(status_of(Run(spec_of(), seed=1))) == (
+        "One skill, approach: the selection is frozen until trial 300, while the skills learn."
+    )
+
+
+def test_a_freeze_by_hand_is_said_as_such() -> None:
+    run = Run(spec_of(), seed=1)
+    run.apply(FreezeSelection(True))
+    assert sentence.sentence(status_of(run)) == (
+        "One skill, approach: the selection is frozen by hand."
+    )
+
+
+def test_an_exploration_is_said_with_its_end() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_000)
+    run.apply(Explore("approach", 250, 0.75))
+    explored = "approach is taken in 75% of the steps until trial 1,250"
+    assert f": {explored}; value is" in sentence.sentence(status_of(run))
+    run.apply(StopExploring("approach"))
+    assert explored not in sentence.sentence(status_of(run))
+
+
+def test_an_exploration_is_over_when_its_last_trial_is() -> None:
+    run = Run(spec_of(), seed=1)
+    run.apply(Explore("approach", 500, 0.75))
+    assert "is taken in 75%" in sentence_at(run, 499)
+    assert "is taken in 75%" not in sentence_at(run, 500)
+
+
+def test_a_pause_comes_first() -> None:
+    run = Run(spec_of(), seed=1)
+    playing = sentence.sentence(status_of(run))
+    assert sentence.sentence(status_of(run, playing=False)) == f"Paused. {playing}"
+
+
+def test_the_end_of_a_run_comes_first() -> None:
+    run = Run(spec_of("trials=700"), seed=1)
+    run.advance()
+    over = sentence.sentence(status_of(run, playing=False, finished=True))
+    assert over.startswith("The 700 trials are over. One skill, approach: value is spreading")
+
+
+def test_an_error_says_where_it_stopped_and_nothing_else() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_234)
+    status = status_of(run, playing=False, error="ValueError: no such luck")
+    assert sentence.sentence(status) == (
+        "The learner stopped at trial 1,234 with an error; its state is kept."
+    )
+
+
+def test_compiling_is_said_while_it_lasts() -> None:
+    run = Run(spec_of(), seed=1)
+    preparing = replace(status_of(run), preparing=True)
+    assert sentence.sentence(preparing).startswith("Compiling the learner")
+
+
+def test_a_success_share_is_not_a_number_before_the_first_trial_has_ended() -> None:
+    taken = snapshot.take(Run(spec_of(), seed=1), "timed", 0)
+    assert np.isnan(sentence.success_share(taken))
+    assert sentence.success_share(replace(taken, recent=Endings(1, 2, 1))) == 0.25
+
+
+# Where a run of an experiment is from
+
+NAME = "figure_4_1: timed, seed 3"
+RECORDED = "3fa9c1d2" + "0" * 56
+
+
+def test_a_run_that_is_being_made_again_is_said_to_be() -> None:
+    opened = Opened(NAME, 1_000, RECORDED, same=None)
+    assert sentence.provenance(opened) == "Making figure_4_1: timed, seed 3 again …"
+
+
+def test_a_run_that_came_out_as_in_the_results_is_said_to_be_that_run() -> None:
+    opened = Opened(NAME, 1_000, RECORDED, same=True, found=RECORDED)
+    assert sentence.provenance(opened) == (
+        "This is figure_4_1: timed, seed 3, as it ended: digest 3fa9c1d2, as in the results."
+    )
+
+
+def test_a_run_that_came_out_otherwise_is_said_with_both_digests() -> None:
+    opened = Opened(NAME, 1_000, RECORDED, same=False, found="0b1c2d3e" + "f" * 56)
+    assert sentence.provenance(opened) == (
+        "This is figure_4_1: timed, seed 3, made again, but its tables differ from the results"
+        " (digest 3fa9c1d2 there, 0b1c2d3e here): another version of pounce made them."
+    )
+
+
+# Sentences on real runs
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_approach_alone_makes_a_cone(seed: int) -> None:
+    run = Run(spec_of(), seed)
+    for trial in (600, 1_000, 2_000, 4_000, 6_000):
+        assert sentence_at(run, trial) == (
+            "One skill, approach: value is spreading back from the prey as a cone."
+        )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("size", [60, 120])
+def test_exploring_the_circle_makes_a_ring_counter_clockwise(seed: int, size: int) -> None:
+    run = Run(spec_of(f"world.size={size}"), seed)
+    assert sentence_at(run, 13_500) == (
+        "Two skills, approach and circle clockwise: circle clockwise is taken in 95% of the steps"
+        " until trial 14,000; value is spreading counter-clockwise from the cone,"
+        " as a ring round the prey."
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_in_the_end_value_has_all_but_stopped_spreading(seed: int) -> None:
+    said = sentence_at(Run(spec_of(), seed), 48_000)
+    assert sentence.startswith(
+        "Three skills, approach, circle clockwise and avoid: value has all but stopped spreading,"
+    )
+    assert " of recent hunts end in capture." in said
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_approach_alone_makes_a_cone_in_a_world_of_eight_directions(seed: int) -> None:
+    run = Run(spec_of("world.n_directions=8"), seed)
+    for trial in (600, 1_000, 2_000, 4_000):
+        assert sentence_at(run, trial) == (
+            "One skill, approach: value is spreading back from the prey as a cone."
+        )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_exploring_the_circle_makes_a_ring_in_a_world_of_eight_directions(seed: int) -> None:
+    said = sentence_at(Run(spec_of("world.n_directions=8"), seed), 13_500)
+    assert said.endswith("as a ring round the prey.")

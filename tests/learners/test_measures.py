@@ -1,0 +1,112 @@
+"""What a run's log and tables say stays true, whatever is changed on the way."""
+
+import numpy as np
+import pytest
+
+from app.documents import presets
+from learners import kernel, measures
+from learners.commands import SetParameter
+from learners.run import Run
+from sim.world import CAPTURE, FLIGHT
+
+GAMMA = 0.9
+
+
+def small_run() -> Run:
+    settings = ["world.size=30", "world.n_directions=16", "world.n_distances=6"]
+    return Run(presets.load("standard_q", settings), seed=3)
+
+
+# --- Rewards -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "outcome"),
+    [("world.flight_reward", -200.0, FLIGHT), ("world.capture_reward", 7.5, CAPTURE)],
+)
+def test_a_trial_keeps_the_reward_with_which_it_ended(key: str, value: float, outcome: int) -> None:
+    run = small_run()
+    run.advance(max_steps=20_000)
+    changed_at = run.trial
+    before = measures.curve(run.state, 1_000)
+    mean = measures.mean_reward(run.state)
+    run.apply(SetParameter(key, value))
+    assert measures.mean_reward(run.state) == mean
+    run.advance(max_steps=20_000)
+
+    after = measures.curve(run.state, 1_000)
+    np.testing.assert_array_equal(after.reward[: len(before.reward) - 1], before.reward[:-1])
+    outcomes = run.state.log_outcome[changed_at : run.trial]
+    new = measures.rewards(run.spec.world, outcomes)
+    assert (outcomes == outcome).sum() > 10
+    np.testing.assert_array_equal(run.state.log_reward[changed_at : run.trial], new)
+    assert measures.mean_reward(run.state, len(new)) == pytest.approx(new.mean())
+
+
+def test_the_mean_of_very_many_rewards_is_exact() -> None:
+    run = small_run()
+    run.advance(until_trial=2_000)
+    run.state.log_reward[:2_000] = np.float32(0.1)
+    assert measures.mean_reward(run.state) == pytest.approx(np.float32(0.1), rel=1e-12)
+
+
+# --- Switches ------------------------------------------------------------------------------------
+
+
+def stepwise_switches(run: Run, until_trial: int) -> tuple[int, int]:
+    """Steps that have one before them in their trial, and those of them with another option."""
+    steps = switches = 0
+    while run.trial < until_trial:
+        trial, previous = run.trial, run.state.place[kernel.OPTION]
+        before = run.state.visits.copy()
+        run.advance(max_steps=1, until_trial=until_trial)
+        (taken,) = np.flatnonzero(run.state.visits != before) % 9
+        if previous != kernel.NO_OPTION:
+            steps += 1
+            switches += bool(taken != previous)
+        assert run.trial - trial in (0, 1)
+    return steps, switches
+
+
+def test_a_switch_is_a_step_with_another_option_than_the_step_before_it() -> None:
+    run = small_run()
+    steps, switches = stepwise_switches(run, 30)
+    assert switches > 100
+    assert measures.switches_per_step(run.state) == switches / steps
+
+
+def test_a_learner_with_one_skill_never_switches() -> None:
+    settings = ["world.size=30", "learner.options=[approach]", "schedule={skills: {}}"]
+    run = Run(presets.load("hierarchical_3", settings), seed=3)
+    run.advance(until_trial=300)
+    assert measures.switches_per_step(run.state) == 0
+
+
+def test_without_a_second_step_there_is_no_switch() -> None:
+    run = Run(presets.load("standard_q", ["world.step_limit=1"]), seed=3)
+    assert measures.switches_per_step(run.state) == 0
+    run.advance(until_trial=10)
+    assert measures.switches_per_step(run.state) == 0
+
+
+# --- Equivalent distance -------------------------------------------------------------------------
+
+
+def test_the_worth_of_a_state_is_turned_into_its_steps_from_capture() -> None:
+    steps = np.array([[0.0, 1.0, 40.5], [400.0, -3.0, 7.0]])
+    distance = measures.equivalent_distance(100 * GAMMA**steps, 100, GAMMA)
+    np.testing.assert_allclose(distance, steps, atol=1e-9)
+
+
+def test_a_value_not_above_0_has_no_distance() -> None:
+    value = np.array([0.0, -1.0, np.nan, -np.inf], np.float32)
+    assert np.isnan(measures.equivalent_distance(value, 100, GAMMA)).all()
+
+
+@pytest.mark.parametrize("capture_reward", [0.0, -5.0])
+def test_there_is_no_distance_to_a_capture_that_is_worth_nothing(capture_reward: float) -> None:
+    assert np.isnan(measures.equivalent_distance(np.ones(3), capture_reward, GAMMA)).all()
+
+
+def test_without_a_future_all_value_is_at_capture() -> None:
+    assert not measures.equivalent_distance(np.array([1.0, 100.0, 200.0]), 100, 0.0).any()

@@ -1,0 +1,313 @@
+"""The compiled loop does exactly what the definition says, step by step and bit for bit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from learners import kernel
+from learners.run import Run
+from learners.spec import RunSpec
+from learners.state import tables
+from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy
+from tests.support.reference import (
+    MOVES,
+    SlowEpisode,
+    SlowLearner,
+    SlowSettings,
+    SlowTimer,
+    SlowWorld,
+    SplitMix64,
+    Step,
+)
+
+OUTCOMES = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "timeout"}
+TRIALS = 100_000
+"""More than any case here gets to."""
+
+STANDARD = SlowWorld()
+SMALL = SlowWorld(size=24, step_limit=60)
+# The start is as near as it may be, so that many trials end on the prey's cell; and the first ring
+# is so wide that the state there is one that is learned.
+CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
+# An odd size puts the prey in the middle exactly.
+ODD = SlowWorld(size=29, n_directions=16, n_distances=11, step_limit=80)
+COARSE = SlowWorld(size=30, n_directions=8, n_distances=6, step_limit=100)
+# Starts lie on the edge, and beyond it by rounding.
+WALLED = SlowWorld(size=20, start_radius=(57, 60), step_limit=50, vision_radius=40)
+THREE_SKILLS = ("approach", "circle_clockwise", "avoid")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run to compare, and what must have happened in it for the comparison to mean much."""
+
+    settings: SlowSettings
+    steps: int
+    seed: int = 1
+    must_see: Mapping[str, int] = field(default_factory=dict)
+
+
+CASES = {
+    "moves, standard world": Case(SlowSettings(STANDARD, alpha=0.6), 4_000, 1, {"timeout": 2}),
+    "moves, small world": Case(
+        SlowSettings(SMALL, alpha=0.6), 6_000, 2, {"capture": 5, "flight": 50, "timeout": 50}
+    ),
+    "moves, close to the prey": Case(
+        SlowSettings(CLOSE, alpha=0.6), 6_000, 3, {"flight on the prey's cell": 5, "capture": 50}
+    ),
+    "moves, other rates and initial value": Case(
+        SlowSettings(ODD, alpha=0.3, epsilon=0.35, gamma=0.8, initial_q=2.5), 4_000, 4
+    ),
+    "two skills, standard world": Case(
+        SlowSettings(STANDARD, ("approach", "circle_clockwise")), 4_000, 5, {"capture": 1}
+    ),
+    "two skills, 16 x 11": Case(
+        SlowSettings(ODD, ("approach", "circle_counterclockwise")), 5_000, 6, {"flight": 20}
+    ),
+    "three skills, 8 x 6": Case(SlowSettings(COARSE, THREE_SKILLS), 5_000, 7, {"timeout": 5}),
+    "skills on the prey's cell": Case(
+        SlowSettings(CLOSE, ("circle_clockwise", "approach", "circle_counterclockwise")),
+        6_000,
+        8,
+        {"flight on the prey's cell": 5, "capture": 50},
+    ),
+    "hugging the wall": Case(
+        SlowSettings(WALLED, ("avoid", "circle_clockwise")), 4_000, 9, {"clipped": 1_000}
+    ),
+    "moves into the wall": Case(
+        SlowSettings(WALLED, alpha=0.6, epsilon=0.5), 3_000, 10, {"clipped": 200}
+    ),
+    "timers, freeze and overlapping episodes": Case(
+        SlowSettings(
+            SMALL,
+            THREE_SKILLS,
+            timers={
+                "approach": SlowTimer(0, 20),
+                "circle_clockwise": SlowTimer(60, 15),
+                "avoid": SlowTimer(100, 10),
+            },
+            episodes=(
+                SlowEpisode("circle_clockwise", 60, 80, 0.95),
+                SlowEpisode("avoid", 100, 60, 0.30),
+                SlowEpisode("approach", 130, 20, 0.25),
+                SlowEpisode("circle_clockwise", 170, 20, 0.5),
+            ),
+        ),
+        12_000,
+        11,
+        {
+            "frozen": 500,
+            "imposed": 1_000,
+            "passed over by two episodes": 20,
+            "no other option": 5,
+            "joined below the initial value": 20,
+        },
+    ),
+    "timers without safe introduction": Case(
+        SlowSettings(
+            SMALL,
+            THREE_SKILLS,
+            timers={
+                "approach": SlowTimer(0, 20),
+                "circle_clockwise": SlowTimer(90, 15),
+                "avoid": SlowTimer(140, 10),
+            },
+            episodes=(
+                SlowEpisode("circle_clockwise", 90, 60, 0.95),
+                SlowEpisode("avoid", 140, 60, 0.30),
+            ),
+            safe_introduction=False,
+        ),
+        12_000,
+        15,
+        {"frozen": 500, "imposed": 1_000, "raised a utility by joining": 20},
+    ),
+    "without safe introduction, every state is worth less than the initial value": Case(
+        SlowSettings(
+            CLOSE,
+            ("avoid", "approach", "circle_counterclockwise"),
+            timers={"approach": SlowTimer(40), "circle_counterclockwise": SlowTimer(40, 5)},
+            initial_q=2.5,
+            safe_introduction=False,
+        ),
+        6_000,
+        16,
+        {"frozen": 20, "raised a utility by joining": 100},
+    ),
+    "a skill that joins first explores alone": Case(
+        SlowSettings(
+            COARSE,
+            ("avoid", "approach"),
+            timers={"avoid": SlowTimer(30, 0)},
+            episodes=(SlowEpisode("approach", 0, 20, 0.4), SlowEpisode("avoid", 35, 10, 1.0)),
+            initial_q=-1.5,
+        ),
+        5_000,
+        12,
+        {"no other option": 100, "imposed": 100, "joined below the initial value": 5},
+    ),
+    "an episode leaves out the best option": Case(
+        SlowSettings(
+            CLOSE,
+            (*THREE_SKILLS, "circle_counterclockwise"),
+            alpha=0.3,
+            episodes=(SlowEpisode("approach", 20, 400, 0.1),),
+        ),
+        5_000,
+        14,
+        {"best option left out": 50, "imposed": 100},
+    ),
+    "one skill": Case(SlowSettings(ODD, ("avoid",)), 3_000, 13, {"clipped": 500}),
+}
+
+
+def spec_of(settings: SlowSettings) -> RunSpec:
+    """The same run as a preset would state it."""
+    world = settings.world
+    return RunSpec.model_validate(
+        {
+            "world": {
+                "size": world.size,
+                "n_directions": world.n_directions,
+                "n_distances": world.n_distances,
+                "vision_radius": world.vision_radius,
+                "start_radius": world.start_radius,
+                "step_limit": world.step_limit,
+                "capture_reward": world.capture_reward,
+                "flight_reward": world.flight_reward,
+            },
+            "learner": {
+                "options": list(settings.skills) or "moves",
+                "alpha": settings.alpha,
+                "skill_alpha": settings.skill_alpha,
+                "gamma": settings.gamma,
+                "epsilon": settings.epsilon,
+                "initial_q": settings.initial_q,
+            },
+            "schedule": {
+                "safe_introduction": settings.safe_introduction,
+                "skills": {skill: timer._asdict() for skill, timer in settings.timers.items()},
+                "episodes": [
+                    {
+                        "skill": episode.skill,
+                        "at": episode.first,
+                        "duration": episode.duration,
+                        "probability": episode.probability,
+                    }
+                    for episode in settings.episodes
+                ],
+            },
+            "trials": TRIALS,
+        }
+    )
+
+
+def last_cell(run: Run) -> tuple[int, int]:
+    """Where the last step led."""
+    return board_xy(run.world, run.state.trail[run.step % kernel.TRAIL_LENGTH])
+
+
+def assert_same_step(run: Run, slow: SlowLearner, trial: int, step: Step) -> None:
+    """The last step of both learners was the same."""
+    options = slow.settings.options
+    assert last_cell(run) == step.cell
+    assert run.trial == slow.trial
+    assert board_xy(run.world, run.state.place[kernel.CELL]) == slow.cell
+    assert run.state.place[kernel.HEADING] == slow.heading
+    if step.outcome is None:
+        assert options[int(run.state.place[kernel.OPTION])] == step.option
+        assert run.state.tally[kernel.TRIAL_STEP] == slow.trial_step
+    else:
+        assert OUTCOMES[int(run.state.log_outcome[trial])] == step.outcome
+        assert board_xy(run.world, run.state.log_cell[trial]) == step.cell
+
+
+def selection_of(slow: SlowLearner) -> np.ndarray:
+    """``(heading, distance, direction, option) float32``, NaN for an option that never joined."""
+    world, options = slow.world, slow.settings.options
+    shape = (8, world.n_distances, world.n_directions, len(options))
+    selection = np.full(shape, np.nan, np.float32)
+    for state, values in slow.selection.items():
+        for option, value in values.items():
+            selection[*state, options.index(option)] = value
+    return selection
+
+
+def skills_of(slow: SlowLearner) -> np.ndarray:
+    """``(skill, distance, direction, move) float32``."""
+    world = slow.world
+    shape = (len(slow.settings.skills), world.n_distances, world.n_directions, len(MOVES))
+    skills = np.full(shape, np.nan, np.float32)
+    for number, skill in enumerate(slow.settings.skills):
+        for reading, values in slow.skills[skill].items():
+            skills[number, *reading] = [values[move] for move in MOVES]
+    return skills
+
+
+def visits_of(slow: SlowLearner) -> np.ndarray:
+    """``(heading, distance, direction, option) uint32``."""
+    visits = np.zeros(selection_of(slow).shape, np.uint32)
+    for (state, option), count in slow.visits.items():
+        visits[*state, slow.settings.options.index(option)] = count
+    return visits
+
+
+def assert_same_tables(run: Run, slow: SlowLearner) -> None:
+    """All that was learned is the same to the last bit."""
+    fast = tables(run.spec, run.state)
+    for name, expected in (("selection_q", selection_of(slow)), ("skill_q", skills_of(slow))):
+        assert fast[name].dtype == np.float32
+        np.testing.assert_array_equal(fast[name], expected, err_msg=name, strict=True)
+        assert fast[name].tobytes() == expected.tobytes(), f"{name}: the sign of a zero"
+    np.testing.assert_array_equal(fast["visits"], visits_of(slow), err_msg="visits", strict=True)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_step_and_every_value_is_that_of_the_reference(name: str) -> None:
+    case = CASES[name]
+    slow = SlowLearner(case.settings, case.seed)
+    run = Run(spec_of(case.settings), case.seed)
+    for number in range(1, case.steps + 1):
+        trial = run.trial
+        step = slow.step()
+        assert run.advance(max_steps=1) == 1
+        assert_same_step(run, slow, trial, step)
+        if number % 1_000 == 0 or number == case.steps:
+            assert_same_tables(run, slow)
+    for event, times in case.must_see.items():
+        assert slow.happened[event] >= times, event
+
+
+@pytest.mark.parametrize(
+    ("settings", "steps"),
+    [
+        (SlowSettings(CLOSE, alpha=0.6), 60_000),
+        (SlowSettings(CLOSE, THREE_SKILLS), 60_000),
+        (CASES["timers, freeze and overlapping episodes"].settings, 40_000),
+        (CASES["timers without safe introduction"].settings, 40_000),
+    ],
+    ids=["moves", "three skills", "timed", "timed without safe introduction"],
+)
+def test_a_longer_run_made_in_few_calls_learns_the_same(settings: SlowSettings, steps: int) -> None:
+    slow = SlowLearner(settings, seed=21)
+    run = Run(spec_of(settings), seed=21)
+    for _ in range(2):
+        for _ in range(steps // 2):
+            slow.step()
+        run.advance(max_steps=steps // 2)
+        assert_same_tables(run, slow)
+    assert slow.happened["capture"] > 100
+
+
+def test_the_references_own_generator_is_the_published_one() -> None:
+    """The first numbers of the author's C code for the seed 1234567."""
+    generator = SplitMix64(1234567)
+    assert [generator.draw() for _ in range(5)] == [
+        6457827717110365317,
+        3203168211198807973,
+        9817491932198370423,
+        4593380528125082431,
+        16408922859458223821,
+    ]

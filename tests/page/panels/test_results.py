@@ -1,0 +1,273 @@
+"""The panel of results: what it says and what it shows are of the same runs, and it fits."""
+
+import codecs
+import re
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from urllib.parse import quote, unquote
+
+import pytest
+import viser
+
+from app.charts import fonts
+from app.documents.experiments import Experiment
+from app.experiments.runner import Progress
+from app.page.panels import results
+from app.page.panels.results import ResultsPanel, panel_size, resized, window_html
+from app.results.gather import Gatherer
+from app.results.service import Standing
+from app.server.calls import Calls
+from tests.charts.test_curves import THESIS, experiment_of, fact
+from tests.charts.test_view import filled
+
+PATIENCE_S = 60.0
+EXPERIMENT = experiment_of(THESIS)
+RUNS = [
+    fact(place, seed, 10.0 * place, "broke" if seed == 2 and place == 3 else "")
+    for seed in EXPERIMENT.seeds
+    for place in range(len(EXPERIMENT.variants))
+]
+
+
+class Bench:
+    """How an experiment stands, as a test says."""
+
+    def __init__(self) -> None:
+        self.standing: Standing | None = None
+
+    def begin(self, experiment: Experiment, n_runs: int, **changes: Any) -> None:
+        """Another experiment, some of whose runs are over."""
+        gatherer = filled(experiment, RUNS[:n_runs])
+        progress = Progress(experiment.n_runs, n_runs, 0, 1, 5_000_000, 2e6, 0.4, 9.0)
+        state = {"progress": progress, "running": True, "paused": False, "error": "", **changes}
+        self.standing = Standing(experiment, Path("results"), gatherer, **state)
+
+    def note(self, **changes: Any) -> None:
+        """Something else is true of the same experiment."""
+        assert self.standing is not None
+        self.standing = replace(self.standing, **changes)
+
+    def come(self, first: int, end: int) -> None:
+        """More runs are over."""
+        assert self.standing is not None
+        add(self.standing.gatherer, first, end)
+        assert self.standing.progress is not None
+        self.note(progress=self.standing.progress._replace(done=end))
+
+
+def add(gatherer: Gatherer, first: int, end: int) -> None:
+    """Take some of the runs in."""
+    other = filled(EXPERIMENT, RUNS[first:end])
+    gatherer._runs += other._runs
+
+
+class Desk:
+    """A panel on a real server that nobody looks at; its frames come when a test says."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self.bench = Bench()
+        self.made = threading.Event()
+        client: Any = server
+        bench: Any = self.bench
+        self.panel = ResultsPanel(client, Calls(), bench, lambda *_: None, wake=self.made.set)
+        self.panel.open()
+
+    def frame(self, now_s: float) -> None:
+        """Draw, and draw again once what the first frame asked for is there, if it asked."""
+        self.made.clear()
+        self.panel.update(now_s)
+        if self.panel._painted._busy:
+            assert self.made.wait(PATIENCE_S)
+        self.panel.update(now_s)
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Runs that are done and that failed, as it says, and the runs of its table."""
+        said = re.search(r"(\d+) of \d+ runs done(?:, (\d+) failed)?", self.panel._said.content)
+        assert said is not None
+        listed = re.search(r"of (\d+)</span>", self.panel._content.content)
+        return int(said[1]), int(said[2] or 0), 0 if listed is None else int(listed[1])
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield Desk(server)
+    server.stop()
+
+
+def test_while_runs_come_the_headline_counts_those_that_are_shown(desk: Desk) -> None:
+    desk.bench.begin(EXPERIMENT, 0)
+    desk.frame(0.0)
+    assert desk.counts == (0, 0, 0)
+    assert "No run is over yet." in desk.panel._content.content
+    desk.bench.come(0, 3)
+    desk.frame(0.1)
+    assert desk.counts == (3, 0, 3)
+    desk.bench.come(3, 6)
+    desk.frame(0.2)
+    assert desk.counts == (3, 0, 3), "a link would be replaced beneath a click"
+    desk.frame(5.0)
+    assert desk.counts == (6, 0, 6)
+
+
+def test_the_last_run_and_the_end_are_shown_at_once(desk: Desk) -> None:
+    desk.bench.begin(EXPERIMENT, 11)
+    desk.frame(0.0)
+    assert desk.counts == (11, 0, 11)
+    desk.bench.come(11, 12)
+    desk.frame(0.1)
+    assert desk.counts == (11, 1, 12)
+    desk.bench.note(running=False)
+    desk.panel.update(0.2)
+    assert "1 running" not in desk.panel._said.content
+    assert "Stopped" not in desk.panel._said.content
+
+
+def test_an_experiment_that_is_over_is_not_called_stopped_before_its_last_run_is_shown(
+    desk: Desk,
+) -> None:
+    desk.bench.begin(EXPERIMENT, 11)
+    desk.frame(0.0)
+    desk.bench.come(11, 12)
+    desk.bench.note(running=False)
+    desk.panel.update(0.1)
+    assert "Stopped" not in desk.panel._said.content
+    desk.frame(0.2)
+    assert desk.counts == (11, 1, 12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [({"paused": True}, "paused, "), ({"running": False}, "Stopped; ")],
+)
+def test_a_pause_and_a_stop_are_said_with_all_runs_at_once(
+    changes: dict[str, bool], words: str, desk: Desk
+) -> None:
+    desk.bench.begin(EXPERIMENT, 3)
+    desk.frame(0.0)
+    desk.bench.come(3, 6)
+    desk.bench.note(**changes)
+    desk.frame(0.1)
+    assert words in desk.panel._said.content
+    assert desk.counts == (6, 0, 6)
+
+
+def test_another_experiment_with_as_many_runs_is_shown_in_its_place(desk: Desk) -> None:
+    desk.bench.begin(EXPERIMENT, 4)
+    desk.frame(0.0)
+    other = experiment_of("presets: [hierarchical_3, timed]\nseeds: 6")
+    desk.bench.begin(other, 0)
+    second = desk.bench.standing
+    assert second is not None
+    add(second.gatherer, 0, 2)
+    add(second.gatherer, 4, 6)
+    desk.panel.update(0.1)
+    assert "standard_q" not in desk.panel._content.content
+    desk.frame(0.2)
+    assert "standard_q" not in desk.panel._content.content
+    assert "hierarchical_3" in desk.panel._content.content
+
+
+def test_a_file_is_of_the_experiment_that_is_shown_though_another_has_begun(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[tuple[str, bytes]] = []
+    monkeypatch.setattr(
+        desk.panel._client, "send_file_download", lambda name, data, **_: sent.append((name, data))
+    )
+    monkeypatch.setattr(desk.panel, "_save", SimpleNamespace(value=results._CHART_CSV))
+    event: Any = None
+    desk.bench.begin(EXPERIMENT, 4)
+    desk.frame(0.0)
+    desk.panel._clicked(event)
+    desk.bench.begin(experiment_of("presets: [timed]\nseeds: 6"), 0)
+    desk.panel._clicked(event)
+    first, second = sent
+    assert second == first
+
+
+def test_a_spreadsheet_is_sent_and_boxes_in_a_picture_are_said(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: dict[str, bytes] = {}
+    said: list[str] = []
+    client = desk.panel._client
+    monkeypatch.setattr(
+        client, "send_file_download", lambda name, data, **_: sent.update({name: data})
+    )
+    monkeypatch.setattr(
+        client, "add_notification", lambda _, note, **__: said.append(note), raising=False
+    )
+    monkeypatch.setattr(fonts, "system_fonts", lambda: ())
+    text = "presets:\n- {preset: timed, label: =先}\n- standard_q\n"
+    desk.bench.begin(experiment_of(text), 2)
+    desk.frame(0.0)
+    for words in ("Chart as CSV", "Chart for spreadsheets", "Chart as PNG"):
+        desk.panel._answer(words)
+    endings = ("csv", "spreadsheet.csv", "png")
+    assert [*sent] == [f"results_chart_curves.{ending}" for ending in endings]
+    plain, sheet, _ = sent.values()
+    assert ",=先,".encode() in plain
+    assert sheet.startswith(codecs.BOM_UTF8)
+    assert ",'=先,".encode() in sheet
+    (note,) = said
+    assert note.startswith("No font of this machine has 先: ")
+
+
+# --- Its place -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("window", "size"),
+    [
+        ((0, 0), (684, 480)),
+        ((1366, 768), (684, 752)),
+        ((1920, 1080), (1236, 1064)),
+        ((1920, 768), (1236, 752)),
+    ],
+)
+def test_the_panel_fills_what_is_left_between_the_others(
+    window: tuple[int, int], size: tuple[int, int]
+) -> None:
+    assert (panel_size(window).width, panel_size(window).height) == size
+
+
+def test_each_picture_for_a_window_says_a_size_that_is_understood() -> None:
+    html = window_html(lambda words: f"call/{quote(words, safe='')}")
+    found = re.findall(r'media="\(min-(\w+):(\d+)px\)" srcset="call/([^"]+)"', html)
+    assert len(found) > 10
+    for side, pixels, quoted in found:
+        verb, _, said = unquote(quoted).partition("/")
+        assert said == pixels
+        window = resized((1, 2), verb, said)
+        assert window == ((int(pixels), 2) if side == "width" else (1, int(pixels)))
+    # A browser takes the first that holds.
+    widths = [int(pixels) for side, pixels, _ in found if side == "width"]
+    assert widths == sorted(widths, reverse=True)
+    assert re.findall(r'<img src="call/([^"]+)"', html) == ["wide%2F0", "tall%2F0"]
+
+
+@pytest.mark.parametrize("pixels", ["", "-1", "999999", "١٣٦٦", "1366.0", "9" * 5_000])
+def test_a_window_of_no_size_changes_nothing(pixels: str) -> None:
+    assert resized((1366, 768), "wide", pixels) == (1366, 768)
+
+
+def test_what_is_shown_comes_back_to_its_place_when_it_is_asked_for(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    placed: list[Any] = []
+    monkeypatch.setattr(desk.panel._panel, "float", lambda **where: placed.append(where))
+    desk.bench.begin(EXPERIMENT, 4)
+    desk.frame(0.0)
+    assert not placed, "where somebody has moved it"
+    desk.panel.open()
+    usual = panel_size(results._USUAL_WINDOW)
+    assert [(where["width"], where["height"]) for where in placed] == [(usual.width, usual.height)]
+    desk.panel._called("wide/1920")
+    desk.frame(0.1)
+    assert placed[1]["width"] == 1236

@@ -1,0 +1,1027 @@
+"""The layers on tables made by hand, whose colours, heights, arrows and words are known."""
+
+import dataclasses
+import functools
+import io
+import re
+from typing import Any
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.documents import presets
+from app.live import snapshot
+from app.live.snapshot import Snapshot
+from app.picture import layers, pictures
+from app.picture.layers import LAYERS, Extras, Picture, SuccessMap
+from app.picture.look import FOLDED, OF_TRIAL, Look
+from app.picture.pictures import DARK, LIGHT, Ruler
+from learners.run import Run
+from learners.spec import SkillWeights
+from sim import geometry
+from sim.geometry import MOVES, N_MOVES
+from sim.spec import N_HEADINGS
+from sim.world import CAPTURE, FLIGHT, TIMEOUT
+from tests.picture.test_pictures import PLAINLY_APART, SIGHT, nearest
+from tests.support.frames import unfold
+
+SIZE, RINGS, SECTORS = 120, 18, 24
+MAP = (N_HEADINGS, RINGS, SECTORS)
+APPROACH, CIRCLE, AVOID = 0, 1, 2
+EAST, WEST, STAY = 5, 3, 4
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+every_layer = pytest.mark.parametrize("key", LAYERS)
+both_themes = pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+
+
+# Snapshots and pictures ---------------------------------------------------------------------
+
+
+@functools.cache
+def fresh(preset: str = "hierarchical_3", *settings: str) -> Snapshot:
+    """A moment before the first step."""
+    return snapshot.take(Run(presets.load(preset, settings), 1), preset, 0)
+
+
+def made(base: Snapshot | None = None, **tables: Any) -> Snapshot:
+    """A moment with some of its tables replaced; the value is that of the options unless given."""
+    base = fresh() if base is None else base
+    if "selection_q" in tables and "value" not in tables:
+        tables["value"] = tables["selection_q"].max(axis=-1)
+    return dataclasses.replace(base, **tables)
+
+
+def zeros(*more: int) -> np.ndarray:
+    return np.zeros((*MAP, *more), np.float32)
+
+
+def state_at(east: int, north: int) -> tuple[int, int]:
+    """Ring and sector of a place, counted from the prey."""
+    flat = geometry.skill_states(fresh().spec.world)[60 + north, 60 + east]
+    return divmod(int(flat), SECTORS)
+
+
+def paint(key: str, moment: Snapshot, extras: Extras | None = None, **look: Any) -> Picture:
+    return LAYERS[key].paint(moment, Look(layer=key, **look), extras or Extras())
+
+
+def words(key: str, moment: Snapshot, extras: Extras | None = None, **look: Any) -> tuple[str, str]:
+    """Legend and caption."""
+    layer, looking = LAYERS[key], Look(layer=key, **look)
+    extras = extras or Extras()
+    return layer.legend(moment, looking, extras), layer.caption(moment, looking, extras)
+
+
+def colour_at(picture: Picture, east: int, north: int) -> list[int]:
+    return picture.colours.reshape(SIZE, SIZE, 3)[60 + north, 60 + east].tolist()
+
+
+def height_at(picture: Picture, east: int, north: int) -> float:
+    return float(picture.height.reshape(SIZE, SIZE)[60 + north, 60 + east])
+
+
+def of(colours: np.ndarray, level: float, cover: float = 1.0, theme: pictures.Theme = LIGHT) -> Any:
+    """The colour at a level of a colour map, over the board."""
+    board = np.array(theme.unknown, float)
+    colour = colours[int(level * (len(colours) - 1))]
+    return pytest.approx(np.rint(board + (colour - board) * cover), abs=1)
+
+
+def gain(level: float, cover: float = 1.0) -> Any:
+    return of(pictures.gain_colours(), level, cover)
+
+
+def heat(level: float) -> Any:
+    return of(pictures.heat_colours(LIGHT), level)
+
+
+def blank(theme: pictures.Theme = LIGHT) -> list[int]:
+    return list(theme.unknown)
+
+
+def everywhere_blank(picture: Picture) -> bool:
+    return bool((picture.colours == LIGHT.unknown).all() and (picture.height == 0).all())
+
+
+def successes(outcomes: np.ndarray, trial: int = 14_200, generation: int = 0) -> Extras:
+    return Extras(SuccessMap(outcomes.astype(np.int8), trial, generation))
+
+
+# The list -----------------------------------------------------------------------------------
+
+
+def test_the_layers_are_in_the_order_of_their_hotkeys() -> None:
+    assert list(LAYERS) == [
+        *("value", "option", "chosen", "advantage", "visits"),
+        *("reach", "now", "success", "skill", "flow"),
+    ]
+    assert all(layer.key == key for key, layer in LAYERS.items())
+
+
+def test_two_layers_ask_which_option_they_are_about() -> None:
+    about = {key: layer.about for key, layer in LAYERS.items() if layer.about != "nothing"}
+    assert about == {"option": "option", "skill": "skill"}
+
+
+def test_looks_and_extras_that_agree_can_share_a_picture() -> None:
+    extras = successes(np.zeros((N_HEADINGS, SIZE, SIZE)))
+    assert len({(Look(), extras), (Look(), extras), (Look(), Extras(extras.success))}) == 1
+
+
+# State value and value of an option ---------------------------------------------------------
+
+
+def at_one_place(amount: float, east: int = 20, north: int = 0) -> np.ndarray:
+    """A map that knows something of one place, and says so for each heading as the world is."""
+    table = zeros()
+    table[(slice(None), *state_at(east, north))] = amount
+    return table
+
+
+def test_a_value_is_as_bright_and_as_high_as_it_is_near_to_capture() -> None:
+    picture = paint("value", made(value=at_one_place(100 * 0.9**25)), frame=3)
+    assert colour_at(picture, 20, 0) == gain(0.75)
+    assert height_at(picture, 20, 0) == pytest.approx(0.75)
+    assert colour_at(picture, -20, 0) == blank()
+    assert height_at(picture, -20, 0) == 0
+
+
+def test_a_folded_value_fades_with_the_share_of_headings_that_know_it() -> None:
+    ring, sector = state_at(20, 0)
+    value = zeros()
+    value[0, ring, sector] = 100 * 0.9**25
+    # Heading 2 looks north, so that what lies ahead of it lies north in the world.
+    value[2, ring, (sector + 6) % SECTORS] = 100 * 0.9**25
+    picture = paint("value", made(value=value))
+    assert colour_at(picture, 20, 0) == gain(0.75, 2 / 8)
+    assert height_at(picture, 20, 0) == pytest.approx(0.75 * 2 / 8)
+
+
+def test_losses_have_their_own_hue_and_sink() -> None:
+    picture = paint("value", made(value=at_one_place(-50)), frame=0)
+    assert colour_at(picture, 20, 0) == list(LIGHT.loss)
+    assert height_at(picture, 20, 0) == -1
+
+
+def test_a_linear_value_is_as_bright_and_as_high_as_it_is_large() -> None:
+    picture = paint("value", made(value=at_one_place(50)), frame=0, scale="linear")
+    assert colour_at(picture, 20, 0) == gain(0.5)
+    assert height_at(picture, 20, 0) == pytest.approx(0.5)
+
+
+def test_the_value_of_an_option_is_its_own_and_not_the_best() -> None:
+    values = zeros(3)
+    values[..., APPROACH] = 100
+    values[..., CIRCLE] = at_one_place(100 * 0.9**25)
+    picture = paint("option", made(selection_q=values), option=CIRCLE, frame=0)
+    assert colour_at(picture, 20, 0) == gain(0.75)
+    assert colour_at(picture, -20, 0) == blank()
+    assert colour_at(paint("option", made(selection_q=values)), -20, 0) == gain(1)
+
+
+def test_an_option_that_has_not_joined_is_blank_and_the_caption_says_so() -> None:
+    values = zeros(3)
+    values[..., APPROACH] = 5
+    values[..., CIRCLE] = -np.inf
+    moment = made(selection_q=values)
+    assert everywhere_blank(paint("option", moment, option=CIRCLE))
+    assert words("option", moment, option=CIRCLE)[1].startswith("circle clockwise is not among")
+
+
+def test_the_caption_and_the_legend_of_an_option_name_it() -> None:
+    for index, name in enumerate(["approach", "circle clockwise", "avoid"]):
+        legend, caption = words("option", fresh(), option=index)
+        assert name in legend
+        assert name in caption
+
+
+@pytest.mark.parametrize("option", [-3, 3, 99])
+def test_a_look_at_an_option_of_another_run_shows_one_of_this(option: int) -> None:
+    shown = AVOID if option > 0 else APPROACH
+    values = np.random.default_rng(0).normal(size=(*MAP, 3)).astype(np.float32)
+    moment = made(selection_q=values)
+    there, stale = (paint("option", moment, option=index) for index in (shown, option))
+    assert (there.colours == stale.colours).all()
+
+
+# Limits -------------------------------------------------------------------------------------
+
+
+def two_values(near: float, far: float) -> Snapshot:
+    value = zeros()
+    value[(0, *state_at(20, 0))] = near
+    value[(5, *state_at(-20, 0))] = far
+    return made(value=value)
+
+
+def test_fixed_limits_are_stated() -> None:
+    moment = fresh()
+    assert "Limits fixed: 400 steps to 0." in words("value", moment)[0]
+    assert "Limits fixed: 0 to 100." in words("value", moment, scale="linear")[0]
+    assert "Limits fixed: 0.0001 to 100." in words("advantage", moment)[0]
+    assert "Limits fixed: 0.0001 to 100." in words("now", moment)[0]
+    assert "Limits fixed: 1 to 1 M." in words("visits", moment)[0]
+    assert "Limits fixed: trial 0 to 24,000." in words("reach", moment)[0]
+    assert "Limits fixed: 0 to 14." in words("skill", moment)[0]
+    assert "expects flight, 0 to -50" in words("value", moment)[0]
+
+
+def test_fitted_limits_are_those_of_all_headings_and_stated() -> None:
+    moment = two_values(100 * 0.9**12, 100 * 0.9**48)
+    near = paint("value", moment, frame=0, fitted=True)
+    far = paint("value", moment, frame=5, fitted=True)
+    assert colour_at(near, 20, 0) == gain(1)
+    assert height_at(near, 20, 0) == pytest.approx(1)
+    assert colour_at(far, -20, 0) == gain(0)
+    legend = words("value", moment, frame=0, fitted=True)[0]
+    assert "Limits fitted to what is there now: 48 steps to 12." in legend
+
+
+def test_linear_limits_are_fitted_too() -> None:
+    moment = two_values(40, 8)
+    assert colour_at(paint("value", moment, frame=0, fitted=True, scale="linear"), 20, 0) == gain(1)
+    legend = words("value", moment, fitted=True, scale="linear")[0]
+    assert "Limits fitted to what is there now: 8 to 40." in legend
+
+
+def test_losses_are_fitted_to_the_worst_of_them() -> None:
+    moment = two_values(1, -5)
+    assert height_at(paint("value", moment, frame=5, fitted=True), -20, 0) == -1
+    assert "expects flight, 0 to -5" in words("value", moment, fitted=True)[0]
+
+
+def test_limits_around_a_single_value_put_it_in_the_middle() -> None:
+    assert colour_at(
+        paint("value", made(value=at_one_place(7)), frame=0, fitted=True), 20, 0
+    ) == gain(0.5)
+
+
+@every_layer
+@pytest.mark.parametrize("scale", ["steps", "linear"])
+def test_with_nothing_to_fit_to_the_limits_are_the_fixed_ones(key: str, scale: Any) -> None:
+    fixed, fitted = (words(key, fresh(), fitted=fit, scale=scale)[0] for fit in (False, True))
+    assert fitted.replace("fitted to what is there now", "fixed") == fixed
+
+
+# Chosen skill -------------------------------------------------------------------------------
+
+
+def preferring(option: int, by: float = 1.0, best: float = 10.0) -> np.ndarray:
+    values = zeros(3)
+    values[...] = best - by
+    values[..., option] = best
+    return values
+
+
+@pytest.mark.parametrize("option", [APPROACH, CIRCLE, AVOID])
+@both_themes
+def test_the_chosen_skill_has_its_own_colour(option: int, theme: pictures.Theme) -> None:
+    picture = paint("chosen", made(selection_q=preferring(option)), frame=2, theme=theme)
+    assert (picture.colours == pictures.OPTION_COLOURS[option]).all()
+    assert picture.arrows is None
+
+
+def test_options_tie_within_a_thousandth_of_the_best() -> None:
+    for by, ties in ((0.0, True), (0.009, True), (0.011, False)):
+        picture = paint("chosen", made(selection_q=preferring(CIRCLE, by)), frame=0)
+        assert (picture.colours == LIGHT.unknown).all() == ties
+
+
+def test_losses_tie_within_a_thousandth_of_the_best_too() -> None:
+    values = np.array([[-10.0, -10.009, -20], [-10.0, -10.011, -20], [0, 0, -1], [0, -1e-9, -1]])
+    assert layers.greedy(values.astype(np.float32)).tolist() == [-1, 0, -1, 0]
+
+
+def test_an_option_that_is_not_there_is_never_chosen() -> None:
+    values = np.array([[-np.inf, -7, -np.inf], [-np.inf, -np.inf, -np.inf]], np.float32)
+    assert layers.greedy(values).tolist() == [1, -1]
+
+
+def test_the_folded_choice_is_that_of_most_headings_and_paler_where_fewer_agree() -> None:
+    values = preferring(AVOID)
+    values[:2] = preferring(CIRCLE)[:2]
+    picture = paint("chosen", made(selection_q=values))
+    assert colour_at(picture, 20, 0) == of(pictures.OPTION_COLOURS[[AVOID]], 1, 6 / 8)
+
+
+def test_a_split_vote_is_blank() -> None:
+    values = preferring(AVOID)
+    values[:4] = preferring(CIRCLE)[:4]
+    assert colour_at(paint("chosen", made(selection_q=values)), 20, 0) == blank()
+
+
+def test_the_surface_of_choices_is_as_high_as_the_value() -> None:
+    moment = made(selection_q=preferring(CIRCLE))
+    assert (paint("chosen", moment).height == paint("value", moment).height).all()
+
+
+@every_layer
+def test_every_legend_explains_the_start_zone_where_it_is_drawn(key: str) -> None:
+    circles = pictures.css(LIGHT.zone)
+    looks: list[tuple[dict[str, Any], bool]] = [
+        ({}, False),
+        ({"start_zone": True}, True),
+        ({"start_zone": True, "surface": True}, False),
+    ]
+    for look, is_drawn in looks:
+        legend = words(key, fresh(), **look)[0]
+        assert ("trials start between them" in legend) == is_drawn
+        assert (circles in legend) == is_drawn
+
+
+def test_the_legend_of_choices_lists_who_is_there() -> None:
+    values = preferring(CIRCLE)
+    values[..., AVOID] = -np.inf
+    legend, _ = words("chosen", made(selection_q=values))
+    assert "approach" in legend
+    assert "circle clockwise" in legend
+    assert "avoid" not in legend
+    assert pictures.css(pictures.OPTION_COLOURS[CIRCLE]) in legend
+
+
+@pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
+def test_six_skills_and_the_board_stay_apart_for_all_kinds_of_sight(sight: np.ndarray) -> None:
+    boards = [np.array(theme.unknown, float) for theme in (LIGHT, DARK)]
+    six = pictures.OPTION_COLOURS[:6]
+    for index, colour in enumerate(six):
+        others = np.array([*np.delete(six, index, axis=0), *boards])
+        assert nearest(colour[None], others, sight) > PLAINLY_APART
+
+
+@pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
+def test_opposite_moves_stay_apart_for_all_kinds_of_sight(sight: np.ndarray) -> None:
+    colours = pictures.move_colours(LIGHT)
+    for move in range(N_MOVES):
+        opposite = N_MOVES - 1 - move
+        if move != opposite:
+            assert nearest(colours[[move]], colours[[opposite]], sight) > PLAINLY_APART
+
+
+# Advantage, visits, learning now ------------------------------------------------------------
+
+
+def test_the_advantage_is_the_best_less_the_second_best_by_powers_of_ten() -> None:
+    values = zeros(3)
+    values[..., APPROACH], values[..., CIRCLE], values[..., AVOID] = -40, 3, 2
+    picture = paint("advantage", made(selection_q=values))
+    # 1 lies four of the six decades from 0.0001 to 100 up.
+    assert colour_at(picture, 20, 0) == heat(4 / 6)
+    assert height_at(picture, 20, 0) == pytest.approx(4 / 6)
+
+
+def test_a_linear_advantage_is_a_share_of_the_reward() -> None:
+    picture = paint("advantage", made(selection_q=preferring(CIRCLE, by=25)), scale="linear")
+    assert height_at(picture, 20, 0) == pytest.approx(0.25)
+
+
+def test_no_advantage_is_blank() -> None:
+    assert everywhere_blank(paint("advantage", made(selection_q=preferring(CIRCLE, by=0))))
+
+
+def test_one_option_has_no_advantage_and_the_caption_says_why() -> None:
+    values = zeros(3)
+    values[..., APPROACH] = 10
+    values[..., [CIRCLE, AVOID]] = -np.inf
+    moment = made(selection_q=values)
+    assert everywhere_blank(paint("advantage", moment))
+    assert words("advantage", moment)[1].startswith("Only approach is there")
+    assert words("chosen", moment)[1].startswith("Only approach is there")
+    assert (paint("chosen", moment).colours == pictures.OPTION_COLOURS[APPROACH]).all()
+
+
+def test_visits_count_by_powers_of_ten() -> None:
+    visits = np.zeros((*MAP, 3), np.uint32)
+    visits[(slice(None), *state_at(20, 0))] = [100, 200, 700]
+    picture = paint("visits", made(visits=visits), frame=0)
+    assert colour_at(picture, 20, 0) == heat(0.5)
+    assert height_at(picture, 20, 0) == pytest.approx(0.5)
+    assert colour_at(picture, -20, 0) == blank()
+
+
+def test_folded_visits_are_the_mean_and_a_single_one_still_shows() -> None:
+    visits = np.zeros((*MAP, 3), np.uint32)
+    visits[(0, *state_at(20, 0))] = [0, 8_000, 0]
+    visits[(0, *state_at(-20, 0))] = [0, 1, 0]
+    picture = paint("visits", made(visits=visits))
+    assert height_at(picture, 20, 0) == pytest.approx(0.5)
+    assert colour_at(picture, -20, 0) == heat(0)
+
+
+def test_learning_glows_by_powers_of_ten_and_goes_out() -> None:
+    now = zeros()
+    now[(0, *state_at(20, 0))] = 1
+    now[(0, *state_at(-20, 0))] = 0.9e-4
+    picture = paint("now", made(learning_now=now), frame=0)
+    assert colour_at(picture, 20, 0) == heat(4 / 6)
+    assert colour_at(picture, -20, 0) == blank()
+    caption = "nowhere while the prey looks south"
+    assert caption in words("now", made(learning_now=now), frame=6)[1]
+
+
+# First reach --------------------------------------------------------------------------------
+
+
+def reached_by_ring(trials_per_ring: int) -> Snapshot:
+    trial = np.arange(RINGS)[:, None] * trials_per_ring
+    return made(first_reach=np.broadcast_to(trial, MAP).astype(np.int32))
+
+
+def test_first_reach_is_bright_and_high_where_it_was_early() -> None:
+    reach = np.full(MAP, -1, np.int32)
+    reach[(0, *state_at(20, 0))] = 6_000
+    picture = paint("reach", made(first_reach=reach), frame=0)
+    assert colour_at(picture, 20, 0) == gain(0.5)
+    assert height_at(picture, 20, 0) == pytest.approx(0.5)
+    assert colour_at(picture, -20, 0) == blank()
+    folded = paint("reach", made(first_reach=reach))
+    assert colour_at(folded, 20, 0) == gain(0.5, 1 / 8)
+
+
+def test_isochrones_run_where_a_multiple_of_their_step_was_passed() -> None:
+    moment = reached_by_ring(300)
+    assert layers.line_step(moment.first_reach) == 500
+    picture = paint("reach", moment)
+    east = np.arange(1, 60)
+    ring = np.array([state_at(x, 0)[0] for x in east])
+    band = ring * 300 // 500
+    expected = np.flatnonzero(np.diff(band) > 0) + 1
+    plain = np.array([gain_of_reach(300 * k, 24_000) for k in ring])
+    row = np.array([colour_at(picture, int(x), 0) for x in east])
+    dark = np.flatnonzero(row.sum(axis=1) < 0.5 * plain.sum(axis=1))
+    assert dark.tolist() == expected.tolist()
+    assert row[expected[0]].tolist() == pytest.approx(0.3 * plain[expected[0]], abs=2)
+
+
+def gain_of_reach(trial: int, trials: int) -> np.ndarray:
+    return pictures.gain_colours()[int((1 - np.sqrt(trial / trials)) * 255)]
+
+
+def test_there_is_no_line_between_what_is_reached_and_what_is_not() -> None:
+    reach = np.full(MAP, -1, np.int32)
+    reach[:, :9] = 4_000
+    colours = np.unique(paint("reach", made(first_reach=reach)).colours, axis=0)
+    assert len(colours) == 2
+
+
+@pytest.mark.parametrize(
+    ("last", "step"),
+    [
+        (0, 500),
+        (5_000, 500),
+        (6_000, 1_000),
+        (14_400, 2_000),
+        (48_000, 5_000),
+        (2_000_000, 200_000),
+    ],
+)
+def test_the_step_of_the_isochrones_grows_with_the_trials(last: int, step: int) -> None:
+    assert layers.line_step(np.array([0, last, -1])) == step
+    assert f"a line every {step:,} trials" in words("reach", made(first_reach=two(0, last)))[0]
+    assert f"{step:,} trials" in words("reach", made(first_reach=two(0, last)))[1]
+
+
+def two(first: int, last: int) -> np.ndarray:
+    reach = np.full(MAP, -1, np.int32)
+    reach[0, 0, 0], reach[0, 0, 1] = first, last
+    return reach
+
+
+@given(st.integers(0, 2_000_000), st.integers(0, 2_000_000))
+def test_there_are_never_more_lines_than_can_be_told_apart(one: int, other: int) -> None:
+    step = layers.line_step(np.array([one, other, -1]))
+    assert abs(one // step - other // step) <= layers.MOST_LINES <= 12
+
+
+# Success ------------------------------------------------------------------------------------
+
+
+def test_success_shows_how_a_hunt_from_each_cell_ends() -> None:
+    outcomes = np.zeros((N_HEADINGS, SIZE, SIZE), np.int8)
+    outcomes[3, 60, 80], outcomes[3, 60, 81], outcomes[3, 60, 82] = CAPTURE, FLIGHT, TIMEOUT
+    picture = paint("success", fresh(), successes(outcomes), frame=3)
+    kinds = [LIGHT.capture, LIGHT.flight, LIGHT.timeout]
+    for east, colour in zip((20, 21, 22), kinds, strict=True):
+        assert colour_at(picture, east, 0) == of(np.array([colour]), 0, 0.75)
+    assert [height_at(picture, east, 0) for east in (20, 21, 22, 23)] == [1, 0, 0, 0]
+    assert colour_at(picture, 23, 0) == blank()
+
+
+def test_folded_success_is_the_share_of_headings_each_turned_its_way() -> None:
+    outcomes = np.full((N_HEADINGS, SIZE, SIZE), FLIGHT, np.int8)
+    # A place 20 behind and 10 to the left of the prey, for the four headings along the axes.
+    for heading, (east, north) in {0: (-20, 10), 2: (-10, -20), 4: (20, -10), 6: (10, 20)}.items():
+        outcomes[heading, 60 + north, 60 + east] = CAPTURE
+    # Straight ahead at 45 degrees the nearest cell is exact.
+    for heading in (1, 3, 5, 7):
+        east, north = geometry.HEADINGS[heading] * 7
+        outcomes[heading, 60 + north, 60 + east] = CAPTURE
+    picture = paint("success", fresh(), successes(outcomes))
+    assert height_at(picture, -20, 10) == 4 / 8
+    assert colour_at(picture, -20, 10) == of(np.array([LIGHT.capture]), 0, 4 / 8)
+    assert height_at(picture, 10, 0) == 4 / 8
+    assert picture.height.sum() == pytest.approx(1, abs=0.01 + 4 / 8)
+
+
+def test_places_that_some_headings_do_not_have_count_those_that_do() -> None:
+    outcomes = np.full((N_HEADINGS, SIZE, SIZE), CAPTURE, np.int8)
+    assert (paint("success", fresh(), successes(outcomes)).height == 1).all()
+
+
+def test_success_says_as_of_which_trial() -> None:
+    extras = successes(np.full((N_HEADINGS, SIZE, SIZE), CAPTURE))
+    assert "trial 14,200" in words("success", fresh(), extras)[1]
+    assert "trial 14,200" in words("success", fresh(), extras, frame=2)[1]
+
+
+@pytest.mark.parametrize(
+    "extras",
+    [
+        Extras(),
+        successes(np.ones((N_HEADINGS, SIZE, SIZE)), generation=1),
+        successes(np.ones((N_HEADINGS, 60, 60))),
+    ],
+    ids=["none", "another run", "another board"],
+)
+@pytest.mark.parametrize("frame", [FOLDED, 1])
+def test_without_a_success_map_of_this_run_the_board_is_blank(extras: Extras, frame: int) -> None:
+    assert everywhere_blank(paint("success", fresh(), extras, frame=frame))
+    assert "being worked out" in words("success", fresh(), extras, frame=frame)[1]
+
+
+# A skill's own value ------------------------------------------------------------------------
+
+
+def skill_tables(skill: int, move: int, value: float) -> np.ndarray:
+    tables = np.zeros((3, RINGS, SECTORS, N_MOVES), np.float32)
+    tables[skill, ..., move] = value
+    return tables
+
+
+def test_a_skills_value_is_a_share_of_what_it_can_earn_and_its_arrows_are_its_moves() -> None:
+    most = np.sqrt(2) / (1 - 0.9)
+    moment = made(skill_q=skill_tables(CIRCLE, EAST, most / 2))
+    picture = paint("skill", moment, option=CIRCLE)
+    assert height_at(picture, 20, 0) == pytest.approx(0.5)
+    assert colour_at(picture, 20, 0) == gain(0.5, 0.5)
+    assert picture.arrows is not None
+    assert 390 <= len(picture.arrows) <= 450
+    tail, head = picture.arrows[:, 0], picture.arrows[:, 1]
+    # Three quarters of the six cells between two arrows.
+    assert head - tail == pytest.approx(np.broadcast_to([4.5, 0.0], tail.shape), abs=1e-4)
+    assert np.abs((head + tail) / 2 % 1).max() < 1e-3
+
+
+def test_where_a_skills_moves_tie_or_stay_there_is_no_arrow() -> None:
+    tied = skill_tables(CIRCLE, EAST, 5)
+    tied[CIRCLE, ..., WEST] = 5
+    for tables in (tied, skill_tables(CIRCLE, STAY, 5)):
+        arrows = paint("skill", made(skill_q=tables), option=CIRCLE).arrows
+        assert arrows is not None
+        assert arrows.shape == (0, 2, 2)
+
+
+def test_a_skill_looks_the_same_in_every_frame() -> None:
+    tables = np.random.default_rng(1).normal(size=(3, RINGS, SECTORS, N_MOVES))
+    moment = made(skill_q=tables.astype(np.float32))
+    first, *others = (paint("skill", moment, option=1, frame=f) for f in (FOLDED, OF_TRIAL, 0, 5))
+    for other in others:
+        assert same(first, other)
+
+
+def test_a_learner_of_moves_has_no_skills_to_show() -> None:
+    moment = fresh("standard_q")
+    assert everywhere_blank(paint("skill", moment))
+    assert words("skill", moment)[1] == "This learner has no skills, only the nine moves."
+
+
+def test_a_skill_that_is_gone_still_has_its_table() -> None:
+    values = zeros(3)
+    values[..., CIRCLE] = -np.inf
+    moment = made(selection_q=values, skill_q=skill_tables(CIRCLE, EAST, 5))
+    assert words("skill", moment, option=CIRCLE)[1].endswith("It is not among the skills now.")
+    assert words("skill", moment, option=AVOID)[1] == "avoid has learned nothing yet."
+
+
+# Policy flow --------------------------------------------------------------------------------
+
+
+def test_the_flow_is_the_move_of_the_chosen_skill() -> None:
+    tables = skill_tables(CIRCLE, EAST, 5) + skill_tables(AVOID, 7, 5)
+    values = preferring(CIRCLE)
+    west = np.cos(np.arange(SECTORS) * 2 * np.pi / SECTORS) < -0.01
+    values[:, :, west] = preferring(AVOID)[:, :, west]
+    arrows = paint("flow", made(selection_q=values, skill_q=tables), frame=4).arrows
+    assert arrows is not None
+    middle, way = arrows.mean(axis=1), arrows[:, 1] - arrows[:, 0]
+    far = np.abs(middle[:, 0]) > 8
+    expected = np.where(middle[:, :1] > 0, [4.5, 0.0], [0.0, 4.5])
+    assert way[far] == pytest.approx(expected[far], abs=1e-4)
+
+
+def test_the_folded_flow_turns_moves_with_the_prey() -> None:
+    values = np.zeros((*MAP, N_MOVES), np.float32)
+    for heading, (east, north) in enumerate(geometry.HEADINGS):
+        move = int(np.flatnonzero((MOVES[:, 0] == east) & (MOVES[:, 1] == north))[0])
+        values[heading, ..., move] = 1
+    moment = made(fresh("standard_q"), selection_q=values)
+    ahead = paint("flow", moment).arrows
+    assert ahead is not None
+    assert ahead[:, 1] - ahead[:, 0] == pytest.approx(
+        np.broadcast_to([4.5, 0.0], (len(ahead), 2)), abs=1e-4
+    )
+    north = paint("flow", moment, frame=2).arrows
+    assert north is not None
+    assert north[:, 1] - north[:, 0] == pytest.approx(
+        np.broadcast_to([0.0, 4.5], (len(north), 2)), abs=1e-4
+    )
+    assert (paint("chosen", moment).colours == pictures.move_colours(LIGHT)[EAST].round()).all()
+    option = paint("option", moment, option=EAST, scale="linear", fitted=True)
+    assert (paint("option", moment, option=WEST).colours == LIGHT.unknown).all()
+    assert not (option.colours == LIGHT.unknown).all(axis=1).any()
+
+
+def test_the_folded_flow_of_skills_turns_with_the_prey_too() -> None:
+    bearing = np.arange(SECTORS) * 2 * np.pi / SECTORS
+    nearness = -(MOVES[:, 0] * np.cos(bearing)[:, None] + MOVES[:, 1] * np.sin(bearing)[:, None])
+    towards = nearness / np.maximum(np.hypot(*MOVES.T), 1)
+    tables = np.zeros((3, RINGS, SECTORS, N_MOVES), np.float32)
+    tables[APPROACH] = towards
+    arrows = paint("flow", made(selection_q=preferring(APPROACH), skill_q=tables)).arrows
+    assert arrows is not None
+    assert len(arrows) > 350
+    middle, way = arrows.mean(axis=1), arrows[:, 1] - arrows[:, 0]
+    inwards = -(middle * way).sum(axis=1) / np.hypot(*middle.T) / 4.5
+    assert inwards.min() > np.cos(np.radians(35))
+
+
+def test_headings_that_disagree_have_no_arrow() -> None:
+    tables = skill_tables(CIRCLE, EAST, 5)
+    moment = made(selection_q=preferring(CIRCLE), skill_q=tables)
+    folded, alone = paint("flow", moment).arrows, paint("flow", moment, frame=0).arrows
+    assert folded is not None
+    assert alone is not None
+    assert len(folded) == 0
+    assert len(alone) >= 390
+
+
+@pytest.mark.parametrize(("agreeing", "drawn"), [(4, False), (5, True)])
+def test_an_arrow_needs_more_than_half_of_the_headings(agreeing: int, drawn: bool) -> None:
+    values = np.zeros((*MAP, N_MOVES), np.float32)
+    values[..., EAST] = 1
+    values = np.stack([turned_moves(values[h], h) for h in range(N_HEADINGS)])
+    values[agreeing:] = 0
+    arrows = paint("flow", made(fresh("standard_q"), selection_q=values)).arrows
+    assert arrows is not None
+    assert (len(arrows) > 0) == drawn
+
+
+def test_the_flow_lies_on_a_faint_value() -> None:
+    picture = paint("flow", made(value=at_one_place(100 * 0.9**25)), frame=0)
+    assert colour_at(picture, 20, 0) == gain(0.75, 0.5)
+    assert height_at(picture, 20, 0) == pytest.approx(0.75)
+
+
+def test_before_anything_is_learned_the_flow_says_that_no_move_is_best() -> None:
+    assert words("flow", fresh())[1].endswith("no move is clearly best yet.")
+
+
+# Frames -------------------------------------------------------------------------------------
+
+
+def noisy(seed: int = 2, base: Snapshot | None = None) -> Snapshot:
+    """A moment in which every table is noise."""
+    base = fresh() if base is None else base
+    rng = np.random.default_rng(seed)
+    shape = base.selection_q.shape
+    return made(
+        base,
+        selection_q=(rng.normal(size=shape) * 30).astype(np.float32),
+        first_reach=rng.integers(-1, 20_000, size=shape[:3]).astype(np.int32),
+        visits=rng.integers(0, 1_000, size=shape).astype(np.uint32),
+        learning_now=rng.random(shape[:3]).astype(np.float32),
+        skill_q=rng.normal(size=base.skill_q.shape).astype(np.float32),
+        heading=3,
+    )
+
+
+def noisy_success(base: Snapshot) -> Extras:
+    size = base.spec.world.size
+    return successes(np.random.default_rng(3).integers(0, 4, size=(N_HEADINGS, size, size)))
+
+
+def only(moment: Snapshot, heading: int) -> Snapshot:
+    """The same moment, every other heading as that one."""
+    names = ("selection_q", "value", "first_reach", "visits", "learning_now")
+    tables = {name: getattr(moment, name) for name in names}
+    return made(
+        moment,
+        **{name: np.repeat(table[[heading]], N_HEADINGS, axis=0) for name, table in tables.items()},
+    )
+
+
+def same(one: Picture, other: Picture) -> bool:
+    """Whether two pictures are equal to the last bit."""
+    pairs = zip(one, other, strict=True)
+    return all(a is b if a is None or b is None else np.array_equal(a, b) for a, b in pairs)
+
+
+@every_layer
+def test_a_fixed_heading_shows_its_own_rows(key: str) -> None:
+    moment, extras = noisy(), noisy_success(fresh())
+    heading = 6
+    alone = only(moment, heading)
+    assert extras.success is not None
+    turned = np.repeat(extras.success.outcomes[[heading]], N_HEADINGS, axis=0)
+    seen = paint(key, moment, extras, frame=heading)
+    assert same(seen, paint(key, alone, successes(turned), frame=0))
+    assert key == "skill" or not same(seen, paint(key, moment, extras, frame=5))
+
+
+@every_layer
+def test_the_frame_of_the_trial_is_that_of_its_heading(key: str) -> None:
+    moment, extras = noisy(), noisy_success(fresh())
+    seen = paint(key, moment, extras, frame=OF_TRIAL)
+    assert same(seen, paint(key, moment, extras, frame=moment.heading))
+
+
+FOLDING = [
+    (preset, key)
+    for preset in ("hierarchical_3", "standard_q")
+    for key in LAYERS
+    # Success folds by cells; a skill's table, and so the flow of skills, does not turn.
+    if key not in ("success", "skill") and (preset, key) != ("hierarchical_3", "flow")
+]
+
+
+@pytest.mark.parametrize(("preset", "key"), FOLDING)
+def test_what_all_headings_agree_on_folds_to_itself(preset: str, key: str) -> None:
+    moment = noisy(base=fresh(preset))
+    names = ("selection_q", "value", "first_reach", "visits", "learning_now")
+    tables = {}
+    for name in names:
+        ahead = np.repeat(getattr(moment, name)[:1], N_HEADINGS, axis=0)
+        tables[name] = unfold(ahead, SECTORS)
+    if preset == "standard_q":
+        for heading in range(N_HEADINGS):
+            tables["selection_q"][heading] = turned_moves(tables["selection_q"][heading], heading)
+    moment = made(moment, **tables)
+    # Heading 0 looks east already.
+    assert same(paint(key, moment, option=2), paint(key, moment, option=2, frame=0))
+
+
+def turned_moves(values: np.ndarray, heading: int) -> np.ndarray:
+    """Values of moves that each point ``heading`` eighths of a turn further round."""
+    turned = values.copy()
+    angle = heading * np.pi / 4
+    for move, (x, y) in enumerate(MOVES):
+        if move == STAY:
+            continue
+        bearing = np.arctan2(y, x) + angle
+        way = np.rint([np.cos(bearing), np.sin(bearing)])
+        target = int(np.flatnonzero((way == MOVES).all(axis=1))[0])
+        turned[..., target] = values[..., move]
+    return turned
+
+
+@every_layer
+def test_the_legend_says_how_the_board_lies(key: str) -> None:
+    folded = words(key, fresh())[0]
+    north = words(key, fresh(), frame=2)[0]
+    if key == "skill":
+        assert "north up" in folded
+    else:
+        assert "turned so that the prey looks right" in folded
+        assert "North is up, and the prey looks north." in north
+    assert "half-disc" in folded
+    assert "half-disc" not in words(key, fresh(), field=False)[0]
+
+
+@every_layer
+def test_the_legend_says_what_the_height_of_a_surface_means(key: str) -> None:
+    assert "Height: " in words(key, fresh(), surface=True)[0]
+    assert "Height: " not in words(key, fresh())[0]
+
+
+# Words --------------------------------------------------------------------------------------
+
+
+@every_layer
+@pytest.mark.parametrize("frame", [FOLDED, 2])
+def test_captions_are_one_line_that_a_room_can_read(key: str, frame: int) -> None:
+    for moment in (fresh(), noisy(), fresh("standard_q")):
+        _, caption = words(key, moment, noisy_success(fresh()), frame=frame)
+        assert "\n" not in caption
+        assert 20 <= len(caption) <= 160
+        assert caption.endswith(".")
+
+
+@every_layer
+def test_a_hostile_name_stays_a_name(key: str) -> None:
+    base = noisy()
+    learner = base.spec.learner.model_copy(
+        update={
+            "options": ("approach", HOSTILE, "avoid"),
+            "custom_skills": {HOSTILE: SkillWeights(approach=1.0)},
+        }
+    )
+    moment = made(base, spec=base.spec.model_copy(update={"learner": learner}))
+    shown = "".join(words(key, moment, option=CIRCLE))
+    assert "<img" not in shown
+    if key in ("option", "skill", "chosen"):
+        assert "&lt;img src=x onerror=alert(1)&gt;" in shown
+
+
+def test_the_marks_of_a_bar_do_not_run_into_each_other() -> None:
+    for ruler in (pictures.STEPS, Ruler(0, 100), Ruler(1, 1e6, "log"), Ruler(0, 48_000, "root")):
+        marks = pictures.ticks(ruler, layers.number)
+        places = [place for place, _ in marks]
+        assert len(marks) >= 4
+        assert (np.diff(places) > 0.05).all()
+        assert [places[0], places[-1]] == [0, 1]
+
+
+def test_the_bar_of_the_value_runs_from_far_to_near() -> None:
+    legend, _ = words("value", fresh())
+    marks = re.findall(r"left:([\d.]+)%[^>]*>([\d,]+)<", legend)
+    assert {("0.0", "400"), ("50.0", "100"), ("100.0", "0")} <= set(marks)
+
+
+@pytest.mark.parametrize(
+    ("amount", "text"),
+    [
+        (0, "0"),
+        (1e-9, "0"),
+        (0.0001, "0.0001"),
+        (0.5, "0.5"),
+        (7.07, "7.1"),
+        (14.1, "14"),
+        (100, "100"),
+        (49_900, "49.9 k"),
+        (1e6, "1 M"),
+    ],
+)
+def test_numbers_are_short(amount: float, text: str) -> None:
+    assert layers.number(amount) == text
+
+
+# All headings -------------------------------------------------------------------------------
+
+
+def decoded(png: bytes) -> np.ndarray:
+    return iio.imread(io.BytesIO(png), extension=".png")[..., :3]
+
+
+@both_themes
+def test_the_small_pictures_are_the_eight_headings_from_east_on(theme: pictures.Theme) -> None:
+    value = zeros()
+    value[...] = 100 * 0.9 ** (5.0 * np.arange(N_HEADINGS))[:, None, None]
+    look = Look(theme=theme)
+    image = decoded(layers.all_headings_png(made(value=value), look, LAYERS["value"], Extras()))
+    assert image.shape == (2 * 75 + 1, 4 * 75 + 3, 3)
+    assert (image[75] == theme.border).all()
+    for heading, (east, north) in enumerate(geometry.HEADINGS):
+        top, left = heading // 4 * 76, heading % 4 * 76
+        tile = image[top : top + 75, left : left + 75]
+        level = 1 - np.sqrt(5 * heading / 400)
+        assert tile[3, 3].tolist() == of(pictures.gain_colours(), level, theme=theme)
+        assert tile[37 - 5 * north, 37 + 5 * east].tolist() == list(theme.prey)
+        assert tile[37 + 5 * north, 37 - 5 * east].tolist() != list(theme.prey)
+
+
+def test_north_is_up_in_the_small_pictures() -> None:
+    moment = made(value=at_one_place(100 * 0.9**25, 0, 40))
+    image = decoded(layers.all_headings_png(moment, Look(), LAYERS["value"], Extras()))
+    assert image[37 - 25, 37].tolist() == gain(0.75)
+    assert image[37 + 25, 37].tolist() == blank()
+
+
+@every_layer
+def test_the_small_pictures_are_small(key: str) -> None:
+    moment, extras = noisy(), noisy_success(fresh())
+    png = layers.all_headings_png(moment, Look(layer=key), LAYERS[key], extras)
+    assert decoded(png).shape == (151, 303, 3)
+    # Noise is the worst case; what is learned takes a half of it.
+    assert len(png) < 27_000
+
+
+def test_the_small_pictures_stand_in_the_page_as_they_are() -> None:
+    html = layers.small_multiples_html(b"\x89PNG")
+    assert "data:image/png;base64,iVBORw==" in html
+    assert "image-rendering:pixelated" in html
+
+
+@pytest.mark.parametrize("n_colours", [1, 2, 200, 20_000])
+def test_a_png_keeps_few_colours_exactly_and_many_nearly(n_colours: int) -> None:
+    rng = np.random.default_rng(4)
+    few = rng.permutation(32**3)[:n_colours]
+    colours = np.stack([few // 1024, few // 32 % 32, few % 32], axis=1).astype(np.uint8) * 8
+    image = colours[rng.integers(0, n_colours, size=(150, 301))]
+    shown = decoded(pictures.png(image))
+    assert shown.shape == image.shape
+    difference = np.abs(shown.astype(int) - image).max()
+    assert difference == 0 if n_colours <= 200 else difference < 64
+
+
+# Every world, every moment ------------------------------------------------------------------
+
+WORLDS = {
+    "standard": (),
+    "coarse": ("world.n_directions=8", "world.n_distances=6"),
+    "fine": ("world.n_directions=48", "world.n_distances=64"),
+    "small": ("world.size=20",),
+    "odd": ("world.size=37", "world.n_distances=2"),
+    "no rewards": ("world.capture_reward=0", "world.flight_reward=0"),
+    "turned about": ("world.capture_reward=-5", "world.flight_reward=3"),
+    "short-sighted": ("learner.gamma=0",),
+}
+LOOKS = [
+    {"theme": theme, "frame": frame, "scale": scale, "fitted": fitted, "surface": fitted}
+    for theme, frame, scale, fitted in [
+        (LIGHT, FOLDED, "steps", False),
+        (DARK, FOLDED, "linear", True),
+        (DARK, OF_TRIAL, "steps", True),
+        (LIGHT, 7, "linear", False),
+    ]
+]
+
+
+def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
+    """A picture of this layer is one that a board can show, whatever the moment."""
+    layer, n_cells = LAYERS[key], moment.spec.world.size**2
+    picture = layer.paint(moment, look, extras)
+    assert picture.colours.shape == (n_cells, 3)
+    assert picture.colours.dtype == np.uint8
+    assert picture.height.shape == (n_cells,)
+    assert picture.height.dtype == np.float32
+    assert np.abs(picture.height).max() <= 1
+    if picture.arrows is not None:
+        assert picture.arrows.dtype == np.float32
+        assert picture.arrows.shape[1:] == (2, 2)
+        assert len(picture.arrows) <= 450
+        assert np.isfinite(picture.arrows).all()
+    legend = layer.legend(moment, look, extras)
+    assert legend.count("<div") == legend.count("</div>")
+    assert "nan" not in legend
+    assert layer.caption(moment, look, extras)
+    png = layers.all_headings_png(moment, look, layer, extras)
+    assert decoded(png).shape == (151, 303, 3)
+
+
+@every_layer
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("preset", ["timed", "standard_q"])
+@pytest.mark.filterwarnings("error")
+def test_every_layer_shows_every_world(key: str, world: str, preset: str) -> None:
+    before = fresh(preset, *WORLDS[world])
+    for moment in (before, noisy(base=before), unknown(before)):
+        for extras in (Extras(), noisy_success(before)):
+            for look in LOOKS:
+                sound(key, moment, extras, Look(layer=key, option=1, **look))
+
+
+def unknown(base: Snapshot) -> Snapshot:
+    """A moment in which no option is present."""
+    return made(base, selection_q=np.full_like(base.selection_q, -np.inf))
+
+
+@every_layer
+@pytest.mark.filterwarnings("error")
+def test_every_layer_shows_a_large_world(key: str) -> None:
+    moment = noisy(base=fresh("timed", "world.size=400"))
+    sound(key, moment, noisy_success(moment), Look(layer=key))
+
+
+@every_layer
+def test_what_is_not_known_is_the_empty_board(key: str) -> None:
+    assert everywhere_blank(paint(key, unknown(fresh())))
+
+
+finite = st.floats(-1e6, 1e6, width=32)
+entries = st.one_of(st.just(0.0), st.just(float("-inf")), finite, st.sampled_from([1e-38, 100.0]))
+
+
+@given(
+    column=st.lists(st.lists(entries, min_size=3, max_size=3), min_size=1, max_size=12),
+    reach=st.lists(st.integers(-1, 2_000_000), min_size=1, max_size=12),
+    key=st.sampled_from(list(LAYERS)),
+    look=st.sampled_from(LOOKS),
+    option=st.integers(-1, 12),
+)
+def test_no_table_breaks_a_layer(
+    column: list[list[float]], reach: list[int], key: str, look: dict[str, Any], option: int
+) -> None:
+    base = fresh("timed", *WORLDS["coarse"])
+    shape = base.selection_q.shape
+    n_states = int(np.prod(shape[:3]))
+    values = np.resize(np.array(column, np.float32), (n_states, 3)).reshape(shape)
+    moment = made(
+        base,
+        selection_q=values,
+        learning_now=np.abs(np.nan_to_num(values[..., 0], neginf=0)),
+        first_reach=np.resize(np.array(reach, np.int32), shape[:3]),
+    )
+    sound(key, moment, Extras(), Look(layer=key, option=option, **look))

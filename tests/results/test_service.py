@@ -1,0 +1,328 @@
+"""Experiments from the page: run beside the lab, with the results of the command line."""
+
+import contextlib
+import json
+import sqlite3
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.documents import experiments
+from app.experiments import task, store
+from app.documents.experiments import Experiment, Variant, parse
+from app.results.gather import Gatherer
+from app.experiments.runner import Crew, Progress, Threads, run_experiment
+from app.experiments.store import Folder, FolderError, table_csv
+from app.results.service import BusyError, Standing, Workbench, folder_for
+
+TEXT = """
+presets: [timed, standard_q]
+set: {world.size: 30, world.step_limit: 80}
+trials: 600
+seeds: 3
+"""
+PATIENCE_S = 60.0
+
+
+def small(n_seeds: int | None = None, text: str = TEXT) -> Experiment:
+    return parse(text, "small.yaml", None, n_seeds)
+
+
+def over(bench: Workbench) -> Standing:
+    """How an experiment stands once it is over."""
+    assert bench._thread is not None
+    bench._thread.join(PATIENCE_S)
+    assert bench.standing is not None
+    assert not bench.standing.running
+    return bench.standing
+
+
+@contextlib.contextmanager
+def at_the_first_run(
+    do: Callable[[], None], on_progress: Callable[[], object] = lambda: None
+) -> Iterator[None]:
+    """Do something when an experiment has its first run, and tell of its progress from then on.
+
+    Both happen in the experiment's own thread, so it does nothing else meanwhile.
+    """
+    seen = False
+
+    def run(
+        experiment: Experiment,
+        folder: Folder,
+        crew: Crew,
+        tell: Callable[[Progress], object],
+        on_row: Callable[[Variant, dict[str, Any], bytes], object],
+    ) -> object:
+        def take(*row: Any) -> None:
+            nonlocal seen
+            on_row(*row)
+            if not seen:
+                seen = True
+                do()
+
+        def note(progress: Progress) -> None:
+            tell(progress)
+            if seen:
+                on_progress()
+
+        return run_experiment(experiment, folder, crew, note, on_row=take)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.results.service.run_experiment", run)
+        yield
+
+
+def rows(folder: Path) -> dict[str, Any]:
+    database = sqlite3.connect(folder / "results.sqlite")
+    found = dict(database.execute("SELECT key, digest FROM runs"))
+    database.close()
+    return found
+
+
+def test_the_page_makes_the_runs_of_the_command_line(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path / "in the page ü")
+    path = bench.start(small(), workers=2)
+    standing = over(bench)
+    assert standing.error == ""
+    assert standing.progress is not None
+    assert (standing.progress.done, standing.progress.failed) == (6, 0)
+    with Folder(tmp_path / "b", small(), False, False) as folder:
+        run_experiment(small(), folder, Threads(1))
+    assert rows(path) == rows(tmp_path / "b")
+    assert path == tmp_path / "in the page ü" / "small"
+
+
+def test_runs_are_gathered_as_they_come(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    bench.start(small(), workers=2)
+    standing = over(bench)
+    runs = standing.gatherer.gathering().runs
+    assert {run.key: run.digest for run in runs} == rows(standing.folder)
+    assert {(run.variant, run.seed) for run in runs} == {(v, s) for v in (0, 1) for s in (0, 1, 2)}
+    for variant in (0, 1):
+        values = [run.value for run in runs if run.variant == variant]
+        estimate = standing.gatherer.estimate(variant)
+        assert estimate.value == pytest.approx(np.mean(values))
+        assert estimate.low <= estimate.value <= estimate.high
+        curve = standing.gatherer.curve(variant, "trials")
+        assert curve.n == 3
+        assert curve.band.end[-1] <= 600
+
+
+def test_one_at_a_time(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    bench.start(small(text=TEXT.replace("600", "2000000")), workers=1)
+    with pytest.raises(BusyError, match="stop it first"):
+        bench.start(small(), workers=1)
+    bench.stop()
+    assert over(bench).gatherer.gathering().runs == ()
+    bench.start(small(), workers=2)
+    assert over(bench).error == ""
+
+
+def test_another_begins_as_soon_as_one_is_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, is_over, let_go = Workbench._run, threading.Event(), threading.Event()
+
+    def run_and_linger(bench: Workbench, *about: Any) -> None:
+        run(bench, *about)
+        is_over.set()
+        let_go.wait(PATIENCE_S)
+
+    bench = Workbench(tmp_path)
+    monkeypatch.setattr(Workbench, "_run", run_and_linger)
+    bench.start(small(1), workers=1)
+    assert is_over.wait(PATIENCE_S)
+    monkeypatch.undo()
+    first = bench._thread
+    bench.start(small(2), workers=1)
+    assert len(over(bench).gatherer.gathering().runs) == 4
+    second = bench.standing
+    let_go.set()
+    assert first is not None
+    first.join(PATIENCE_S)
+    assert bench.standing is second
+
+
+def test_paused_it_waits_and_goes_on(tmp_path: Path) -> None:
+    bench, told = Workbench(tmp_path), threading.Semaphore(0)
+    with at_the_first_run(bench.pause, told.release):
+        bench.start(small(40), workers=1)
+        # Each time it could have taken in a run; one was under way, and one may have been over.
+        for _ in range(8):
+            assert told.acquire(timeout=PATIENCE_S)
+    standing = bench.standing
+    assert standing is not None
+    assert standing.paused
+    assert standing.running
+    assert len(standing.gatherer.gathering().runs) <= 3
+    bench.go_on()
+    standing = over(bench)
+    assert not standing.paused
+    assert len(standing.gatherer.gathering().runs) == 80
+
+
+def test_stopped_it_goes_on_where_it_was(tmp_path: Path, counted: list[str]) -> None:
+    bench = Workbench(tmp_path)
+    with at_the_first_run(bench.stop):
+        path = bench.start(small(40), workers=1)
+        before = over(bench).gatherer.gathering().runs
+    assert 0 < len(before) < 80
+    assert rows(path).keys() == {run.key for run in before}
+
+    counted.clear()
+    assert bench.start(small(40), workers=1) == path
+    after = over(bench).gatherer.gathering().runs
+    assert len(after) == len(rows(path)) == 80
+    assert not set(counted) & {run.key for run in before}
+
+
+def test_fewer_seeds_of_what_is_there_are_shown_alone(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    bench.start(small(4), workers=2)
+    over(bench)
+    bench.start(small(2), workers=2)
+    assert {run.seed for run in over(bench).gatherer.gathering().runs} == {0, 1}
+
+
+def test_other_results_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "small").mkdir()
+    (tmp_path / "small" / "thesis.txt").write_text("years of work")
+    bench = Workbench(tmp_path)
+    assert bench.start(small(), workers=1) == tmp_path / "small-2"
+    over(bench)
+    other = small(text=TEXT.replace("600", "601"))
+    assert bench.start(other, workers=1) == tmp_path / "small-3"
+    over(bench)
+    assert bench.start(small(), workers=1) == tmp_path / "small-2"
+    over(bench)
+    assert (tmp_path / "small" / "thesis.txt").read_text() == "years of work"
+
+
+def test_a_place_that_cannot_be_written_to_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    bench = Workbench(tmp_path / "file" / "below")
+    bench.start(small(), workers=1)
+    assert "cannot be written to" in over(bench).error
+
+
+def test_results_of_another_version_are_left_alone(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    path = bench.start(small(1), workers=1)
+    over(bench)
+    with contextlib.closing(sqlite3.connect(path / "results.sqlite")) as database, database:
+        database.execute("UPDATE meta SET value = '99' WHERE key = 'schema_version'")
+    before = (path / "results.sqlite").read_bytes()
+    assert bench.start(small(1), workers=1) == tmp_path / "small-2"
+    assert over(bench).error == ""
+    assert (path / "results.sqlite").read_bytes() == before
+
+
+def test_a_damaged_table_is_left_alone(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    path = bench.start(small(1), workers=1)
+    over(bench)
+    (path / "results.sqlite").write_text("nothing of the kind" * 100)
+    assert bench.start(small(1), workers=1) == tmp_path / "small-2"
+    assert over(bench).error == ""
+
+
+def test_damaged_arrays_are_made_again(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    path = bench.start(small(), workers=2)
+    before = rows(over(bench).folder)
+    damaged = sorted((path / "arrays").glob("*.npz"))[2]
+    sound = damaged.read_bytes()
+    damaged.write_bytes(sound[: len(sound) // 2])
+    bench.start(small(), workers=2)
+    assert {run.key: run.digest for run in over(bench).gatherer.gathering().runs} == before
+    assert damaged.read_bytes() == sound
+
+
+def test_a_run_that_fails_is_listed_with_its_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured = task.measured
+
+    def fail(run: Any, metrics: Any) -> Any:
+        if run.seed == 1:
+            raise RuntimeError("no luck")
+        return measured(run, metrics)
+
+    monkeypatch.setattr(task, "measured", fail)
+    bench = Workbench(tmp_path)
+    bench.start(small(), workers=2)
+    runs = over(bench).gatherer.gathering().runs
+    assert {run.seed: run.error for run in runs if run.error} == {1: "RuntimeError: no luck"}
+    assert bench.standing is not None
+    assert bench.standing.gatherer.estimate(0).n == 2
+
+
+def test_the_cost_says_what_is_there_already(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    quote = bench.quote(small(), workers=1)
+    assert (quote.plan.runs, quote.plan.done, quote.folder) == (6, 0, tmp_path / "small")
+    whole = quote.plan.steps
+    bench.start(small(2), workers=2)
+    over(bench)
+    quote = bench.quote(small(), workers=1)
+    assert (quote.plan.runs, quote.plan.done) == (6, 4)
+    assert quote.plan.steps == pytest.approx(whole / 3, rel=0.01)
+
+
+def test_closing_ends_what_is_running(tmp_path: Path) -> None:
+    before = set(threading.enumerate())
+    bench = Workbench(tmp_path)
+    bench.start(small(text=TEXT.replace("600", "2000000")), workers=2)
+    bench.pause()
+    bench.close()
+    assert not over(bench).running
+    assert not set(threading.enumerate()) - before
+
+
+def test_there_is_an_end_to_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.results.service.MOST_FOLDERS", 2)
+    for name in ("small", "small-2"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "other").write_text("")
+    with pytest.raises(FolderError, match="too many results of small"):
+        folder_for(tmp_path, small())
+
+
+def test_the_table_as_csv_has_every_run(tmp_path: Path) -> None:
+    bench = Workbench(tmp_path)
+    path = bench.start(small(), workers=2)
+    over(bench)
+    header, *lines = table_csv(path).splitlines()
+    assert header.split(",") == list(store.COLUMNS)
+    assert len(lines) == 6
+    with pytest.raises(FolderError, match="cannot be read"):
+        table_csv(tmp_path / "nowhere")
+
+
+def test_curves_say_when_skills_joined_and_end_with_the_runs() -> None:
+    text = (
+        "presets: [timed]\nset: {world.size: 30, schedule.skills.circle_clockwise.at: 100,"
+        " schedule.skills.avoid.at: 200}\ntrials: 1000\nseeds: 2\n"
+    )
+    experiment = experiments.parse(text, "a.yaml")
+    gatherer = Gatherer(experiment)
+    for variant, one in task.tasks_of(experiment):
+        done = task.perform(one)
+        assert done is not None
+        row = {"key": one.key, "seed": one.seed, **done.row}
+        gatherer.add(variant.label, json.loads(json.dumps(row)), done.arrays)
+    curve = gatherer.curve(0, "trials")
+    assert [(m.skill, m.trial) for m in curve.joined] == [
+        ("circle_clockwise", 100),
+        ("avoid", 200),
+    ]
+    assert gatherer.curve(0, "trials") is curve
+    gathering = gatherer.gathering()
+    assert (gathering.low, gathering.high) == (-50.0, 100.0)
