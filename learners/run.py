@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from learners import control, kernel, measures
+from learners import control, measures
 from learners.commands import Author, Command, Event
 from learners.control import (
     Control,
@@ -25,9 +25,14 @@ from learners.control import (
     timers_of,
 )
 from learners.folding import overruled, without
-from learners.kernel import LearnerState, Settings
-from learners.spec import MAX_TRIALS, MOVES, RunSpec
-from learners.state import (
+from learners.kernel import loop
+from learners.kernel.loop import Settings
+from learners.kernel.state import (
+    REPERTOIRE,
+    STEP,
+    TRIAL,
+    TRIAL_STEP,
+    LearnerState,
     copy_state,
     join_option,
     leave_option,
@@ -37,6 +42,7 @@ from learners.state import (
     with_option,
     with_room_for,
 )
+from learners.spec import MAX_TRIALS, MOVES, RunSpec
 from sim import rng
 from sim.bits import U
 from sim.world import World, compile_world, start_of_trial
@@ -91,12 +97,12 @@ class Run:
     @property
     def step(self) -> int:
         """Steps made so far."""
-        return int(self.state.tally[kernel.STEP])
+        return int(self.state.tally[STEP])
 
     @property
     def trial(self) -> int:
         """The running trial, from 0; so many trials have ended."""
-        return int(self.state.tally[kernel.TRIAL])
+        return int(self.state.tally[TRIAL])
 
     @property
     def present(self) -> tuple[str, ...]:
@@ -134,7 +140,7 @@ class Run:
             self._begin_trial()
             stop = min(until, self._next_event())
             settings, first = self._settings(), self.trial
-            made += kernel.advance(self.world, self.state, settings, max_steps - made, stop)
+            made += loop.advance(self.world, self.state, settings, max_steps - made, stop)
             ended = slice(first, self.trial)
             outcomes = self.state.log_outcome[ended]
             self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
@@ -162,7 +168,7 @@ class Run:
         self._bring(event)
 
     def _event(self, command: Command, author: Author, cause: int | None = None) -> Event:
-        number, trial_step = len(self.control.history), int(self.state.tally[kernel.TRIAL_STEP])
+        number, trial_step = len(self.control.history), int(self.state.tally[TRIAL_STEP])
         return Event(number, self.step, self.trial, trial_step, command, author, cause)
 
     def _bring(self, event: Event) -> None:
@@ -194,7 +200,7 @@ class Run:
                     column = after.history[number].taken_out
                     assert column is not None
                     return_option(self.state, option, column)
-            self.state.tally[kernel.REPERTOIRE] += 1
+            self.state.tally[REPERTOIRE] += 1
 
     def _keep(self, column: np.ndarray) -> None:
         """Let the latest event keep the values of the skill that left with it."""
@@ -203,7 +209,7 @@ class Run:
         self.control = replace(self.control, history=(*earlier, latest))
 
     def _begin_trial(self) -> None:
-        if self.state.tally[kernel.TRIAL_STEP] != 0:
+        if self.state.tally[TRIAL_STEP] != 0:
             return
         trial = self.trial
         due = [timer.command for timer in self.planned() if timer.trial <= trial]

@@ -21,7 +21,7 @@ from app.page.panels import steering
 from app.page.panels.controls import slider_of
 from app.picture.layers import LAYERS, Extras, Layer, SuccessMap
 from app.picture.look import OF_TRIAL, Look
-from learners import greedy
+from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
 from learners.spec import EpisodeSpec, SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -95,8 +95,8 @@ def words(html: str) -> str:
 
 def success_of(snapshot: Snapshot) -> Extras:
     """Where hunts from each cell end."""
-    policy = greedy.greedy_moves(snapshot.selection_q, snapshot.skill_q)
-    outcomes = greedy.success_map(snapshot.world, policy, snapshot.seed)
+    policy = hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q)
+    outcomes = hunts.success_map(snapshot.world, policy, snapshot.seed)
     assert outcomes is not None
     return Extras(SuccessMap(outcomes, snapshot.trial, snapshot.generation))
 

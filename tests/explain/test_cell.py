@@ -44,7 +44,7 @@ from app.picture.look import OF_TRIAL, Look
 from app.picture.pictures import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.commands import SetParameter
-from learners.greedy import Hunt, success_map
+from learners.hunts import Hunt, success_map
 from learners.run import Run
 from learners.spec import MOVES, RunSpec
 from sim.geometry import HEADINGS, N_MOVES, STAY

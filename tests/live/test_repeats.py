@@ -37,9 +37,9 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.kernel.state import digest
 from learners.run import Run, replay
 from learners.spec import RunSpec
-from learners.state import digest
 
 PATIENCE_S = 30.0
 SEED = 7

@@ -20,7 +20,6 @@ from app.picture.pictures import DARK, LIGHT, Theme, css
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block
 from app.schedule.edits import Now, changed, moved, newest_episode_id, now_of, with_episode, without
-from learners import rows
 from learners.commands import (
     Command,
     CommandError,
@@ -36,6 +35,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.kernel import rows
 from learners.run import Run
 from learners.spec import (
     INTRODUCTION,
