@@ -1145,9 +1145,10 @@ def test_a_preset_that_has_changed_is_refused(tmp_path: Path) -> None:
 PATIENCE_S = 60.0
 TELLING = """
 import sys
-from app import cli, results
+from app.cli import main
+from app.experiments import store
 
-save = results.Folder.save
+save = store.Folder.save
 
 
 def told(folder, key, arrays):
@@ -1155,8 +1156,8 @@ def told(folder, key, arrays):
     print("a run is over", flush=True)
 
 
-results.Folder.save = told
-sys.exit(cli.main(sys.argv[1:]))
+store.Folder.save = told
+sys.exit(main.main(sys.argv[1:]))
 """
 
 

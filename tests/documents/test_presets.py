@@ -34,7 +34,7 @@ from learners.spec import (
 )
 from sim.spec import WorldSpec
 
-PAGE = Path(presets.__file__).parent.parent / "presets" / "README.md"
+PAGE = Path(presets.__file__).parents[2] / "presets" / "README.md"
 
 SOUND = "learner: {options: moves, alpha: 0.6}\ntrials: 10\n"
 """The least that a preset can say; on two lines, to which tests add."""

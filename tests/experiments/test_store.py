@@ -293,7 +293,7 @@ def test_a_folder_that_was_left_before_its_table_said_anything_is_begun(
 
 KILLS = {
     "while the record is written": "os.replace = kill",
-    "when the record is there": "results.write_whole = lambda *it: (write_whole(*it), kill())",
+    "when the record is there": "store.write_whole = lambda *it: (write_whole(*it), kill())",
     "when the arrays can come": "Folder._begin_table = kill",
 }
 

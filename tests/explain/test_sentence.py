@@ -304,7 +304,7 @@ def test_exploring_the_circle_makes_a_ring_counter_clockwise(seed: int, size: in
 @pytest.mark.parametrize("seed", SEEDS)
 def test_in_the_end_value_has_all_but_stopped_spreading(seed: int) -> None:
     said = sentence_at(Run(spec_of(), seed), 48_000)
-    assert sentence.startswith(
+    assert said.startswith(
         "Three skills, approach, circle clockwise and avoid: value has all but stopped spreading,"
     )
     assert " of recent hunts end in capture." in said

@@ -380,8 +380,8 @@ def test_primitive_moves_have_no_blocks() -> None:
     assert blocks_of(to(run, 5)) == ()
 
 
-def words(blocks: tuple[Block, ...]) -> str:
-    return "\n".join(blocks.described(block) for block in blocks)
+def words(shown: tuple[Block, ...]) -> str:
+    return "\n".join(blocks.described(block) for block in shown)
 
 
 def test_blocks_are_described_in_words() -> None:

@@ -36,15 +36,15 @@ sys.exit(ending.exit_code)
 
 LAB = """
 import sys, threading
-from app import lab
 from app.cli.main import main
-opened = lab._announce
+from app.page import serving
+opened = serving._announce
 def fail(*_):
     raise {kind}("the last straw")
 def announce(the_lab, port):
     opened(the_lab, port)
     {fault}
-lab._announce = announce
+serving._announce = announce
 sys.exit(main(["lab", "--no-browser", "--port", "0"]))
 """
 """The lab, with something that happens as soon as it is open."""

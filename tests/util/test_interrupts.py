@@ -35,7 +35,7 @@ sys.exit(main())
 """
 EXECUTED = """
 import sys
-from app import interrupts
+from app.util import interrupts
 from app.cli.words import complain
 
 interrupts.end_the_program()
@@ -48,7 +48,7 @@ sys.exit(interrupts.EXIT_INTERRUPTED)
 """
 LOST = """
 import signal, sys, time
-from app import interrupts
+from app.util import interrupts
 
 class Finalized:
     def __del__(self):
