@@ -26,7 +26,7 @@ def test_the_nearest_room_is_before_a_place_or_after_it() -> None:
     assert room.take_nearest(20, 40, within=20) == (30, True)
     assert room.take_nearest(20, 40, within=20) == (50, False)
     assert room.take_nearest(20, 40, within=20) is None
-    assert room.take_nearest(10, 40, within=100) == (70, False)
+    assert room.take_nearest(10, 40, within=100) == (10, True)
     assert room.take_nearest(90, 40, within=100) is None
 
 
