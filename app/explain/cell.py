@@ -14,6 +14,7 @@ import numpy as np
 
 from app.live.snapshot import Snapshot
 from app.picture.pictures import Theme, css
+from app.words.numbers import in_hundredths
 from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
 from learners import hunts
 from learners.hunts import Hunt, Policy
@@ -300,13 +301,6 @@ def _members(bits: np.integer) -> list[int]:
     return [member for member in range(int(bits).bit_length()) if int(bits) >> member & 1]
 
 
-def number(value: float) -> str:
-    """A value with two decimals, or, where they would hide it, as a power of ten."""
-    if value == 0 or abs(value) >= 0.01:
-        return f"{value:.2f}".removesuffix(".00")
-    return f"{value:.1e}"
-
-
 def action_text(link: Link) -> str:
     """What is done: option and move, or the move alone where it is itself the option."""
     move = ACTION_NAMES[link.move]
@@ -316,8 +310,8 @@ def action_text(link: Link) -> str:
 def sum_text(link: Link) -> str:
     """The update of a link with its numbers filled in."""
     return (
-        f"{number(link.reward)} + {link.gamma:g} {_TIMES} {number(link.future)}"
-        f" = {number(link.target)} (Q = {number(link.q)})"
+        f"{in_hundredths(link.reward)} + {link.gamma:g} {_TIMES} {in_hundredths(link.future)}"
+        f" = {in_hundredths(link.target)} (Q = {in_hundredths(link.q)})"
     )
 
 
@@ -380,7 +374,7 @@ def options_html(options: Sequence[OptionReading]) -> str:
     rows = "".join(
         f'<tr style="{"font-weight:700" if option.greedy else "opacity:0.8"}">'
         f'<td><span style="color:{_ACCENT}">{"&#9656;" if option.greedy else "&#8199;"}</span>'
-        f" {escape(option.name)}</td>{cell}{escape(number(option.q))}</td>"
+        f" {escape(option.name)}</td>{cell}{escape(in_hundredths(option.q))}</td>"
         f"{cell}{option.visits:,}</td></tr>"
         for option in options
     )
@@ -435,7 +429,7 @@ def rose_svg(q: Sequence[float], best: Sequence[int]) -> str:
     # The marked ones come last, so that they lie on top.
     for move in sorted(range(N_MOVES), key=lambda move: move in best):
         paint, opacity = (_ACCENT, "1") if move in best else ("currentColor", "0.4")
-        title = f"<title>{escape(ACTION_NAMES[move])}: {escape(number(q[move]))}</title>"
+        title = f"<title>{escape(ACTION_NAMES[move])}: {escape(in_hundredths(q[move]))}</title>"
         if move == STAY:
             parts.append(
                 f'<circle r="{2.5 + 4.5 * share[move]:.1f}" fill="{paint}"'

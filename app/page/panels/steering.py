@@ -23,7 +23,8 @@ from app.page.panels.schedule import Ask
 from app.page.widgets import NAME_HTML, assign
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import close_modal, open_modal
-from app.words.plain import PARAMETER_NAMES, by_plain_name, counted, plain
+from app.words.numbers import counted
+from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
     Command,
     DefineSkill,
