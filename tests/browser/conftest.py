@@ -28,7 +28,8 @@ from playwright.sync_api import (
 from app.documents import presets
 from app.live.session import MOST_WAITING, Request, Session, Status, TrialOnce
 from app.page.lab import Lab
-from app.picture.layers import LAYERS, Extras
+from app.picture.layer import Extras
+from app.picture.layers import LAYERS
 from app.picture.look import Look
 from learners.spec import RunSpec
 
