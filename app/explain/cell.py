@@ -17,9 +17,9 @@ from app.picture.colours import css
 from app.picture.theme import Theme
 from app.words.numbers import in_hundredths
 from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
-from learners import greedy
-from learners.greedy import Hunt, Policy
-from learners.kernel import NOT_REACHED
+from learners import hunts
+from learners.hunts import Hunt, Policy
+from learners.kernel.state import NOT_REACHED
 from learners.spec import MOVES
 from sim import geometry
 from sim.bits import U
@@ -124,9 +124,7 @@ class Chain(NamedTuple):
 def policy_of(snapshot: Snapshot) -> Policy:
     """What is greedy in each state."""
     options_are_moves = snapshot.spec.learner.options == MOVES
-    return greedy.greedy_moves(
-        snapshot.selection_q, None if options_are_moves else snapshot.skill_q
-    )
+    return hunts.greedy_moves(snapshot.selection_q, None if options_are_moves else snapshot.skill_q)
 
 
 def moment_of(snapshot: Snapshot) -> Hashable:
@@ -161,7 +159,7 @@ def hunts_from(
     """
     world, policy = snapshot.world, policy_of(snapshot)
     return [
-        HuntShown(x, y, heading, greedy.hunt(world, policy, cell_at(world, x, y), heading, number))
+        HuntShown(x, y, heading, hunts.hunt(world, policy, cell_at(world, x, y), heading, number))
         for number, (x, y) in enumerate(starts, start=seed)
     ]
 
@@ -291,7 +289,7 @@ def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -
     for option in _members(policy.options[heading, ring, direction]):
         q = float(snapshot.selection_q[heading, ring, direction, option])
         for move in _members(policy.moves[option, ring, direction]):
-            after, outcome = greedy.stepped(world, U(cell), U(heading), U(move))
+            after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
             cell_t, future = int(after), 0.0
             if outcome == ONGOING:
                 future = float(snapshot.value[(heading, *_sensed(snapshot, cell_t))])

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from learners.commands import Command, CommandError
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
-from learners.state import digest
 
 log = logging.getLogger(__name__)
 

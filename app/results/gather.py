@@ -12,12 +12,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
+from app.analysis.estimates import Axis, Band, Estimate
+from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
 from app.experiments.cost import estimated_steps
-from app.documents.experiments import Experiment
-from app.metrics import Metric, shown_first
 from app.experiments.task import DONE, gist
-from app.analysis.estimates import Axis, Band, Estimate
+from app.metrics import Metric, shown_first
 from learners import measures
 from learners.spec import RunSpec
 

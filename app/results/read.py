@@ -14,16 +14,16 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from app.experiments import archive, table
-from app.documents import experiments
 from app.analysis import estimates
-from app.experiments.archive import ArchiveError
-from app.documents.experiments import Stop
-from app.metrics import METRICS, MILESTONES
-from app.experiments.task import DONE
-from app.experiments.table import DamageError
 from app.analysis.estimates import Axis
 from app.analysis.sweeps import BETWEEN, short_names
+from app.documents import experiments
+from app.documents.experiments import Stop
+from app.experiments import archive, table
+from app.experiments.archive import ArchiveError
+from app.experiments.table import DamageError
+from app.experiments.task import DONE
+from app.metrics import METRICS, MILESTONES
 from app.util.texts import as_text
 from learners import measures
 from sim.spec import WorldSpec

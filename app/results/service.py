@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from app.documents.experiments import Experiment, Variant
 from app.experiments.archive import ArchiveError
 from app.experiments.claims import FolderError, is_free
 from app.experiments.cost import Plan, plan
-from app.documents.experiments import Experiment, Variant
-from app.results.gather import Gatherer
 from app.experiments.runner import Progress, Switch, Threads, run_experiment
-from app.experiments.task import tasks_of
 from app.experiments.store import Folder, finished_in, goes_on
+from app.experiments.task import tasks_of
+from app.results.gather import Gatherer
 from app.util.texts import as_path
 
 log = logging.getLogger(__name__)

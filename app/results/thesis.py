@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from app.documents import presets
 from app.analysis import estimates
-from app.results import spread
-from app.results.read import Group, Log, Reader, RunRow
 from app.analysis.estimates import PHASE_STEPS, PHASES, Contrast, average
+from app.documents import presets
+from app.results import spread
 from app.results.findings import FINAL, WIDE, Finding, Place, Term, ahead, term
+from app.results.read import Group, Log, Reader, RunRow
 from learners import measures
 
 TABLE_WINDOWS = (*PHASES, FINAL)

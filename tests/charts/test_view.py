@@ -3,10 +3,9 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, get_args
+from typing import get_args
 from urllib.parse import quote
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,9 +23,8 @@ from app.charts.view import (
 )
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
-from app.experiments.archive import packed
-from app.results.gather import Gatherer, Gathering, RunFact
-from tests.charts.test_curves import (
+from app.results.gather import Gathering, RunFact
+from tests.support.runs import (
     HOSTILE,
     ONE_SETTING,
     PLANE,
@@ -36,6 +34,7 @@ from tests.charts.test_curves import (
     called,
     experiment_of,
     fact,
+    filled,
     gathering_of,
     some_runs,
 )
@@ -44,52 +43,6 @@ SIZE = Size(684)
 ROWS = SIZE.rows
 COLUMNS: Sequence[Column] = get_args(Column)
 NOTHING = math.nan
-N_TRIALS = 400
-
-
-def _arrays() -> bytes:
-    """The archive of a run."""
-    rng = np.random.default_rng(0)
-    nothing = np.zeros((0, 18, 24), np.float32)
-    return packed(
-        {
-            "outcome": rng.integers(1, 4, N_TRIALS).astype(np.int8),
-            "steps": rng.integers(50, 240, N_TRIALS),
-            "introductions": np.asarray([(100, 15_000)], np.int64),
-            "introduced": np.asarray(["avoid"]),
-            "moments": np.zeros(0, np.int64),
-            "value_share": nothing,
-            "value_distance": nothing,
-        }
-    )
-
-
-ARRAYS = _arrays()
-
-
-def _row(run: RunFact) -> dict[str, Any]:
-    """A run as the table of results has it."""
-    return {
-        "key": run.key,
-        "seed": run.seed,
-        "status": "failed" if run.error else "done",
-        "error": run.error or None,
-        "final_reward": None if math.isnan(run.value) else run.value,
-        "final_success": None if math.isnan(run.success) else run.success,
-        "steps_to_70": run.steps_to_70,
-        "trials": N_TRIALS,
-        "steps": run.steps,
-        "seconds": run.seconds,
-        "digest": run.digest,
-    }
-
-
-def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
-    """A gatherer that has taken these runs in."""
-    gatherer = Gatherer(experiment)
-    for run in runs:
-        gatherer.add(experiment.variants[run.variant].label, _row(run), ARRAYS)
-    return gatherer
 
 
 def html_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> str:

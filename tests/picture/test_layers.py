@@ -33,8 +33,8 @@ from sim import geometry
 from sim.geometry import MOVES, N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
-from tests.picture.test_pictures import PLAINLY_APART, SIGHT, nearest
 from tests.support.frames import unfold
+from tests.support.sight import PLAINLY_APART, SIGHT, nearest
 
 SIZE, RINGS, SECTORS = 120, 18, 24
 MAP = (N_HEADINGS, RINGS, SECTORS)

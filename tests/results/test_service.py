@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from app.documents import experiments
-from app.experiments import task, store
 from app.documents.experiments import Experiment, Variant, parse
-from app.results.gather import Gatherer
+from app.experiments import store, task
 from app.experiments.runner import Crew, Progress, Threads, run_experiment
 from app.experiments.store import Folder, FolderError, table_csv
+from app.results.gather import Gatherer
 from app.results.service import BusyError, Standing, Workbench, folder_for
 
 TEXT = """

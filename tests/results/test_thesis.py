@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.documents import presets
-from app.results import read, thesis, findings, spread
 from app.analysis import estimates
 from app.analysis.estimates import Estimate
+from app.documents import presets
+from app.results import findings, read, spread, thesis
 from app.results.findings import Finding
 from app.results.spread import Region
 from learners import measures
@@ -20,7 +20,7 @@ from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 from sim.world import CAPTURE, FLIGHT
-from tests.results.test_read import add_arrays, add_run, new_folder, pictures, seal
+from tests.support.folders import add_arrays, add_run, new_folder, pictures, seal
 
 NO_PICTURES = pictures([], np.zeros((0, 18, 24)), np.zeros((0, 18, 24)))
 

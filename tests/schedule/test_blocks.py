@@ -21,7 +21,6 @@ from app.picture.theme import DARK, LIGHT, Theme
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block
 from app.schedule.edits import Now, changed, moved, newest_episode_id, now_of, with_episode, without
-from learners import rows
 from learners.commands import (
     Command,
     CommandError,
@@ -37,6 +36,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.kernel import rows
 from learners.run import Run
 from learners.spec import (
     INTRODUCTION,
@@ -724,7 +724,7 @@ def test_a_saved_run_does_the_same_again() -> None:
     assert [(e.skill, e.trial) for e in again.control.introductions] == [
         (e.skill, e.trial) for e in run.control.introductions
     ]
-    assert not any(event.by_hand for event in again.control.history)
+    assert not any(event.author == "hand" for event in again.control.history)
     # What was done between trials is repeated to the last bit.
     assert again.step == run.step
     np.testing.assert_array_equal(

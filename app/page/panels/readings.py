@@ -161,7 +161,7 @@ def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
         if isinstance(event.command, Introduce):
             if event.step > 0:
                 joins.append(event)
-        elif event.by_hand:
+        elif event.author == "hand":
             others.append(event)
     return joins, others
 

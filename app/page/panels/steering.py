@@ -130,7 +130,7 @@ def undoable(history: tuple[Event, ...]) -> list[Event]:
     return [
         event
         for event in reversed(history)
-        if event.by_hand and not event.undone and not isinstance(event.command, fixed)
+        if event.author == "hand" and not event.undone and not isinstance(event.command, fixed)
     ]
 
 
@@ -247,7 +247,7 @@ class Steering:
         if history is self._history:
             return
         self._history = history
-        changes = [e for e in history if e.by_hand and not isinstance(e.command, Undo)]
+        changes = [e for e in history if e.author == "hand" and not isinstance(e.command, Undo)]
         # Counted as they are listed: what the schedule did between them has numbers of its own.
         names = {
             e.number: f"{n}: {command_in_words(e.command)}"
