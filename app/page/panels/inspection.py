@@ -30,7 +30,7 @@ from app.live.snapshot import Snapshot
 from app.page.scene.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
 from app.page.widgets import assign
 from app.picture.look import Look, heading_shown
-from app.picture.pictures import Colour, Theme
+from app.picture.theme import Colour, Theme
 from app.server.callbacks import guarded
 from app.words.plain import HEADING_NAMES
 from learners import hunts
