@@ -21,7 +21,6 @@ from app.picture.layers import LAYERS
 from app.util.logs import LEVELS
 from app.words.plain import PARAMETER_NAMES
 from learners.commands import (
-    PARAMETERS,
     Command,
     DefineSkill,
     Explore,
@@ -35,6 +34,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.parameters import PARAMETERS
 from learners.spec import ScheduleSpec, SkillWeights
 from tests.support.pages import ROOT, rows_of
 
