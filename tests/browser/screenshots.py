@@ -58,10 +58,10 @@ def run_experiment(screen: Screen, shown: Shown) -> None:
     # Whoever types before the experiment's own number is there loses what they typed.
     own = len(experiments.load(shown.experiment).seeds)
     expect(screen.field("Seeds")).to_have_value(str(own))
-    screen.type("Seeds", str(shown.seeds))
+    screen.fill("Seeds", str(shown.seeds))
     cost = re.compile(rf"\d+ variants, {shown.seeds} seeds each\.")
     expect(screen.page.get_by_text(cost)).to_be_visible()
-    screen.button("Start").click()
+    screen.click("Start")
     over = re.compile(rf"All \d+ runs are in results/{shown.experiment} already")
     expect(screen.page.get_by_text(over)).to_be_visible(timeout=LONGEST_S * 1000)
 

@@ -8,13 +8,18 @@ BROWSER_ARGS = (
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",
     "--disable-background-networking",
     "--disable-quic",
     "--no-first-run",
     "--disable-component-update",
     "--disable-sync",
 )
-"""WebGL in software, and a browser that talks to nobody but the page."""
+"""WebGL in software, and a browser that talks to nobody but the page.
+
+Only the board is drawn by WebGL: where there is no graphics card, what stands round it is drawn
+faster without it, in half the time of a page that opens.
+"""
 
 
 def advice() -> str:
