@@ -373,7 +373,7 @@ class Session:
             case GoBack():
                 self._go_back()
             case _:
-                self._run.apply(request, folding=True)
+                self._run.apply(request, replacing=True)
                 self._claim_no_more()
 
     def _check_not_over(self) -> None:
