@@ -14,13 +14,14 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 from app.documents.experiments import Experiment, Variant
 from app.experiments.archive import checksum
 from app.experiments.cost import estimated_steps
+from app.experiments.record import Origin, Record, all_values
 from app.experiments.store import Folder, version
-from app.experiments.task import DONE, FAILED, Finished, Task, failed, perform, tasks_of
+from app.experiments.task import Finished, Task, failed, perform, tasks_of
 from learners.run import Run
 
 _POLL_S = 0.1
@@ -216,7 +217,7 @@ def run_experiment(
     folder: Folder,
     crew: Crew,
     on_progress: Callable[[Progress], object] = lambda _: None,
-    on_row: Callable[[Variant, dict[str, Any], bytes], object] = lambda *_: None,
+    on_over: Callable[[Record, Finished], object] = lambda *_: None,
 ) -> Outcome:
     """Make all runs of an experiment that its folder does not hold yet.
 
@@ -229,14 +230,14 @@ def run_experiment(
         folder: where its results are.
         crew: who makes the runs; the results do not depend on it. Its switch pauses or ends it.
         on_progress: called now and then in the calling thread, and once at the end.
-        on_row: called in the calling thread with each run that is over, once it is on disk: its
-            variant, its row, and the archive of its arrays, empty if it has failed.
+        on_over: called in the calling thread with each run that is over, once it is on disk: its
+            record, and what came back of it.
 
     Raises:
         FolderError: results could no longer be written; all runs were stopped.
         CrewError: those who make the runs are lost; what was over before is kept.
     """
-    ledger, switch = _Ledger(experiment, folder, on_row), crew.switch
+    ledger, switch = _Ledger(experiment, folder, on_over), crew.switch
     try:
         with crew:
             while True:
@@ -259,6 +260,26 @@ def run_experiment(
     return ledger.outcome()
 
 
+def record_of(variant: Variant, task: Task, finished: Finished, origin: Origin) -> Record:
+    """What is written down of a run that has just come back."""
+    return Record(
+        key=task.key,
+        variant=variant.label,
+        preset=variant.preset,
+        overrides=variant.overrides,
+        settings=json.loads(task.settings),
+        seed=task.seed,
+        error=finished.error,
+        version=version(),
+        digest=finished.digest,
+        seconds=finished.seconds,
+        ended_at=datetime.now(UTC).isoformat(timespec="seconds"),
+        values=all_values(finished.values, () if finished.error else task.metrics),
+        arrays=checksum(finished.arrays) if finished.arrays else "",
+        origin=origin,
+    )
+
+
 class _InFlight(NamedTuple):
     variant: Variant
     task: Task
@@ -273,12 +294,11 @@ class _Ledger:
         self,
         experiment: Experiment,
         folder: Folder,
-        on_row: Callable[[Variant, dict[str, Any], bytes], object],
+        on_over: Callable[[Record, Finished], object],
     ) -> None:
         self.total = experiment.n_runs
         self._folder = folder
-        self._on_row = on_row
-        self._version = version()
+        self._on_over = on_over
         self._work = {v.label: estimated_steps(experiment, v) for v in experiment.variants}
         self._finished = folder.finished()
         self._done_before = 0
@@ -313,27 +333,16 @@ class _Ledger:
     def enter(self, finished: Finished) -> None:
         """Write down a run that is over: first its arrays, then its row."""
         variant, task, work = self._in_flight.pop(finished.key)
-        row = {
-            "key": task.key,
-            "variant": variant.label,
-            "preset": variant.preset,
-            "overrides": json.dumps(variant.overrides),
-            "settings": task.settings,
-            "seed": task.seed,
-            "version": self._version,
-            "ended_at": datetime.now(UTC).isoformat(timespec="seconds"),
-            **finished.row,
-        }
+        record = record_of(variant, task, finished, self._folder.origin)
         if finished.arrays:
-            row["arrays"] = checksum(finished.arrays)
             self._folder.save(task.key, finished.arrays)
-        self._folder.write(row)
-        self._done += row["status"] == DONE
-        self._failed += row["status"] == FAILED
-        self._steps += row.get("steps", 0)
+        self._folder.write(record)
+        self._done += not record.error
+        self._failed += bool(record.error)
+        self._steps += record.steps
         # A run that ended early, or failed, leaves no work behind.
         self._work_done += work
-        self._on_row(variant, row, finished.arrays)
+        self._on_over(record, finished)
 
     def tick(self, paused: bool) -> None:
         """Let the clock go on, unless it stands."""

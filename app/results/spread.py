@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from app.results.read import Pictures
 from app.analysis.estimates import average
 from app.results.findings import SHARE, STEPS, Condition, Finding, Place, Unit, ahead, term
+from app.results.read import Pictures
 from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import WorldSpec

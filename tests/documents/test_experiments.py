@@ -25,9 +25,11 @@ from app.documents.experiments import Experiment, ExperimentError, load, own_see
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import runner, store, task
 from app.experiments.headless import run_seeds
+from app.experiments.record import gist
 from app.experiments.runner import Outcome, Switch, Threads, run_experiment
 from app.experiments.store import Folder, FolderError
-from app.experiments.task import made_run, steps_to
+from app.experiments.task import made_run
+from app.metrics import steps_to
 from learners import measures
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
@@ -1223,7 +1225,7 @@ def test_a_failed_run_is_in_the_exit_code(
 
 
 def test_an_error_without_a_traceback_is_said_as_it_is() -> None:
-    assert task.gist("its arrays could not be read: no such file\n") == (
+    assert gist("its arrays could not be read: no such file\n") == (
         "its arrays could not be read: no such file"
     )
 

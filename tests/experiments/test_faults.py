@@ -449,7 +449,7 @@ def test_a_table_that_can_no_longer_be_read_is_said(
     experiment = parse(TEXT, "a.yaml")
     with Folder(tmp_path / "a", experiment, False, False) as folder:
         monkeypatch.setattr(store.table, "read", fail)
-        for ask in (folder.finished, folder.lost, folder.rows, folder.first_error):
+        for ask in (folder.finished, folder.lost, folder.records, folder.first_error):
             with pytest.raises(FolderError, match="disk I/O error"):
                 ask()
 
