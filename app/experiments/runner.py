@@ -12,14 +12,15 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import NamedTuple, Protocol, Self
 
 from app.documents.experiments import Experiment, Variant
 from app.experiments.archive import checksum
 from app.experiments.cost import estimated_steps
-from app.experiments.record import Origin, Record, all_values
+from app.experiments.record import Origin, Record, all_values, origin_of
 from app.experiments.store import Folder, version
 from app.experiments.task import Finished, Task, failed, perform, tasks_of
 from learners.run import Run
@@ -214,10 +215,11 @@ class Threads:
 
 def run_experiment(
     experiment: Experiment,
-    folder: Folder,
+    folder: Folder | None,
     crew: Crew,
     on_progress: Callable[[Progress], object] = lambda _: None,
     on_over: Callable[[Record, Finished], object] = lambda *_: None,
+    with_tables: bool = False,
 ) -> Outcome:
     """Make all runs of an experiment that its folder does not hold yet.
 
@@ -227,17 +229,19 @@ def run_experiment(
 
     Args:
         experiment: what to run.
-        folder: where its results are.
+        folder: where its results are; None if they are written nowhere, and whoever is told of
+            them keeps them.
         crew: who makes the runs; the results do not depend on it. Its switch pauses or ends it.
         on_progress: called now and then in the calling thread, and once at the end.
         on_over: called in the calling thread with each run that is over, once it is on disk: its
             record, and what came back of it.
+        with_tables: whether final tables are to come back, which are not written.
 
     Raises:
         FolderError: results could no longer be written; all runs were stopped.
         CrewError: those who make the runs are lost; what was over before is kept.
     """
-    ledger, switch = _Ledger(experiment, folder, on_over), crew.switch
+    ledger, switch = _Ledger(experiment, folder, on_over, with_tables), crew.switch
     try:
         with crew:
             while True:
@@ -293,14 +297,17 @@ class _Ledger:
     def __init__(
         self,
         experiment: Experiment,
-        folder: Folder,
+        folder: Folder | None,
         on_over: Callable[[Record, Finished], object],
+        with_tables: bool,
     ) -> None:
         self.total = experiment.n_runs
         self._folder = folder
+        self._origin = origin_of(experiment, Path()) if folder is None else folder.origin
         self._on_over = on_over
+        self._with_tables = with_tables
         self._work = {v.label: estimated_steps(experiment, v) for v in experiment.variants}
-        self._finished = folder.finished()
+        self._finished = set() if folder is None else folder.finished()
         self._done_before = 0
         self._work_before = self._work_total = self._work_done = 0.0
         for variant, task in tasks_of(experiment):
@@ -327,16 +334,17 @@ class _Ledger:
             if task.key not in self._finished:
                 self._handed_out += 1
                 self._in_flight[task.key] = _InFlight(variant, task, self._work[variant.label])
-                return task
+                return replace(task, with_tables=self._with_tables)
         return None
 
     def enter(self, finished: Finished) -> None:
         """Write down a run that is over: first its arrays, then its row."""
         variant, task, work = self._in_flight.pop(finished.key)
-        record = record_of(variant, task, finished, self._folder.origin)
-        if finished.arrays:
-            self._folder.save(task.key, finished.arrays)
-        self._folder.write(record)
+        record = record_of(variant, task, finished, self._origin)
+        if self._folder is not None:
+            if finished.arrays:
+                self._folder.save(task.key, finished.arrays)
+            self._folder.write(record)
         self._done += not record.error
         self._failed += bool(record.error)
         self._steps += record.steps

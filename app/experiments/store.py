@@ -30,14 +30,7 @@ from app.experiments.claims import (
     tried,
     unwritable,
 )
-from app.experiments.record import (
-    DONE,
-    FAILED,
-    Record,
-    origin_of,
-    records_of,
-    row_of,
-)
+from app.experiments.record import DONE, FAILED, Record, origin_of, records_of, row_of
 from app.experiments.table import (
     COLUMNS,
     SCHEMA_VERSION,

@@ -18,14 +18,7 @@ from app.charts.drawing import missing_note
 from app.charts.paper import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
 from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
-from app.metrics import (
-    AREA,
-    FINAL_REWARD,
-    METRICS,
-    MILESTONES,
-    Metric,
-    shown_first,
-)
+from app.metrics import AREA, FINAL_REWARD, METRICS, MILESTONES, Metric, shown_first
 from app.report.page import FIGURE_FILES, Page, details, document, table
 from app.report.parts import (
     DIFFERENCES_RULE,

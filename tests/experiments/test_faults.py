@@ -22,8 +22,8 @@ import pytest
 
 from app.cli import main
 from app.documents.experiments import parse
-from app.experiments import headless, store
-from app.experiments.headless import Output
+from app.experiments import output, store
+from app.experiments.output import Output
 from app.experiments.runner import CrewError, Threads, run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.experiments.table import read, reader
@@ -372,7 +372,7 @@ def test_a_file_that_was_taken_away_at_its_beginning_is_begun_again(
     write_whole(tmp_path / "file", b"whole")
     assert (tmp_path / "file").read_bytes() == b"whole"
     monkeypatch.setattr(leftovers, "hold", clear_first)
-    with Output(tmp_path, "other", [0], overwrite=False), headless._staging_in(tmp_path) as staging:
+    with Output(tmp_path, "other", [0], overwrite=False), output._staging_in(tmp_path) as staging:
         assert staging.is_dir()
 
 
