@@ -87,7 +87,8 @@ def run_seeds(
         if on_tables is not None:
             on_tables(record.seed, finished.tables)
 
-    run_experiment(experiment, None, crew, on_progress, take, with_tables=on_tables is not None)
+    kept = "log" if on_tables is None else "log and tables"
+    run_experiment(experiment, None, crew, on_progress, take, kept)
     if failed:
         raise SeedFailedError(f"the run of seed {failed[0].seed} failed: {failed[0].gist}")
     return [found[seed] for seed in seeds]

@@ -12,7 +12,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,11 @@ _SLICE_STEPS = 2_000_000
 _LONGEST_ERROR = 4_000
 
 
+Kept = Literal["results", "log", "log and tables"]
+"""What is kept of a run beside its numbers: all that a folder of results holds; or for a moment,
+and so not compressed, how its trials went alone; or this and its final tables."""
+
+
 @dataclass(frozen=True)
 class Task:
     """All that one run, and what is kept of it, is a function of."""
@@ -42,8 +47,7 @@ class Task:
     steps: int | None
     stop: Stop | None
     metrics: tuple[str, ...]
-    with_tables: bool = False
-    """Whether its final tables are kept."""
+    kept: Kept = "results"
 
 
 class Finished(NamedTuple):
@@ -169,14 +173,14 @@ def perform(
     try:
         spec = RunSpec.model_validate_json(task.settings)
         pictures = Pictures([], [], [])
-        run = made_run(
-            spec, task.seed, task.trials, task.steps, task.stop, on_progress, still_wanted, pictures
-        )
+        wanted_pictures = pictures if task.kept == "results" else None
+        limits = task.trials, task.steps, task.stop
+        run = made_run(spec, task.seed, *limits, on_progress, still_wanted, wanted_pictures)
         if run is None:
             return None
         values, known = measured(run, task.metrics), digest(run.state)
-        arrays = packed(arrays_of(run, pictures))
-        final = packed(tables(run.spec, run.state)) if task.with_tables else b""
+        arrays = packed(arrays_of(run, pictures), compressed=task.kept == "results")
+        final = packed(tables(run.spec, run.state)) if task.kept == "log and tables" else b""
     except Exception as error:  # noqa: BLE001 - whatever it is, it is noted, and others go on
         return failed(task.key, error, time.perf_counter() - began - waited)
     # A pause is no part of how long it took.
@@ -265,6 +269,7 @@ def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
     """
     done = measures.trials_done(run.state)
     joined = run.control.introductions
+    shape = -1, run.spec.world.n_distances, run.spec.world.n_directions
     moments = np.array([[entry.trial, entry.step] for entry in joined], np.int64)
     return {
         "outcome": run.state.log_outcome[:done],
@@ -272,6 +277,6 @@ def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
         "introductions": moments.reshape(-1, 2),
         "introduced": np.array([entry.skill for entry in joined], "U32"),
         "moments": np.array(pictures.moments, np.int64),
-        "value_share": np.array(pictures.share, np.float32),
-        "value_distance": np.array(pictures.distance, np.float32),
+        "value_share": np.array(pictures.share, np.float32).reshape(shape),
+        "value_distance": np.array(pictures.distance, np.float32).reshape(shape),
     }

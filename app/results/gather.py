@@ -15,7 +15,6 @@ from app.analysis import estimates
 from app.analysis.estimates import Axis, Band, Estimate
 from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
-from app.experiments.cost import estimated_steps
 from app.experiments.record import Record
 from app.metrics import Metric, shown_first
 from learners import measures
@@ -93,17 +92,20 @@ class _Log:
 class Gatherer:
     """Takes runs in, from one thread, and gives averages out, to any."""
 
-    def __init__(self, experiment: Experiment) -> None:
+    def __init__(self, experiment: Experiment, longest_run: int) -> None:
+        """Prepare.
+
+        Args:
+            experiment: whose runs it takes in.
+            longest_run: steps that the longest of them may take, roughly; curves have windows that
+                suit it.
+        """
         self._experiment = experiment
         self._metric = shown_first(experiment.metrics)
         self._places = {v.label: place for place, v in enumerate(experiment.variants)}
-        longest_steps = max(estimated_steps(experiment, v) for v in experiment.variants)
-        longest_trials = max(
-            min(experiment.trials_of(v), estimated_steps(experiment, v))
-            for v in experiment.variants
-        )
+        longest_trials = min(max(map(experiment.trials_of, experiment.variants)), longest_run)
         self._widths: Mapping[Axis, int] = {
-            "steps": estimates.window_width(longest_steps, measures.CURVE_WINDOW_STEPS, _WINDOWS),
+            "steps": estimates.window_width(longest_run, measures.CURVE_WINDOW_STEPS, _WINDOWS),
             "trials": estimates.window_width(longest_trials, _TRIALS_WINDOW, _WINDOWS),
         }
         self._lock = threading.Lock()

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 from app.documents.experiments import Experiment
 from app.experiments.archive import ArchiveError
 from app.experiments.claims import FolderError, is_free
-from app.experiments.cost import Plan, plan
+from app.experiments.cost import Plan, longest_run, plan
 from app.experiments.record import Record
 from app.experiments.runner import Progress, Switch, Threads, run_experiment
 from app.experiments.store import Folder, finished_in, goes_on
@@ -91,12 +91,15 @@ class Workbench:
             BusyError: another one is running.
             FolderError: no folder could be found for it.
         """
+        # Of what has a quote it is known, and else takes a moment.
+        longest = longest_run(experiment)
         with self._lock:
             # The thread of one that is over may still be ending; it has nothing more to say.
             if self._standing is not None and self._standing.running:
                 raise BusyError("another experiment is running: stop it first, or wait")
             path = folder_for(self.root, experiment)
-            standing = Standing(experiment, path, Gatherer(experiment), None, True, False, "")
+            gatherer = Gatherer(experiment, longest)
+            standing = Standing(experiment, path, gatherer, None, True, False, "")
             switch = Switch()
             arguments = (standing, switch, workers)
             thread = threading.Thread(target=self._run, args=arguments, daemon=True)

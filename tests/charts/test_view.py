@@ -99,7 +99,7 @@ def _record(run: RunFact, experiment: Experiment) -> Record:
 
 def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
     """A gatherer that has taken these runs in."""
-    gatherer = Gatherer(experiment)
+    gatherer = Gatherer(experiment, 10_000_000)
     for run in runs:
         gatherer.add(_record(run, experiment), ARRAYS)
     return gatherer

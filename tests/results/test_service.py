@@ -313,7 +313,7 @@ def test_curves_say_when_skills_joined_and_end_with_the_runs() -> None:
         " schedule.skills.avoid.at: 200}\ntrials: 1000\nseeds: 2\n"
     )
     experiment = experiments.parse(text, "a.yaml")
-    gatherer = Gatherer(experiment)
+    gatherer = Gatherer(experiment, 30_000)
     for variant, one in task.tasks_of(experiment):
         done = task.perform(one)
         assert done is not None
