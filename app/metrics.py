@@ -12,10 +12,10 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from learners import greedy, measures
+from learners import hunts, measures
+from learners.kernel.state import tables
 from learners.measures import FINAL_TRIALS
 from learners.run import Run
-from learners.state import tables
 from sim import rng
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
@@ -76,9 +76,9 @@ def greedy_success(run: Run) -> float:
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
     skill_q = found["skill_q"] if run.spec.learner.skills else None
-    policy = greedy.greedy_moves(selection_q, skill_q)
+    policy = hunts.greedy_moves(selection_q, skill_q)
     starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    return greedy.success_share(run.world, policy, starts, GREEDY_HUNTS)
+    return hunts.success_share(run.world, policy, starts, GREEDY_HUNTS)
 
 
 def area_under(curve: measures.Curve) -> float | None:

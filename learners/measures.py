@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learners import kernel
-from learners.kernel import LearnerState
+from learners.kernel.state import STEP, TRIAL, LearnerState
 from sim import geometry
 from sim.spec import WorldSpec
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -47,7 +46,7 @@ class FoldedValue(NamedTuple):
 
 def trials_done(state: LearnerState) -> int:
     """Trials that have ended."""
-    return int(state.tally[kernel.TRIAL])
+    return int(state.tally[TRIAL])
 
 
 def rewards(world: WorldSpec, outcomes: np.ndarray) -> np.ndarray:
@@ -63,7 +62,7 @@ def rewards(world: WorldSpec, outcomes: np.ndarray) -> np.ndarray:
 
 def curve(state: LearnerState, window_steps: int = CURVE_WINDOW_STEPS) -> Curve:
     """Learning curve of a run over windows of ``window_steps`` steps, as :func:`curve_of`."""
-    done, n_steps = trials_done(state), int(state.tally[kernel.STEP])
+    done, n_steps = trials_done(state), int(state.tally[STEP])
     return curve_of(state.log_reward[:done], state.log_steps[:done], n_steps, window_steps)
 
 

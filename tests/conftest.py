@@ -1,7 +1,6 @@
-"""What all tests share: where the browser is, and how patient property-based tests are."""
+"""What all tests share: the browser, and how patient property-based tests are."""
 
 import os
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -9,27 +8,7 @@ import pytest
 from hypothesis import settings
 
 from app.experiments import task
-
-BROWSER_NAMES = (
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-    "google-chrome-stable",
-    "chrome",
-)
-"""Programs to look for, in this order, where the environment variable CHROMIUM names none."""
-
-BROWSER_ARGS = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-component-update",
-    "--disable-sync",
-)
-"""WebGL in software, and a browser that talks to nobody but the page."""
+from tests.support.browser import BROWSER_ARGS, advice, find_browser
 
 HARMLESS_WARNINGS = (
     # A page may go away between two lines of a frame; what was meant for it is rightly lost.
@@ -46,21 +25,6 @@ settings.register_profile("pounce", deadline=None, derandomize=True, database=No
 # To look for what these do not find: pytest --hypothesis-profile search.
 settings.register_profile("search", deadline=None, max_examples=5_000)
 settings.load_profile("pounce")
-
-
-def find_browser() -> str | None:
-    """Path of the browser to drive, None if there is none."""
-    wanted = os.environ.get("CHROMIUM")
-    names = (wanted,) if wanted else BROWSER_NAMES
-    return next((path for name in names if (path := shutil.which(name))), None)
-
-
-def advice() -> str:
-    """How to get a browser."""
-    wanted = os.environ.get("CHROMIUM")
-    if wanted:
-        return f"CHROMIUM is {wanted!r}, which is no program that can be run."
-    return "No browser: install the package `chromium`, or set CHROMIUM to the path of one."
 
 
 @pytest.fixture(scope="session")

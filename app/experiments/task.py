@@ -19,10 +19,10 @@ import numpy as np
 from app.documents.experiments import Experiment, Stop, Variant
 from app.experiments.archive import packed
 from app.metrics import greedy_success, measured
-from learners import kernel, measures
+from learners import measures
+from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import digest, tables
 
 _SLICE_STEPS = 2_000_000
 """Steps between two looks at whether to stop: a twentieth of a second."""
@@ -249,7 +249,7 @@ def _add_picture(pictures: Pictures, run: Run) -> None:
 
 
 def _is_good_enough(run: Run, stop: Stop) -> bool:
-    is_between_trials = run.state.tally[kernel.TRIAL_STEP] == 0
+    is_between_trials = run.state.tally[TRIAL_STEP] == 0
     if run.trial < stop.trials or not is_between_trials:
         return False
     captures = measures.endings(run.state, stop.trials).captures

@@ -13,8 +13,9 @@ from typing import NamedTuple
 from playwright.sync_api import expect, sync_playwright
 
 from app.documents import experiments, presets
-from tests.browser.conftest import PATIENCE_S, VIEWPORT, LiveLab, Screen
-from tests.conftest import BROWSER_ARGS, find_browser
+from tests.support.browser import BROWSER_ARGS, find_browser
+from tests.support.live import PATIENCE_S, LiveLab
+from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parent / "screenshots"
 MOMENTS = {"cone": 6_000, "ring": 13_900, "avoid": 14_900, "converged": 48_000}

@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from learners.commands import Introduce
-from tests.browser.conftest import VIEWPORT, Screen, Shared
-from tests.browser.test_experiments_tab import experiment_of, run_to_end, show_results
+from tests.support.live import small_experiment
+from tests.support.screen import VIEWPORT, Screen, Shared
 
 AXE = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
 FINDINGS = """async () => {
@@ -76,8 +76,8 @@ def test_a_checker_finds_nothing_serious_behind_any_tab(shared: Shared, dark: bo
 
 def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
     live, screen = shared
-    run_to_end(live, experiment_of(n_seeds=2))
-    show_results(screen)
+    live.run_to_end(small_experiment(n_seeds=2))
+    screen.show_results()
     for dark in (True, False):
         dress(screen, dark)
         expect_no_findings(screen)

@@ -19,20 +19,15 @@ from app.live.snapshot import Snapshot
 from app.page import widgets
 from app.page.panels import steering
 from app.page.panels.controls import slider_of
-from app.picture.layers import LAYERS, Extras, Layer, SuccessMap
+from app.picture.layer import Extras, Layer, SuccessMap
+from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look
-from learners import greedy
+from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
 from learners.spec import EpisodeSpec, SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
-from tests.browser.conftest import (
-    LiveLab,
-    OpenPage,
-    Screen,
-    StartLab,
-    arriving,
-    preset_of,
-)
+from tests.support.live import LiveLab, preset_of
+from tests.support.screen import Begin, OpenPage, Screen, arriving
 
 LEARNED = 1_000
 """Trials after which two skills know enough of the small world for each layer to differ."""
@@ -68,24 +63,14 @@ CAMERA_IS = """([place, near]) => {
 # What is asked of a lab, and of a page ------------------------------------------------------
 
 
-def two_skills(start_lab: StartLab) -> LiveLab:
-    """A lab at rest with two skills that have learned for a while."""
-    return start_lab(preset_of("hierarchical_2"), trial=LEARNED)
-
-
 def now_of(live: LiveLab) -> Snapshot:
     """The moment that a lab is at."""
     return live.session.status.snapshot
 
 
-def look_of(live: LiveLab, browser: int = 0) -> Look:
-    """How the browser that came first, second, ... wants to see the board."""
-    return list(live.lab._browsers.values())[browser].readings.look
-
-
 def by_hand(status: Status) -> list[Any]:
     """Commands given by hand so far."""
-    return [event.command for event in status.snapshot.control.history if event.by_hand]
+    return [event.command for event in status.snapshot.control.history if event.author == "hand"]
 
 
 def words(html: str) -> str:
@@ -95,8 +80,8 @@ def words(html: str) -> str:
 
 def success_of(snapshot: Snapshot) -> Extras:
     """Where hunts from each cell end."""
-    policy = greedy.greedy_moves(snapshot.selection_q, snapshot.skill_q)
-    outcomes = greedy.success_map(snapshot.world, policy, snapshot.seed)
+    policy = hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q)
+    outcomes = hunts.success_map(snapshot.world, policy, snapshot.seed)
     assert outcomes is not None
     return Extras(SuccessMap(outcomes, snapshot.trial, snapshot.generation))
 
@@ -106,7 +91,7 @@ def expect_layer(screen: Screen, live: LiveLab, layer: Layer, extras: Extras) ->
     snapshot, look = now_of(live), Look(layer=layer.key)
     colours = layer.paint(snapshot, look, extras).colours
     screen.expect_cell_colours(colours)
-    assert look_of(live) == look
+    assert live.look_of() == look
     expect(screen.field("Layer")).to_have_value(layer.title)
     expect(screen.legend.locator("xpath=..")).to_have_text(
         words(layer.legend(snapshot, look, extras))
@@ -150,9 +135,8 @@ def schedule_is(test: Callable[[Any], bool]) -> Callable[[Status], bool]:
 # Layers, frames, surface, overlays ----------------------------------------------------------
 
 
-def test_each_layer_by_its_key_and_from_the_list(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = two_skills(start_lab)
-    screen = open_page(live)
+def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     extras = success_of(now_of(live))
     seen = []
     for key, layer in zip("1234567890", LAYERS.values(), strict=True):
@@ -167,37 +151,33 @@ def test_each_layer_by_its_key_and_from_the_list(start_lab: StartLab, open_page:
     screen.choose("of", "circle clockwise")
     screen.expect_cell_colours(live.colours(Look(layer="option", option=1)))
     expect(screen.legend.locator("xpath=..")).to_contain_text("circle clockwise")
+    screen.choose("Layer", "State value")
 
 
-def test_the_success_map_is_of_the_moment_though_the_learner_stands_still(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
-    screen = open_page(live)
+def test_the_success_map_is_of_the_moment_though_the_learner_stands_still(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     layer = LAYERS["success"]
     screen.choose("Layer", layer.title)
     seeing = expect_layer(screen, live, layer, success_of(now_of(live)))
     live.ask(SetParameter("world.vision_radius", 0.0))
     blind = expect_layer(screen, live, layer, success_of(now_of(live)))
     assert not np.array_equal(blind, seeing)
+    screen.choose("Layer", "State value")
 
 
-def test_frames_all_headings_overlays_and_a_surface(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
+def test_frames_all_headings_overlays_and_a_surface(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     live.ask(StepOnce())
-    screen = open_page(live)
     screen.turn_to("View")
     # A segment out of sight stands for none.
     for trail, place in [(True, "on the board"), (False, "away")]:
         screen.checkbox("Trail").set_checked(trail)
         screen.page.wait_for_function(TRAIL_IS, arg=place)
-        assert look_of(live).trail is trail
+        assert live.look_of().trail is trail
     for name, frame in [("Prey faces north", 2), ("Heading of the running trial", OF_TRIAL)]:
         screen.choose("Frame", name)
         screen.expect_cell_colours(live.colours(Look(frame=frame)))
-        assert look_of(live).frame == frame
+        assert live.look_of().frame == frame
     screen.choose("Frame", "Folded: mean of all headings")
     screen.expect_cell_colours(live.colours(Look(trail=False)))
 
@@ -222,30 +202,31 @@ def test_frames_all_headings_overlays_and_a_surface(
         for wanted in (not shown, shown):
             screen.checkbox(label).set_checked(wanted)
             screen.page.wait_for_function(IS_SHOWN, arg=[drawn, wanted])
-            assert getattr(look_of(live), name) is wanted
+            assert getattr(live.look_of(), name) is wanted
 
     flat_camera = screen.page.evaluate(CAMERA)
     screen.page.wait_for_function(HEIGHTS_REACH, arg=0)
     screen.checkbox("Surface in 3-D").check()
     screen.page.wait_for_function(HEIGHTS_REACH, arg=1.0)
     screen.page.wait_for_function(CAMERA_IS, arg=[flat_camera, False])
-    assert look_of(live).surface
+    assert live.look_of().surface
     screen.checkbox("Surface in 3-D").uncheck()
     screen.page.wait_for_function(HEIGHTS_REACH, arg=0)
     screen.page.wait_for_function(CAMERA_IS, arg=[flat_camera, True])
+    screen.checkbox("Trail").check()
 
 
 def test_two_browsers_have_their_own_layers_and_are_counted(
-    start_lab: StartLab, open_page: OpenPage
+    begin: Begin, open_page: OpenPage
 ) -> None:
-    live = two_skills(start_lab)
-    one, other = open_page(live), open_page(live)
+    live, one = begin("hierarchical_2", trial=LEARNED)
+    other = open_page(live)
     one.choose("Layer", "Visits")
     other.choose("Layer", "Chosen skill")
     for round_ in range(2):
         one.expect_cell_colours(live.colours(Look(layer="visits")))
         other.expect_cell_colours(live.colours(Look(layer="chosen")))
-        assert [look_of(live, browser).layer for browser in (0, 1)] == ["visits", "chosen"]
+        assert [live.look_of(browser).layer for browser in (0, 1)] == ["visits", "chosen"]
         if round_ == 0:
             live.go_to_trial(LEARNED + 50)
     for screen in (one, other):
@@ -254,16 +235,15 @@ def test_two_browsers_have_their_own_layers_and_are_counted(
     expect(one.text("2 viewers of this session.")).to_be_visible()
     other.page.close()
     expect(one.text("1 viewer of this session.")).to_be_visible()
+    one.turn_to("Now")
+    one.choose("Layer", "State value")
 
 
 # Inspection ---------------------------------------------------------------------------------
 
 
-def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
-    screen = open_page(live)
+def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     screen.turn_to("Inspect")
     expect(screen.text("Click a cell")).to_be_visible()
     expect(screen.button("Hunt here")).to_be_disabled()
@@ -291,11 +271,8 @@ def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(
     expect(screen.text(cell.ending_text(chain))).to_have_count(0)
 
 
-def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
-    screen = open_page(live)
+def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     screen.turn_to("Inspect")
     before = now_of(live)
     screen.page.keyboard.down("Shift")
@@ -331,11 +308,8 @@ def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(
     assert now_of(live) is before
 
 
-def test_a_click_on_a_surface_inspects_the_cell_that_is_seen_there(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
-    screen = open_page(live)
+def test_a_click_on_a_surface_inspects_the_cell_that_is_seen_there(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     screen.turn_to("View")
     before = screen.page.evaluate(CAMERA)
     screen.checkbox("Surface in 3-D").check()
@@ -346,19 +320,22 @@ def test_a_click_on_a_surface_inspects_the_cell_that_is_seen_there(
     click_cell(screen, live, 16, 17)
     expect(screen.text("Cell (")).to_be_visible()
     assert screen.text("Cell (").inner_text() == "Cell (16, 17)"
+    screen.button("Clear").click()
+    screen.turn_to("View")
+    screen.checkbox("Surface in 3-D").uncheck()
+    screen.page.wait_for_function(CAMERA_IS, arg=[before, True])
 
 
 # Steering -----------------------------------------------------------------------------------
 
 
 def test_a_drag_is_one_change_that_can_be_undone(
-    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # So long that no machine is too slow to make the moves of one drag.
     monkeypatch.setattr(steering, "_REST_S", 1.0)
-    live = two_skills(start_lab)
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     former = now_of(live).spec.learner.epsilon
-    screen = open_page(live)
     screen.turn_to("Steer")
     expect(screen.text("Nothing has been changed by hand.")).to_be_visible()
     expect(screen.button("Undo")).to_be_disabled()
@@ -382,12 +359,9 @@ def test_a_drag_is_one_change_that_can_be_undone(
     assert len(by_hand(status)) == 2
 
 
-def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
+def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     start = now_of(live).spec
-    screen = open_page(live)
     screen.turn_to("Steer")
     screen.type("Vision radius as a number", "12")
     live.wait_for(lambda status: status.snapshot.spec.world.vision_radius == 12)
@@ -402,12 +376,9 @@ def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(
     assert (world.vision_radius, world.capture_reward) == (start.world.vision_radius, 150)
 
 
-def test_a_number_out_of_bounds_is_refused_and_not_bent(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
+def test_a_number_out_of_bounds_is_refused_and_not_bent(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     before = now_of(live)
-    screen = open_page(live)
     screen.turn_to("Steer")
     number = screen.field("α of skills as a number")
     screen.type("α of skills as a number", "5")
@@ -423,22 +394,22 @@ def test_a_number_out_of_bounds_is_refused_and_not_bent(
 def open_other_skills(screen: Screen) -> None:
     """Unfold the folder about further skills."""
     screen.turn_to("Steer")
-    screen.text("Other skills").click()
+    if not screen.button("Add my own skill now").is_visible():
+        screen.text("Other skills").click()
     expect(screen.button("Add my own skill now")).to_be_visible()
 
 
-def test_a_skill_of_ones_own_and_another_skill(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = two_skills(start_lab)
+def test_a_skill_of_ones_own_and_another_skill(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     before = now_of(live)
-    screen = open_page(live)
     open_other_skills(screen)
     own = screen.button("Add my own skill now")
-    form = live.lab._controls._steering
-    with arriving(form._name):
+    name = live.widget("Own skill")
+    with arriving(name):
         screen.type("Own skill", HOSTILE)
     own.click()
     expect(screen.text(f"'{HOSTILE}' is not allowed; allowed: a name of")).to_be_visible()
-    with arriving(form._name):
+    with arriving(name):
         screen.type("Own skill", "sneak")
     own.click()
     expect(screen.text("all weights are 0")).to_be_visible()
@@ -467,12 +438,9 @@ def test_a_skill_of_ones_own_and_another_skill(start_lab: StartLab, open_page: O
     ).to_be_visible()
 
 
-def test_removing_a_skill_asks_first_and_can_be_undone(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
+def test_removing_a_skill_asks_first_and_can_be_undone(begin: Begin) -> None:
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     before = now_of(live)
-    screen = open_page(live)
     open_other_skills(screen)
     screen.choose("To remove", "circle clockwise")
     screen.button("Remove this skill …").click()
@@ -499,12 +467,9 @@ def test_removing_a_skill_asks_first_and_can_be_undone(
 # The timeline -------------------------------------------------------------------------------
 
 
-def test_a_block_moves_by_a_nudge_and_the_past_is_not_offered(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=100)
+def test_a_block_moves_by_a_nudge_and_the_past_is_not_offered(begin: Begin) -> None:
+    live, screen = begin(trial=100)
     timer = now_of(live).spec.schedule.skills["circle_clockwise"]
-    screen = open_page(live)
     screen.field("Change").click()
     expect(screen.page.get_by_role("option")).to_have_text(
         [
@@ -540,12 +505,9 @@ def test_a_block_moves_by_a_nudge_and_the_past_is_not_offered(
     )
 
 
-def test_an_exploration_is_planned_changed_and_deleted(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=100)
+def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
+    live, screen = begin(trial=100)
     episodes = now_of(live).spec.schedule.episodes
-    screen = open_page(live)
     screen.choose("Change", "approach: new exploration")
     for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
         expect(screen.field(field)).to_have_value(proposed)
@@ -586,13 +548,10 @@ def expect_saved_state(screen: Screen, snapshot: Snapshot) -> None:
         assert (tables["trial"], tables["step"]) == (snapshot.trial, snapshot.step)
 
 
-def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=100)
+def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(begin: Begin) -> None:
+    live, screen = begin(trial=100)
     live.ask(SetParameter("learner.epsilon", 0.2))
     before = now_of(live)
-    screen = open_page(live)
     screen.turn_to("File")
     screen.type("Name", "../mine")
     expect(screen.button("Save as preset")).to_be_disabled()
@@ -619,17 +578,15 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(
     assert now_of(live) is before
 
     screen.upload("Load preset", "mine.yaml", text)
-    status = live.wait_for(lambda status: status.snapshot.generation == 1)
-    taken = status.snapshot
+    taken = live.wait_for(lambda s: s.snapshot.generation == before.generation + 1).snapshot
     assert (taken.preset, taken.seed, taken.step) == ("mine", before.seed, 0)
     assert taken.spec == saved
     expect(screen.text("Started again with mine.")).to_be_visible()
     expect(screen.field("Preset")).to_have_value("mine")
 
 
-def test_names_with_html_are_shown_as_text(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(preset_of("hierarchical_2"))
-    screen = open_page(live)
+def test_names_with_html_are_shown_as_text(begin: Begin, open_page: OpenPage) -> None:
+    live, screen = begin("hierarchical_2")
     live.ask(StartAgain(preset_of("hierarchical_2"), HOSTILE, 5))
     expect(screen.field("Preset")).to_have_value(HOSTILE)
     expect(screen.page.locator("img[src='x']")).to_have_count(0)
@@ -643,10 +600,9 @@ def test_names_with_html_are_shown_as_text(start_lab: StartLab, open_page: OpenP
 
 
 def test_the_preset_shown_is_that_of_the_run_even_if_its_list_was_touched(
-    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    live = start_lab(preset_of("hierarchical_2"))
-    screen = open_page(live)
+    live, screen = begin("hierarchical_2")
     monkeypatch.setattr(widgets, "TOUCHED_S", math.inf)
     live.ask(StartAgain(preset_of("standard_q"), "standard_q", 5))
     expect(screen.headline).to_contain_text("Nine moves, no skills")
@@ -663,9 +619,8 @@ def press(screen: Screen, live: LiveLab, key: str) -> Status:
     return live.wait_for(lambda status: status.answered > answered)
 
 
-def test_keys_do_what_their_list_says(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(trial=100)
-    screen = open_page(live)
+def test_keys_do_what_their_list_says(begin: Begin) -> None:
+    live, screen = begin(trial=100)
     step = now_of(live).step
     stepped = press(screen, live, "s").snapshot
     assert stepped.step == step + 1
@@ -692,11 +647,8 @@ def test_keys_do_what_their_list_says(start_lab: StartLab, open_page: OpenPage) 
     expect(dialog).to_have_count(0)
 
 
-def test_a_list_opens_and_closes_by_the_keys_that_people_try(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = two_skills(start_lab)
-    screen = open_page(live)
+def test_a_list_opens_and_closes_by_the_keys_that_people_try(begin: Begin) -> None:
+    _, screen = begin("hierarchical_2", trial=LEARNED)
     dialog = screen.page.get_by_role("dialog")
     screen.page.keyboard.press("Shift+?")
     expect(dialog).to_contain_text("freeze the selection, or let it learn")
@@ -711,10 +663,8 @@ def test_a_list_opens_and_closes_by_the_keys_that_people_try(
     expect(dialog).to_have_count(0)
 
 
-def test_the_camera_comes_home_even_while_it_swings(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    screen = open_page(start_lab())
+def test_the_camera_comes_home_even_while_it_swings(begin: Begin) -> None:
+    _, screen = begin()
     home = screen.page.evaluate(CAMERA)
     for has_told in (True, False):
         if not has_told:
@@ -732,11 +682,8 @@ def test_the_camera_comes_home_even_while_it_swings(
 # What stands where --------------------------------------------------------------------------
 
 
-def test_what_stands_below_the_sentence_does_not_move_with_it(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=100)
-    screen = open_page(live)
+def test_what_stands_below_the_sentence_does_not_move_with_it(begin: Begin) -> None:
+    live, screen = begin(trial=100)
     places = []
     for commands, said in [
         ([], "the selection is frozen until trial 300"),
@@ -754,8 +701,8 @@ def test_what_stands_below_the_sentence_does_not_move_with_it(
     assert len(set(places)) == 1
 
 
-def test_nothing_reaches_below_a_scroll_bar(start_lab: StartLab, open_page: OpenPage) -> None:
-    screen = open_page(two_skills(start_lab))
+def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
+    _, screen = begin("hierarchical_2", trial=LEARNED)
     # So low that the panel has to be scrolled.
     screen.page.set_viewport_size({"width": 1366, "height": 600})
     bar = screen.page.locator(
@@ -772,11 +719,8 @@ def test_nothing_reaches_below_a_scroll_bar(start_lab: StartLab, open_page: Open
         assert max(rights) <= edge["x"]
 
 
-def test_the_way_back_from_an_opened_run_stands_at_the_top_of_the_run_tab(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=100)
-    screen = open_page(live)
+def test_the_way_back_from_an_opened_run_stands_at_the_top_of_the_run_tab(begin: Begin) -> None:
+    live, screen = begin(trial=100)
     back = screen.button("Back to timed, trial 100")
     expect(back).to_have_count(0)
     name = "figure_4_1: timed"

@@ -13,8 +13,8 @@ from playwright.sync_api import BrowserContext, Locator, Page, expect
 from app.server.access import Access
 from app.server.origin import declared_name
 from app.server.server import close_server, open_server
-from tests.browser.conftest import PATIENCE_S
-from tests.server.proxy import proxy_to
+from tests.support.live import PATIENCE_S
+from tests.support.proxy import proxy_to
 
 LABEL = "behind a proxy"
 TOKEN = "correct-horse-battery"

@@ -19,30 +19,14 @@ from app.experiments import task
 from app.experiments.store import COLUMNS
 from app.live.session import Opened, Play, SetSpeed
 from app.page.panels.experiments import THIS_SESSION
-from app.results.service import Standing
 from learners.commands import Introduce
-from tests.browser.conftest import (
-    PATIENCE_S,
-    LiveLab,
-    OpenPage,
-    Screen,
-    StartLab,
-    picture,
-    preset_of,
-)
+from tests.support.live import SMALL, LiveLab, preset_of, small_experiment
+from tests.support.screen import Begin, OpenPage, Screen, StartLab, picture
 
 ROWS_PER_PAGE = Size().rows
 """Of the table, in a window of the usual size."""
 
 HOSTILE = "<img src=x onerror=alert(1)>"
-
-SMALL = """
-description: Two learners in a small world.
-presets: [timed, standard_q]
-set: {world.size: 30}
-trials: 600
-seeds: 5
-"""
 
 LONG = """
 presets: [timed]
@@ -66,28 +50,6 @@ class Row(NamedTuple):
 # What is asked of a lab, and of a page ------------------------------------------------------
 
 
-def experiment_of(text: str = SMALL, n_seeds: int | None = None) -> Experiment:
-    """An experiment that is called small."""
-    return experiments.parse(text, "small.yaml", None, n_seeds)
-
-
-def run_to_end(live: LiveLab, experiment: Experiment) -> Standing:
-    """Run an experiment, and wait until it is over."""
-    live.lab.bench.start(experiment, workers=2)
-    return at_end(live)
-
-
-def at_end(live: LiveLab) -> Standing:
-    """How an experiment stands once it is over."""
-    thread = live.lab.bench._thread
-    assert thread is not None
-    thread.join(PATIENCE_S)
-    standing = live.lab.bench.standing
-    assert standing is not None
-    assert not standing.running
-    return standing
-
-
 def rows_in(folder: Path) -> list[Row]:
     """All runs in a folder of results, first all variants with the first seed."""
     database = sqlite3.connect(folder / "results.sqlite")
@@ -97,26 +59,9 @@ def rows_in(folder: Path) -> list[Row]:
     return rows
 
 
-def results_of(screen: Screen) -> Locator:
-    """What the panel with the results holds."""
-    return screen.page.locator(".pounce-results")
-
-
-def results_button(screen: Screen) -> Locator:
-    """Opens the panel with the results in this browser."""
-    return screen.page.get_by_role("button", name=re.compile("^Show results of "))
-
-
-def show_results(screen: Screen) -> None:
-    """Open the panel with the results from the tab."""
-    screen.turn_to("Experiments")
-    results_button(screen).click()
-    expect(results_of(screen)).to_be_visible()
-
-
 def listed(screen: Screen) -> Locator:
     """Rows of the table of runs."""
-    return results_of(screen).locator("tbody tr")
+    return screen.results.locator("tbody tr")
 
 
 def column(screen: Screen, title: str) -> Locator:
@@ -127,12 +72,12 @@ def column(screen: Screen, title: str) -> Locator:
 
 def link(screen: Screen, name: str) -> Locator:
     """A link of the panel, by what is written on it."""
-    return results_of(screen).get_by_role("link", name=name, exact=True)
+    return screen.results.get_by_role("link", name=name, exact=True)
 
 
 def dots(screen: Screen) -> Locator:
     """Runs in the chart of all runs."""
-    return results_of(screen).locator("svg a circle")
+    return screen.results.locator("svg a circle")
 
 
 def expect_opened(live: LiveLab, screen: Screen, experiment: Experiment, row: Row) -> None:
@@ -152,7 +97,7 @@ def expect_opened(live: LiveLab, screen: Screen, experiment: Experiment, row: Ro
     expect(screen.headline).to_contain_text(f"This is {name}, as it ended: digest ")
     expect(screen.headline).to_contain_text(f"{row.digest[:8]}")
     expect(screen.headline).to_contain_text(", as in the results.")
-    expect(results_of(screen)).to_be_hidden()
+    expect(screen.results).to_be_hidden()
     screen.expect_cell_colours(live.colours())
 
 
@@ -179,13 +124,13 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     cost = one.text("6 runs: 2 variants, 3 seeds each.")
     expect(cost).to_be_visible()
     expect(cost).to_contain_text(f"in {live.results / 'session'}.")
-    expect(results_button(one)).to_have_count(0)
+    expect(one.results_button).to_have_count(0)
     assert not live.results.exists()
 
     before = live.ask(SetSpeed(200.0), Play()).snapshot
     one.button("Start").click()
-    expect(results_of(one)).to_be_visible()
-    expect(results_of(other)).to_be_hidden()
+    expect(one.results).to_be_visible()
+    expect(other.results).to_be_hidden()
     other.turn_to("Experiments")
     expect(other.field("Seeds")).to_have_value("3")
     for screen in (one, other):
@@ -197,7 +142,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     assert (status.snapshot.generation, status.snapshot.preset) == (0, "timed")
     assert status.snapshot.step > before.step
 
-    standing = at_end(live)
+    standing = live.at_end()
     mine, former = standing.experiment.variants
     assert mine.spec.schedule.introduced_at("circle_clockwise") == 50
     assert former.spec == preset_of("timed", "trials=2000")
@@ -205,8 +150,8 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     assert standing.folder == live.results / "session"
     rows = rows_in(standing.folder)
     assert len(rows) == 6
-    expect(results_of(other)).to_be_hidden()
-    results_button(other).click()
+    expect(other.results).to_be_hidden()
+    other.results_button.click()
     for screen in (one, other):
         expect(column(screen, "variant")).to_have_text(
             ["this session"] * 3 + ["timed as it was"] * 3
@@ -221,8 +166,8 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
             ]
         )
     other.button("Close").click()
-    expect(results_of(other)).to_be_hidden()
-    expect(results_of(one)).to_be_visible()
+    expect(other.results).to_be_hidden()
+    expect(one.results).to_be_visible()
 
     # What is shown already needs no button to show it; fewer of these runs are shown alone.
     expect(one.text("All 6 runs are in ")).to_be_visible()
@@ -234,11 +179,8 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     assert len(rows_in(standing.folder)) == 6
 
 
-def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
-    screen = open_page(live)
+def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) -> None:
+    live, screen = begin()
     screen.turn_to("File")
     screen.upload("Load experiment", "long.yaml", LONG)
     expect(screen.text("long is chosen under Experiments.")).to_be_visible()
@@ -281,7 +223,7 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(
 
 
 def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
-    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     measured = task.measured
 
@@ -291,10 +233,9 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
         return measured(run, metrics)
 
     monkeypatch.setattr(task, "measured", fail)
-    live = start_lab()
-    run_to_end(live, experiment_of(SMALL.replace(", standard_q", ""), n_seeds=3))
-    screen = open_page(live)
-    show_results(screen)
+    live, screen = begin()
+    live.run_to_end(small_experiment(SMALL.replace(", standard_q", ""), n_seeds=3))
+    screen.show_results()
     expect(listed(screen)).to_have_count(3)
     row = listed(screen).nth(1)
     expect(row).to_contain_text(f"failed: RuntimeError: no {HOSTILE} luck")
@@ -305,35 +246,32 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
     expect(screen.text("small: 2 of 3 runs done, 1 failed.").first).to_be_visible()
     link(screen, "Runs").click()
     expect(dots(screen)).to_have_count(2)
-    expect(results_of(screen)).to_contain_text("1 run failed.")
+    expect(screen.results).to_contain_text("1 run failed.")
     expect(screen.page.locator("img[src='x']")).to_have_count(0)
 
 
 # Opening a run ------------------------------------------------------------------------------
 
 
-def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=20)
-    experiment = experiment_of(n_seeds=3)
-    standing = run_to_end(live, experiment)
+def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(begin: Begin) -> None:
+    live, screen = begin(trial=20)
+    experiment = small_experiment(n_seeds=3)
+    standing = live.run_to_end(experiment)
     found = {(row.variant, row.seed): row for row in rows_in(standing.folder)}
-    screen = open_page(live)
-    show_results(screen)
+    screen.show_results()
     row = listed(screen).nth(4)
     expect(row.locator("td").first).to_have_text("standard_q")
     # Anywhere in the row.
     row.locator("td").nth(5).click(position={"x": 3, "y": 3})
     expect_opened(live, screen, experiment, found["standard_q", 1])
 
-    results_button(screen).click()
+    screen.results_button.click()
     link(screen, "Runs").click()
     expect(dots(screen)).to_have_count(6)
     # The dot that is drawn last lies on top of the others.
     dots(screen).last.click()
     expect_opened(live, screen, experiment, found["standard_q", 2])
-    results_button(screen).click()
+    screen.results_button.click()
     expect(dots(screen)).to_have_count(6)
     listed(screen).nth(2).get_by_role("link", name="timed").click()
     expect_opened(live, screen, experiment, found["timed", 2])
@@ -345,7 +283,7 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
     expect(screen.headline).not_to_contain_text("as in the results")
     expect(screen.reading("Trial")).to_have_text("20")
 
-    results_button(screen).click()
+    screen.results_button.click()
     listed(screen).nth(2).get_by_role("link", name="timed").click()
     expect_opened(live, screen, experiment, found["timed", 2])
 
@@ -359,21 +297,19 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(
 # Looking ------------------------------------------------------------------------------------
 
 
-def test_each_browser_has_its_own_view_of_the_results(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
+def test_each_browser_has_its_own_view_of_the_results(begin: Begin, open_page: OpenPage) -> None:
+    live, screen = begin()
     # So many that they take a second page.
     n_runs = 2 * (ROWS_PER_PAGE // 2 + 1)
     seeds = [str(seed) for seed in range(n_runs // 2)]
-    standing = run_to_end(live, experiment_of(n_seeds=len(seeds)))
+    standing = live.run_to_end(small_experiment(n_seeds=len(seeds)))
     digests = sorted(row.digest[:8] for row in rows_in(standing.folder))
-    screen, other = open_page(live), open_page(live)
+    other = open_page(live)
     for each in (screen, other):
-        show_results(each)
+        each.show_results()
         expect(column(each, "seed")).to_have_text((2 * seeds)[:ROWS_PER_PAGE])
-    content = results_of(other).inner_text()
-    panel = results_of(screen)
+    content = other.results.inner_text()
+    panel = screen.results
 
     expect(link(screen, "Curves")).to_have_count(0)
     expect(panel).to_contain_text("simulation steps (millions)")
@@ -401,25 +337,22 @@ def test_each_browser_has_its_own_view_of_the_results(
     expect(column(screen, "digest")).to_have_text(digests[ROWS_PER_PAGE:])
     expect(panel).to_contain_text(f"{n_runs} of {n_runs}")
 
-    assert results_of(other).inner_text() == content
+    assert other.results.inner_text() == content
     # Whoever learns an address of one browser learns none of another.
     secrets = [
-        set(re.findall(r'href="(call/[^/"]+)/', results_of(each).inner_html()))
+        set(re.findall(r'href="(call/[^/"]+)/', each.results.inner_html()))
         for each in (screen, other)
     ]
     assert [len(found) for found in secrets] == [1, 1]
     assert secrets[0] != secrets[1]
 
 
-def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
-    run_to_end(live, experiment_of(n_seeds=8))
-    screen = open_page(live)
-    show_results(screen)
+def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(begin: Begin) -> None:
+    live, screen = begin()
+    live.run_to_end(small_experiment(n_seeds=8))
+    screen.show_results()
     expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
-    chart = results_of(screen).locator("svg[role=group]")
+    chart = screen.results.locator("svg[role=group]")
     usual = chart.bounding_box()
     assert usual is not None
 
@@ -429,20 +362,19 @@ def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(
     assert large is not None
     assert large["width"] > 1.5 * usual["width"]
     assert large["height"] > 1.4 * usual["height"]
-    results_button(screen).click(trial=True)
+    screen.results_button.click(trial=True)
 
     screen.page.set_viewport_size({"width": 1024, "height": 768})
     expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
-    for thing in (results_button(screen), screen.field("Seeds"), screen.button("Close")):
+    for thing in (screen.results_button, screen.field("Seeds"), screen.button("Close")):
         # A click would meet it, and nothing that lies over it.
         thing.click(trial=True)
 
 
-def test_runs_and_charts_can_be_kept_as_files(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab()
-    standing = run_to_end(live, experiment_of(n_seeds=2))
-    screen = open_page(live)
-    show_results(screen)
+def test_runs_and_charts_can_be_kept_as_files(begin: Begin) -> None:
+    live, screen = begin()
+    standing = live.run_to_end(small_experiment(n_seeds=2))
+    screen.show_results()
     table = csv.DictReader(io.StringIO(saved(screen, "Runs as CSV", "small_runs.csv").decode()))
     assert list(table.fieldnames or ()) == list(COLUMNS)
     found = {(row["variant"], int(row["seed"])): row["digest"] for row in table}
@@ -497,9 +429,7 @@ def expect_picture(png: bytes) -> None:
 # Loading ------------------------------------------------------------------------------------
 
 
-def test_a_wrong_experiment_is_refused_with_all_its_problems(
-    start_lab: StartLab, open_page: OpenPage, tmp_path: Path
-) -> None:
+def test_a_wrong_experiment_is_refused_with_all_its_problems(begin: Begin, tmp_path: Path) -> None:
     private = tmp_path / "private.yaml"
     private.write_text("password: 4711\n")
     wrong = f"presets: [timed]\ngrid: {{learner.epsilon: [4]}}\nseeds: 0\n'{HOSTILE}': 1\n"
@@ -509,8 +439,12 @@ def test_a_wrong_experiment_is_refused_with_all_its_problems(
         f"'{HOSTILE}': value 1: is not a known",
     )
     nosy = f"presets: [{private}, {{label: mine, preset: {{extends: {private}}}}}]\n"
-    live = start_lab()
-    screen = open_page(live)
+    _, screen = begin()
+    screen.turn_to("Experiments")
+    screen.choose("Experiment", THIS_SESSION)
+    screen.field("Experiment").click()
+    offered = screen.page.get_by_role("option").all_inner_texts()
+    screen.page.keyboard.press("Escape")
     screen.turn_to("File")
     for text, found in ((wrong, problems), (nosy, ("is not a shipped preset",))):
         screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
@@ -525,18 +459,15 @@ def test_a_wrong_experiment_is_refused_with_all_its_problems(
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(THIS_SESSION)
     screen.field("Experiment").click()
-    expect(screen.page.get_by_role("option")).to_have_text([THIS_SESSION, *experiments.shipped()])
+    expect(screen.page.get_by_role("option")).to_have_text(offered)
 
 
-def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
+def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> None:
     text = (
         f"description: '{HOSTILE} about'\npresets:\n  - {{label: '{HOSTILE} label', preset: timed}}"
         "\nset: {world.size: 30}\ntrials: 60\nseeds: [11, 12]\n"
     )
-    live = start_lab()
-    screen = open_page(live)
+    live, screen = begin()
     screen.turn_to("File")
     screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
     name = "img_src_x_onerror_alert_1_"
@@ -553,21 +484,20 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(
     screen.button("Start").click()
     # Too long for its column, where it is cut.
     expect(column(screen, "variant")).to_have_text([re.compile("^<img src.*label$")] * 2)
-    expect(results_of(screen).get_by_title(f"{HOSTILE} label: open")).to_have_count(2)
+    expect(screen.results.get_by_title(f"{HOSTILE} label: open")).to_have_count(2)
     expect(column(screen, "seed")).to_have_text(["11", "12"])
     link(screen, "Runs").click()
     expect(dots(screen)).to_have_count(2)
     dots(screen).last.click()
     row = Row("", f"{HOSTILE} label", 12, rows_in(live.results / name)[1].digest)
-    expect_opened(live, screen, at_end(live).experiment, row)
+    expect_opened(live, screen, live.at_end().experiment, row)
     expect(screen.page.locator("img[src='x']")).to_have_count(0)
 
 
 def test_no_name_of_a_file_leads_out_of_the_results_or_hides_another_experiment(
-    start_lab: StartLab, open_page: OpenPage
+    begin: Begin,
 ) -> None:
-    live = start_lab()
-    screen = open_page(live)
+    live, screen = begin()
     names = {
         f"{THIS_SESSION}.yaml": "This_session_s_schedule",
         "figure_4_1.yaml": "figure_4_1_loaded",

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from app.page import keys
 from app.page.keys import KEYS
 from learners.commands import SetParameter
-from tests.browser.conftest import Shared
+from tests.support.screen import Shared
 
 CAMERA = """() => {
     const { position, quaternion } = window.__viserMutable.camera;
@@ -39,7 +39,7 @@ def test_what_is_typed_or_pasted_is_what_is_taken(shared: Shared, pasted: bool) 
             keyboard.type(text)
         keyboard.press("Tab")
         expect(field).to_have_value(f"{number:,}")
-        assert shared.live.lab._controls._duration.read() == number
+        assert shared.live.widget("Trials").value == f"{number:,}"
 
 
 def test_what_is_no_number_there_is_refused_and_no_button_takes_another(shared: Shared) -> None:

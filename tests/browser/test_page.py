@@ -26,23 +26,18 @@ from app.page import lab as lab_module
 from app.page.lab import Browser, Lab
 from app.page.panels.controls import Controls
 from app.page.scene.board import BOARD_UNITS, on_picture
-from app.picture import pictures
 from app.picture.look import Look
-from app.picture.pictures import DARK, LIGHT
-from learners.run import Episode, Run
+from app.picture.raster import on_raster, raster
+from app.picture.shading import known_of, nearness
+from app.picture.theme import DARK, LIGHT
+from learners.control import Episode
+from learners.run import Run
 from sim import geometry
 from sim.rng import MAX_SEED
-from tests.browser.conftest import (
-    PATIENCE_S,
-    LiveLab,
-    OpenPage,
-    StartLab,
-    colours_in,
-    picture,
-    preset_of,
-)
-from tests.server.support import CAMERA
-from tests.server.support import Page as Visitor
+from tests.support.live import PATIENCE_S, LiveLab, preset_of
+from tests.support.screen import Begin, OpenPage, StartLab, colours_in, picture
+from tests.support.server import CAMERA
+from tests.support.server import Page as Visitor
 
 ROOT = Path(__file__).resolve().parents[2]
 LEARNED = 2_000
@@ -93,11 +88,8 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
 # The picture
 
 
-def test_the_heat_map_changes_while_the_predator_learns(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
-    screen = open_page(live)
+def test_the_heat_map_changes_while_the_predator_learns(begin: Begin) -> None:
+    live, screen = begin()
     screen.turn_to("View")
     screen.checkbox("Trail").uncheck()
     unknown = screen.cell_colours()
@@ -115,19 +107,16 @@ def test_the_heat_map_changes_while_the_predator_learns(
     screen.expect_pixel(screen.place_of(cell), colours[cell])
 
 
-def test_colours_on_the_screen_are_the_servers_and_the_legends(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=LEARNED)
-    screen = open_page(live)
+def test_colours_on_the_screen_are_the_servers_and_the_legends(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
     colours = live.colours()
     screen.expect_cell_colours(colours)
     snapshot = live.session.status.snapshot
     world = snapshot.spec.world
-    values, raster = geometry.fold(snapshot.value, world.n_directions), pictures.raster(world)
-    known = pictures.known_of(values, world.capture_reward, snapshot.spec.learner.gamma)
-    share = pictures.on_raster(known.positive_share, raster)
-    steps = pictures.on_raster(known.steps, raster)
+    values, pixels = geometry.fold(snapshot.value, world.n_directions), raster(world)
+    known = known_of(values, world.capture_reward, snapshot.spec.learner.gamma)
+    share = on_raster(known.positive_share, pixels)
+    steps = on_raster(known.steps, pixels)
     clear = clear_cells(snapshot)
     of_board = (colours == LIGHT.unknown).all(axis=1)
 
@@ -135,7 +124,7 @@ def test_colours_on_the_screen_are_the_servers_and_the_legends(
     screen.expect_pixel(screen.place_of(cell), colours[cell])
     bar = screen.legend.locator("div[style*=gradient]").first
     seen = picture(bar.screenshot())
-    level = float(pictures.nearness(steps[cell]))
+    level = float(nearness(steps[cell]))
     on_bar = seen[seen.shape[0] // 2, round(level * (seen.shape[1] - 1))]
     assert np.abs(on_bar.astype(int) - colours[cell]).max() <= 6
 
@@ -147,10 +136,10 @@ def test_colours_on_the_screen_are_the_servers_and_the_legends(
 
 
 def test_two_browsers_see_one_session_each_in_its_own_way(
-    start_lab: StartLab, open_page: OpenPage
+    begin: Begin, open_page: OpenPage
 ) -> None:
-    live = start_lab(trial=LEARNED)
-    one, other = open_page(live), open_page(live)
+    live, one = begin(trial=LEARNED)
+    other = open_page(live)
     other.turn_to("View")
     other.checkbox("Dark").check()
     other.choose("Value as", "Linear in value")
@@ -175,9 +164,8 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
     assert (live.colours(dark)[0] == DARK.unknown).all()
 
 
-def test_a_reload_shows_the_present(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab()
-    screen = open_page(live)
+def test_a_reload_shows_the_present(begin: Begin) -> None:
+    live, screen = begin()
     screen.checkbox("Freeze skills").click()
     live.wait_for(lambda status: status.snapshot.control.skills_frozen)
     status = live.go_to_trial(LEARNED)
@@ -191,9 +179,10 @@ def test_a_reload_shows_the_present(start_lab: StartLab, open_page: OpenPage) ->
     assert (live.colours() != LIGHT.unknown).any()
 
 
-def test_a_closed_browser_stops_nothing(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab()
-    one, other = open_page(live), open_page(live)
+def test_a_closed_browser_stops_nothing(begin: Begin, open_page: OpenPage) -> None:
+    live, other = begin()
+    one = open_page(live)
+    live.gone.clear()
     one.button("Play").click()
     live.wait_for(lambda status: status.snapshot.step > 1_000)
     one.page.close()
@@ -248,9 +237,8 @@ def test_a_browser_that_leaves_while_it_is_welcomed_is_forgotten(
 # Play and pause
 
 
-def test_pause_play_and_single_steps(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(trial=10)
-    screen = open_page(live)
+def test_pause_play_and_single_steps(begin: Begin) -> None:
+    live, screen = begin(trial=10)
     start = live.session.status.snapshot.step
     for made in (1, 2):
         screen.button("One step").click()
@@ -271,11 +259,8 @@ def test_pause_play_and_single_steps(start_lab: StartLab, open_page: OpenPage) -
     assert live.session.status.snapshot.step == paused
 
 
-def test_space_pauses_and_plays_even_after_a_click(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(speed=10.0)
-    screen = open_page(live)
+def test_space_pauses_and_plays_even_after_a_click(begin: Begin) -> None:
+    live, screen = begin(speed=10.0)
     # The clicked button keeps the focus, and space would press it as well.
     screen.button("Play").click()
     answered = live.wait_for(lambda status: status.playing).answered
@@ -288,9 +273,8 @@ def test_space_pauses_and_plays_even_after_a_click(
     assert live.wait_for(lambda status: status.answered > answered + 2).playing
 
 
-def test_the_speed_is_set_by_its_slider(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(speed=1_000.0)
-    screen = open_page(live)
+def test_the_speed_is_set_by_its_slider(begin: Begin) -> None:
+    live, screen = begin(speed=1_000.0)
     slider = screen.page.get_by_role("slider").first
     slider.press("Home")
     live.wait_for(lambda status: status.speed == 1.0)
@@ -307,11 +291,10 @@ def test_the_speed_is_set_by_its_slider(start_lab: StartLab, open_page: OpenPage
     assert live.session.status.snapshot.step == 0
 
 
-def test_a_run_that_is_over_offers_to_go_on(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(preset_of("timed", "trials=400"), speed=FULL_SPEED)
+def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
+    live, screen = begin("timed", "trials=400", speed=FULL_SPEED)
     live.ask(Play())
     live.wait_for(lambda status: status.finished)
-    screen = open_page(live)
     expect(screen.headline).to_contain_text("The 400 trials are over.")
     screen.button("One step").click()
     expect(screen.text("the 400 trials are over; play to go on")).to_be_visible()
@@ -323,11 +306,8 @@ def test_a_run_that_is_over_offers_to_go_on(start_lab: StartLab, open_page: Open
 # Skills
 
 
-def test_a_skill_is_added_and_explored_and_the_predator_obeys(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(trial=LEARNED)
-    screen = open_page(live)
+def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
     expect(screen.text("circle clockwise: not yet, joins at trial 12,000")).to_be_visible()
     screen.button("Add circle clockwise now").click()
     control = live.wait_for(lambda s: len(s.snapshot.present) == 2).snapshot.control
@@ -370,12 +350,9 @@ def tables_after(live: LiveLab, steps: int) -> tuple[Snapshot, Snapshot]:
     return first, live.wait_for(lambda s: s.snapshot.step >= first.step + steps).snapshot
 
 
-def test_freezing_stops_learning_while_steps_go_on(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
+def test_freezing_stops_learning_while_steps_go_on(begin: Begin) -> None:
     # Without a schedule, which would freeze the selection too as a skill joins.
-    live = start_lab(preset_of("hierarchical_2"), trial=LEARNED)
-    screen = open_page(live)
+    live, screen = begin("hierarchical_2", trial=LEARNED)
     screen.button("Play").click()
     live.wait_for(lambda status: status.playing)
 
@@ -401,9 +378,8 @@ def test_freezing_stops_learning_while_steps_go_on(
     expect(screen.checkbox("Freeze skills")).to_be_checked()
 
 
-def test_the_schedule_can_be_left(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(preset_of("timed", "schedule.skills.circle_clockwise.at=60"), trial=50)
-    screen = open_page(live)
+def test_the_schedule_can_be_left(begin: Begin) -> None:
+    live, screen = begin("timed", "schedule.skills.circle_clockwise.at=60", trial=50)
     expect(screen.text("circle clockwise: not yet, joins at trial 60")).to_be_visible()
     screen.checkbox("Follow schedule").click()
     live.wait_for(lambda status: not status.snapshot.control.schedule_on)
@@ -433,7 +409,7 @@ class LateExecutor(ThreadPoolExecutor):
 
 
 def test_a_click_is_not_lost_on_a_machine_that_is_slow_to_handle_it(
-    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frames = threading.Semaphore(0)
     draw = Controls.update
@@ -443,8 +419,7 @@ def test_a_click_is_not_lost_on_a_machine_that_is_slow_to_handle_it(
         frames.release()
 
     monkeypatch.setattr(Controls, "update", counted)
-    live = start_lab()
-    screen = open_page(live)
+    live, screen = begin()
     monkeypatch.setattr(live.lab.server.gui, "_thread_executor", LateExecutor(frames))
     answered = live.session.status.answered
     screen.checkbox("Freeze skills").click()
@@ -456,14 +431,14 @@ def test_a_click_is_not_lost_on_a_machine_that_is_slow_to_handle_it(
 # Starting again, and errors
 
 
-def test_start_again_with_another_preset_and_seed(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab(trial=LEARNED)
-    screen = open_page(live)
+def test_start_again_with_another_preset_and_seed(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
+    former = live.session.status.snapshot.generation
     screen.choose("Preset", "standard_q")
     screen.type("Seed", "12")
-    assert live.session.status.snapshot.generation == 0
+    assert live.session.status.snapshot.generation == former
     screen.button("Start again").click()
-    taken = live.wait_for(lambda status: status.snapshot.generation == 1).snapshot
+    taken = live.wait_for(lambda status: status.snapshot.generation == former + 1).snapshot
     assert (taken.preset, taken.seed, taken.step) == ("standard_q", 12, 0)
     assert taken.spec == preset_of("standard_q")
     expect(screen.headline).to_contain_text("Nine moves, no skills")
@@ -475,38 +450,36 @@ def test_start_again_with_another_preset_and_seed(start_lab: StartLab, open_page
 
     screen.choose("Preset", "hierarchical_2")
     screen.button("Start again").click()
-    taken = live.wait_for(lambda status: status.snapshot.generation == 2).snapshot
+    taken = live.wait_for(lambda status: status.snapshot.generation == former + 2).snapshot
     assert (taken.preset, taken.seed) == ("hierarchical_2", 12)
     expect(screen.text("circle clockwise: active")).to_be_visible()
     expect(screen.button("Start exploring")).to_be_enabled()
 
 
-def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab()
-    screen = open_page(live)
+def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(begin: Begin) -> None:
+    live, screen = begin()
+    former = live.session.status.snapshot.generation
     expect(screen.field("Seed")).to_have_value(str(live.session.status.snapshot.seed))
     for wrong in ("seven", str(MAX_SEED + 1)):
         screen.type("Seed", wrong)
         screen.button("Start again").click()
         # Once as it is typed, and once for the button.
         expect(screen.text(f"Seed: '{wrong}' is not taken: ")).to_have_count(2)
-    assert live.session.status.snapshot.generation == 0
+    assert live.session.status.snapshot.generation == former
     screen.type("Seed", str(MAX_SEED))
     screen.button("Start again").click()
-    taken = live.wait_for(lambda status: status.snapshot.generation == 1).snapshot
+    taken = live.wait_for(lambda status: status.snapshot.generation == former + 1).snapshot
     assert taken.seed == MAX_SEED
     live.ask(StartAgain(taken.spec, taken.preset, MAX_SEED - 1))
     expect(screen.field("Seed")).to_have_value(str(MAX_SEED - 1))
 
 
 def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
-    start_lab: StartLab, open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    live = start_lab(trial=50)
+    live, screen = begin(trial=50)
+    former = live.session.status.snapshot.generation
     before = live.session.status.snapshot
-    screen = open_page(live)
 
     def broken(self: Run, **limits: Any) -> int:
         raise ArithmeticError("<b>no</b> such number")
@@ -524,7 +497,7 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
     np.testing.assert_array_equal(status.snapshot.skill_q, before.skill_q)
 
     screen.button("Start again").click()
-    status = live.wait_for(lambda status: status.snapshot.generation == 1)
+    status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
     assert status.error is None
     expect(screen.headline).not_to_contain_text("ArithmeticError")
     live.wait_for(lambda status: status.snapshot.trial > 20)
@@ -533,11 +506,8 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
 # Strangers
 
 
-def test_a_value_that_no_widget_allows_is_refused_and_said(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(speed=1_000.0)
-    screen = open_page(live)
+def test_a_value_that_no_widget_allows_is_refused_and_said(begin: Begin) -> None:
+    live, screen = begin(speed=1_000.0)
     label = screen.page.locator("label").get_by_text("Probability", exact=True)
     screen.page.evaluate(
         """uuid => window.__viserMutable.sendMessage(

@@ -10,7 +10,7 @@ from playwright.sync_api import Page
 from app.documents import presets
 from app.report import report
 from sim.world import CAPTURE
-from tests.results.test_read import add_run, new_folder, seal
+from tests.support.folders import add_run, new_folder, seal
 
 A4_WIDTH = 720
 """Pixels of A4 portrait within its margins."""

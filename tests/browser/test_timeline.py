@@ -1,6 +1,6 @@
 """The schedule's panel in a real browser, on screens of several sizes."""
 
-from tests.browser.conftest import OpenPage, StartLab
+from tests.support.screen import Begin
 
 IS_BETWEEN_THE_SIDE_PANELS = """() => {
     const side = edge => document.querySelector(`[data-dock-region=${edge}]`)
@@ -13,21 +13,19 @@ IS_BETWEEN_THE_SIDE_PANELS = """() => {
 }"""
 
 
-def test_the_schedule_takes_the_width_between_the_side_panels(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    screen = open_page(start_lab())
+def test_the_schedule_takes_the_width_between_the_side_panels(begin: Begin) -> None:
+    _, screen = begin()
     for width, height in [(1366, 768), (1920, 1080), (1440, 900)]:
         screen.page.set_viewport_size({"width": width, "height": height})
         screen.page.wait_for_function(IS_BETWEEN_THE_SIDE_PANELS)
 
 
 def test_on_a_narrow_screen_the_schedule_lies_over_no_button_that_cannot_be_scrolled_to(
-    start_lab: StartLab, open_page: OpenPage
+    begin: Begin,
 ) -> None:
-    live = start_lab(trial=10)
-    screen = open_page(live)
+    live, screen = begin(trial=10)
+    former = live.session.status.snapshot.generation
     screen.page.set_viewport_size({"width": 1024, "height": 768})
     screen.button("Start again").click()
-    status = live.wait_for(lambda status: status.snapshot.generation == 1)
+    status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
     assert status.snapshot.trial == 0

@@ -4,8 +4,7 @@ import colorsys
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from urllib.parse import quote, unquote
+from collections.abc import Iterator, Sequence
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,69 +17,28 @@ from app.analysis.sweeps import Sweep, sweep_of
 from app.charts import curves, parts, sweeps
 from app.charts.paper import THESIS_STYLES, Style, style_of
 from app.charts.parts import Context
-from app.documents import experiments
 from app.documents.experiments import Experiment
 from app.metrics import FINAL_REWARD
-from app.results.gather import MOST_CURVES, Curve, Gathering, Moment, RunFact
+from app.results.gather import MOST_CURVES, Curve, Moment, RunFact
+from tests.support.runs import (
+    HOSTILE,
+    NOTHING,
+    ONE_SETTING,
+    PLANE,
+    THESIS,
+    Shown,
+    address,
+    called,
+    experiment_of,
+    fact,
+    gathering_of,
+    some_runs,
+)
 
 WIDTH = 684
-NOTHING = math.nan
-HOSTILE = ('<script>alert("1")</script>', 'it\'s & "quoted"', "Füchse 🦊 \u202eelbat\x07")
-
-THESIS = "presets: [standard_q, hierarchical_3, timed, hierarchical_2]\nseeds: 3"
-ONE_SETTING = "presets: [timed]\ngrid: {learner.gamma: [0.5, 0.6, 0.8, 0.9]}"
-PLANE = (
-    "presets: [timed]\ngrid: {learner.alpha: [0.1, 0.5, 0.9], learner.gamma: [0.5, 0.6, 0.8, 0.9]}"
-)
 
 
 # --- Making results, and reading what is shown -------------------------------------------------
-
-
-def experiment_of(text: str) -> Experiment:
-    """An experiment from a text."""
-    return experiments.parse(f"trials: 400\n{text}", "some.yaml")
-
-
-def called(labels: Sequence[str]) -> Experiment:
-    """An experiment whose variants have these labels."""
-    entries = "".join(
-        f"  - {{preset: timed, label: {quoted(label)}, set: {{learner.alpha: {place / 1e5}}}}}\n"
-        for place, label in enumerate(labels, 1)
-    )
-    return experiment_of(f"presets:\n{entries}")
-
-
-def quoted(text: str) -> str:
-    """A text as YAML takes it, whatever is in it."""
-    return '"' + "".join(f"\\U{ord(character):08x}" for character in text) + '"'
-
-
-def address(words: str) -> str:
-    """What a link refers to."""
-    return f"call/secret/{quote(words, safe='')}"
-
-
-def fact(variant: int, seed: int, value: float, error: str = "", **others: object) -> RunFact:
-    """A run that is over."""
-    made = RunFact(
-        key=f"key-{variant}-{seed}",
-        variant=variant,
-        seed=seed,
-        error=error,
-        value=NOTHING if error else value,
-        success=NOTHING if error else 0.7,
-        steps_to_70=math.inf,
-        steps=60_000,
-        seconds=1.5,
-        digest="0123456789abcdef",
-    )
-    return made._replace(**others)
-
-
-def gathering_of(experiment: Experiment, runs: Sequence[RunFact]) -> Gathering:
-    """What there is, if these runs are over."""
-    return Gathering(experiment, FINAL_REWARD, runs, -50.0, 100.0)
 
 
 def context_of(
@@ -101,83 +59,12 @@ def estimates_of(experiment: Experiment, runs: Sequence[RunFact]) -> list[Estima
     return found
 
 
-def some_runs(experiment: Experiment, n_seeds: int, seed: int = 0) -> list[RunFact]:
-    """Runs of all variants with values between 0 and 100."""
-    rng = np.random.default_rng(seed)
-    return [
-        fact(place, number, float(rng.uniform(0, 100)))
-        for number in range(n_seeds)
-        for place in range(len(experiment.variants))
-    ]
-
-
 def sweep_in(experiment: Experiment) -> Sweep:
     """What was swept in it."""
     variants = experiment.variants
     sweep = sweep_of([v.overrides for v in variants], variants[0].spec.model_dump())
     assert sweep is not None
     return sweep
-
-
-class Shown:
-    """A piece of HTML, by what is in it."""
-
-    def __init__(self, html: str) -> None:
-        self.root = ElementTree.fromstring(f"<root>{html}</root>")
-        for element in self.root.iter():
-            element.tag = element.tag.rpartition("}")[2]
-            for name, value in element.attrib.items():
-                assert not re.search(r"nan|inf", value) or name in {"title", "href", "class"}, value
-
-    def all(self, tag: str, within: ElementTree.Element | None = None, **attributes: str) -> list:
-        """Elements with a tag; attributes that are words of Python end in an underscore."""
-        wanted = {name.rstrip("_").replace("_", "-"): value for name, value in attributes.items()}
-        where = self.root if within is None else within
-        return [
-            element
-            for element in where.iter(tag)
-            if all(element.get(name) == value for name, value in wanted.items())
-        ]
-
-    def one(self, tag: str, **attributes: str) -> ElementTree.Element:
-        """The only element with a tag and attributes."""
-        (found,) = self.all(tag, **attributes)
-        return found
-
-    @property
-    def text(self) -> str:
-        """All that can be read."""
-        return " ".join(self.root.itertext())
-
-    @property
-    def words(self) -> list[str]:
-        """What the links call."""
-        found = []
-        for link in self.all("a"):
-            assert link.get("target") == "pounce-calls"
-            prefix, _, words = link.get("href").rpartition("/")
-            assert prefix == "call/secret"
-            found.append(unquote(words))
-        return found
-
-    def links(self, verb: str) -> Mapping[str, ElementTree.Element]:
-        """Links that call a verb, by the rest of the words; each is there once."""
-        found: dict[str, ElementTree.Element] = {}
-        for words, link in zip(self.words, self.all("a"), strict=True):
-            head, _, rest = words.partition("/")
-            if head == verb:
-                assert rest not in found
-                found[rest] = link
-        return found
-
-    def value_at(self, axis: str) -> Callable[[float], float]:
-        """From pixels along an axis to numbers, by what is written at its ticks."""
-        ticks = self.one("g", class_=f"{axis}-ticks")
-        (a, x), *_, (b, y) = [
-            (float(t.get(axis)), float(t.text.replace("\N{MINUS SIGN}", "-").replace(",", "")))
-            for t in ticks.iter("text")
-        ]
-        return lambda at: x + (at - a) / (b - a) * (y - x)
 
 
 def points_of(path: str) -> list[tuple[float, float]]:

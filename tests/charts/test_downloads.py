@@ -12,8 +12,7 @@ from app.charts.downloads import drawing_of
 from app.charts.view import View
 from app.documents.experiments import Experiment
 from app.results.gather import RunFact
-from tests.charts.test_curves import PLANE, THESIS, experiment_of, some_runs
-from tests.charts.test_view import filled
+from tests.support.runs import PLANE, THESIS, experiment_of, filled, some_runs
 
 
 def rows_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> list[dict[str, str]]:

@@ -3,11 +3,9 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import get_args
 from urllib.parse import quote
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -25,10 +23,8 @@ from app.charts.view import (
 )
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
-from app.experiments.archive import packed
-from app.experiments.record import Record, origin_of
-from app.results.gather import Gatherer, Gathering, RunFact
-from tests.charts.test_curves import (
+from app.results.gather import Gathering, RunFact
+from tests.support.runs import (
     HOSTILE,
     ONE_SETTING,
     PLANE,
@@ -38,6 +34,7 @@ from tests.charts.test_curves import (
     called,
     experiment_of,
     fact,
+    filled,
     gathering_of,
     some_runs,
 )
@@ -46,63 +43,6 @@ SIZE = Size(684)
 ROWS = SIZE.rows
 COLUMNS: Sequence[Column] = get_args(Column)
 NOTHING = math.nan
-N_TRIALS = 400
-
-
-def _arrays() -> bytes:
-    """The archive of a run."""
-    rng = np.random.default_rng(0)
-    nothing = np.zeros((0, 18, 24), np.float32)
-    return packed(
-        {
-            "outcome": rng.integers(1, 4, N_TRIALS).astype(np.int8),
-            "steps": rng.integers(50, 240, N_TRIALS),
-            "introductions": np.asarray([(100, 15_000)], np.int64),
-            "introduced": np.asarray(["avoid"]),
-            "moments": np.zeros(0, np.int64),
-            "value_share": nothing,
-            "value_distance": nothing,
-        }
-    )
-
-
-ARRAYS = _arrays()
-
-
-def _record(run: RunFact, experiment: Experiment) -> Record:
-    """The same run as its record."""
-    variant = experiment.variants[run.variant]
-    values = {
-        "final_reward": run.value,
-        "final_success": run.success,
-        "steps_to_70": run.steps_to_70,
-        "trials": N_TRIALS,
-        "steps": run.steps,
-    }
-    return Record(
-        key=run.key,
-        variant=variant.label,
-        preset=variant.preset,
-        overrides=variant.overrides,
-        settings={},
-        seed=run.seed,
-        error=run.error,
-        version="1",
-        digest=run.digest,
-        seconds=run.seconds,
-        ended_at="",
-        values=values,
-        arrays="",
-        origin=origin_of(experiment, Path()),
-    )
-
-
-def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
-    """A gatherer that has taken these runs in."""
-    gatherer = Gatherer(experiment, 10_000_000)
-    for run in runs:
-        gatherer.add(_record(run, experiment), ARRAYS)
-    return gatherer
 
 
 def html_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> str:

@@ -20,9 +20,9 @@ from app.cli.words import EXIT_PIPE_CLOSED, whole_number
 from app.documents import presets
 from app.experiments import seeds, task
 from app.experiments.runner import Threads
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import digest
 
 ROOT = Path(__file__).resolve().parents[2]
 POUNCE = (sys.executable, "-m", "app.cli.main")

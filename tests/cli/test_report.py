@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from tests.results.test_read import add_run, new_folder
+from tests.support.folders import add_run, new_folder
 
 
 @pytest.fixture(autouse=True)

@@ -31,11 +31,12 @@ from app.experiments.store import Folder, FolderError
 from app.experiments.task import made_run
 from app.metrics import steps_to
 from learners import measures
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
-from learners.state import digest
 from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
+from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = """
@@ -61,15 +62,6 @@ def carried_out(
 ) -> Outcome:
     with Folder(path, experiment, resume, force) as folder:
         return run_experiment(experiment, folder, Threads(workers))
-
-
-def rows(path: Path) -> list[dict[str, Any]]:
-    database = sqlite3.connect(path / "results.sqlite")
-    database.row_factory = sqlite3.Row
-    names = ", ".join(store.COLUMNS)
-    found = [dict(row) for row in database.execute(f"SELECT {names} FROM runs ORDER BY key")]
-    database.close()
-    return found
 
 
 def lines_of(text: str) -> list[str]:

@@ -29,7 +29,7 @@ from app.experiments.cluster import Cluster, perform_same
 from app.experiments.runner import Switch, Threads, run_experiment
 from app.experiments.store import Folder, version
 from app.experiments.task import tasks_of
-from tests.documents.test_experiments import rows
+from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
 LONG_S = 60

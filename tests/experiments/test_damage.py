@@ -26,7 +26,7 @@ from app.results import read, thesis
 from app.results.gather import Curve, RunFact
 from app.results.read import DamagedError, Reader, ResultsError
 from app.results.service import Standing, Workbench
-from tests.results.test_read import seal
+from tests.support.folders import seal
 
 TEXT = """
 presets: [timed, standard_q]

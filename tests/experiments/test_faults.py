@@ -32,8 +32,8 @@ from app.report.report import _write_all
 from app.results.read import ResultsError, read_folder
 from app.util import interrupts, leftovers
 from app.util.files import write_whole
-from tests.experiments.test_store import KILLED_IN_A_COMMIT
 from tests.support.faults import built
+from tests.support.folders import KILLED_IN_A_COMMIT
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 60\nseeds: 2\n"

@@ -16,9 +16,9 @@ from app.experiments.archive import packed
 from app.experiments.output import Output, OutputError
 from app.experiments.runner import Threads
 from app.experiments.seeds import curves_csv, run_seeds, summary
+from learners.kernel.state import tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import tables
 
 
 @pytest.fixture(scope="module")

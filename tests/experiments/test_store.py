@@ -22,22 +22,9 @@ from app.experiments.store import Folder, FolderError, finished_if_claimed, fini
 from app.report.report import default_place, write_report
 from app.results.read import read_folder
 from app.results.service import folder_for
-from tests.results.test_read import seal
+from tests.support.folders import KILLED_IN_A_COMMIT, seal
 
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 600\n"
-
-KILLED_IN_A_COMMIT = """
-import os, signal, sqlite3, sys
-database = sqlite3.connect(sys.argv[1])
-database.execute("PRAGMA cache_size=1")
-database.execute("BEGIN")
-database.executemany(
-    "INSERT INTO runs (key, variant, preset, overrides, settings, seed, status, version, seal)"
-    " VALUES (?, 'v', 'p', '{}', ?, 0, 'done', '0', '')",
-    [(f"half {number}", "x" * 3000) for number in range(200)],
-)
-os.kill(os.getpid(), signal.SIGKILL)
-"""
 
 
 def small(n_seeds: int = 2) -> Experiment:
@@ -131,8 +118,7 @@ def test_a_writer_that_was_killed_keeps_nobody_out(tmp_path: Path) -> None:
     path = tmp_path / "a"
     carried_out(path)
     code = (
-        "import os, signal, sys\nfrom pathlib import Path\n"
-        "from tests.experiments.test_store import *\n"
+        f"import os, signal, sys\nfrom pathlib import Path\nfrom {__name__} import *\n"
         "folder = Folder(Path(sys.argv[1]), small(), True, False)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -302,7 +288,7 @@ def killed_at_its_beginning(path: Path, when: str) -> None:
     code = (
         "import os, signal, sys\nfrom pathlib import Path\nfrom app.experiments import store\n"
         "from app.util.files import write_whole\n"
-        "from tests.experiments.test_store import Folder, small\n"
+        f"from {__name__} import Folder, small\n"
         "def kill(*_): os.kill(os.getpid(), signal.SIGKILL)\n"
         f"{KILLS[when]}\nFolder(Path(sys.argv[1]), small(), False, False)\n"
     )

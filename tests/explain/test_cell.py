@@ -29,7 +29,6 @@ from app.explain.cell import (
     ending_text,
     hunts_html,
     moment_of,
-    number,
     options_html,
     policy_of,
     reading_at,
@@ -41,15 +40,16 @@ from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.page.panels.inspection import Inspector, board_points, cell_under, ring_radius
 from app.picture.look import OF_TRIAL, Look
-from app.picture.pictures import DARK, LIGHT
+from app.picture.theme import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.commands import SetParameter
-from learners.greedy import Hunt, success_map
+from learners.hunts import Hunt, success_map
 from learners.run import Run
 from learners.spec import MOVES, RunSpec
 from sim.geometry import HEADINGS, N_MOVES, STAY
 from sim.geometry import MOVES as WAYS
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy, cell_at
+from tests.support.person import Person, drawn
 
 EAST, NORTH, WEST = 0, 2, 4
 APPROACH, CIRCLE = 0, 1
@@ -118,21 +118,6 @@ def test_moves_have_the_names_of_their_ways() -> None:
     assert ACTION_NAMES[0] == "move south-west"
     assert ACTION_NAMES[8] == "move north-east"
     assert len(set(ACTION_NAMES)) == N_MOVES
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0, "0"),
-        (100, "100"),
-        (-50.0, "-50"),
-        (12.413, "12.41"),
-        (0.01, "0.01"),
-        (0.0032, "3.2e-03"),
-    ],
-)
-def test_numbers_hide_nothing(value: float, text: str) -> None:
-    assert number(value) == text
 
 
 # A reading
@@ -483,10 +468,11 @@ def test_the_ring_goes_through_the_chosen_cell_or_the_start_zone(behind: Snapsho
 # The inspector, with the widgets of a server to which no browser is connected
 
 
-class Page:
-    """A page that counts how often something is sent."""
+class Watcher(Person):
+    """Somebody whose page counts how often something is sent."""
 
     def __init__(self, server: Any) -> None:
+        super().__init__(server.gui)
         self.gui, self.scene = server.gui, server.scene
         self.sent = 0
         self.woken = 0
@@ -499,17 +485,22 @@ class Page:
     def wake(self) -> None:
         self.woken += 1
 
+    def points(self, name: str) -> np.ndarray:
+        """Points of what inspection draws; the first is always there, and away."""
+        return drawn(self.scene, f"/inspect/{name}").points
+
 
 @pytest.fixture
-def fake_page() -> Iterator[Page]:
+def person() -> Iterator[Watcher]:
     server = open_server(port=0)
-    yield Page(server)
+    yield Watcher(server)
     close_server(server)
 
 
 @pytest.fixture
-def inspector(fake_page: Page) -> Inspector:
-    return Inspector(fake_page, fake_page.gui.add_folder("Inspect"), fake_page.wake)
+def inspector(person: Watcher) -> Inspector:
+    client: Any = person
+    return Inspector(client, person.gui.add_folder("Inspect"), person.wake)
 
 
 def place_of(x: int, y: int) -> tuple[float, float]:
@@ -526,122 +517,133 @@ def hunt_from(inspector: Inspector, x: int, y: int) -> None:
     inspector.take_click(place_of(x, y), shift=True)
 
 
-def test_a_click_shows_its_cell(fake_page: Page, inspector: Inspector, behind: Snapshot) -> None:
+def test_a_click_shows_its_cell(person: Watcher, inspector: Inspector, behind: Snapshot) -> None:
     inspector.take_click(place_of(6, 10), shift=False)
-    assert fake_page.woken == 1
-    assert "Click a cell" in inspector._reading.content
+    assert person.woken == 1
+    assert person.reads("Click a cell")
     inspector.update(behind, Look())
-    assert "Cell (6, 10)" in inspector._reading.content
-    assert inspector._reasons.content == ""
-    assert not inspector._here.disabled
+    assert person.reads("Cell (6, 10)")
+    assert "<ol" not in person.html
+    assert person.can_use("Hunt here")
     inspector.take_click((99.0, 0.0), shift=False)
     inspector.update(behind, Look())
-    assert "Cell (6, 10)" in inspector._reading.content
+    assert person.reads("Cell (6, 10)")
 
 
-def test_why_is_shown_when_it_is_asked_for(inspector: Inspector, behind: Snapshot) -> None:
+def test_why_is_shown_when_it_is_asked_for(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     choose(inspector, 3, 10)
-    inspector.explain(True)
+    person.check("Why this value?")
     inspector.update(behind, Look())
-    assert inspector._reasons.content.count("<li") == 7
-    chain = inspector._overlay._chain._line.points
+    assert len(re.findall(r"<li\b", person.html)) == 7
+    chain = person.points("chain/line")
     assert len(chain) == 1 + 7
     np.testing.assert_allclose(chain[1, 0, :2], [-7 * 0.6, 0], atol=1e-6)
     np.testing.assert_allclose(chain[-1, 1, :2], [0, 0], atol=1e-6)
-    inspector.explain(False)
+    person.check("Why this value?", False)
     inspector.update(behind, Look())
-    assert inspector._reasons.content == ""
-    assert len(inspector._overlay._chain._line.points) == 1
+    assert "<ol" not in person.html
+    assert len(person.points("chain/line")) == 1
 
 
 def test_nothing_is_sent_when_nothing_has_changed(
-    fake_page: Page, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspector: Inspector, behind: Snapshot
 ) -> None:
     choose(inspector, 6, 10)
-    inspector.hunt_ring()
+    person.click("Sixteen hunts from a ring")
     inspector.update(behind, Look())
-    sent = fake_page.sent
+    sent = person.sent
     for _ in range(3):
         inspector.update(behind, Look())
-    assert fake_page.sent == sent
+    assert person.sent == sent
     inspector.update(replace(behind, step=behind.step + 1), Look())
-    assert fake_page.sent == sent + 1
+    assert person.sent == sent + 1
     inspector.update(replace(behind, step=behind.step + 1), Look(theme=DARK))
-    assert fake_page.sent == sent + 3
+    assert person.sent == sent + 3
 
 
-def test_shift_hunts_from_the_cell(inspector: Inspector, behind: Snapshot) -> None:
+def test_shift_hunts_from_the_cell(person: Watcher, inspector: Inspector, behind: Snapshot) -> None:
     inspector.take_click(place_of(6, 10), shift=True)
     inspector.update(behind, Look())
-    assert "Cell (6, 10)" in inspector._reading.content
-    assert "capture after 4 steps" in inspector._results.content
-    assert len(inspector._overlay._hunts._line.points) == 1 + 4
+    assert person.reads("Cell (6, 10)")
+    assert person.reads("capture after 4 steps")
+    assert len(person.points("hunts/line")) == 1 + 4
     hunt_from(inspector, 14, 10)
     inspector.update(behind, Look())
-    assert "flight after 1 step" in inspector._results.content
-    assert len(inspector._overlay._ends.points) == 1 + 2
+    assert person.reads("flight after 1 step")
+    assert len(person.points("ends")) == 1 + 2
 
 
-def test_the_heading_is_that_of_the_look(inspector: Inspector, behind: Snapshot) -> None:
+def test_the_heading_is_that_of_the_look(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     choose(inspector, 6, 10)
     inspector.update(behind, Look())
-    assert "prey facing east" in inspector._reading.content
+    assert person.reads("prey facing east")
     inspector.update(behind, Look(frame=NORTH))
-    assert "prey facing north" in inspector._reading.content
+    assert person.reads("prey facing north")
     inspector.update(replace(behind, heading=WEST), Look(frame=OF_TRIAL))
-    assert "prey facing west" in inspector._reading.content
+    assert person.reads("prey facing west")
 
 
 def test_a_hunt_of_another_heading_shows_where_its_prey_faces(
-    inspector: Inspector, behind: Snapshot
+    person: Watcher, inspector: Inspector, behind: Snapshot
 ) -> None:
-    inspector._prey_faces.value = "north"
+    person.choose("Prey faces", "north")
     choose(inspector, 6, 10)
-    inspector._ask(inspector._hunt_here)
     inspector.update(behind, Look())
-    assert "prey facing north" in inspector._results.content
-    assert len(inspector._overlay._facing._line.points) == 1 + 3
+    person.click("Hunt here")
+    inspector.update(behind, Look())
+    assert person.reads("prey facing north")
+    assert len(person.points("facing/line")) == 1 + 3
     inspector.update(behind, Look(frame=NORTH))
-    assert len(inspector._overlay._facing._line.points) == 1
+    assert len(person.points("facing/line")) == 1
 
 
-def test_a_ring_takes_the_place_of_the_hunts_before(inspector: Inspector, behind: Snapshot) -> None:
+def test_a_ring_takes_the_place_of_the_hunts_before(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     hunt_from(inspector, 6, 10)
-    inspector.hunt_ring()
+    person.click("Sixteen hunts from a ring")
     inspector.update(behind, Look())
-    assert "16 hunts" in inspector._results.content
-    assert len(inspector._overlay._ends.points) == 1 + 16
+    assert person.reads("16 hunts")
+    assert len(person.points("ends")) == 1 + 16
 
 
-def test_clearing_forgets_everything(inspector: Inspector, behind: Snapshot) -> None:
+def test_clearing_forgets_everything(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     hunt_from(inspector, 6, 10)
     inspector.update(behind, Look())
-    inspector.clear()
+    person.click("Clear")
     inspector.update(behind, Look())
-    assert "Click a cell" in inspector._reading.content
-    assert inspector._results.content == ""
-    assert inspector._here.disabled
-    assert len(inspector._overlay._cell._line.points) == 1
-    assert len(inspector._overlay._hunts._line.points) == 1
+    assert person.reads("Click a cell")
+    assert not person.reads("from (")
+    assert not person.can_use("Hunt here")
+    assert len(person.points("cell/line")) == 1
+    assert len(person.points("hunts/line")) == 1
 
 
 def test_another_run_clears_the_hunts_and_keeps_the_cell(
-    inspector: Inspector, behind: Snapshot
+    person: Watcher, inspector: Inspector, behind: Snapshot
 ) -> None:
     hunt_from(inspector, 6, 10)
     inspector.update(behind, Look())
     inspector.update(replace(behind, generation=2), Look())
-    assert inspector._results.content == ""
-    assert "Cell (6, 10)" in inspector._reading.content
+    assert not person.reads("from (")
+    assert person.reads("Cell (6, 10)")
 
 
-def test_cells_off_the_grid_change_nothing(inspector: Inspector, behind: Snapshot) -> None:
+def test_cells_off_the_grid_change_nothing(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     for x, y in [(-1, 3), (20, 3), (10**9, 0)]:
         choose(inspector, x, y)
         hunt_from(inspector, x, y)
     inspector.update(behind, Look())
-    assert "Click a cell" in inspector._reading.content
-    assert inspector._results.content == ""
+    assert person.reads("Click a cell")
+    assert not person.reads("from (")
 
 
 def test_requests_do_not_pile_up(inspector: Inspector, behind: Snapshot) -> None:
@@ -657,17 +659,22 @@ def test_a_change_by_the_program_is_no_request(inspector: Inspector, behind: Sna
     assert not inspector._requests
 
 
-def test_the_themes_colours_are_used(inspector: Inspector, behind: Snapshot) -> None:
+def test_the_themes_colours_are_used(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     hunt_from(inspector, 6, 10)
     inspector.update(behind, Look(theme=LIGHT))
-    assert tuple(inspector._overlay._ends.colors[1]) == LIGHT.capture
+    assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == LIGHT.capture
     inspector.update(behind, Look(theme=DARK))
-    assert tuple(inspector._overlay._ends.colors[1]) == DARK.capture
+    assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == DARK.capture
 
 
-def test_removing_takes_everything_away(inspector: Inspector, behind: Snapshot) -> None:
+def test_removing_takes_everything_away(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
     choose(inspector, 6, 10)
     inspector.update(behind, Look())
     inspector.remove()
-    assert inspector._overlay._cell._line._impl.removed
-    assert inspector._reading._impl.removed
+    assert person.html == ""
+    with pytest.raises(KeyError):
+        person.points("cell/line")

@@ -30,7 +30,8 @@ from app.report import parts, report
 from app.report.page import FIGURE_FILES
 from app.report.sections.compare import pairs_of
 from app.results.read import Group, ResultsError
-from tests.results.test_read import N_TRIALS, add_arrays, add_run, new_folder, pictures, seal
+from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, pictures, seal
+from tests.support.reports import page_of, pictures_of, table_of, text_of
 
 CIRCLE = "schedule.skills.circle_clockwise.at"
 FINAL = metrics.FINAL_REWARD.of_runs(N_TRIALS, N_TRIALS)
@@ -44,27 +45,9 @@ def folder(tmp_path: Path) -> Path:
     return new_folder(tmp_path / "results with blanks, ünicode # and ?")
 
 
-def page_of(*folders: Path, compare: bool = False) -> str:
-    """A page on folders, kept in the first of them with its pictures."""
-    out = folders[0] / REPORT_PAGE if len(folders) > 1 else None
-    return report.write_report(folders, out, compare).page.read_text(encoding="utf-8")
-
-
-def text_of(page: str) -> str:
-    return "\n".join(ET.fromstring(page.removeprefix("<!DOCTYPE html>")).itertext())
-
-
 def codes_of(page: str) -> list[str]:
     root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
     return ["".join(code.itertext()) for code in root.iter("code")]
-
-
-def table_of(page: str, word: str) -> list[dict[str, str]]:
-    """Rows by their header of the first table that has a word in it; lines of cells by blanks."""
-    root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
-    table = next(t for t in root.iter("table") if word in "".join(t.itertext()))
-    head, *rows = ([" ".join(cell.itertext()) for cell in row] for row in table.iter("tr"))
-    return [dict(zip(head, row, strict=True)) for row in rows]
 
 
 def tally_of(page: str) -> dict[str, tuple[str, str]]:
@@ -73,10 +56,6 @@ def tally_of(page: str) -> dict[str, tuple[str, str]]:
     table = next(t for t in root.iter("table") if "share of" in "".join(t.itertext()))
     rows = [["".join(cell.itertext()) for cell in row] for row in table.iter("tr")]
     return {what: (n, share) for what, n, share in rows}
-
-
-def pictures_of(folder: Path) -> list[str]:
-    return sorted(path.stem for path in (folder / "report_figures").glob("*.svg"))
 
 
 def rows_of(folder: Path, name: str) -> list[dict[str, str]]:

@@ -21,7 +21,7 @@ from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 from sim.world import CAPTURE, FLIGHT
-from tests.results.test_read import add_arrays, add_run, new_folder, pictures, seal
+from tests.support.folders import add_arrays, add_run, new_folder, pictures, seal
 
 NO_PICTURES = pictures([], np.zeros((0, 18, 24)), np.zeros((0, 18, 24)))
 

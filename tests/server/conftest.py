@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.server import admission
-from tests.server.support import Lab
+from tests.support.server import Lab
 
 
 @pytest.fixture(autouse=True)

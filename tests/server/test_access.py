@@ -10,7 +10,7 @@ from websockets.exceptions import InvalidStatus
 
 from app.server import access
 from app.server.access import MAX_GUESSES, Access, is_token, new_token
-from tests.server.support import OWN, Lab, Page, first_line_for, get, get_path, lab_of
+from tests.support.server import OWN, Lab, Page, first_line_for, get, get_path, lab_of
 
 TOKEN = "correct-horse-battery"
 

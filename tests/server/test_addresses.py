@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from app.server.server import addresses_of
-from tests.server.support import PATIENCE_S, lab_of
+from tests.support.server import PATIENCE_S, lab_of
 
 
 def has_ipv6() -> bool:

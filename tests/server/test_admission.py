@@ -14,7 +14,7 @@ from viser import _messages as wire
 
 from app.server import admission, callbacks
 from app.server.server import MAX_MESSAGE_BYTES
-from tests.server.support import (
+from tests.support.server import (
     CAMERA,
     PATIENCE_S,
     Lab,

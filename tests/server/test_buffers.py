@@ -6,7 +6,7 @@ import warnings
 import viser
 
 from app.server.server import close_server, open_server
-from tests.server.support import CAMERA, Page
+from tests.support.server import CAMERA, Page
 
 PUSHES = 3_000
 PATIENCE_S = 10.0

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.server.calls import MAX_CALL_CHARACTERS, Calls, address_of
-from tests.server.support import OWN, Lab, first_line_for, get_path, lab_of
+from tests.support.server import OWN, Lab, first_line_for, get_path, lab_of
 
 
 class Callee:

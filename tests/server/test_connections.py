@@ -13,7 +13,7 @@ import pytest
 
 from app.server import connections
 from app.server.connections import MIN_UNFINISHED, room_for, tell_of_error
-from tests.server.support import PATIENCE_S, Lab, first_line_for, get, get_path, lab_of
+from tests.support.server import PATIENCE_S, Lab, first_line_for, get, get_path, lab_of
 
 STRANGE = (
     ("POST / HTTP/1.1", 400),

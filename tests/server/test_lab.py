@@ -14,7 +14,7 @@ from app.documents import presets
 from app.live.session import Session
 from app.page.lab import Lab
 from app.util.logs import sparing_log
-from tests.server.support import CAMERA, PATIENCE_S, Page, is_update
+from tests.support.server import CAMERA, PATIENCE_S, Page, is_update
 
 SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
 

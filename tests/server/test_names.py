@@ -7,7 +7,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from app.server.origin import Authority, declared_name, is_loopback, names_of_workspace
-from tests.server.support import OWN, Lab, Page, get, get_path, lab_of
+from tests.support.server import OWN, Lab, Page, get, get_path, lab_of
 
 NAMES = (
     ("lab.example.edu", ("lab.example.edu", None)),

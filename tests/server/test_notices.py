@@ -8,7 +8,7 @@ import pytest
 from app.server import notices
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import open_modal, tell
-from tests.server.support import Lab, Page, lab_of
+from tests.support.server import Lab, Page, lab_of
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from app.server import admission, outbox
 from app.server.notices import tell
-from tests.server.support import CAMERA, PATIENCE_S, Lab, lab_of
+from tests.support.server import CAMERA, PATIENCE_S, Lab, lab_of
 
 
 class DeafPage:

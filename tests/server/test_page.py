@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import app
-from tests.server.support import Lab, get, get_path, lab_of
+from tests.support.server import Lab, get, get_path, lab_of
 
 WEB = Path(app.__file__).parent / "web"
 

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from app.server import admission, callbacks
 from app.server.workers import MOST_OF_ONE_PAGE, Workers
-from tests.server.support import (
+from tests.support.server import (
     CAMERA,
     PATIENCE_S,
     Lab,

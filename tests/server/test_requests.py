@@ -9,7 +9,7 @@ import viser
 from websockets.exceptions import InvalidStatus
 
 from app.server.server import open_server
-from tests.server.support import Lab, Page, get, lab_of, status_of_raw
+from tests.support.server import Lab, Page, get, lab_of, status_of_raw
 
 FOREIGN_ORIGINS = (
     "http://evil.example",

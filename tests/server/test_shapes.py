@@ -16,7 +16,7 @@ from viser.infra import _messages as decoder
 from app.server import admission, shapes
 from app.server.admission import RULES
 from app.server.shapes import NotAMessageError, SenselessError, read
-from tests.server.support import CAMERA, Lab, is_update, lab_of
+from tests.support.server import CAMERA, Lab, is_update, lab_of
 
 DRAG = {
     "phase": "start",

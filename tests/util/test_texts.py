@@ -112,7 +112,7 @@ def test_a_locale_that_knows_ascii_alone_makes_no_difference(tmp_path: Path) -> 
     assert report == "results/Frage \\xfc/report.html"
     folder = tmp_path / "results" / "Frage ü"
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "pounce experiment assert "pounce experiment &#x27;Frage ü.yaml&#x27;" in page#39;Frage ü.yaml&#39;" in page
+    assert "pounce experiment &#39;Frage ü.yaml&#39;" in page
     with closing(sqlite3.connect(folder / "results.sqlite")) as database:
         assert database.execute("SELECT preset FROM runs").fetchall() == [("Übung.yaml",)]
 

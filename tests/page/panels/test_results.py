@@ -21,8 +21,7 @@ from app.page.panels.results import ResultsPanel, panel_size, resized, window_ht
 from app.results.gather import Gatherer
 from app.results.service import Standing
 from app.server.calls import Calls
-from tests.charts.test_curves import THESIS, experiment_of, fact
-from tests.charts.test_view import filled
+from tests.support.runs import THESIS, experiment_of, fact, filled
 
 PATIENCE_S = 60.0
 EXPERIMENT = experiment_of(THESIS)

@@ -13,8 +13,8 @@ from app.experiments.store import Folder
 from app.report import report
 from app.results import read
 from sim.world import CAPTURE, FLIGHT
-from tests.report.test_report import page_of, pictures_of, table_of, text_of
-from tests.results.test_read import N_TRIALS, add_arrays, add_run, new_folder, seal
+from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, seal
+from tests.support.reports import page_of, pictures_of, table_of, text_of
 
 STOP = {"success": 0.5, "trials": 100, "every": 100}
 

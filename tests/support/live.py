@@ -1,0 +1,129 @@
+"""A lab in this process: a session with its page, which tests ask what is true."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.documents import experiments, presets
+from app.documents.experiments import Experiment
+from app.live.session import (
+    MOST_WAITING,
+    Pause,
+    Request,
+    Session,
+    SetSpeed,
+    StartAgain,
+    Status,
+    TrialOnce,
+)
+from app.page.lab import Lab
+from app.picture.layer import Extras
+from app.picture.layers import LAYERS
+from app.picture.look import Look
+from app.results.service import Standing
+from learners.spec import RunSpec
+from tests.support.person import Person
+
+PATIENCE_S = 30.0
+"""How long to wait for what must happen; reaching it is a failure."""
+SEED = 3
+
+SMALL = """
+description: Two learners in a small world.
+presets: [timed, standard_q]
+set: {world.size: 30}
+trials: 600
+seeds: 5
+"""
+
+
+def preset_of(name: str = "timed", *settings: str) -> RunSpec:
+    """A shipped preset in a small world."""
+    return presets.load(name, ["world.size=40", *settings])
+
+
+def small_experiment(text: str = SMALL, n_seeds: int | None = None) -> Experiment:
+    """An experiment that is called small."""
+    return experiments.parse(text, "small.yaml", None, n_seeds)
+
+
+class LiveLab:
+    """A session with its page, served by this process; paused until somebody plays."""
+
+    def __init__(self, spec: RunSpec, speed: float, results: Path) -> None:
+        self.results = results
+        """Folder below which experiments leave their results; made when it is needed."""
+        offered = {name: preset_of(name) for name in ("timed", "hierarchical_2", "standard_q")}
+        self.session = Session(spec, "timed", SEED, speed, playing=False)
+        self.lab = Lab(self.session, {**offered, "timed": spec}, "127.0.0.1", 0, results=results)
+        self.gone = threading.Event()
+        """Set when a page has left."""
+        self.lab.server.on_client_disconnect(lambda _: self.gone.set())
+        self._drawing = threading.Thread(target=self.lab.serve, name="drawing")
+        self.session.start()
+        self._drawing.start()
+
+    @property
+    def url(self) -> str:
+        """Address of the page, with one pixel of the screen for each pixel of the picture."""
+        return f"{self.lab.url}/?fixedDpr=1"
+
+    def ask(self, *requests: Request) -> Status:
+        """The status in which all these requests have been answered."""
+        ticket = max(self.session.submit(request) for request in requests)
+        return self.wait_for(lambda status: status.answered >= ticket)
+
+    def begin(self, preset: str, *settings: str, speed: float, results: Path) -> None:
+        """Another run from its beginning, in which nothing was done; paused."""
+        self.ask(StartAgain(preset_of(preset, *settings), preset, SEED), Pause(), SetSpeed(speed))
+        self.results = self.lab.bench.root = results
+
+    def go_to_trial(self, trial: int) -> Status:
+        """Learn, and stand still at the start of a trial."""
+        status = self.session.status
+        while status.snapshot.trial < trial:
+            # A session takes only so many requests at a time.
+            ahead = min(trial - status.snapshot.trial, MOST_WAITING)
+            status = self.ask(*[TrialOnce()] * ahead)
+        return status
+
+    def wait_for(self, condition: Callable[[Status], bool]) -> Status:
+        """The first status that meets a condition."""
+        return self.session.wait_for(condition, PATIENCE_S)
+
+    def colours(self, look: Look | None = None) -> np.ndarray:
+        """Colours of all cells as a page of that look must have them, ``(y * x, 3) uint8``."""
+        look = look or Look()
+        picture = LAYERS[look.layer].paint(self.session.status.snapshot, look, Extras())
+        return picture.colours
+
+    def look_of(self, browser: int = 0) -> Look:
+        """How the browser that came first, second, ... wants to see the board."""
+        return list(self.lab._browsers.values())[browser].readings.look
+
+    def widget(self, label: str) -> Any:
+        """What all browsers share, by its label, as the server has it."""
+        return Person(self.lab.server.gui).widget(label)
+
+    def run_to_end(self, experiment: Experiment) -> Standing:
+        """Run an experiment, and wait until it is over."""
+        self.lab.bench.start(experiment, workers=2)
+        return self.at_end()
+
+    def at_end(self) -> Standing:
+        """How an experiment stands once it is over."""
+        thread = self.lab.bench._thread
+        assert thread is not None
+        thread.join(PATIENCE_S)
+        standing = self.lab.bench.standing
+        assert standing is not None
+        assert not standing.running
+        return standing
+
+    def close(self) -> None:
+        """End the page and the session."""
+        self.lab.close()
+        self._drawing.join()

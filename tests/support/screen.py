@@ -1,0 +1,236 @@
+"""A page in a real browser, by what a person sees and does there.
+
+The words are those of `tests.support.person.Person`, who does the same where there is no browser.
+Nothing waits for time to pass: everything waits for a condition, and fails if that is not met
+within ``PATIENCE_S``.
+"""
+
+import contextlib
+import io
+import re
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from playwright.sync_api import ConsoleMessage, Locator, Page, ViewportSize, expect
+
+from tests.support.live import PATIENCE_S, LiveLab
+
+VIEWPORT: ViewportSize = {"width": 1366, "height": 768}
+"""The smallest screen on which everything has its place."""
+
+_CELL_COLOURS = """() => {
+    const cells = window.__viserSceneTree?.getState()["/board/cells"];
+    return cells ? Array.from(cells.message.props.colors) : [];
+}"""
+
+_HAS_CELLS_OF = """count => {
+    const cells = window.__viserSceneTree?.getState()["/board/cells"];
+    return cells?.message.props.colors.length === 3 * count;
+}"""
+
+_HAS_COLOURS = """colours => {
+    const cells = window.__viserSceneTree?.getState()["/board/cells"];
+    const shown = cells?.message.props.colors;
+    return shown?.length === colours.length && shown.every((part, i) => part === colours[i]);
+}"""
+
+_PUT_NOTICES_AWAY = """() => document.querySelectorAll(".mantine-Notification-closeButton")
+    .forEach(button => button.click())"""
+
+_PROJECT = """index => {
+    const { camera, canvas, nodeRefFromName } = window.__viserMutable;
+    const props = window.__viserSceneTree.getState()["/board/cells"].message.props;
+    const centre = props.points.subarray(3 * index, 3 * index + 3);
+    const place = camera.position.clone().set(...centre);
+    nodeRefFromName["/board/cells"].localToWorld(place).project(camera);
+    const box = canvas.getBoundingClientRect();
+    const x = box.left + (place.x + 1) / 2 * box.width;
+    const y = box.top + (1 - place.y) / 2 * box.height;
+    return [Math.floor(x), Math.floor(y)];
+}"""
+
+
+class Screen:
+    """One page of the lab, by what a person sees and does there."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.complaints: list[str] = []
+        page.on("console", self._note)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+
+    def _note(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.complaints.append(message.text)
+
+    def open(self, live: LiveLab) -> None:
+        """Go to the page, and wait until it shows everything."""
+        self.page.goto(live.url)
+        self.settle(live)
+
+    def settle(self, live: LiveLab) -> None:
+        """Wait until a page that loads shows everything, and put the notice on software away."""
+        cells = live.session.status.snapshot.spec.world.size**2
+        self.page.wait_for_function(_HAS_CELLS_OF, arg=cells)
+        expect(self.legend).to_be_attached()
+        notice = self.page.get_by_role("alert").filter(has_text="Software WebGL")
+        notice.get_by_role("button").click()
+        expect(notice).to_have_count(0)
+
+    def tidy(self) -> None:
+        """Put away what is open, and show what a page shows at first."""
+        if self.page.viewport_size != VIEWPORT:
+            self.page.set_viewport_size(VIEWPORT)
+        self.page.evaluate(_PUT_NOTICES_AWAY)
+        self.page.mouse.move(0, 0)
+        dialog = self.page.get_by_role("dialog")
+        if dialog.count():
+            self.page.keyboard.press("Escape")
+            expect(dialog).to_have_count(0)
+        if self.results.is_visible():
+            self.click("Close")
+            expect(self.results).to_be_hidden()
+        self.turn_to("Now")
+        self.turn_to("Run")
+
+    # Reading
+
+    @property
+    def headline(self) -> Locator:
+        """Title and sentence."""
+        return self.page.get_by_text("the timing of skills changes what is learned").locator(
+            "xpath=../.."
+        )
+
+    @property
+    def legend(self) -> Locator:
+        """What the colours mean."""
+        return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
+
+    def reading(self, label: str) -> Locator:
+        """The number under a label."""
+        return self.page.get_by_text(label, exact=True).locator("xpath=following-sibling::div")
+
+    def text(self, words: str) -> Locator:
+        """Something that says these words."""
+        return self.page.get_by_text(words)
+
+    @property
+    def results(self) -> Locator:
+        """What the panel with the results holds."""
+        return self.page.locator(".pounce-results")
+
+    @property
+    def results_button(self) -> Locator:
+        """Opens the panel with the results in this browser."""
+        return self.page.get_by_role("button", name=re.compile("^Show results of "))
+
+    def cell_colours(self) -> np.ndarray:
+        """Colours of all cells as the page has them, ``(y * x, 3) uint8``."""
+        return np.array(self.page.evaluate(_CELL_COLOURS), np.uint8).reshape(-1, 3)
+
+    def expect_cell_colours(self, colours: np.ndarray) -> None:
+        """Wait until the page has exactly these colours."""
+        self.page.wait_for_function(_HAS_COLOURS, arg=colours.ravel().tolist())
+
+    def place_of(self, cell: int) -> tuple[int, int]:
+        """Pixel at the centre of a cell, ``(x, y)``."""
+        x, y = self.page.evaluate(_PROJECT, cell)
+        return x, y
+
+    def expect_pixel(self, place: tuple[int, int], colour: np.ndarray) -> None:
+        """Wait until a pixel of the screen has exactly this colour."""
+        clip = {"x": place[0], "y": place[1], "width": 1, "height": 1}
+        seen: list[list[int]] = []
+        # Each picture waits for a new frame to be drawn.
+        for _ in range(30):
+            seen.append(picture(self.page.screenshot(clip=clip))[0, 0].tolist())
+            if seen[-1] == colour.tolist():
+                return
+        pytest.fail(f"the pixel at {place} was {seen[-1]} and never {colour.tolist()}")
+
+    # Doing
+
+    def button(self, name: str) -> Locator:
+        """A button by what is written on it."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def checkbox(self, label: str) -> Locator:
+        """A checkbox by its label."""
+        return self.page.get_by_role("checkbox", name=label, exact=True)
+
+    def field(self, label: str) -> Locator:
+        """A field to type into, or a list to choose from, by its label."""
+        return self.page.get_by_label(label, exact=True).and_(self.page.locator("input"))
+
+    def click(self, name: str) -> None:
+        """Click on a button."""
+        self.button(name).click()
+
+    def turn_to(self, tab: str) -> None:
+        """Turn to another tab."""
+        self.page.get_by_role("tab", name=tab, exact=True).click()
+
+    def show_results(self) -> None:
+        """Open the panel with the results from the tab."""
+        self.turn_to("Experiments")
+        self.results_button.click()
+        expect(self.results).to_be_visible()
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose from a list."""
+        self.field(label).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+        # A list that closes takes the focus back.
+        expect(self.page.get_by_role("option")).to_have_count(0)
+        expect(self.field(label)).to_have_value(option)
+
+    def type(self, label: str, text: str) -> None:
+        """Type into a field, and finish that."""
+        self.field(label).fill(text)
+        self.field(label).press("Enter")
+
+    def upload(self, button: str, name: str, text: str) -> None:
+        """Load a file of that name, with a button for it."""
+        with self.page.expect_file_chooser() as chooser:
+            self.button(button).click()
+        chooser.value.set_files({"name": name, "mimeType": "text/yaml", "buffer": text.encode()})
+
+
+def picture(png: bytes) -> np.ndarray:
+    """A screenshot as ``(y, x, 3) uint8``."""
+    return np.asarray(iio.imread(io.BytesIO(png), extension=".png"))[..., :3]
+
+
+def colours_in(css: str) -> list[list[int]]:
+    """The colours in a piece of CSS, in order."""
+    found = re.findall(r"rgb\((\d+), ?(\d+), ?(\d+)\)", css)
+    return [[int(part) for part in colour] for colour in found]
+
+
+@contextlib.contextmanager
+def arriving(handle: Any) -> Iterator[None]:
+    """Waits until what is typed into a widget here has come to the server.
+
+    A page sends only the newest of all changes within 50 ms, whatever widgets they belong to.
+    """
+    arrived = threading.Event()
+    handle.on_update(lambda _: arrived.set())
+    yield
+    assert arrived.wait(PATIENCE_S)
+
+
+class Shared(NamedTuple):
+    """A lab and a page of it that several tests of a file use, one after the other."""
+
+    live: LiveLab
+    screen: Screen
+
+
+Begin = Callable[..., Shared]
+StartLab = Callable[..., LiveLab]
+OpenPage = Callable[..., Screen]
