@@ -8,9 +8,10 @@ from typing import NamedTuple
 from app.analysis import estimates
 from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, bootstrap_rng
 from app.charts.paper import Line, Mark, Panel, Style, draw_curves, shown_estimate
+from app.experiments.record import Record
 from app.metrics import Metric
 from app.report.page import Page, details, minor
-from app.results.read import Group, Reader, RunRow, Trace, Widths
+from app.results.read import Group, Reader, Trace, Widths
 from app.util.html import Markup, element, joined
 from app.words.numbers import counted, in_short
 from app.words.plain import plain
@@ -56,7 +57,7 @@ class Shown(NamedTuple):
 # --- Curves --------------------------------------------------------------------------------------
 
 
-def line_of(reader: Reader, label: str, runs: Iterable[RunRow], axis: Axis, style: Style) -> Line:
+def line_of(reader: Reader, label: str, runs: Iterable[Record], axis: Axis, style: Style) -> Line:
     """The learning curve of runs against steps or trials, averaged, with its interval."""
     traces = reader.traces(runs)
     curves = [trace.curves[axis] for trace in traces]

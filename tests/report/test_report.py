@@ -23,12 +23,13 @@ from app.charts import fonts, paper
 from app.cli import main
 from app.cli.report import Report
 from app.documents import presets
+from app.experiments.record import Origin, Record
 from app.experiments.store import REPORT_PAGE
 from app.experiments.table import connect, note
 from app.report import parts, report
 from app.report.page import FIGURE_FILES
 from app.report.sections.compare import pairs_of
-from app.results.read import Group, ResultsError, RunRow
+from app.results.read import Group, ResultsError
 from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, pictures, seal
 from tests.support.reports import page_of, pictures_of, table_of, text_of
 
@@ -758,22 +759,21 @@ def test_below_five_runs_a_comparison_has_no_interquartile_mean(tmp_path: Path) 
 
 def group(variant: str, preset: str, sets: Mapping[str, Any], trials: int) -> Group:
     """A variant with one run, as far as it matters for what it belongs to."""
-    run = RunRow(
-        folder=Path(),
+    run = Record(
         key="",
         variant=variant,
         preset=preset,
         overrides=sets,
         settings={"trials": trials},
-        limited=False,
-        stop=None,
         seed=0,
         error="",
         version="",
         digest="",
+        seconds=1.0,
+        ended_at="",
+        values={"trials": trials, "steps": trials},
         arrays="",
-        scalars={"trials": trials, "steps": trials},
-        milestones={},
+        origin=Origin(Path(), (), False, None),
     )
     return Group(variant, preset, sets, [run])
 

@@ -31,7 +31,7 @@ from app.charts.paper import (
     shown_estimate,
 )
 from app.documents import presets
-from app.metrics import AREA, FINAL_REWARD, PERFORMANCE, Metric
+from app.metrics import AREA, FINAL_REWARD, Metric
 from app.report.page import Page, details, table
 from app.report.parts import NO_INTERVAL, Shown, bars_note, has_interval
 from app.results.read import Group, measured
@@ -296,7 +296,7 @@ def _span(metric: Metric, settings: Mapping[str, Any]) -> float | None:
     if metric.column in (FINAL_REWARD.column, AREA.column):
         world = settings["world"]
         return abs(world["capture_reward"] - world["flight_reward"])
-    return 1.0 if metric.column in PERFORMANCE else None
+    return 1.0 if metric.kind == "performance" else None
 
 
 def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
