@@ -12,6 +12,7 @@ import cmap
 import numpy as np
 
 from app.charts.styles import COLOURS, THESIS_STYLES, Style
+from app.picture.colours import from_linear, luminance, to_linear
 
 LINK: Final = "var(--pounce-link)"
 FAILED: Final = "var(--pounce-failed)"
@@ -47,11 +48,10 @@ def colour_of(style: Style) -> str:
 
 def shades_of(colour: str) -> tuple[str, str]:
     """A colour made to stand out from white, and from nearly black."""
-    linear = _linear(_parts(colour))
-    luminance = _luminance(linear)
+    light = to_linear(_parts(colour))
     return (
-        _gamma(linear * min(_BRIGHTEST_ON_WHITE / luminance, 1)),
-        _gamma(linear * max(_DARKEST_ON_BLACK / luminance, 1)),
+        _hex(from_linear(light * min(_BRIGHTEST_ON_WHITE / luminance(light), 1))),
+        _hex(from_linear(light * max(_DARKEST_ON_BLACK / luminance(light), 1))),
     )
 
 
@@ -61,18 +61,6 @@ def _name_of(colour: str) -> str:
 
 def _parts(colour: str) -> np.ndarray:
     return np.asarray([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
-
-
-def _gamma(linear: np.ndarray) -> str:
-    return _hex(np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055))
-
-
-def _linear(parts: np.ndarray) -> np.ndarray:
-    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
-
-
-def _luminance(linear: np.ndarray) -> float:
-    return float(linear @ np.array([0.2126, 0.7152, 0.0722]))
 
 
 def _hex(parts: np.ndarray) -> str:
@@ -98,5 +86,5 @@ def heat() -> tuple[Sequence[str], Sequence[str]]:
     """Colours from low to high, and what is written on each of them."""
     colours = cmap.Colormap("viridis")(np.linspace(0, 1, _HEAT_COLOURS))[:, :3]
     # Black and white are equally far from this luminance.
-    inks = ["#000" if _luminance(_linear(colour)) > 0.18 else "#fff" for colour in colours]
+    inks = ["#000" if luminance(to_linear(colour)) > 0.18 else "#fff" for colour in colours]
     return [_hex(colour) for colour in colours], inks
