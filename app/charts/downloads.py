@@ -16,7 +16,7 @@ _MOST_ROWS: Final = 60
 def numbers_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Rows:
     """The numbers of what a browser looks at; variants are called as they are there."""
     gathering, _ = live.in_short(gathering)
-    return _on_paper(live.chart_of(gatherer, gathering, view)).numbers
+    return _on_paper(live.chart_of(gatherer, gathering, view), gatherer).numbers
 
 
 def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
@@ -39,16 +39,21 @@ def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
         n_variants = len(experiment.variants)
         small += ["Pale dots are single runs."] * has_means
         small += [f"The first {_MOST_ROWS} of {n_variants:,} variants."] * (n_variants > _MOST_ROWS)
-    return drawn(experiment.name, _on_paper(chart), " ".join(small))
+    return drawn(experiment.name, _on_paper(chart, gatherer), " ".join(small))
 
 
-def _on_paper(chart: LiveChart) -> LiveChart:
+def _on_paper(chart: LiveChart, gatherer: Gatherer) -> LiveChart:
     """As much of a chart as paper can show."""
     if isinstance(chart, Curves):
         (panel,) = chart.panels
         lines = with_clear_marks([line for line in panel.lines if line.n])
         return chart._replace(panels=[Panel(panel.title, lines)])
     if isinstance(chart, Dots):
-        columns = {what: dots[:_MOST_ROWS] for what, dots in chart.columns.items()}
-        return chart._replace(columns=columns)
+        ((what, dots),) = chart.columns.items()
+        # On the page the means of very many variants have no intervals; those of the first have.
+        rows = [
+            dot._replace(estimate=gatherer.estimate(place))
+            for place, dot in enumerate(dots[:_MOST_ROWS])
+        ]
+        return Dots({what: rows})
     return chart

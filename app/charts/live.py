@@ -23,7 +23,7 @@ from app.charts.model import (
     RunDot,
     Series,
 )
-from app.charts.styles import Style, styles_of
+from app.charts.styles import styles_of
 from app.charts.view import View
 from app.documents.experiments import Experiment
 from app.results.gather import MOST_CURVES, Gatherer, Gathering
@@ -64,28 +64,20 @@ def chart_of(gatherer: Gatherer, gathering: Gathering, view: View) -> LiveChart:
     sweep = variants.swept(gathering.experiment)
     if view.chart == "runs" or sweep is None:
         return _runs(gatherer, gathering)
-    return (
-        _plane(gatherer, gathering, sweep)
-        if len(sweep.axles) == 2
-        else _points(gatherer, gathering, sweep)
-    )
+    build = _plane if len(sweep.axles) == 2 else _points
+    return build(gatherer, gathering, sweep)
 
 
 def left_out(gathering: Gathering, chart: LiveChart) -> str:
     """What a chart does not show, in words; empty if it shows all."""
     if isinstance(chart, Curves):
         n_others = len(gathering.experiment.variants) - len(chart.panels[0].lines)
-        return (
-            f"{n_others:,} other variants are not drawn; choose any of them in another chart."
-            if n_others
-            else ""
-        )
+        words = f"{n_others:,} other variants are not drawn; choose any of them in another chart."
+        return words if n_others else ""
     failed = sum(1 for run in gathering.runs if run.error)
     without = sum(1 for run in gathering.runs if not run.error and math.isnan(run.value))
-    return " ".join(
-        [f"{counted(failed, 'run')} failed."] * (failed > 0)
-        + [f"{counted(without, 'run')} without a value."] * (without > 0)
-    )
+    said = {"failed": failed, "without a value": without}
+    return " ".join(f"{counted(n, 'run')} {what}." for what, n in said.items() if n)
 
 
 def _curves(gatherer: Gatherer, gathering: Gathering, axis: Axis, chosen: int | None) -> Curves:
@@ -117,14 +109,10 @@ def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:
         estimates = [gatherer.estimate(place) for place in range(len(every))]
     else:  # The intervals of so many take seconds.
         estimates = [_mean([dot.value for dot in dots[place]]) for place in range(len(every))]
-    styles: Sequence[Style | None] = [None] * len(every)
-    if len(every) <= MOST_CURVES:
-        styles = styles_of([variant.preset for variant in every])
+    styles = styles_of([v.preset for v in every]) if len(every) <= MOST_CURVES else []
     rows = [
-        Dot(variant.label, estimate, dots[place], style)
-        for place, (variant, estimate, style) in enumerate(
-            zip(every, estimates, styles, strict=True)
-        )
+        Dot(variant.label, estimates[place], dots[place], styles[place] if styles else None)
+        for place, variant in enumerate(every)
     ]
     return Dots({gathering.metric.label: rows})
 

@@ -5,6 +5,7 @@ import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 
 from app.charts import downloads
@@ -98,3 +99,14 @@ def test_the_small_print_promises_no_interval_of_single_runs(
     small = asked[0].small
     assert ("95 % bootstrap intervals" in small) == (n_seeds > 1)
     assert ("one run (seed) each" in small) == (n_seeds == 1)
+
+
+def test_of_very_many_variants_the_first_have_their_intervals() -> None:
+    experiment = experiment_of(
+        "presets: [timed]\ngrid: {learner.alpha: {start: 0.001, stop: 0.31, step: 0.001}}"
+    )
+    gatherer = filled(experiment, some_runs(experiment, 3)[: 2 * 310 + 5])
+    numbers = numbers_of(gatherer, gatherer.gathering(), View("runs"))
+    lows = [row[3] for row in numbers[1:]]
+    assert len(lows) == 60
+    assert not np.isnan(lows).any()
