@@ -13,9 +13,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, Comparison, Estimate, bootstrap_rng
-from app.charts.drawing import missing_note
-from app.charts.paper import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
+from app.analysis.estimates import Axis, Comparison, bootstrap_rng
+from app.charts.model import NOTHING, Dot, Dots, Panel, RunDot, with_clear_marks
+from app.charts.paper.drawing import drawn, missing_note
+from app.charts.read import line_of
+from app.charts.styles import style_of
+from app.charts.wording import shown_estimate
 from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
 from app.metrics import AREA, FINAL_REWARD, METRICS, MILESTONES, Metric, shown_first
@@ -34,7 +37,6 @@ from app.report.parts import (
     curve_pictures,
     difference_cell,
     left_out,
-    line_of,
     mean_cell,
     minor_text,
     pairing_cell,
@@ -222,14 +224,10 @@ def _ablation_picture(
     naming: str,
 ) -> Markup:
     every = [base, *(group for group, _ in others)]
-    samples = [(group.label, group.values(metric.column)) for group in every]
-    nothing = Estimate(math.nan, math.nan, math.nan, 0)
     columns = {
-        metric.label: [
-            Dot(label, estimates.mean(values, bootstrap_rng()), values) for label, values in samples
-        ],
+        metric.label: [_dot_of(group, metric.column) for group in every],
         difference: [
-            Dot(base.label, nothing),
+            Dot(base.label, NOTHING),
             *(Dot(group.label, compared.difference) for group, compared in others),
         ],
     }
@@ -238,8 +236,13 @@ def _ablation_picture(
         " dots: single runs. Differences are to"
         f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
     )
-    drawing = draw_dots("variants", columns, small, zero=(difference,))
+    drawing = drawn("variants", Dots(columns, differences=[difference]), small)
     return page.picture("variants", f"{metric.label} of each variant", drawing)
+
+
+def _dot_of(group: Group, column: str) -> Dot:
+    mean = estimates.mean(group.values(column), bootstrap_rng())
+    return Dot(group.label, mean, [RunDot(run.values[column], run.seed) for run in group.runs])
 
 
 def _ablation_table(

@@ -119,7 +119,8 @@ def test_help_comes_without_what_takes_long_to_import(argument: str) -> None:
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
-    assert answer(capsys, "--version") == f"pounce {__version__}\n"
+    for option in ("--version", "-V"):
+        assert answer(capsys, option) == f"pounce {__version__}\n"
 
 
 # --- pounce run ----------------------------------------------------------------------------------
@@ -409,12 +410,12 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
         " (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
         " (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),
@@ -607,6 +608,7 @@ def test_the_lab_is_the_default(
             "results": Path("results"),
             "names": [],
             "token": None,
+            "log_level": 30,
         }
     ]
 
@@ -701,6 +703,31 @@ def test_a_token_that_cannot_be_used_is_refused_and_not_repeated(
     assert out == ""
     assert err.startswith("POUNCE_TOKEN: its value is not allowed; allowed: 12 to 200")
     assert not token or token not in err
+    assert opened == []
+
+
+@pytest.mark.parametrize(
+    ("words", "level"), [((), 30), (("--log-level", "debug"), 10), (("--log-level", "ERROR"), 40)]
+)
+def test_the_lab_says_as_much_as_it_is_told_to(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+    level: int,
+) -> None:
+    answer(capsys, "lab", *words)
+    assert opened[0]["log_level"] == level
+
+
+@pytest.mark.parametrize("level", ["", "loud", "10"])
+def test_a_log_level_that_there_is_not_is_refused(
+    opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], level: str
+) -> None:
+    assert main.main(["lab", "--log-level", level]) == 2
+    assert capsys.readouterr() == (
+        "",
+        f"--log-level: {level!r} is not allowed; allowed: debug, info, warning, error\n",
+    )
     assert opened == []
 
 
