@@ -101,7 +101,7 @@ def obey(command: Run) -> int:
         raise UsageError("PRESET is missing; allowed: a shipped preset (pounce presets) or a file")
     spec = spec_of(command.preset, _settings(command))
 
-    from app.documents.tree import called
+    from app.documents.sources import called
     from app.experiments import headless
     from app.experiments.task import prepare
 
@@ -185,7 +185,7 @@ def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
         return
     if not command.out:
         raise UsageError("--out: '' is not allowed; allowed: a folder")
-    from app.documents.tree import STDIN, STDIN_NAME
+    from app.documents.sources import STDIN, STDIN_NAME
     from app.experiments.headless import Output, OutputError
 
     name = STDIN_NAME if command.preset == STDIN else Path(command.preset).stem

@@ -29,31 +29,27 @@ from typing import Any, Final, NamedTuple
 from app.documents import presets, ranges
 from app.documents.faults import written_so
 from app.documents.ranges import Number
+from app.documents.sources import STDIN, Shipped, called
 from app.documents.tree import (
     EXTENDS,
     MAX_DEPTH,
-    NO_PATH,
-    STDIN,
     Key,
     Node,
     PresetError,
     PresetProblem,
     Refused,
     UnusableError,
-    called,
     children,
     document_of,
     dotted,
-    file_of,
     in_order,
     n_values,
     plain,
     printable,
     quoted,
-    standard_input,
 )
 from app.metrics import METRICS, NAMES
-from app.util.texts import as_path, as_text, folder_name
+from app.util.texts import as_text, folder_name
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, did_you_mean
 from sim.rng import MAX_SEED
@@ -68,8 +64,12 @@ MAX_PROBLEMS: Final = 100
 MAX_WRONG_VALUES: Final = MAX_VALUES // 4
 """Of variants that are wrong. What is wrong with all of them is one problem, and many values."""
 
-FIRST: Final = ("figure_4_1", "figure_4_2", "figure_4_3")
-"""Experiments of the thesis, in its order; others follow by name."""
+_SHIPPED: Final = Shipped(
+    "experiment",
+    "presets/experiments",
+    files("presets") / "experiments",
+    ("figure_4_1", "figure_4_2", "figure_4_3"),
+)
 
 _AXES: Final = ("set", "grid", "linked", "settings")
 _KEYS: Final = (
@@ -181,49 +181,28 @@ def own_seed(label: str, seed: int) -> int:
 
 def shipped() -> dict[str, Traversable]:
     """The experiments that come with the lab, by name: first the thesis's own."""
-    found = {
-        entry.name.removesuffix(".yaml"): entry
-        for entry in (files("presets") / "experiments").iterdir()
-        if entry.name.endswith(".yaml") and entry.is_file()
-    }
-    names = [name for name in FIRST if name in found] + sorted(found.keys() - set(FIRST))
-    return {name: found[name] for name in names}
+    return _SHIPPED.files()
 
 
 def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
-    """Read a shipped experiment or a file; ``n_seeds`` takes the place of the file's seeds.
+    """Read a shipped experiment, a file or standard input.
 
-    ``-`` is standard input.
+    Args:
+        name_or_path: ``-`` for standard input.
+        n_seeds: takes the place of the file's seeds.
 
     Raises:
         ExperimentError: it cannot be run; with all that is wrong with it.
     """
-    label, folder = called(name_or_path), Path()
-    own = shipped()
-    if name_or_path in own:
-        label = f"presets/experiments/{name_or_path}.yaml"
-        experiment = parse(own[name_or_path].read_bytes(), label, folder, n_seeds)
-        return replace(experiment, source=name_or_path)
-    source = as_text(name_or_path)
-    if "\N{REPLACEMENT CHARACTER}" in source or name_or_path == STDIN:
-        source = ""
     try:
-        path = Path(as_path(name_or_path))
-        data = standard_input() if name_or_path == STDIN else file_of(path)
-    except (FileNotFoundError, NotADirectoryError):
-        message = (
-            f"is neither a shipped experiment nor a file{did_you_mean(name_or_path, own)};"
-            f" allowed: {', '.join(own)}, or a path"
-        )
-    except OSError as error:
-        message = f"cannot be read: {error.strerror}"
-    except ValueError:
-        message = NO_PATH
+        found = _SHIPPED.asked_for(name_or_path)
     except UnusableError as error:
-        message = error.message
-    else:
-        return replace(parse(data, label, path.parent, n_seeds), source=source)
-    raise ExperimentError([PresetProblem(label, None, "", None, message)])
+        problem = PresetProblem(called(name_or_path), None, "", None, error.message)
+        raise ExperimentError([problem]) from None
+    experiment = parse(found.data, found.label, found.folder, n_seeds)
+    name = as_text(name_or_path)
+    can_be_named_again = name_or_path != STDIN and "\N{REPLACEMENT CHARACTER}" not in name
+    return replace(experiment, source=name if can_be_named_again else "")
 
 
 def parse(

@@ -17,7 +17,8 @@ from typing import Any, Final, Self
 
 from app import __version__
 from app.documents.experiments import Experiment
-from app.documents.tree import UnusableError, file_of, is_same_text
+from app.documents.sources import file_of
+from app.documents.tree import UnusableError, is_same_text
 from app.experiments import archive, table
 from app.experiments.claims import (
     PASSING,
