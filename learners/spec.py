@@ -103,6 +103,9 @@ def _truth(value: object) -> object:
     return value
 
 
+Truth = Annotated[bool, BeforeValidator(_truth)]
+
+
 def _of_ones_own(skills: dict[str, SkillWeights]) -> dict[str, SkillWeights]:
     built_in = [name for name in skills if name in SKILLS]
     if built_in:
@@ -191,7 +194,7 @@ class EpisodeSpec(Spec):
 class ScheduleSpec(Spec):
     """Skill timers and exploration episodes. A skill without a timer is present from trial 0."""
 
-    safe_introduction: Annotated[bool, BeforeValidator(_truth)] = True
+    safe_introduction: Truth = True
     """Whether a skill joins without changing the utility of any state (section 3.3.4)."""
     skills: dict[SkillName, SkillTimer] = Field(default_factory=dict)
     episodes: Annotated[tuple[EpisodeSpec, ...], Field(strict=False)] = ()

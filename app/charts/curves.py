@@ -45,7 +45,7 @@ from app.charts.parts import (
     x_axis,
     y_axis,
 )
-from app.documents.experiments import Variant
+from app.documents.variants import Variant
 from app.results.gather import MOST_CURVES, Curve, Gathering, RunFact
 from app.util.html import escaped
 from app.words.plain import plain

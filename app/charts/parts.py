@@ -10,7 +10,7 @@ import numpy as np
 
 from app.analysis.estimates import LEAST_RUNS, Estimate
 from app.charts.paper import MOST_STYLES, SKY_BLUE, THESIS_STYLES, Style, style_of
-from app.documents.experiments import Variant
+from app.documents.variants import Variant
 from app.results.gather import Gathering
 from app.util.html import escaped
 

@@ -138,7 +138,7 @@ def seeds_of(command: Run) -> Sequence[int]:
     Raises:
         UsageError: the options that name them are wrong.
     """
-    from app.documents.experiments import MAX_RUNS
+    from app.documents.experiment_spec import MAX_RUNS
     from sim.rng import MAX_SEED
 
     if command.seed_list is None:

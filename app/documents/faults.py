@@ -5,7 +5,7 @@ experiments, and whatever it faults becomes a problem with a file, a line, a key
 would be allowed. What is allowed is found in the model itself, so that a setting is stated once.
 """
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import lru_cache
 from types import UnionType
 from typing import (
@@ -76,6 +76,8 @@ def _inner(slot: Slot, part: str | int) -> Slot | None:
     if _is_union(slot.kind):
         inner = (_inner(_of_type(argument), part) for argument in arguments)
         return next((found for found in inner if found is not None), None)
+    if get_origin(slot.kind) is Sequence and isinstance(part, int):
+        return _of_type(arguments[0], optional=True)._replace(is_item=True)
     if get_origin(slot.kind) is dict and isinstance(part, str):
         return _of_type(arguments[1], optional=not slot.is_item)
     if get_origin(slot.kind) is tuple and isinstance(part, int):
@@ -205,7 +207,7 @@ class Fault(NamedTuple):
     value: str | None = None
     """What the model took the value to be, for where the document states none."""
     is_lacking: bool = False
-    """Whether something is not there: a key, or items of a list."""
+    """Whether something is not there: a key, or the items of a list."""
     is_compared: bool = False
     """Whether values that are each well-formed do not go together."""
     is_noted: bool = False
@@ -230,6 +232,8 @@ def faults_of(
     """
     for found in error.errors(include_url=False):
         key: Key = found["loc"]
+        if found["type"] == "too_short" and found["input"]:
+            continue  # Items that are wrong are not counted, and each is faulted itself.
         cause = found.get("ctx", {}).get("error")
         slot, is_name = slot_of(model, key), False
         if key[-1:] == ("[key]",) and _is_mapping(mapping := slot_of(model, key[:-2])):

@@ -9,7 +9,7 @@ A preset passes through four stages, each of which notes what is wrong and carri
   and, of what they find sound, all that does not go together.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import yaml
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from app.documents.faults import faults_of, unknown_key, without_nulls
 from app.documents.sources import Shipped, Source, called
@@ -26,6 +26,7 @@ from app.documents.tree import (
     MAX_BYTES,
     MAX_DEPTH,
     MAX_NAME,
+    MAX_SHOWN,
     Key,
     Node,
     Place,
@@ -46,7 +47,7 @@ from app.documents.tree import (
 )
 from app.util.texts import as_text
 from learners.skills import SKILLS
-from learners.spec import RunSpec, SkillName
+from learners.spec import RunSpec
 
 MAX_BASES: Final = 8
 """Presets below one another by ``extends``."""
@@ -87,34 +88,6 @@ def _base(node: Node, source: Source, above: Sequence[str]) -> Source:
     return base
 
 
-def _layers(
-    source: Source | None,
-    problems: list[PresetProblem],
-    read: Callable[[Source, list[PresetProblem]], Node | None],
-) -> tuple[list[Node], bool]:
-    """A preset and all it starts from, topmost first, and whether all of it could be had."""
-    layers: list[Node] = []
-    above: list[str] = []
-    while source is not None:
-        above.append(source.identity)
-        root = read(source, problems)
-        if root is None:
-            return layers, False
-        entries = dict(root.value)
-        extends = entries.pop(EXTENDS, None)
-        layers.append(root._replace(value=entries))
-        if extends is None or extends.value is None:
-            return layers, True
-        if isinstance(extends.value, Refused):
-            return layers, False
-        try:
-            source = _base(extends, source, above)
-        except UnusableError as error:
-            problems.append(extends.problem(error.message, quoted(plain(extends))))
-            return layers, False
-    return layers, False
-
-
 # --- Settings ------------------------------------------------------------------------------------
 
 
@@ -144,16 +117,6 @@ def _with_setting(tree: Node, setting: str, problems: list[PresetProblem]) -> No
 
 # --- From a tree to a run ------------------------------------------------------------------------
 
-_SKILL_NAME: Final = TypeAdapter(SkillName)
-
-
-def _is_skill_name(word: str) -> bool:
-    try:
-        _SKILL_NAME.validate_python(word, strict=True)
-    except ValidationError:
-        return False
-    return True
-
 
 def _entries(tree: Node, key: Key) -> Mapping[str, Node] | None:
     """The mapping at a key, empty if it is not given; None if something else is there."""
@@ -169,7 +132,7 @@ def _validated(tree: Node, complete: bool, problems: list[PresetProblem]) -> Run
     First every value is looked at by itself, then those that are sound are compared.
     """
     custom = _entries(tree, ("learner", "custom_skills"))
-    skills = [*SKILLS, *filter(_is_skill_name, custom or ())]
+    skills = [*SKILLS, *(name for name in custom or () if name == printable(name, MAX_SHOWN))]
     if complete and custom is not None:
         for name, timer in (_entries(tree, ("schedule", "skills")) or {}).items():
             if timer.value is None and name not in skills:
@@ -201,7 +164,7 @@ class Base(NamedTuple):
 
 
 class Shelf:
-    """The presets that an experiment starts from: however often one is named, it is read once."""
+    """The presets that others start from: however often one is named, it is read once."""
 
     def __init__(self, folder: Path | None) -> None:
         """Paths start at the folder; without one, there are shipped presets alone."""
@@ -214,9 +177,7 @@ class Shelf:
         """A shipped preset, or the file at a path; raises `UnusableError` alone."""
         source = _SHIPPED.opened(name, self._folder)
         if source.identity not in self._bases:
-            problems: list[PresetProblem] = []
-            tree, complete = _stacked(source, problems, self._read)
-            self._bases[source.identity] = Base(tree, complete, tuple(problems))
+            self._bases[source.identity] = self.stacked(source)
         return self._bases[source.identity]
 
     def base_within(self, node: Node) -> Base:
@@ -232,9 +193,40 @@ class Shelf:
             below = self.base_of(extends.value)
         return below._replace(tree=merged(below.tree, node._replace(value=entries)))
 
+    def stacked(self, source: Source) -> Base:
+        """A preset on top of all it starts from."""
+        layers: list[Node] = []
+        problems: list[PresetProblem] = []
+        complete = self._add_layers(source, layers, problems)
+        tree = Node((), {}, Place(source.label, 1))
+        for layer in reversed(layers):
+            tree = merged(tree, layer)
+        return Base(tree, complete, tuple(problems))
+
+    def _add_layers(
+        self, source: Source, layers: list[Node], problems: list[PresetProblem]
+    ) -> bool:
+        """A preset and all it starts from, topmost first; returns whether all could be had."""
+        above: list[str] = []
+        while (root := self._read(source, problems)) is not None:
+            above.append(source.identity)
+            entries = dict(root.value)
+            extends = entries.pop(EXTENDS, None)
+            layers.append(root._replace(value=entries))
+            if extends is None or extends.value is None:
+                return True
+            if isinstance(extends.value, Refused):
+                return False
+            try:
+                source = _base(extends, source, above)
+            except UnusableError as error:
+                problems.append(extends.problem(error.message, quoted(plain(extends))))
+                return False
+        return False
+
     def _read(self, source: Source, problems: list[PresetProblem]) -> Node | None:
         if source.identity not in self._documents:
-            self._n_bytes += len(source.data)
+            self._n_bytes += min(len(source.data), MAX_BYTES)  # No more than that is looked at.
             if self._n_bytes > MAX_SHELF_BYTES:
                 message = f"is one preset too many; allowed: {MAX_SHELF_BYTES} bytes in all of them"
                 raise UnusableError(message)
@@ -263,30 +255,6 @@ def completed(base: Base, settings: Iterable[Node]) -> RunSpec:
     return _validated(tree, complete, list(problems))
 
 
-def _read(source: Source, problems: list[PresetProblem]) -> Node | None:
-    return document_of(source.data, source.label, problems)
-
-
-def _stacked(
-    source: Source | None,
-    problems: list[PresetProblem],
-    read: Callable[[Source, list[PresetProblem]], Node | None] = _read,
-) -> tuple[Node, bool]:
-    """A preset on top of all it starts from, and whether all of it could be had."""
-    layers, complete = _layers(source, problems, read)
-    tree = Node((), {}, Place("" if source is None else source.label, 1))
-    for layer in reversed(layers):
-        tree = merged(tree, layer)
-    return tree, complete
-
-
-def _run(source: Source | None, settings: Iterable[str], problems: list[PresetProblem]) -> RunSpec:
-    tree, complete = _stacked(source, problems)
-    for setting in settings:
-        tree = _with_setting(tree, setting, problems)
-    return _validated(tree, complete, problems)
-
-
 # --- Reading and writing -------------------------------------------------------------------------
 
 
@@ -295,13 +263,15 @@ def load(name_or_path: str, settings: Sequence[str] = ()) -> RunSpec:
 
     Raises `PresetError`.
     """
-    problems: list[PresetProblem] = []
-    source: Source | None = None
     try:
-        source = _SHIPPED.asked_for(name_or_path)
+        base = Shelf(None).stacked(_SHIPPED.asked_for(name_or_path))
     except UnusableError as error:
-        problems.append(PresetProblem(called(name_or_path), error.line, "", None, error.message))
-    return _run(source, settings, problems)
+        problem = PresetProblem(called(name_or_path), error.line, "", None, error.message)
+        base = Base(Node((), {}, Place("", 1)), False, (problem,))
+    tree, problems = base.tree, list(base.problems)
+    for setting in settings:
+        tree = _with_setting(tree, setting, problems)
+    return _validated(tree, base.complete, problems)
 
 
 def parse(text: bytes | str, source: str) -> RunSpec:
@@ -309,7 +279,8 @@ def parse(text: bytes | str, source: str) -> RunSpec:
 
     It may start from shipped presets alone: no other file is looked at. Raises `PresetError`.
     """
-    return _run(Source(printable(source, MAX_NAME), text, "", None), (), [])
+    found = Source(printable(source, MAX_NAME), text, "", None)
+    return completed(Shelf(None).stacked(found), ())
 
 
 class _Row(dict[str, Any]):

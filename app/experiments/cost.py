@@ -16,7 +16,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.task import tasks_of
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec

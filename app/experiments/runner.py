@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, NamedTuple, Protocol, Self
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import checksum
 from app.experiments.cost import estimated_steps
 from app.experiments.store import Folder, version

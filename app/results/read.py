@@ -7,7 +7,7 @@ import shlex
 import sqlite3
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -18,7 +18,7 @@ from app.analysis import estimates
 from app.analysis.estimates import Axis
 from app.analysis.sweeps import BETWEEN, short_names
 from app.documents import experiments
-from app.documents.experiments import Stop
+from app.documents.experiment_spec import Stop
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.table import DamageError
@@ -90,7 +90,13 @@ class RunRow:
     def identity(self) -> str:
         """What a run is a function of, as a text."""
         settings = {key: self.settings[key] for key in self.settings if key != "description"}
-        about = [self.preset, settings, self.limited, self.stop and asdict(self.stop), self.seed]
+        about = [
+            self.preset,
+            settings,
+            self.limited,
+            self.stop and self.stop.model_dump(),
+            self.seed,
+        ]
         return json.dumps(about, sort_keys=True)
 
 
@@ -303,7 +309,7 @@ def groups_of(rows: Iterable[RunRow]) -> list[Group]:
     for run in rows:
         if not run.error:
             settings = {**run.settings, "description": ""}
-            ending = run.limited, run.stop and asdict(run.stop)
+            ending = run.limited, run.stop and run.stop.model_dump()
             parts = [run.variant, run.preset, run.overrides, settings, ending]
             key = json.dumps(parts, sort_keys=True)
             found.setdefault(key, Group(run.variant, run.preset, run.overrides)).runs.append(run)

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import ArchiveError
 from app.experiments.claims import FolderError, is_free
 from app.experiments.cost import Plan, plan

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from app.documents import experiments
-from app.documents.experiments import Experiment, Variant, parse
+from app.documents.experiments import Experiment, parse
+from app.documents.variants import Variant
 from app.experiments import store, task
 from app.experiments.runner import Crew, Progress, Threads, run_experiment
 from app.experiments.store import Folder, FolderError, table_csv
