@@ -48,14 +48,6 @@ def _values(value: Any) -> list[Any] | Linear | Logarithmic:
     return value if isinstance(value, list) and value else range_of(value)
 
 
-def _preset(value: Any) -> Any:
-    if not isinstance(value, str | dict):
-        raise ValueError(
-            "must be a text; allowed: a shipped preset, a path, or a whole preset with a label"
-        )
-    return value
-
-
 def _share(value: Any) -> Any:
     if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
         hint = written_so(value, decimals=True)
@@ -137,8 +129,8 @@ Choices = Annotated[
 class PresetItem(Spec):
     """A preset, and what is varied in it alone."""
 
-    preset: Annotated[str | dict[str, Any], PlainValidator(_preset)]
-    """A name, a path, or a whole preset."""
+    preset: Any = None
+    """A name, a path, or a whole preset, which needs a label; looked at where it is opened."""
     label: Annotated[str, Field(max_length=MAX_LABEL)] = ""
     set: Settings = Field(default_factory=dict)
     grid: Columns = Field(default_factory=dict)
@@ -147,14 +139,8 @@ class PresetItem(Spec):
 
     @model_validator(mode="before")
     @classmethod
-    def _is_named(cls, value: Any) -> Any:
-        if not isinstance(value, dict):
-            return {"preset": _preset(value)}
-        if "preset" not in value:
-            raise ValueError("names no preset; allowed: preset: NAME")
-        if isinstance(value["preset"], dict) and not value.get("label"):
-            raise ValueError("has no label; allowed: a label for a preset that has no name")
-        return value
+    def _by_name(cls, value: Any) -> Any:
+        return value if isinstance(value, dict) else {"preset": value}
 
 
 class Stop(Spec):

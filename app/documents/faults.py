@@ -136,7 +136,7 @@ _LIMITS: Final = {
 
 
 def _number(value: float) -> str:
-    return f"{value:.0f}" if value == int(value) else f"{value:g}"
+    return str(int(value)) if value == int(value) else f"{value:g}"
 
 
 def _range(limits: Iterable[Any]) -> str:
@@ -240,8 +240,13 @@ def faults_of(
             key, slot, is_name = key[:-1], _of_type(get_args(mapping.kind)[0]), True
         if isinstance(cause, ProblemsError):
             for said in cause.problems:
-                value = quoted(said.value)
-                yield Fault((*key, *said.key), said.message, value, is_compared=True)
+                yield Fault(
+                    (*key, *said.key),
+                    said.message,
+                    quoted(said.value),
+                    is_compared=True,
+                    is_noted=isinstance(said.value, Refused),
+                )
             continue
         if cause is not None:
             text = str(cause)

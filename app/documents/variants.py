@@ -47,6 +47,7 @@ MAX_PROBLEMS: Final = 100
 MAX_WRONG_VALUES: Final = MAX_VALUES // 4
 """Of variants that are wrong. What is wrong with all of them is one problem, and many values."""
 
+_PRESETS: Final = "a shipped preset, a path, or a whole preset with a label"
 _MAX_WHOLE_LABEL: Final = 2_000
 """Of a variant, with the values that it is made of."""
 _MAX_SHOWN_COUNT: Final = 10**18
@@ -190,17 +191,30 @@ class Expansion:
         entries = item.value if isinstance(item.value, dict) else {"preset": item}
         own_fixed, own_axes = self._varied(entries)
         self._refuse_twice(own_axes, axes)
-        preset, written = entries["preset"], entries.get("label")
+        preset, written = entries.get("preset"), entries.get("label")
         label = written.value if written else ""
+        at = preset or item
         try:
-            if isinstance(preset.value, str):
-                name, base = preset.value, self._shelf.base_of(preset.value)
-            else:
-                name, base = label, self._shelf.base_within(_with_key(preset, ()))
+            match None if preset is None else preset.value:
+                case None:
+                    raise UnusableError("names no preset; allowed: preset: NAME")
+                case str(name):
+                    base = self._shelf.base_of(name)
+                case dict() if label:
+                    name, base = label, self._shelf.base_within(_with_key(at, ()))
+                case dict():
+                    at = item
+                    raise UnusableError(
+                        "has no label; allowed: a label for a preset that has no name"
+                    )
+                case Refused():
+                    return None
+                case _:
+                    raise UnusableError(f"must be a text; allowed: {_PRESETS}")
         except UnusableError as error:
-            self._problems.append(preset.problem(error.message, quoted(plain(preset))))
+            self._problems.append(at.problem(error.message, quoted(plain(at))))
             return None
-        named_by = written if written and label else preset
+        named_by = written if written and label else at
         label = label or Path(name).stem
         return Plan(name, label, named_by, base, [*fixed, *own_fixed], [*axes, *own_axes])
 
