@@ -168,8 +168,10 @@ def _asked(tree: Node, problems: list[PresetProblem]) -> tuple[ExperimentSpec, N
             # What is missing from then on has been left out here.
             said = [f for f in faults if not f.is_noted and (has_all or not f.is_lacking)]
             problems += [fault.problem(tree) for fault in said]
-            tree = without(tree, {may_be_left_out(f.key, ExperimentSpec) for f in faults})
-            has_all = False
+            left_out = {may_be_left_out(fault.key, ExperimentSpec) for fault in faults}
+            tree, former, has_all = without(tree, left_out), tree, False
+            if plain(tree) == plain(former):
+                raise ExperimentError(in_order(problems)) from None
 
 
 def _own_seeds(variants: Iterable[Variant], seeds: Sequence[int]) -> dict[str, tuple[int, ...]]:

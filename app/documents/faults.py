@@ -76,12 +76,10 @@ def _inner(slot: Slot, part: str | int) -> Slot | None:
     if _is_union(slot.kind):
         inner = (_inner(_of_type(argument), part) for argument in arguments)
         return next((found for found in inner if found is not None), None)
-    if get_origin(slot.kind) is Sequence and isinstance(part, int):
-        return _of_type(arguments[0], optional=True)._replace(is_item=True)
     if get_origin(slot.kind) is dict and isinstance(part, str):
         return _of_type(arguments[1], optional=not slot.is_item)
-    if get_origin(slot.kind) is tuple and isinstance(part, int):
-        if arguments[-1] is Ellipsis:
+    if get_origin(slot.kind) in (tuple, Sequence) and isinstance(part, int):
+        if get_origin(slot.kind) is Sequence or arguments[-1] is Ellipsis:
             return _of_type(arguments[0], optional=True)._replace(is_item=True)
         if part < len(arguments):
             return _of_type(arguments[part], slot.text)

@@ -26,7 +26,6 @@ from app.documents.tree import (
     MAX_BYTES,
     MAX_DEPTH,
     MAX_NAME,
-    MAX_SHOWN,
     Key,
     Node,
     Place,
@@ -132,7 +131,8 @@ def _validated(tree: Node, complete: bool, problems: list[PresetProblem]) -> Run
     First every value is looked at by itself, then those that are sound are compared.
     """
     custom = _entries(tree, ("learner", "custom_skills"))
-    skills = [*SKILLS, *(name for name in custom or () if name == printable(name, MAX_SHOWN))]
+    named = (name for name in custom or () if name.isidentifier())
+    skills = list(dict.fromkeys([*SKILLS, *(printable(name) for name in named)]))
     if complete and custom is not None:
         for name, timer in (_entries(tree, ("schedule", "skills")) or {}).items():
             if timer.value is None and name not in skills:
