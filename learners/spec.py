@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from learners.rows import MAX_ACTIONS
+from learners.kernel.rows import MAX_ACTIONS
 from learners.skills import SKILLS, LocalReward
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 

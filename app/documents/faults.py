@@ -133,14 +133,10 @@ _LIMITS: Final = {
 }
 
 
-def _number(value: float) -> str:
-    return str(int(value)) if value == int(value) else f"{value:g}"
-
-
 def _range(limits: Iterable[Any]) -> str:
     """Limits of a number in words, such as ``8 to 48, multiples of 8``."""
     limit = {
-        name: _number(getattr(item, name))
+        name: numerals.plain(getattr(item, name))
         for item in limits
         for name in _LIMITS
         if getattr(item, name, None) is not None
@@ -272,7 +268,7 @@ def _malformed(
 ) -> str:
     kind, word = found["type"], found["input"]
     limits = found.get("ctx", {}).items()
-    numbers = {name: _number(x) for name, x in limits if isinstance(x, int | float)}
+    numbers = {name: numerals.plain(x) for name, x in limits if isinstance(x, int | float)}
     message = _WRONG.get(kind, "cannot be used").format_map(numbers)
     if is_name:
         message = "is not a possible key"

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from learners.commands import Command, CommandError
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
-from learners.state import digest
 
 log = logging.getLogger(__name__)
 
@@ -373,7 +373,7 @@ class Session:
             case GoBack():
                 self._go_back()
             case _:
-                self._run.apply(request, folding=True)
+                self._run.apply(request, replacing=True)
                 self._claim_no_more()
 
     def _check_not_over(self) -> None:

@@ -29,7 +29,7 @@ from app.page.panels.schedule import Planner, PresetButtons, show_problems
 from app.page.panels.steering import saved_state
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
-from app.picture.layers import Extras, SuccessMap
+from app.picture.layer import Extras, SuccessMap
 from app.picture.look import Look
 from app.results.service import Workbench
 from app.server.access import Access
@@ -42,7 +42,7 @@ from app.server.server import addresses_of, close_server, is_serving, open_serve
 from app.server.stage import Stage
 from app.util.background import Maker
 from app.util.machine import give_back_memory, share_among_threads
-from learners import greedy
+from learners import hunts
 from learners.spec import RunSpec
 
 log = logging.getLogger(__name__)
@@ -68,7 +68,7 @@ _PANEL_WIDTH = 330.0
 def success_of(snapshot: Snapshot, wanted: Callable[[], bool]) -> SuccessMap | None:
     """How hunts end by where they start; None if it was no longer wanted."""
     try:
-        outcomes = greedy.success_map(snapshot.world, policy_of(snapshot), snapshot.seed, wanted)
+        outcomes = hunts.success_map(snapshot.world, policy_of(snapshot), snapshot.seed, wanted)
     except Exception:
         log.exception("no success map")
         raise
@@ -192,7 +192,7 @@ class Lab:
         self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
-            target=greedy.prepare, args=(session.status.snapshot.world,), daemon=True
+            target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
         self.access = None if token is None else Access(token)
         self.server = open_server(

@@ -20,7 +20,8 @@ from app.live.session import (
     TrialOnce,
 )
 from app.page.lab import Lab
-from app.picture.layers import LAYERS, Extras
+from app.picture.layer import Extras
+from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.results.service import Standing
 from learners.spec import RunSpec

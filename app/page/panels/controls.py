@@ -36,7 +36,8 @@ from app.page.panels.steering import Steering, introduction_of
 from app.page.widgets import assign, on_change, show
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import tell
-from app.words.plain import by_plain_name, counted, plain, speed_in_words
+from app.words.numbers import counted, speed_in_words
+from app.words.plain import by_plain_name, plain
 from learners.commands import (
     Explore,
     FollowSchedule,

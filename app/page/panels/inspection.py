@@ -30,10 +30,10 @@ from app.live.snapshot import Snapshot
 from app.page.scene.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
 from app.page.widgets import assign
 from app.picture.look import Look, heading_shown
-from app.picture.pictures import Colour, Theme
+from app.picture.theme import Colour, Theme
 from app.server.callbacks import guarded
 from app.words.plain import HEADING_NAMES
-from learners import greedy
+from learners import hunts
 from sim.geometry import HEADINGS
 from sim.spec import WorldSpec
 from sim.world import World, board_xy
@@ -340,7 +340,7 @@ class Inspector:
     def _hunt_ring(self, snapshot: Snapshot, look: Look) -> None:
         world = snapshot.world
         radius = ring_radius(snapshot.spec.world, self._chosen)
-        cells = greedy.ring_of_starts(world, radius, RING_HUNTS)
+        cells = hunts.ring_of_starts(world, radius, RING_HUNTS)
         starts = [board_xy(world, cell) for cell in cells]
         self._hunt(starts, self._heading_asked(snapshot, look), snapshot)
 

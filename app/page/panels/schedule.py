@@ -28,7 +28,8 @@ from app.schedule.blocks import Block, Past
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import close_modal, open_modal, tell
 from app.util.files import write_whole
-from app.words.plain import counted, plain
+from app.words.numbers import counted
+from app.words.plain import plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
