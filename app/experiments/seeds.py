@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import unpacked
 from app.experiments.crews import Crew
 from app.experiments.record import Record

@@ -23,7 +23,8 @@ from distributed import Client, Future
 
 from app import __version__
 from app.cli import main
-from app.documents.experiments import Experiment, Variant, parse
+from app.documents.experiments import Experiment, parse
+from app.documents.variants import Variant
 from app.experiments import cluster, runner
 from app.experiments.cluster import Cluster, perform_same
 from app.experiments.crews import Switch, Threads
