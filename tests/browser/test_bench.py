@@ -157,7 +157,7 @@ def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     extras = success_of(now_of(live))
     seen = []
-    for key, layer in zip("1234567890", LAYERS.values(), strict=True):
+    for key, layer in zip("1234567890", LAYERS.values(), strict=False):
         screen.page.keyboard.press(key)
         seen.append(expect_layer(screen, live, layer, extras).tobytes())
     assert len(set(seen)) == len(LAYERS)
