@@ -323,6 +323,7 @@ class Session:
                 self._publish()
 
     def _answer(self, envelope: _Envelope) -> None:
+        log.debug("asked for %s", envelope.request)
         try:
             self._carry_out(envelope.request)
         except CommandError as error:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import viser
+from markupsafe import Markup
 
 from app.server.callbacks import guarded
 
@@ -17,6 +18,9 @@ NAME_HTML: Final = '<div class="pounce-name"></div>'
 
 def assign(handle: Any, name: str, value: object) -> None:
     """Set a property only if it differs, so that nothing is sent for nothing."""
+    if isinstance(value, Markup):
+        # The library sends no texts but plain ones.
+        value = str(value)
     if getattr(handle, name) != value:
         setattr(handle, name, value)
 

@@ -13,7 +13,7 @@ from viser import _messages as wire
 from app.documents import presets
 from app.live.session import Session
 from app.page.lab import Lab
-from app.util.logs import sparing_log
+from app.util.logs import LEVELS, sparing_log
 from tests.support.server import CAMERA, PATIENCE_S, Page, is_update
 
 SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
@@ -50,6 +50,22 @@ def test_a_change_before_the_first_welcome_leaves_it_to_begin(
     status = lab.session.wait_for(lambda status: status.playing, PATIENCE_S)
     assert status.speed == 100_000.0
     page.close()
+
+
+def test_a_lab_that_is_asked_to_tells_what_pages_do(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    slider: Any = lab._controls._speed
+    with sparing_log(LEVELS["debug"]):
+        page = a_page(lab)
+        page.send(CAMERA)
+        page.set(slider, 3.0)
+        lab.session.wait_for(lambda status: status.speed == 1_000.0, PATIENCE_S)
+        page.close()
+    assert "a page has come: 1 are open\n" in terminal.getvalue()
+    assert "asked for SetSpeed(" in terminal.getvalue()
 
 
 def test_nothing_of_a_page_reaches_the_terminal_raw(

@@ -6,7 +6,6 @@ Everything here belongs to one browser, and so does how it wants to see things.
 import math
 from collections.abc import Callable
 from functools import cached_property
-from html import escape
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from app.live.snapshot import Snapshot
 from app.page import keys
 from app.page.panels.steering import command_in_words
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
+from app.page.widgets import assign
 from app.picture.colours import css
 from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
@@ -30,7 +30,7 @@ from app.picture.theme import DARK, LIGHT, Theme
 from app.server.callbacks import guarded
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
-from app.util.html import element
+from app.util.html import element, escaped
 from app.words.numbers import counted, in_short, speed_in_words, ticks
 from app.words.placing import Room
 from app.words.plain import HEADING_NAMES, plain
@@ -80,22 +80,22 @@ _LAYOUT = """<style>
 
 def _number(label: str, value: str, hint: str) -> str:
     return (
-        f'<div title="{escape(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
+        f'<div title="{escaped(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
         f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
     )
 
 
 def headline_html(status: Status) -> str:
     """Title, the one sentence in a space of its own, and where a run of an experiment is from."""
-    text = escape(sentence.sentence(status))
+    text = escaped(sentence.sentence(status))
     origin = ""
     if status.opened is not None:
         # A name may be long, and without a blank.
         origin = (
             '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
-            f"{escape(sentence.provenance(status.opened))}</div>"
+            f"{escaped(sentence.provenance(status.opened))}</div>"
         )
-    error = f"<b>{escape(status.error)}</b>" if status.error else ""
+    error = f"<b>{escaped(status.error)}</b>" if status.error else ""
     return (
         '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
         ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'
@@ -547,8 +547,7 @@ class Readings:
             (self._legend, texts.legend),
             (self._clock, clock),
         ):
-            if handle.content != content:
-                handle.content = content
+            assign(handle, "content", content)
         self._show_curve(texts)
         self._show_multiples(texts)
 
@@ -560,15 +559,13 @@ class Readings:
         if names and names != self._options:
             self._about.options = names
             self._options = names
-        if self._about.visible != wanted:
-            self._about.visible = wanted
+        assign(self._about, "visible", wanted)
 
     def _show_multiples(self, texts: Texts) -> None:
         wanted = bool(self._multiples.value)
-        if self._eight.visible != wanted:
-            self._eight.visible = wanted
-        if wanted and self._eight.content != texts.multiples:
-            self._eight.content = texts.multiples
+        assign(self._eight, "visible", wanted)
+        if wanted:
+            assign(self._eight, "content", texts.multiples)
 
     def _show_curve(self, texts: Texts) -> None:
         snapshot, theme = texts.status.snapshot, texts.look.theme

@@ -7,10 +7,11 @@ from typing import Final, NamedTuple
 
 import viser
 
-from app.charts.downloads import drawing_of
-from app.charts.drawing import missing_note
-from app.charts.parts import Address
-from app.charts.view import Size, View, answer, first_view, results_html
+from app.charts.downloads import drawing_of, numbers_of
+from app.charts.page.results import results_html
+from app.charts.page.svg import Address
+from app.charts.paper.drawing import missing_note
+from app.charts.view import Size, View, answer, first_view
 from app.experiments.store import FolderError, table_csv
 from app.live.session import OpenRun
 from app.page.panels.experiments import progress_html
@@ -18,6 +19,7 @@ from app.results.gather import Gatherer, Gathering, RunFact
 from app.results.service import Standing, Workbench
 from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls, address_of
+from app.util import csv_texts
 from app.util.background import Maker
 from app.util.html import escaped
 from app.util.texts import as_text
@@ -303,16 +305,19 @@ class ResultsPanel:
                 raise RefusedError(str(error)) from error
             self._send(f"{name}_runs.{'spreadsheet.csv' if is_sheet else 'csv'}", text.encode())
             return
-        drawing = drawing_of(gatherer, gathering, view)
-        ending, data = {
-            _CHART_CSV: ("csv", drawing.csv.encode()),
-            _CHART_SHEET: ("spreadsheet.csv", drawing.spreadsheet.encode()),
-            _CHART_PNG: ("png", drawing.png),
+        if chosen == _CHART_PNG:
+            drawing = drawing_of(gatherer, gathering, view)
+            self._send(f"{name}_chart_{view.chart}.png", drawing.png)
+            if drawing.missing:
+                note = missing_note(drawing.missing)
+                self._client.add_notification("Saved, with boxes", note, auto_close_seconds=10.0)
+            return
+        ending, text_of = {
+            _CHART_CSV: ("csv", csv_texts.for_programs),
+            _CHART_SHEET: ("spreadsheet.csv", csv_texts.for_spreadsheets),
         }[chosen]
-        self._send(f"{name}_chart_{view.chart}.{ending}", data)
-        if chosen == _CHART_PNG and drawing.missing:
-            note = missing_note(drawing.missing)
-            self._client.add_notification("Saved, with boxes", note, auto_close_seconds=10.0)
+        text = text_of(numbers_of(gatherer, gathering, view))
+        self._send(f"{name}_chart_{view.chart}.{ending}", text.encode())
 
     def _send(self, name: str, data: bytes) -> None:
         self._client.send_file_download(name, data, save_immediately=True)

@@ -13,7 +13,7 @@ from urllib.parse import quote, unquote
 import pytest
 import viser
 
-from app.charts import fonts
+from app.charts.paper import fonts
 from app.documents.experiments import Experiment
 from app.experiments.runner import Progress
 from app.page.panels import results
