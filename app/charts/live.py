@@ -86,7 +86,7 @@ def _curves(gatherer: Gatherer, gathering: Gathering, axis: Axis, chosen: int | 
     first = range(min(len(every), MOST_CURVES))
     places = first if chosen is None or chosen in first else [*first[:-1], chosen]
     styles = styles_of([every[place].preset for place in places])
-    lines = []
+    lines: list[Line] = []
     for place, style in zip(places, styles, strict=True):
         found = gatherer.curve(place, axis)
         marks = [

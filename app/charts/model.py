@@ -6,7 +6,7 @@ the page (:mod:`app.charts.page`).
 
 There are two ways to draw because one was tried and does not hold. Matplotlib can draw what the
 page needs: links, hints under the pointer, and colours that follow the theme. But each browser has
-links of its own, the page draws anew each time that runs are over, and on a core of 2.4 GHz four
+links of its own, the page draws anew each time that runs are over, and on a core of 2.6 GHz four
 curves took matplotlib 92 ms instead of 0.8 (34 kB of SVG instead of 11), 240 dots 82 ms instead of
 2.2, and a plane of 256 cells 360 ms instead of 3.5 (171 kB instead of 69). In a class of thirty
 pages that is more than all of a core, and all of it holds the interpreter.

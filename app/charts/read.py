@@ -41,7 +41,7 @@ def value_maps_of(reader: Reader, runs: Sequence[Record]) -> ValueMaps:
     settings = runs[0].settings
     moments = spread.moments_of(settings)
     pictures = reader.pictures(runs) if moments else []
-    maps = []
+    maps: list[ValueMap] = []
     for name, trial in moments.items():
         found = [value for picture in pictures if (value := picture.at(trial)) is not None]
         if found:

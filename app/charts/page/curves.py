@@ -119,7 +119,7 @@ def _finite(numbers: np.ndarray) -> list[float]:
 
 def _marks_drawn(marks: Sequence[Mark], plot: _Plot) -> str:
     x, top, bottom = plot.x, plot.y.end, plot.y.start
-    parts = []
+    parts: list[str] = []
     for (moment, name), level in zip(marks, plot.levels, strict=True):
         at = x.at(moment * plot.factor)
         if at > x.end + 0.5:
@@ -171,7 +171,7 @@ def _curve(line: Line, look: _Look, plot: _Plot) -> str:
     across = x.start + band.middle * plot.factor / x.high * (x.end - x.start)
     up = [y.start + (v - y.low) / (y.high - y.low) * (y.end - y.start) for v in band[2:5]]
     first, rest = slice(0, line.n_whole), slice(max(line.n_whole - 1, 0), None)
-    parts = []
+    parts: list[str] = []
     if look.has_band:
         parts.append(
             f'<path class="band" d="{_ribbon(across, up[1], up[2])}" fill="{look.colour}"'
@@ -201,7 +201,7 @@ def _points(x: np.ndarray, y: np.ndarray) -> str:
 
 def _line_path(x: np.ndarray, y: np.ndarray) -> str:
     """A line with its gaps; a point between two gaps becomes a dash."""
-    parts = []
+    parts: list[str] = []
     for part in _stretches(np.isfinite(y)):
         alone = part.stop - part.start == 1
         start = f"M{x[part.start] - 1:.1f} {y[part.start]:.1f}h2"
@@ -210,7 +210,7 @@ def _line_path(x: np.ndarray, y: np.ndarray) -> str:
 
 
 def _ribbon(x: np.ndarray, low: np.ndarray, high: np.ndarray) -> str:
-    parts = []
+    parts: list[str] = []
     for part in _stretches(np.isfinite(low) & np.isfinite(high)):
         back = slice(part.start, part.stop)
         upper, lower = _points(x[part], high[part]), _points(x[back][::-1], low[back][::-1])

@@ -37,7 +37,8 @@ def plane_html(chart: Plane, frame: Frame) -> str:
     low, high = _ends_of([estimate.value for estimate in estimates.values()])
     names_up = [shortened(grouped(value), 16) for value in up.values]
     grid = _grid_for(len(across.values), names_up, svg.gutter(low, high), frame)
-    cells, frames = [], []
+    cells: list[str] = []
+    frames: list[str] = []
     for i, j in product(range(len(across.values)), range(len(up.values))):
         box, choice = grid.box(i, j), chart.choices.get((i, j))
         if choice is None:

@@ -85,7 +85,8 @@ def _names_of(axle: Axle, x: Scale) -> list[tuple[float, str]]:
     """Ticks at values of a setting that have room for their names; at round ones on a scale."""
     if not axle.is_even and not axle.is_logarithmic:
         return labelled_ticks(x.low, x.high, 8)
-    room, named = Room(-math.inf, math.inf), []
+    room = Room(-math.inf, math.inf)
+    named: list[tuple[float, str]] = []
     for at, value in zip(axle.places, axle.values, strict=True):
         name = shortened(grouped(value), 14)
         half = len(name) * svg.CHARACTER_PX / 2 + 3

@@ -248,7 +248,8 @@ def _numbers_of(n_columns: int) -> list[tuple[float, str]]:
 
 
 def _means_up(dots: Sequence[Dot], x: Scale, y: Scale, wide: float) -> str:
-    means, bars = [], []
+    means: list[str] = []
+    bars: list[str] = []
     for place, dot in enumerate(dots):
         estimate = dot.estimate
         if math.isnan(estimate.value):
