@@ -77,7 +77,7 @@ def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
     Raises:
         TimeoutError: they did not come in time.
     """
-    before = lab.n_viewers
+    before = len(lab.browsers)
     readers = subprocess.Popen(
         [
             sys.executable,
@@ -92,13 +92,13 @@ def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
     )
     try:
         _wait_for(
-            lambda: lab.n_viewers == before + n_clients, f"{n_clients} clients did not connect"
+            lambda: len(lab.browsers) == before + n_clients, f"{n_clients} clients did not connect"
         )
         yield readers
     finally:
         readers.kill()
         readers.communicate()
-    _wait_for(lambda: lab.n_viewers == before, "clients that have left are still there")
+    _wait_for(lambda: len(lab.browsers) == before, "clients that have left are still there")
 
 
 def _wait_for(condition: Callable[[], bool], complaint: str) -> None:

@@ -200,7 +200,7 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) ->
     screen.button("Pause").click()
     expect(said("long: paused, 1 of 2 runs done.")).to_be_visible()
     expect(screen.button("Pause")).to_have_count(0)
-    paused = live.lab.bench.standing
+    paused = live.lab.service.standing
     assert paused is not None
     assert paused.paused
     screen.button("Go on").click()

@@ -78,7 +78,7 @@ class LiveLab:
     def begin(self, preset: str, *settings: str, speed: float, results: Path) -> None:
         """Another run from its beginning, in which nothing was done; paused."""
         self.ask(StartAgain(preset_of(preset, *settings), preset, SEED), Pause(), SetSpeed(speed))
-        self.results = self.lab.bench.root = results
+        self.results = self.lab.service.root = results
 
     def go_to_trial(self, trial: int) -> Status:
         """Learn, and stand still at the start of a trial."""
@@ -101,7 +101,7 @@ class LiveLab:
 
     def look_of(self, browser: int = 0) -> Look:
         """How the browser that came first, second, ... wants to see the board."""
-        return list(self.lab._browsers.values())[browser].readings.look
+        return self.lab.browsers[browser].readings.look
 
     def widget(self, label: str) -> Any:
         """What all browsers share, by its label, as the server has it."""
@@ -109,15 +109,15 @@ class LiveLab:
 
     def run_to_end(self, experiment: Experiment) -> Standing:
         """Run an experiment, and wait until it is over."""
-        self.lab.bench.start(experiment, workers=2)
+        self.lab.service.start(experiment, workers=2)
         return self.at_end()
 
     def at_end(self) -> Standing:
         """How an experiment stands once it is over."""
-        thread = self.lab.bench._thread
+        thread = self.lab.service._thread
         assert thread is not None
         thread.join(PATIENCE_S)
-        standing = self.lab.bench.standing
+        standing = self.lab.service.standing
         assert standing is not None
         assert not standing.running
         return standing

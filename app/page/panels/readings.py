@@ -4,10 +4,9 @@ Everything here belongs to one browser, and so does how it wants to see things.
 """
 
 import math
-from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import viser
@@ -17,8 +16,10 @@ from app.explain import sentence
 from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.page import keys
+from app.page.inbox import Intent
 from app.page.panels.steering import command_in_words
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
+from app.page.widgets import Choice, assign
 from app.picture import pictures
 from app.picture.layers import (
     LAYERS,
@@ -30,7 +31,6 @@ from app.picture.layers import (
 )
 from app.picture.look import FOLDED, OF_TRIAL, Look
 from app.picture.pictures import DARK, LIGHT, Theme
-from app.server.callbacks import guarded
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
 from app.words.plain import HEADING_NAMES, counted, in_short, plain, speed_in_words
@@ -419,7 +419,8 @@ class Readings:
         self._gui = gui = client.gui
         self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
-        self._options: tuple[str, ...] = ()
+        self._names: tuple[str, ...] = ()
+        """What a layer may be of."""
         snapshot = status.snapshot
         panel = gui.add_panel()
         panel.dock_left()
@@ -428,8 +429,10 @@ class Readings:
             gui.add_html(_LAYOUT + keys.table_html())
             self._headline = gui.add_html(headline_html(status))
             self._numbers = gui.add_html(numbers_html(status))
-            self._layer = gui.add_dropdown("Layer", tuple(layer.title for layer in LAYERS.values()))
-            self._about: Any = gui.add_dropdown("of", ("approach",), visible=False)
+            layers = {layer.title: layer for layer in LAYERS.values()}
+            self._layer = Choice(gui, "Layer", layers)
+            self._about: Choice[str | None] = Choice(gui, "of", {})
+            self._about.handle.visible = False
             self._caption = gui.add_html("")
             self._legend = gui.add_html("")
             self._curve = gui.add_uplot(
@@ -451,16 +454,16 @@ class Readings:
             self._build_help()
         for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=True):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
-            command.on_trigger(guarded(self._chooser(layer.title)))
+            command.on_trigger(Intent(partial(self._choose_layer, layer)))
         gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
-            guarded(lambda _: self.aim_camera())
+            Intent(lambda *_: self.aim_camera())
         )
         self._dress()
 
     def _build_view(self) -> None:
         gui = self._gui
-        self._frame = gui.add_dropdown("Frame", tuple(_FRAMES))
-        self._scale = gui.add_dropdown("Value as", tuple(_SCALES))
+        self._frame = Choice(gui, "Frame", _FRAMES)
+        self._scale = Choice(gui, "Value as", _SCALES)
         self._fitted = gui.add_checkbox("Fit colours", False, hint="limits from what is there")
         self._surface = gui.add_checkbox("Surface in 3-D", False)
         self._field = gui.add_checkbox("Visual field", True)
@@ -472,16 +475,16 @@ class Readings:
         self._dark = gui.add_checkbox("Dark", False)
         self._multiples = gui.add_checkbox("All headings", False)
         self._eight = gui.add_html("", visible=False)
-        self._dark.on_update(guarded(lambda _: self._dress()))
-        self._surface.on_update(guarded(lambda _: self.aim_camera()))
+        self._dark.on_update(Intent(lambda *_: self._dress()))
+        self._surface.on_update(Intent(lambda *_: self.aim_camera()))
 
     def _build_help(self) -> None:
         button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
-        button.on_click(guarded(lambda _: self.show_keys()))
+        button.on_click(Intent(lambda *_: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
-        command.on_trigger(guarded(lambda _: self.show_keys()))
+        command.on_trigger(Intent(lambda *_: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
-        closing.on_trigger(guarded(lambda _: self._close_newest_list()))
+        closing.on_trigger(Intent(lambda *_: self._close_newest_list()))
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
@@ -489,7 +492,7 @@ class Readings:
         with modal:
             self._gui.add_html(keys.list_html())
             close = self._gui.add_button("Close")
-        close.on_click(guarded(lambda _: close_modal(modal)))
+        close.on_click(Intent(lambda *_: close_modal(modal)))
 
     def _close_newest_list(self) -> None:
         # viser closes none by itself, and does not hand out those that are open.
@@ -497,27 +500,19 @@ class Readings:
         if lists:
             lists[-1].close()
 
-    def _chooser(self, title: str) -> Callable[[Any], None]:
-        def choose(_: Any) -> None:
-            self._layer.value = title
-
-        return choose
-
-    @property
-    def layer(self) -> Layer:
-        """The layer this browser looks at."""
-        return next(layer for layer in LAYERS.values() if layer.title == self._layer.value)
+    def _choose_layer(self, layer: Layer, *_: object) -> None:
+        self._layer.choose(layer)
 
     @property
     def look(self) -> Look:
         """How this browser wants to see the board."""
-        about = str(self._about.value)
+        about = self._about.chosen
         return Look(
             theme=DARK if self._dark.value else LIGHT,
-            layer=self.layer.key,
-            option=self._options.index(about) if about in self._options else 0,
-            frame=_FRAMES[str(self._frame.value)],
-            scale=_SCALES[str(self._scale.value)],
+            layer=self._layer.chosen.key,
+            option=self._names.index(about) if about in self._names else 0,
+            frame=self._frame.chosen,
+            scale=self._scale.chosen,
             fitted=bool(self._fitted.value),
             surface=bool(self._surface.value),
             field=bool(self._field.value),
@@ -561,15 +556,13 @@ class Readings:
         self._show_multiples(texts)
 
     def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
-        names = tuple(plain(name) for name in option_names(snapshot))
+        names = option_names(snapshot)
         if layer.about == "skill":
             names = tuple(plain(name) for name in snapshot.spec.learner.skills)
-        wanted = layer.about != "nothing" and bool(names)
-        if names and names != self._options:
-            self._about.options = names
-            self._options = names
-        if self._about.visible != wanted:
-            self._about.visible = wanted
+        if names:
+            self._names = names
+            self._about.offer({name: name for name in names})
+        assign(self._about.handle, "visible", layer.about != "nothing" and bool(names))
 
     def _show_multiples(self, texts: Texts) -> None:
         wanted = bool(self._multiples.value)
