@@ -166,12 +166,15 @@ class Lab:
         return self.session.status.snapshot
 
     def ask(self, client: viser.ClientHandle, request: Request) -> None:
-        """Enqueue a request of a browser, which is told if it cannot be carried out."""
+        """Enqueue a request of a browser, which means the run that is shown.
+
+        The browser is told if it cannot be carried out.
+        """
 
         def refused(reason: str) -> None:
             tell(client, "That cannot be done now", reason, auto_close_seconds=6)
 
-        self._ticket = self.session.submit(request, refused)
+        self._ticket = self.session.submit(request, refused, self.session.status.run)
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""

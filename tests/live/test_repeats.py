@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from app.documents import presets
 from app.live import snapshot
 from app.live.session import (
-    MOST_WAITING,
     Begin,
     Pause,
     Play,
@@ -23,6 +22,7 @@ from app.live.session import (
     TrialOnce,
 )
 from app.live.snapshot import Snapshot
+from app.live.worker import MOST_WAITING
 from app.page.panels import readings
 from app.picture.timeline import timeline_svg
 from app.schedule.blocks import MAX_PAST, Past, blocks_of

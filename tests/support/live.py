@@ -9,16 +9,8 @@ import numpy as np
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
-from app.live.session import (
-    MOST_WAITING,
-    Pause,
-    Request,
-    Session,
-    SetSpeed,
-    StartAgain,
-    Status,
-    TrialOnce,
-)
+from app.live.session import Pause, Request, Session, SetSpeed, StartAgain, Status, TrialOnce
+from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layers import LAYERS, Extras
 from app.picture.look import Look

@@ -15,7 +15,6 @@ import viser
 
 from app.explain import sentence
 from app.live.session import (
-    FULL_SPEED,
     GoBack,
     Pause,
     Play,
@@ -28,6 +27,7 @@ from app.live.session import (
     TrialOnce,
 )
 from app.live.snapshot import Snapshot
+from app.live.worker import FULL_SPEED
 from app.page import keys
 from app.page.inbox import Ask, Intent
 from app.page.keys import Key

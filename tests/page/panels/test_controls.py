@@ -8,7 +8,8 @@ import pytest
 import viser
 
 from app.documents import presets
-from app.live.session import FULL_SPEED, Request, Session, SetSpeed, StartAgain, Status
+from app.live.session import Request, Session, SetSpeed, StartAgain, Status
+from app.live.worker import FULL_SPEED
 from app.page import widgets
 from app.page.panels.controls import MOST_LOADED, Controls, speed_label
 from app.server.server import close_server, open_server

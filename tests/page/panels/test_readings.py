@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from app.documents import presets
 from app.explain.sentence import provenance
 from app.live import snapshot
-from app.live.session import Opened, Session, Status
+from app.live.held import Opened
+from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.panels import readings
 from app.page.panels.readings import Readings, Texts
