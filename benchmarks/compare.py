@@ -22,8 +22,8 @@ import numpy as np
 
 from benchmarks.plain import PlainRun
 from benchmarks.schedule import explorations
-from learners import rows
-from learners.kernel import LearnerState
+from learners.kernel import rows
+from learners.kernel.state import LearnerState
 from learners.run import Run
 from learners.spec import RunSpec
 from sim.geometry import N_MOVES

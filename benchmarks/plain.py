@@ -2,7 +2,7 @@
 
 Tables of float64 that are scanned for their largest value at each step, tables by cell for what
 the world would compute, a draw of random numbers for each decision, and no record of the run. It
-learns the same task by the same rules as ``learners.kernel``, not from the same draws.
+learns the same task by the same rules as ``learners.kernel.loop``, not from the same draws.
 """
 
 import math

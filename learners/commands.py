@@ -4,7 +4,10 @@ A command is a value. It takes effect before the next step; a journal of (step, 
 with the preset and the seed replays a run bit for bit.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
 
 from learners.spec import ScheduleSpec, SkillWeights
 
@@ -74,7 +77,10 @@ class Remove:
 
 @dataclass(frozen=True)
 class SetParameter:
-    """Change a number of the preset from here on, by its dotted key (``PARAMETERS``)."""
+    """Change a number of the preset from here on, by its dotted key.
+
+    ``learners.parameters.PARAMETERS`` are those that may.
+    """
 
     key: str
     value: float
@@ -99,17 +105,6 @@ class Undo:
     number: int
 
 
-PARAMETERS = (
-    "learner.epsilon",
-    "learner.alpha",
-    "learner.skill_alpha",
-    "learner.gamma",
-    "world.capture_reward",
-    "world.flight_reward",
-    "world.vision_radius",
-)
-"""What may change while a run goes on. All else would make it another run."""
-
 Command = (
     Introduce
     | Explore
@@ -125,17 +120,28 @@ Command = (
 )
 
 
+Author = Literal["schedule", "hand"]
+"""Who gives a command."""
+
+
 @dataclass(frozen=True)
 class Event:
     """A command that was carried out."""
 
     number: int
+    """Its place in the history."""
     step: int
+    """Steps made before it."""
     trial: int
+    trial_step: int
+    """Steps made before it in its trial."""
     command: Command
-    by_hand: bool
-    """Whether a person gave it, and not the schedule."""
+    author: Author
+    cause: int | None = None
+    """Number of the event because of which the schedule gave it, and with which it is undone."""
     undone: bool = False
+    taken_out: np.ndarray | None = field(default=None, compare=False, repr=False)
+    """(state,) float32: values of the skill that left the selection table with it, if one did."""
 
 
 class CommandError(ValueError):

@@ -35,14 +35,14 @@ def overruled(history: Sequence[Event], command: Command, step: int) -> int | No
     """
     if isinstance(command, Explore):
         last = history[-1] if history else None
-        if last is None or not last.by_hand or last.step != step:
+        if last is None or last.author != "hand" or last.step != step:
             return None
         is_again = isinstance(last.command, Explore) and last.command.skill == command.skill
         return last.number if is_again else None
     setting = _setting_of(command)
     for event in reversed(history):
         others = _setting_of(event.command)
-        if setting is None or others is None or not event.by_hand or event.step != step:
+        if setting is None or others is None or event.author != "hand" or event.step != step:
             return None
         if others == setting:
             return event.number

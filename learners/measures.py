@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learners import kernel
-from learners.kernel import LearnerState
+from learners.kernel.state import STEP, TRIAL, LearnerState
 from sim import geometry
 from sim.spec import WorldSpec
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -47,7 +46,7 @@ class FoldedValue(NamedTuple):
 
 def trials_done(state: LearnerState) -> int:
     """Trials that have ended."""
-    return int(state.tally[kernel.TRIAL])
+    return int(state.tally[TRIAL])
 
 
 def rewards(world: WorldSpec, outcomes: np.ndarray) -> np.ndarray:
@@ -72,7 +71,7 @@ def curve(state: LearnerState, window_steps: int = CURVE_WINDOW_STEPS) -> Curve:
     count = np.bincount(window, minlength=n_windows)
     total = np.bincount(window, state.log_reward[:done], minlength=n_windows)
     mean = np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
-    steps = np.minimum((np.arange(n_windows) + 1) * window_steps, int(state.tally[kernel.STEP]))
+    steps = np.minimum((np.arange(n_windows) + 1) * window_steps, int(state.tally[STEP]))
     return Curve(steps, mean)
 
 

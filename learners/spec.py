@@ -11,7 +11,7 @@ from typing import Annotated, Final, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from learners.rows import MAX_ACTIONS
+from learners.kernel.rows import MAX_ACTIONS
 from learners.skills import SKILLS, LocalReward
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 

@@ -34,7 +34,7 @@ _sources: dict[str, dict[str, Source]] = {}
 
 
 def adopt(package: str) -> None:
-    """Read a package's modules, and import them from now on as they were read.
+    """Read a package's modules, and those of packages in it, and import them as they were read.
 
     Raises:
         ImportError: there is no such package.
@@ -42,13 +42,25 @@ def adopt(package: str) -> None:
     spec = importlib.util.find_spec(package)
     if spec is None or not spec.submodule_search_locations:
         raise ImportError(f"the package {package} is missing", name=package)
-    files = sorted(Path(spec.submodule_search_locations[0]).glob("*.py"))
+    root = Path(spec.submodule_search_locations[0])
     # Editors and file systems leave other files, of names that no module has.
-    _sources[package] = {
-        f"{package}.{path.stem}": Source(path, path.read_bytes())
-        for path in files
-        if path.stem.isidentifier()
+    modules = {
+        path: parts
+        for path in root.rglob("*.py")
+        for parts in [path.relative_to(root).with_suffix("").parts]
+        if all(part.isidentifier() for part in parts)
     }
+    # Where a module and a package have one name, Python imports the package.
+    in_order = sorted(modules, key=lambda path: (path.stem == "__init__", path))
+    _sources[package] = {
+        ".".join((package, *_without_init(modules[path]))): Source(path, path.read_bytes())
+        for path in in_order
+    }
+
+
+def _without_init(parts: tuple[str, ...]) -> tuple[str, ...]:
+    """A module's name below its package; a package within it is named by its folder."""
+    return parts[:-1] if parts[1:] and parts[-1] == "__init__" else parts
 
 
 def _digest_of(*packages: str) -> str:
@@ -101,7 +113,7 @@ class _Finder(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        source = _sources.get(fullname.rpartition(".")[0], {}).get(fullname)
+        source = _sources.get(fullname.partition(".")[0], {}).get(fullname)
         if source is None:
             return None
         return importlib.util.spec_from_file_location(

@@ -31,8 +31,8 @@ from app.cli.words import (
 )
 from app.util import interrupts
 from app.util.interrupts import ended_by
-from app.util.machine import duration
 from app.util.texts import as_path, as_text
+from app.words.numbers import counted, duration, in_short, megabytes
 
 if TYPE_CHECKING:
     from app.documents import experiments
@@ -174,8 +174,6 @@ def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: 
 
 def _say_lost(folder: "Folder") -> None:
     """Say which runs are to be made again, if any are."""
-    from app.words.plain import counted
-
     lost = folder.lost()
     if lost:
         runs = counted(len(lost), "run")
@@ -235,7 +233,6 @@ def _planned(command: Experiment, experiment: "experiments.Experiment", workers:
     """What an experiment would take, in words or as JSON."""
     from app.experiments.cost import plan
     from app.experiments.store import FolderError, finished_if_claimed
-    from app.words.plain import in_short
 
     path = _path_of(command, experiment)
     try:
@@ -254,7 +251,7 @@ def _planned(command: Experiment, experiment: "experiments.Experiment", workers:
         f" {len(experiment.seeds):,} seeds{there})\n"
         f"  steps  {about} {in_short(found.steps)}\n"
         f"  time   {_lasting(found.seconds, about)} with {workers} at a time\n"
-        f"  disk   {about} {max(found.disk_bytes / 1e6, 0.1):,.1f} MB"
+        f"  disk   {about} {megabytes(found.disk_bytes)}"
     )
 
 
@@ -270,8 +267,6 @@ def _report(
     outcome: "Outcome",
 ) -> str:
     """How an experiment ended, in words or as JSON."""
-    from app.words.plain import in_short
-
     if command.json:
         document = {
             "experiment": experiment.name,

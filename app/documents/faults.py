@@ -105,14 +105,10 @@ _LIMITS: Final = {
 }
 
 
-def _number(value: float) -> str:
-    return f"{value:.0f}" if value == int(value) else f"{value:g}"
-
-
 def _range(limits: Iterable[Any]) -> str:
     """Limits of a number in words, such as ``8 to 48, multiples of 8``."""
     limit = {
-        name: _number(getattr(item, name))
+        name: numerals.plain(getattr(item, name))
         for item in limits
         for name in _LIMITS
         if getattr(item, name, None) is not None
@@ -204,7 +200,7 @@ def unknown_key(name: str | int, names: Collection[str]) -> str:
 def _malformed(found: ErrorDetails, skills: Collection[str]) -> Fault:
     kind, word, key = found["type"], found["input"], found["loc"]
     limits = found.get("ctx", {}).items()
-    numbers = {name: _number(x) for name, x in limits if isinstance(x, int | float)}
+    numbers = {name: numerals.plain(x) for name, x in limits if isinstance(x, int | float)}
     message = _WRONG.get(kind, "cannot be used").format_map(numbers)
     slot = slot_of(key)
     if kind.startswith("string_"):

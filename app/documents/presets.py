@@ -53,7 +53,7 @@ from app.documents.tree import (
     standard_input,
 )
 from app.util.texts import as_path, as_text
-from learners.rows import MAX_ACTIONS
+from learners.kernel.rows import MAX_ACTIONS
 from learners.skills import SKILLS
 from learners.spec import MAX_TRIALS, RunSpec, SkillName, did_you_mean
 

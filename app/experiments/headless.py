@@ -21,9 +21,9 @@ from app.experiments.task import made_run
 from app.util import csv_texts, leftovers
 from app.util.folders import make_folders, remove_folders
 from learners import measures
+from learners.kernel.state import digest, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import digest, tables
 
 _POLL_S = 0.1
 _STAGING = leftovers.NAME + "[a-z0-9_]" * 8

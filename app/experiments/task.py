@@ -21,10 +21,10 @@ import numpy as np
 from app.documents.experiments import Experiment, Stop, Variant
 from app.experiments.archive import packed
 from app.metrics import NAMES
-from learners import greedy, kernel, measures
+from learners import hunts, measures
+from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import digest, tables
 from sim import rng
 from sim.world import CAPTURE
 
@@ -264,7 +264,7 @@ def _add_picture(pictures: Pictures, run: Run) -> None:
 
 
 def _is_good_enough(run: Run, stop: Stop) -> bool:
-    is_between_trials = run.state.tally[kernel.TRIAL_STEP] == 0
+    is_between_trials = run.state.tally[TRIAL_STEP] == 0
     if run.trial < stop.trials or not is_between_trials:
         return False
     captures = measures.endings(run.state, stop.trials).captures
@@ -279,9 +279,9 @@ def greedy_success(run: Run) -> float:
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
     skill_q = found["skill_q"] if run.spec.learner.skills else None
-    policy = greedy.greedy_moves(selection_q, skill_q)
+    policy = hunts.greedy_moves(selection_q, skill_q)
     starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    return greedy.success_share(run.world, policy, starts, GREEDY_HUNTS)
+    return hunts.success_share(run.world, policy, starts, GREEDY_HUNTS)
 
 
 def steps_to(outcomes: np.ndarray, steps: np.ndarray, success: float) -> int | None:

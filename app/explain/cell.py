@@ -14,10 +14,11 @@ import numpy as np
 
 from app.live.snapshot import Snapshot
 from app.picture.pictures import Theme, css
+from app.words.numbers import in_hundredths
 from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
-from learners import greedy
-from learners.greedy import Hunt, Policy
-from learners.kernel import NOT_REACHED
+from learners import hunts
+from learners.hunts import Hunt, Policy
+from learners.kernel.state import NOT_REACHED
 from learners.spec import MOVES
 from sim import geometry
 from sim.bits import U
@@ -122,9 +123,7 @@ class Chain(NamedTuple):
 def policy_of(snapshot: Snapshot) -> Policy:
     """What is greedy in each state."""
     options_are_moves = snapshot.spec.learner.options == MOVES
-    return greedy.greedy_moves(
-        snapshot.selection_q, None if options_are_moves else snapshot.skill_q
-    )
+    return hunts.greedy_moves(snapshot.selection_q, None if options_are_moves else snapshot.skill_q)
 
 
 def moment_of(snapshot: Snapshot) -> Hashable:
@@ -159,7 +158,7 @@ def hunts_from(
     """
     world, policy = snapshot.world, policy_of(snapshot)
     return [
-        HuntShown(x, y, heading, greedy.hunt(world, policy, cell_at(world, x, y), heading, number))
+        HuntShown(x, y, heading, hunts.hunt(world, policy, cell_at(world, x, y), heading, number))
         for number, (x, y) in enumerate(starts, start=seed)
     ]
 
@@ -289,7 +288,7 @@ def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -
     for option in _members(policy.options[heading, ring, direction]):
         q = float(snapshot.selection_q[heading, ring, direction, option])
         for move in _members(policy.moves[option, ring, direction]):
-            after, outcome = greedy.stepped(world, U(cell), U(heading), U(move))
+            after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
             cell_t, future = int(after), 0.0
             if outcome == ONGOING:
                 future = float(snapshot.value[(heading, *_sensed(snapshot, cell_t))])
@@ -302,13 +301,6 @@ def _members(bits: np.integer) -> list[int]:
     return [member for member in range(int(bits).bit_length()) if int(bits) >> member & 1]
 
 
-def number(value: float) -> str:
-    """A value with two decimals, or, where they would hide it, as a power of ten."""
-    if value == 0 or abs(value) >= 0.01:
-        return f"{value:.2f}".removesuffix(".00")
-    return f"{value:.1e}"
-
-
 def action_text(link: Link) -> str:
     """What is done: option and move, or the move alone where it is itself the option."""
     move = ACTION_NAMES[link.move]
@@ -318,8 +310,8 @@ def action_text(link: Link) -> str:
 def sum_text(link: Link) -> str:
     """The update of a link with its numbers filled in."""
     return (
-        f"{number(link.reward)} + {link.gamma:g} {_TIMES} {number(link.future)}"
-        f" = {number(link.target)} (Q = {number(link.q)})"
+        f"{in_hundredths(link.reward)} + {link.gamma:g} {_TIMES} {in_hundredths(link.future)}"
+        f" = {in_hundredths(link.target)} (Q = {in_hundredths(link.q)})"
     )
 
 
@@ -382,7 +374,7 @@ def options_html(options: Sequence[OptionReading]) -> str:
     rows = "".join(
         f'<tr style="{"font-weight:700" if option.greedy else "opacity:0.8"}">'
         f'<td><span style="color:{_ACCENT}">{"&#9656;" if option.greedy else "&#8199;"}</span>'
-        f" {escape(option.name)}</td>{cell}{escape(number(option.q))}</td>"
+        f" {escape(option.name)}</td>{cell}{escape(in_hundredths(option.q))}</td>"
         f"{cell}{option.visits:,}</td></tr>"
         for option in options
     )
@@ -437,7 +429,7 @@ def rose_svg(q: Sequence[float], best: Sequence[int]) -> str:
     # The marked ones come last, so that they lie on top.
     for move in sorted(range(N_MOVES), key=lambda move: move in best):
         paint, opacity = (_ACCENT, "1") if move in best else ("currentColor", "0.4")
-        title = f"<title>{escape(ACTION_NAMES[move])}: {escape(number(q[move]))}</title>"
+        title = f"<title>{escape(ACTION_NAMES[move])}: {escape(in_hundredths(q[move]))}</title>"
         if move == STAY:
             parts.append(
                 f'<circle r="{2.5 + 4.5 * share[move]:.1f}" fill="{paint}"'

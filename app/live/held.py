@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 from learners.commands import CommandError
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS
-from learners.state import digest
 
 
 @dataclass(frozen=True)

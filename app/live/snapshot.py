@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from learners import kernel, measures, rows
+from learners import measures
+from learners.control import Control
+from learners.kernel import rows
+from learners.kernel.state import CELL, HEADING, TRAIL_LENGTH, TRIAL_STEP, n_options_of
 from learners.measures import Curve, Endings
-from learners.run import Control, Run
+from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import n_options_of
 from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import World
@@ -134,9 +136,9 @@ def take(
         selection_frozen=run.selection_is_frozen,
         step=run.step,
         trial=run.trial,
-        trial_step=int(state.tally[kernel.TRIAL_STEP]),
-        cell=int(state.place[kernel.CELL]),
-        heading=int(state.place[kernel.HEADING]),
+        trial_step=int(state.tally[TRIAL_STEP]),
+        cell=int(state.place[CELL]),
+        heading=int(state.place[HEADING]),
         selection_q=selection_q,
         value=rows.best(state.selection).reshape(shape).copy(),
         first_reach=state.first_reach.reshape(shape).copy(),
@@ -167,10 +169,10 @@ def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarra
 def _trail(run: Run) -> np.ndarray:
     """Cells of the running trial in order, its start included while it is recent enough."""
     state = run.state
-    made = int(state.tally[kernel.TRIAL_STEP])
+    made = int(state.tally[TRIAL_STEP])
     count = min(made, TRAIL_STEPS)
     steps = np.arange(run.step - count + 1, run.step + 1)
-    cells = state.trail[steps % kernel.TRAIL_LENGTH].astype(np.int64)
+    cells = state.trail[steps % TRAIL_LENGTH].astype(np.int64)
     if made <= TRAIL_STEPS:
         start, _ = run.start_of(run.trial)
         cells = np.concatenate([[start], cells])
@@ -181,15 +183,15 @@ def _paths(run: Run) -> tuple[TrialPath, ...]:
     state = run.state
     last = run.trial
     lengths = state.log_steps[max(last - RECENT_PATHS, 0) : last].astype(np.int64)
-    ended_at = run.step - int(state.tally[kernel.TRIAL_STEP])
+    ended_at = run.step - int(state.tally[TRIAL_STEP])
     paths: list[TrialPath] = []
     for back, length in enumerate(reversed(lengths.tolist())):
-        if run.step - (ended_at - length) >= kernel.TRAIL_LENGTH:
+        if run.step - (ended_at - length) >= TRAIL_LENGTH:
             break
         trial = last - 1 - back
         start, heading = run.start_of(trial)
         steps = np.arange(ended_at - length + 1, ended_at + 1)
-        cells = state.trail[steps % kernel.TRAIL_LENGTH].astype(np.int64)
+        cells = state.trail[steps % TRAIL_LENGTH].astype(np.int64)
         outcome = int(state.log_outcome[trial])
         paths.append(TrialPath(heading, outcome, np.concatenate([[start], cells])))
         ended_at -= length

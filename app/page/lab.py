@@ -41,7 +41,7 @@ from app.server.pulse import Drawing, send
 from app.server.server import addresses_of, close_server, is_serving, open_server
 from app.util.background import Maker
 from app.util.machine import give_back_memory, share_among_threads
-from learners import greedy
+from learners import hunts
 from learners.spec import RunSpec
 
 log = logging.getLogger(__name__)
@@ -67,7 +67,7 @@ _PANEL_WIDTH = 330.0
 def success_of(snapshot: Snapshot, wanted: Callable[[], bool]) -> SuccessMap | None:
     """How hunts end by where they start; None if it was no longer wanted."""
     try:
-        outcomes = greedy.success_map(snapshot.world, policy_of(snapshot), snapshot.seed, wanted)
+        outcomes = hunts.success_map(snapshot.world, policy_of(snapshot), snapshot.seed, wanted)
     except Exception:
         log.exception("no success map")
         raise
@@ -121,7 +121,7 @@ class Lab:
         self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
-            target=greedy.prepare, args=(session.status.snapshot.world,), daemon=True
+            target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
         self.access = None if token is None else Access(token)
         self.server = open_server(

@@ -18,6 +18,7 @@ from app.live.snapshot import Snapshot
 from app.picture import pictures
 from app.picture.look import FOLDED, Look, heading_shown
 from app.picture.pictures import OUTCOME_SHAPES, Raster, Ruler, Shading, Theme, css, swatch_html
+from app.words.numbers import of_any_size, round_numbers
 from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
 from learners.spec import MOVES
 from sim import geometry
@@ -32,8 +33,8 @@ DECADES = 6
 """Powers of ten between the ends of a logarithmic scale of amounts."""
 MOST_LINES = 10
 """Isochrones that a picture has at most."""
-LINE_STEPS = tuple(k * 10**e for e in range(2, 8) for k in (1, 2, 5) if k * 10**e >= 500)
-"""Trials between isochrones, to choose from."""
+FEWEST_BETWEEN_LINES = 500
+"""Trials from an isochrone to the next at least."""
 TILE = 75
 """Pixels along each side of one of the eight small pictures."""
 
@@ -516,8 +517,8 @@ def line_step(first_reach: np.ndarray) -> int:
     """Trials between isochrones, so that there are at most ``MOST_LINES`` of them."""
     reached = first_reach[first_reach >= 0]
     first, last = (int(reached.min()), int(reached.max())) if len(reached) else (0, 0)
-    fits = (step for step in LINE_STEPS if last // step - first // step <= MOST_LINES)
-    return next(fits, LINE_STEPS[-1])
+    steps = map(int, round_numbers(FEWEST_BETWEEN_LINES))
+    return next(step for step in steps if last // step - first // step <= MOST_LINES)
 
 
 def _draw_reach(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
@@ -670,15 +671,6 @@ def _limits(look: Look, low: str, high: str) -> str:
     return f"<div>Limits {why}: {low} to {high}.</div>"
 
 
-def number(amount: float) -> str:
-    """A number of any size in few characters."""
-    for unit, sign in ((1e6, "M"), (1e3, "k")):
-        if amount >= unit:
-            return f"{amount / unit:.3g} {sign}"
-    shown = amount if abs(amount) >= 1e-6 else 0.0
-    return np.format_float_positional(shown, precision=2, fractional=False, trim="-")
-
-
 def _steps(steps: float) -> str:
     return f"{steps:.0f}" if steps >= 10 else f"{steps:.2g}"
 
@@ -700,7 +692,7 @@ def _not_known(theme: Theme, text: str) -> str:
 def _losses(shading: Shading, theme: Theme, text: str, cover: float = 1.0) -> str:
     worst = pictures.loss_colours(np.linspace(0.0, 1.0, 12), theme)
     gradient = pictures.gradient_css(pictures.over_board(worst, cover, theme))
-    return swatch_html(gradient, f"{text}, 0 to -{number(shading.penalty)}", width="4em")
+    return swatch_html(gradient, f"{text}, 0 to -{of_any_size(shading.penalty)}", width="4em")
 
 
 def _value_parts(shading: Shading, look: Look, cover: float = 1.0) -> tuple[str, list[str]]:
@@ -710,9 +702,9 @@ def _value_parts(shading: Shading, look: Look, cover: float = 1.0) -> tuple[str,
         bar = _turned_bar(gain, _steps, colours)
         low, high = f"{_steps(gain.high)} steps", _steps(gain.low)
         return ", as steps to certain capture", [bar, _limits(look, low, high)]
-    marks = pictures.ticks(gain, number)
+    marks = pictures.ticks(gain, of_any_size)
     bar = pictures.bar_html(pictures.gradient_css(colours), marks)
-    return "", [bar, _limits(look, number(gain.low), number(gain.high))]
+    return "", [bar, _limits(look, of_any_size(gain.low), of_any_size(gain.high))]
 
 
 def _value_legend(
@@ -792,9 +784,9 @@ def _compass(colours: np.ndarray) -> str:
 
 def _amount_parts(ruler: Ruler, look: Look, nothing: str) -> list[str]:
     bar = pictures.bar_html(
-        pictures.gradient_css(pictures.heat_colours(look.theme)), pictures.ticks(ruler, number)
+        pictures.gradient_css(pictures.heat_colours(look.theme)), pictures.ticks(ruler, of_any_size)
     )
-    limits = _limits(look, number(ruler.low), number(ruler.high))
+    limits = _limits(look, of_any_size(ruler.low), of_any_size(ruler.high))
     return [bar, limits, f"<div>{_not_known(look.theme, nothing)}</div>"]
 
 

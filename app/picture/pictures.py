@@ -5,6 +5,7 @@ east, unless said otherwise.
 """
 
 import functools
+import itertools
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Mapping
@@ -13,6 +14,8 @@ from typing import Final, Literal, NamedTuple
 import cmap
 import numpy as np
 
+from app.words.numbers import round_numbers
+from app.words.placing import Room
 from learners.measures import equivalent_distance
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
@@ -393,14 +396,12 @@ def ticks(ruler: Ruler, write: Callable[[float], str]) -> list[tuple[float, str]
     Texts stand inside the bar at its ends and are centred in its middle.
     """
     chosen: list[tuple[float, str]] = []
-    taken: list[tuple[float, float]] = []
+    room = Room(0.0, 1.0)
     for number in (ruler.high, ruler.low, *_round_numbers(ruler)):
         place, text = float(ruler.place(number)), write(number)
         width = (len(text) + 2) * _TEXT_SHARE
-        left, right = place - place * width, place + (1 - place) * width
-        if all(right <= begin or left >= end for begin, end in taken):
+        if room.taken(place - place * width, place + (1 - place) * width):
             chosen.append((place, text))
-            taken.append((left, right))
     return sorted(chosen)
 
 
@@ -417,7 +418,8 @@ def _round_numbers(ruler: Ruler) -> Iterable[float]:
         decades = [*range(top, top - _DECADES, -2), *range(top - 1, top - _DECADES, -2)]
         numbers = [10.0**decade for decade in decades]
     else:
-        numbers = [k * 10.0**decade for decade in range(top, top - 4, -1) for k in (5, 2, 1)]
+        upwards = round_numbers(10.0 ** (top - 3))
+        numbers = reversed([*itertools.takewhile(lambda number: number < high, upwards)])
     return [number for number in numbers if low < number < high]
 
 

@@ -7,6 +7,8 @@ from html import escape
 from app.live.snapshot import Snapshot
 from app.picture.pictures import DARK, LIGHT, Theme, css
 from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, described
+from app.words.numbers import in_short, ticks
+from app.words.placing import Room
 from app.words.plain import plain
 
 _FONT_PX = 12
@@ -21,6 +23,9 @@ _LARGEST_GUTTER = 0.26
 """Share of the width that the names of the lanes may take."""
 _RIGHT = 0.985
 """Where the trials end, as a share of the width."""
+
+_MOST_TICKS = 8
+"""Numbered trials after 0."""
 
 _ROLES = {
     "ink": "ink",
@@ -59,21 +64,6 @@ _LEGEND = (
     ("explored", _BOX, _solid("var(--explore)")),
 )
 """Text, shape and style of each swatch, the last one first."""
-
-
-def ticks(end: int, most: int = 8) -> tuple[int, ...]:
-    """Round trials from 0 to an end, at most so many after 0."""
-    rough = max(end, 1) / most
-    power = 10 ** max(math.ceil(math.log10(rough)) - 1, 0)
-    width = next(power * k for k in (1, 2, 5, 10) if power * k >= rough)
-    return tuple(range(0, max(end, 1) + 1, width))
-
-
-def tick_label(trial: int) -> str:
-    """A round trial, short enough for the axis."""
-    if trial >= 1_000_000:
-        return f"{trial / 1e6:g} M"
-    return f"{trial / 1e3:g} k" if trial >= 100_000 else f"{trial:,}"
 
 
 def axis_end(snapshot: Snapshot) -> int:
@@ -149,45 +139,6 @@ def _text_px(text: str) -> float:
     return len(text) * _CHARACTER_PX + 2 * _MARGIN_PX
 
 
-class _Room:
-    """What is free of a lane, in pixels."""
-
-    def __init__(self, first: float, until: float) -> None:
-        self._gaps = [(first, until)]
-
-    def take(self, first: float, until: float) -> None:
-        """Let something stand there."""
-        self._gaps = [
-            part
-            for low, high in self._gaps
-            for part in ((low, min(high, first)), (max(low, until), high))
-            if part[1] > part[0]
-        ]
-
-    def is_free(self, first: float, until: float) -> bool:
-        """Whether nothing stands there."""
-        return any(low <= first and until <= high for low, high in self._gaps)
-
-    def nearest(self, width: float, place: float, within: float) -> tuple[float, bool] | None:
-        """Take the room nearest to a place that is so wide, at most so far from it.
-
-        Returns:
-            The edge of the room on the side of the place, and whether the room is before it; None
-            if there is no such room. Of two that are as near it is the one before the place.
-        """
-        spots = [
-            (place - high, high, True) if high <= place else (low - place, low, False)
-            for low, high in self._gaps
-            if high - low >= width
-        ]
-        near = [spot for spot in spots if spot[0] <= within]
-        if not near:
-            return None
-        _, edge, is_before = min(near)
-        self.take(*((edge - width, edge) if is_before else (edge, edge + width)))
-        return edge, is_before
-
-
 class _Picture:
     """Collects the elements of a timeline."""
 
@@ -252,7 +203,7 @@ class _Picture:
             f'<text x="4" y="{bottom + 13}" opacity="0.75">trial</text>'
         )
         here = self._x(self._snapshot.trial)
-        for tick in ticks(self._end):
+        for tick in ticks(0, self._end, _MOST_TICKS, least=1):
             at = self._x(tick)
             self._parts.append(
                 f'<line x1="{_share(at)}" x2="{_share(at)}" y1="{_TOP_PX}" y2="{bottom + 3}"'
@@ -263,7 +214,7 @@ class _Picture:
                 anchor = "end" if at > 0.95 else "middle"
                 self._parts.append(
                     f'<text x="{_share(at)}" y="{bottom + 14}" text-anchor="{anchor}"'
-                    f' opacity="0.75">{tick_label(tick)}</text>'
+                    f' opacity="0.75">{in_short(tick, k_from=1e5)}</text>'
                 )
 
     def add_presence(self, block: Block) -> None:
@@ -364,9 +315,9 @@ class _Picture:
                 self._label_beside(skill, [block], f"{block.probability:.0%}", room)
         self._label_freezes([block for block in blocks if block.kind in FREEZES])
 
-    def _room(self, blocks: Iterable[Block]) -> "_Room":
+    def _room(self, blocks: Iterable[Block]) -> Room:
         """The room that blocks leave on their lane."""
-        room = _Room(self._px(self._left), self._px(_RIGHT))
+        room = Room(self._px(self._left), self._px(_RIGHT))
         for block in blocks:
             if block.first <= self._end:
                 room.take(*self._extent(block))
@@ -391,10 +342,10 @@ class _Picture:
         )
 
     def _write(
-        self, skill: str, text: str, room: "_Room", near: float, within: float = math.inf
+        self, skill: str, text: str, room: Room, near: float, within: float = math.inf
     ) -> bool:
         """Write on a lane as near to a place as there is room; returns whether there is."""
-        spot = room.nearest(_text_px(text), near, within)
+        spot = room.take_nearest(_text_px(text), near, within)
         if spot is None:
             return False
         edge, is_before = spot
@@ -402,25 +353,24 @@ class _Picture:
         self._text(skill, edge / self._width, text, anchor, dx)
         return True
 
-    def _label_within(self, block: Block, room: "_Room") -> bool:
+    def _label_within(self, block: Block, room: Room) -> bool:
         """Write in the middle of a block; returns whether there is room."""
         text = f"{block.probability:.0%}"
         first, until = self._x(block.first), self._x(block.first + block.trials)
         middle, width = (first + until) / 2, _text_px(text)
         left = self._px(middle) - width / 2
-        if self._px(until - first) < width or not room.is_free(left, left + width):
+        if self._px(until - first) < width or not room.taken(left, left + width):
             return False
-        room.take(left, left + width)
         self._text(block.skill, middle, text, "middle")
         return True
 
-    def _label_beside(self, skill: str, stretch: Sequence[Block], text: str, room: "_Room") -> None:
+    def _label_beside(self, skill: str, stretch: Sequence[Block], text: str, room: Room) -> None:
         """Write right after blocks that follow one another, or else right before them."""
         first, until = zip(*map(self._extent, stretch), strict=True)
         if not self._write(skill, text, room, max(until), within=0):
             self._write(skill, text, room, min(first), within=0)
 
-    def _label_introduction(self, block: Block, room: "_Room") -> None:
+    def _label_introduction(self, block: Block, room: Room) -> None:
         """Write when a skill joins: before that, or wherever on its lane there is room."""
         ahead = block.state in ("planned", "idle")
         text = f"{'joins' if ahead else 'joined'} at {block.first:,}"

@@ -12,7 +12,8 @@ from app.metrics import Metric
 from app.report.page import Page, details, minor
 from app.results.read import Group, Reader, RunRow, Trace, Widths
 from app.util.html import Markup, element, joined
-from app.words.plain import counted, plain
+from app.words.numbers import counted, in_short
+from app.words.plain import plain
 
 MOST_LINES = 8
 """Curves in a picture."""
@@ -163,7 +164,7 @@ def reached_cell(steps: Sequence[float | None]) -> Markup:
 def _steps(value: float) -> str:
     if math.isinf(value):
         return "never"
-    return f"{value / 1e6:.3g} M" if value >= 1e5 else f"{value:,.0f}"
+    return in_short(value, m_from=1e5)
 
 
 def _middle(mean: Estimate, middle: Estimate) -> str:

@@ -73,7 +73,7 @@ from app.util import leftovers
 from app.util.files import PASSING, write_whole
 from app.util.html import Markup, element, joined
 from app.util.texts import as_path, as_text
-from app.words.plain import counted
+from app.words.numbers import counted
 
 _MOST_OPEN_ROWS = 16
 _LONGEST_NAME = 120

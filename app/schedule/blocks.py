@@ -1,31 +1,24 @@
 """The schedule as blocks: what lasts from one trial to another; pure functions.
 
-Blocks of what has happened come from the run's history, which is played through again; blocks of
-what is planned come from the schedule. Only the latter can be edited, and only while they lie
-ahead.
+Blocks of what has happened come from the run's history: what holds before and after each event.
+Blocks of what is planned come from the schedule. Only the latter can be edited, and only while
+they lie ahead.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from app.live.snapshot import Snapshot
 from app.words.plain import plain
-from learners.commands import (
-    Event,
-    Explore,
-    FreezeSelection,
-    FreezeSkills,
-    Introduce,
-    Remove,
-    StopExploring,
-    Undo,
-)
-from learners.run import timers_of
+from learners.commands import Event, Explore, Introduce, Undo
+from learners.control import Control, Episode, Introduction, evolve, timers_of
 from learners.spec import INTRODUCTION, MAX_TRIALS, RunSpec
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
 State = Literal["done", "running", "planned", "idle"]
+Lane = tuple[Kind, str]
+"""Of what there is one at a time: a kind and a skill, which is empty for a freeze by hand."""
 
 FREEZES: tuple[Kind, Kind] = ("selection_freeze", "skills_freeze")
 """Kinds that only a person begins; they share the last lane."""
@@ -82,21 +75,20 @@ def blocks_of(snapshot: Snapshot) -> tuple[Block, ...]:
 class _Reel:
     """Plays the history of a run through, and notes what lasted from when to when.
 
-    It follows what :class:`learners.run.Run` does with each command.
+    What holds before an event and after it says what ends with it and what begins.
     """
 
     def __init__(self, preset: RunSpec) -> None:
-        self._preset = preset
+        self.control = Control.at_start(preset)
+        """What holds after all that was played."""
         self._blocks: dict[str, Block] = {}
         """By their ids, in the order in which they began."""
-        self._open: dict[tuple[Kind, str], str] = {}
+        self._sources: dict[str, int] = {}
+        """Number of the event whose undoing takes back a block, by its id."""
+        self._open: dict[Lane, str] = {}
         """Id of the latest block of each kind and lane that has not been ended."""
-        self._former: dict[int, Block | None] = {}
-        """Exploration that a command ended and its undoing brings back, by its event's number."""
-        self._freezes: dict[Kind, dict[int, bool]] = {kind: {} for kind in FREEZES}
-        """What was asked for by hand and not taken back, by the number of its event."""
-        self._frozen_since: dict[Kind, int] = {}
-        """Step in which the latest freeze by hand of each kind began."""
+        self._frozen_since: dict[str, int] = {}
+        """Step in which a freeze by hand began, by its id."""
 
     @property
     def blocks(self) -> tuple[Block, ...]:
@@ -108,177 +100,158 @@ class _Reel:
         """Ids of what nobody has ended."""
         return frozenset(self._open.values())
 
-    def play(self, event: Event, history: Sequence[Event]) -> None:
-        """Note what a command did."""
-        match event.command:
-            case Introduce(skill=skill, freeze_trials=freeze):
-                self._begin(event, "introduction", skill, freeze)
-                self._begin(event, "presence", skill, None)
-            case Explore(skill=skill, duration_trials=duration, probability=probability):
-                self._former[event.number] = self._end("exploration", skill, event.trial)
-                self._begin(event, "exploration", skill, duration, probability)
-            case StopExploring(skill=skill):
-                self._former[event.number] = self._end("exploration", skill, event.trial)
-            case Remove(skill=skill):
-                self._former[event.number] = self._remove(skill, event.trial)
-            case FreezeSelection(frozen=frozen):
-                self._freezes["selection_freeze"][event.number] = frozen
-                self._freeze(event, "selection_freeze", frozen)
-            case FreezeSkills(frozen=frozen):
-                self._freezes["skills_freeze"][event.number] = frozen
-                self._freeze(event, "skills_freeze", frozen)
-            case Undo(number=number):
-                self._undo(event, history[number])
+    def play(self, event: Event) -> None:
+        """Note what a command did, of which it is not known yet whether it will be undone."""
+        event = replace(event, undone=False) if event.undone else event
+        before = _lasting(self.control, event.trial)
+        self.control = evolve(self.control, event)
+        after = _lasting(self.control, event.trial)
+        anew = self._begun_anew(event)
+        for lane in before:
+            if lane in anew or after.get(lane) != before[lane]:
+                self._end(lane, event)
+        if isinstance(event.command, Undo):
+            self._take_back(event, event.command.number)
+        if isinstance(event.command, Introduce):
+            skill, freeze = event.command.skill, event.command.freeze_trials
+            self._begin(event, event, ("introduction", skill), event.trial + freeze)
+        for lane, what in after.items():
+            if lane in anew or before.get(lane) != what:
+                if isinstance(what, Episode):
+                    source = self._source_of(what)
+                    self._begin(event, source, lane, what.until_trial, what.probability)
+                else:
+                    self._begin(event, event, lane)
 
-    def _undo(self, event: Event, undone: Event) -> None:
-        match undone.command:
-            case Introduce(skill=skill):
-                self._remove(skill, event.trial)
-                joined = self._blocks[_id_of(undone, "introduction")]
-                if joined.until is not None and joined.until > event.trial:
-                    self._blocks[joined.id] = replace(joined, until=event.trial)
+    def _begun_anew(self, event: Event) -> set[Lane]:
+        """Lanes in which something ends and begins with an event, though it may be the same."""
+        match event.command:
             case Explore(skill=skill):
-                self._end("exploration", skill, event.trial)
-                self._resume(event, undone)
-            case StopExploring():
-                self._resume(event, undone)
-            case Remove(skill=skill):
-                self._begin(event, "presence", skill, None)
-                self._resume(event, undone)
-            case FreezeSelection():
-                self._undo_freeze(event, "selection_freeze", undone)
-            case FreezeSkills():
-                self._undo_freeze(event, "skills_freeze", undone)
+                return {("exploration", skill)}
+            case Undo(number=number):
+                # What was taken back ends even where another command holds still what it held.
+                return {lane for lane, id in self._open.items() if self._sources[id] == number}
+        return set()
+
+    def _source_of(self, episode: Episode) -> Event:
+        """The event that began an exploration which runs."""
+        return next(
+            event
+            for event in reversed(self.control.history)
+            if event.command
+            == Explore(episode.skill, episode.until_trial - event.trial, episode.probability)
+            and not event.undone
+        )
 
     def _begin(
         self,
         event: Event,
-        kind: Kind,
-        skill: str,
-        trials: int | None,
+        source: Event,
+        lane: Lane,
+        until: int | None = None,
         probability: float | None = None,
     ) -> None:
-        self._add(
-            Block(
-                id=_id_of(event, kind),
-                kind=kind,
-                skill=skill,
-                first=event.trial,
-                until=None if trials is None else event.trial + trials,
-                state="running",
-                by_hand=event.by_hand or not self._is_of_preset(event),
-                undone=event.undone,
-                probability=probability,
-            )
+        kind, skill = lane
+        id = f"presence:{event.number}" if kind == "presence" else f"event:{event.number}"
+        self._open[lane] = id
+        self._sources[id] = source.number
+        if kind in FREEZES:
+            self._frozen_since[id] = event.step
+        self._blocks[id] = Block(
+            id=id,
+            kind=kind,
+            skill=skill,
+            first=event.trial,
+            until=until,
+            state="running",
+            by_hand=source.author == "hand" or not self._is_of_preset(source),
+            probability=probability,
         )
-
-    def _add(self, block: Block) -> None:
-        self._open[block.kind, block.skill] = block.id
-        self._blocks[block.id] = block
 
     def _is_of_preset(self, event: Event) -> bool:
         """Whether the preset has what the schedule did: it may have been edited since."""
+        preset = self.control.preset
         match event.command:
             case Introduce(skill=skill, freeze_trials=freeze):
-                return (event.trial, freeze) == _timer_of(self._preset, skill)
+                return (event.trial, freeze) == _timer_of(preset, skill)
             case Explore(skill=skill, duration_trials=duration, probability=probability):
-                starts: list[int | str] = [event.trial]
-                joined = self._open.get(("presence", skill))
-                if joined is not None and self._blocks[joined].first == event.trial:
-                    starts.append(INTRODUCTION)
+                starts = [event.trial] if event.cause is None else [event.trial, INTRODUCTION]
                 return any(
                     (episode.skill, episode.duration, episode.probability)
                     == (skill, duration, probability)
                     and episode.at in starts
-                    for episode in self._preset.schedule.episodes
+                    for episode in preset.schedule.episodes
                 )
         return True
 
-    def _end(self, kind: Kind, skill: str, trial: int) -> Block | None:
-        """End what is open in a lane; returns it as it was, None if there is nothing to end."""
-        id = self._open.pop((kind, skill), None)
-        if id is None:
-            return None
-        block = self._blocks[id]
-        if block.until is not None and block.until <= trial:
-            return None
-        self._blocks[id] = replace(block, until=trial)
-        return block
-
-    def _resume(self, event: Event, undone: Event) -> None:
-        """Let the exploration that a command ended go on, unless it would be over."""
-        former = self._former[undone.number]
-        if former is not None and former.first + former.trials > event.trial:
-            self._add(replace(former, id=_id_of(event, "exploration"), first=event.trial))
-
-    def _remove(self, skill: str, trial: int) -> Block | None:
-        """Take a skill out; returns its exploration, if it was being explored."""
-        # The freeze of its introduction goes on.
-        self._end("presence", skill, trial)
-        return self._end("exploration", skill, trial)
-
-    def _freeze(self, event: Event, kind: Kind, frozen: bool) -> None:
-        was_frozen = (kind, "") in self._open
-        if frozen and not was_frozen:
-            self._frozen_since[kind] = event.step
-            self._begin(event, kind, "", None)
-        elif was_frozen and not frozen:
-            self._thaw(event, kind)
-
-    def _thaw(self, event: Event, kind: Kind) -> None:
-        if self._frozen_since[kind] == event.step:
+    def _end(self, lane: Lane, event: Event) -> None:
+        id = self._open.pop(lane)
+        if self._frozen_since.get(id) == event.step:
             # Not a step was made, so nothing was held still.
-            del self._blocks[self._open.pop((kind, ""))]
+            del self._blocks[id]
         else:
-            self._end(kind, "", event.trial)
+            self._blocks[id] = replace(self._blocks[id], until=event.trial)
 
-    def _undo_freeze(self, event: Event, kind: Kind, undone: Event) -> None:
-        asked = self._freezes[kind]
-        del asked[undone.number]
-        # What was taken back ends even where another command holds still what it held still.
-        if self._open.get((kind, "")) == _id_of(undone, kind):
-            self._thaw(event, kind)
-        self._freeze(event, kind, next(reversed(asked.values()), False))
+    def _take_back(self, event: Event, number: int) -> None:
+        """Mark what an event began, and let the freeze of an introduction end with its undoing."""
+        for id, block in self._blocks.items():
+            if self._sources[id] == number:
+                until = block.until
+                if block.kind == "introduction" and until is not None:
+                    until = max(min(until, event.trial), block.first)
+                self._blocks[id] = replace(block, until=until, undone=True)
 
 
 class Past:
     """What has happened in a run, kept up with it as its history grows, and kept small."""
 
     def __init__(self) -> None:
-        self._preset: RunSpec | None = None
-        self._history: tuple[Event, ...] = ()
         self._reel: _Reel | None = None
+        self._history: tuple[Event, ...] | None = None
         self._kept: tuple[Block, ...] = ()
         self.left_out = 0
         """Blocks that are over and that nobody can tell apart any more among so many."""
 
     def blocks_of(self, snapshot: Snapshot) -> tuple[Block, ...]:
         """As the function of this name, but of what was done by hand and is over the newest."""
-        history = snapshot.control.history
-        if history is not self._history or snapshot.preset_spec is not self._preset:
-            self._play(snapshot.preset_spec, history)
+        control = snapshot.control
+        if self._reel is None or not _goes_on(self._reel.control, control):
+            self._reel, self._history = _Reel(control.preset), None
+        if control.history is not self._history:
+            self._play(self._reel, control.history)
         return (*_as_of(self._kept, snapshot.trial), *_planned(snapshot))
 
-    def _play(self, preset: RunSpec, history: tuple[Event, ...]) -> None:
-        known = len(self._history)
-        is_longer = known and len(history) > known and history[known - 1] is self._history[-1]
-        # An undo changes what was noted before it.
-        undone = any(isinstance(event.command, Undo) for event in history[known:])
-        if self._reel is None or preset is not self._preset or not is_longer or undone:
-            self._reel, known = _Reel(preset), 0
-        for event in history[known:]:
-            self._reel.play(event, history)
-        self._preset, self._history = preset, history
-        over = [block.id for block in self._reel.blocks if block.by_hand]
-        over = [id for id in over if id not in self._reel.open_ids]
+    def _play(self, reel: _Reel, history: tuple[Event, ...]) -> None:
+        for event in history[len(reel.control.history) :]:
+            reel.play(event)
+        self._history = history
+        over = [block.id for block in reel.blocks if block.by_hand]
+        over = [id for id in over if id not in reel.open_ids]
         lost = set(over[:-MAX_PAST])
         self.left_out = len(lost)
-        self._kept = tuple(block for block in self._reel.blocks if block.id not in lost)
+        self._kept = tuple(block for block in reel.blocks if block.id not in lost)
 
 
-def _id_of(event: Event, kind: Kind) -> str:
-    """Id of the block of a kind that a command began."""
-    return f"presence:{event.number}" if kind == "presence" else f"event:{event.number}"
+def _lasting(control: Control, trial: int) -> dict[Lane, Introduction | Episode | bool]:
+    """What lasts in a trial until an event ends it, or its time."""
+    frozen = zip(FREEZES, (control.selection_frozen, control.skills_frozen), strict=True)
+    return {
+        **{("presence", entry.skill): entry for entry in control.introductions},
+        **{("exploration", episode.skill): episode for episode in control.running(trial)},
+        **{(kind, ""): True for kind, is_frozen in frozen if is_frozen},
+    }
+
+
+def _goes_on(played: Control, control: Control) -> bool:
+    """Whether a run has done at first what was played, be it that it undid some of it since."""
+    return (
+        played.preset is control.preset
+        and len(played.history) <= len(control.history)
+        and all(
+            then is now or replace(then, undone=now.undone) == now
+            for then, now in zip(played.history, control.history, strict=False)
+        )
+    )
 
 
 def _timer_of(spec: RunSpec, skill: str) -> tuple[int, int]:
@@ -289,10 +262,9 @@ def _timer_of(spec: RunSpec, skill: str) -> tuple[int, int]:
 
 
 def _happened(snapshot: Snapshot) -> tuple[Block, ...]:
-    history = snapshot.control.history
     reel = _Reel(snapshot.preset_spec)
-    for event in history:
-        reel.play(event, history)
+    for event in snapshot.control.history:
+        reel.play(event)
     return _as_of(reel.blocks, snapshot.trial)
 
 

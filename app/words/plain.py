@@ -1,4 +1,4 @@
-"""How skills, parameters, moves and numbers are said where people read of them."""
+"""How skills, parameters and moves are said where people read of them."""
 
 from collections.abc import Iterable, Mapping
 from typing import Final
@@ -38,26 +38,6 @@ def named(skill: str) -> str:
     """A skill's plain name at the start of a sentence."""
     name = plain(skill)
     return name[:1].upper() + name[1:]
-
-
-def counted(number: int, what: str) -> str:
-    """A number of things, of which one has no s."""
-    return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
-
-
-def in_short(number: float) -> str:
-    """A number of steps, or of steps per second, in few characters."""
-    if number >= 999_500:
-        return f"{number / 1e6:.3g} M" if number < 999.5e6 else f"{number / 1e6:,.0f} M"
-    if number >= 9_999.5:
-        return f"{number / 1e3:.0f} k"
-    return f"{number:,.0f}"
-
-
-def speed_in_words(steps_per_s: float) -> str:
-    """Steps per second in few characters, with their unit."""
-    number = in_short(steps_per_s)
-    return f"{number} step/s" if number == "1" else f"{number} steps/s"
 
 
 def by_plain_name(skills: Iterable[str]) -> dict[str, str]:

@@ -21,7 +21,7 @@ from app.page.panels import steering
 from app.page.panels.controls import slider_of
 from app.picture.layers import LAYERS, Extras, Layer, SuccessMap
 from app.picture.look import OF_TRIAL, Look
-from learners import greedy
+from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
 from learners.spec import EpisodeSpec, SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -69,7 +69,7 @@ def now_of(live: LiveLab) -> Snapshot:
 
 def by_hand(status: Status) -> list[Any]:
     """Commands given by hand so far."""
-    return [event.command for event in status.snapshot.control.history if event.by_hand]
+    return [event.command for event in status.snapshot.control.history if event.author == "hand"]
 
 
 def words(html: str) -> str:
@@ -79,8 +79,8 @@ def words(html: str) -> str:
 
 def success_of(snapshot: Snapshot) -> Extras:
     """Where hunts from each cell end."""
-    policy = greedy.greedy_moves(snapshot.selection_q, snapshot.skill_q)
-    outcomes = greedy.success_map(snapshot.world, policy, snapshot.seed)
+    policy = hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q)
+    outcomes = hunts.success_map(snapshot.world, policy, snapshot.seed)
     assert outcomes is not None
     return Extras(SuccessMap(outcomes, snapshot.trial, snapshot.generation))
 

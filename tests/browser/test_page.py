@@ -30,7 +30,8 @@ from app.page.scene.board import BOARD_UNITS, on_picture
 from app.picture import pictures
 from app.picture.look import Look
 from app.picture.pictures import DARK, LIGHT
-from learners.run import Episode, Run
+from learners.control import Episode
+from learners.run import Run
 from sim import geometry
 from sim.rng import MAX_SEED
 from tests.support.live import PATIENCE_S, LiveLab, preset_of

@@ -19,9 +19,9 @@ from app.cli import main
 from app.cli.words import EXIT_PIPE_CLOSED, whole_number
 from app.documents import presets
 from app.experiments import headless
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import digest
 
 ROOT = Path(__file__).resolve().parents[2]
 POUNCE = (sys.executable, "-m", "app.cli.main")

@@ -29,9 +29,9 @@ from app.experiments.runner import Outcome, Switch, Threads, run_experiment
 from app.experiments.store import Folder, FolderError
 from app.experiments.task import made_run, steps_to
 from learners import measures
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
-from learners.state import digest
 from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
 from tests.support.folders import rows

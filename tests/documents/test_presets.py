@@ -20,7 +20,7 @@ from pydantic.fields import FieldInfo
 from app.documents import experiments, presets
 from app.documents.presets import dump, load, parse, shipped
 from app.documents.tree import PresetError
-from learners.rows import MAX_ACTIONS
+from learners.kernel.rows import MAX_ACTIONS
 from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward
 from learners.spec import (
     MAX_TRIALS,

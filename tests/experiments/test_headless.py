@@ -29,9 +29,9 @@ from app.experiments.store import Folder
 from app.results import thesis
 from app.results.read import Reader, read_folder, widths_of
 from learners import measures
+from learners.kernel.state import digest, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import digest, tables
 
 SEEDS = (5, 0, 12, 3, 8)
 

@@ -28,7 +28,6 @@ from app.explain.cell import (
     ending_text,
     hunts_html,
     moment_of,
-    number,
     options_html,
     policy_of,
     reading_at,
@@ -44,7 +43,7 @@ from app.picture.look import OF_TRIAL, Look
 from app.picture.pictures import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.commands import SetParameter
-from learners.greedy import Hunt, success_map
+from learners.hunts import Hunt, success_map
 from learners.run import Run
 from learners.spec import MOVES, RunSpec
 from sim.geometry import HEADINGS, N_MOVES, STAY
@@ -119,21 +118,6 @@ def test_moves_have_the_names_of_their_ways() -> None:
     assert ACTION_NAMES[0] == "move south-west"
     assert ACTION_NAMES[8] == "move north-east"
     assert len(set(ACTION_NAMES)) == N_MOVES
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0, "0"),
-        (100, "100"),
-        (-50.0, "-50"),
-        (12.413, "12.41"),
-        (0.01, "0.01"),
-        (0.0032, "3.2e-03"),
-    ],
-)
-def test_numbers_hide_nothing(value: float, text: str) -> None:
-    assert number(value) == text
 
 
 # A reading

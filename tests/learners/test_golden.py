@@ -13,8 +13,8 @@ import pytest
 
 from app.documents import presets
 from learners.commands import Explore, FreezeSelection, FreezeSkills, Introduce, StopExploring
+from learners.kernel.state import digest
 from learners.run import Run
-from learners.state import digest
 
 GOLDEN = Path(__file__).with_name("golden.json")
 REGENERATE = "python -m tests.learners.test_golden"

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from app.documents import presets
-from learners import kernel, measures
+from learners import measures
 from learners.commands import SetParameter
+from learners.kernel.state import NO_OPTION, OPTION
 from learners.run import Run
 from sim.world import CAPTURE, FLIGHT
 
@@ -57,11 +58,11 @@ def stepwise_switches(run: Run, until_trial: int) -> tuple[int, int]:
     """Steps that have one before them in their trial, and those of them with another option."""
     steps = switches = 0
     while run.trial < until_trial:
-        trial, previous = run.trial, run.state.place[kernel.OPTION]
+        trial, previous = run.trial, run.state.place[OPTION]
         before = run.state.visits.copy()
         run.advance(max_steps=1, until_trial=until_trial)
         (taken,) = np.flatnonzero(run.state.visits != before) % 9
-        if previous != kernel.NO_OPTION:
+        if previous != NO_OPTION:
             steps += 1
             switches += bool(taken != previous)
         assert run.trial - trial in (0, 1)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from learners.kernel import STEP
+from learners.kernel.state import STEP, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import tables
 from sim import rng
 from sim.world import CAPTURE, FLIGHT, board_xy, start_of_trial
 from tests.support.optimum import GAMMA, HEADINGS, model_of, optimal_values

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from learners import kernel
+from learners.kernel.state import CELL, HEADING, OPTION, TRAIL_LENGTH, TRIAL_STEP, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import tables
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy
 from tests.support.reference import (
     MOVES,
@@ -206,7 +205,7 @@ def spec_of(settings: SlowSettings) -> RunSpec:
 
 def last_cell(run: Run) -> tuple[int, int]:
     """Where the last step led."""
-    return board_xy(run.world, run.state.trail[run.step % kernel.TRAIL_LENGTH])
+    return board_xy(run.world, run.state.trail[run.step % TRAIL_LENGTH])
 
 
 def assert_same_step(run: Run, slow: SlowLearner, trial: int, step: Step) -> None:
@@ -214,11 +213,11 @@ def assert_same_step(run: Run, slow: SlowLearner, trial: int, step: Step) -> Non
     options = slow.settings.options
     assert last_cell(run) == step.cell
     assert run.trial == slow.trial
-    assert board_xy(run.world, run.state.place[kernel.CELL]) == slow.cell
-    assert run.state.place[kernel.HEADING] == slow.heading
+    assert board_xy(run.world, run.state.place[CELL]) == slow.cell
+    assert run.state.place[HEADING] == slow.heading
     if step.outcome is None:
-        assert options[int(run.state.place[kernel.OPTION])] == step.option
-        assert run.state.tally[kernel.TRIAL_STEP] == slow.trial_step
+        assert options[int(run.state.place[OPTION])] == step.option
+        assert run.state.tally[TRIAL_STEP] == slow.trial_step
     else:
         assert OUTCOMES[int(run.state.log_outcome[trial])] == step.outcome
         assert board_xy(run.world, run.state.log_cell[trial]) == step.cell

@@ -15,7 +15,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from app.documents import presets
-from learners import kernel, measures, rows
+from learners import measures
 from learners.commands import (
     Command,
     CommandError,
@@ -31,10 +31,23 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
-from learners.kernel import LearnerState
-from learners.run import Control, Run, replay
+from learners.control import Control
+from learners.kernel import loop, rows
+from learners.kernel.state import (
+    CELL,
+    NOT_REACHED,
+    REPERTOIRE,
+    TRAIL_LENGTH,
+    TRIAL_NEW_STATES,
+    TRIAL_STEP,
+    LearnerState,
+    copy_state,
+    join_option,
+    new_state,
+    tables,
+)
+from learners.run import Run, replay
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
-from learners.state import copy_state, join_option, new_state, tables
 from sim.world import CAPTURE, TIMEOUT, compile_world
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -793,13 +806,13 @@ def test_a_skill_that_returns_is_explored_as_before_unless_that_would_be_over(
     assert run.control.episodes == (before.episodes if goes_on else before.episodes[:1])
 
 
-REPERTOIRE = ("approach", "circle_clockwise", "avoid")
+THREE_SKILLS = ("approach", "circle_clockwise", "avoid")
 repertoire_changes = st.one_of(
-    st.builds(Introduce, st.sampled_from(REPERTOIRE[1:]), st.sampled_from([0, 3, 40])),
-    st.builds(Explore, st.sampled_from(REPERTOIRE), st.sampled_from([2, 5, 60]), st.just(0.5)),
-    st.builds(StopExploring, st.sampled_from(REPERTOIRE)),
+    st.builds(Introduce, st.sampled_from(THREE_SKILLS[1:]), st.sampled_from([0, 3, 40])),
+    st.builds(Explore, st.sampled_from(THREE_SKILLS), st.sampled_from([2, 5, 60]), st.just(0.5)),
+    st.builds(StopExploring, st.sampled_from(THREE_SKILLS)),
     # The first skill stays: a removal that another skill made possible would outlast its undoing.
-    st.builds(Remove, st.sampled_from(REPERTOIRE[1:])),
+    st.builds(Remove, st.sampled_from(THREE_SKILLS[1:])),
 )
 undoings = st.integers(0, 3)
 """How many commands that could be undone are passed over before one is."""
@@ -810,7 +823,7 @@ def undoing(run: Run, passed_over: int) -> Undo:
     open_numbers = [
         event.number
         for event in reversed(run.control.history)
-        if event.by_hand and not event.undone and not isinstance(event.command, Undo)
+        if event.author == "hand" and not event.undone and not isinstance(event.command, Undo)
     ]
     return Undo(open_numbers[passed_over] if passed_over < len(open_numbers) else -1)
 
@@ -835,7 +848,7 @@ def test_what_was_done_to_the_repertoire_and_undone_is_as_if_it_had_not_been(
 
     other = Run(spec, 9)
     for event in run.control.history:
-        if event.by_hand and not event.undone and not isinstance(event.command, Undo):
+        if event.author == "hand" and not event.undone and not isinstance(event.command, Undo):
             other.advance(until_trial=event.trial)
             # What is about a skill that never joined falls away with its introduction.
             is_carried_out(other, event.command)
@@ -982,7 +995,7 @@ def kept(request: pytest.FixtureRequest) -> Run:
     else:
         settings = QUICK_SCHEDULE if request.param == "timed" else ()
         run = drive(Run(small(request.param, *settings), 11), [60_000])
-    while run.state.tally[kernel.TRIAL_STEP] == 0:
+    while run.state.tally[TRIAL_STEP] == 0:
         run.advance(max_steps=1)
     return run
 
@@ -991,7 +1004,7 @@ def test_visits_and_logs_account_for_every_step(kept: Run) -> None:
     state, done = kept.state, kept.trial
     assert done > 100
     assert int(state.visits.sum()) == kept.step
-    assert int(state.log_steps[:done].sum() + state.tally[kernel.TRIAL_STEP]) == kept.step
+    assert int(state.log_steps[:done].sum() + state.tally[TRIAL_STEP]) == kept.step
     assert not state.log_steps[done:].any()
     assert not state.log_outcome[done:].any()
     assert sum(measures.endings(state)) == done
@@ -1017,9 +1030,9 @@ def test_trials_end_as_logged(kept: Run) -> None:
 
 def test_new_states_are_those_not_visited_with_the_repertoire(kept: Run) -> None:
     state, done = kept.state, kept.trial
-    found = int(state.log_new_states[:done].sum() + state.tally[kernel.TRIAL_NEW_STATES])
+    found = int(state.log_new_states[:done].sum() + state.tally[TRIAL_NEW_STATES])
     visited = tables(kept.spec, state)["visits"].sum(axis=-1) > 0
-    repertoires = int(state.tally[kernel.REPERTOIRE])
+    repertoires = int(state.tally[REPERTOIRE])
     if len(kept.control.introductions) == 0:
         assert found == visited.sum()
     assert visited.sum() <= found <= visited.sum() * repertoires
@@ -1039,14 +1052,14 @@ def test_first_reach_is_where_value_has_risen(kept: Run) -> None:
 
 def test_first_reach_names_the_trial() -> None:
     run = Run(small("standard_q"), 11)
-    expected = np.full(run.state.first_reach.size, kernel.NOT_REACHED)
+    expected = np.full(run.state.first_reach.size, NOT_REACHED)
     while run.trial < 2_000:
         trial = run.trial
         run.advance(until_trial=trial + 1)
-        risen = (rows.best(run.state.selection) > 0) & (expected == kernel.NOT_REACHED)
+        risen = (rows.best(run.state.selection) > 0) & (expected == NOT_REACHED)
         expected[risen] = trial
     # A value may rise and fall again within one trial, which only the run itself sees.
-    seen = expected != kernel.NOT_REACHED
+    seen = expected != NOT_REACHED
     assert seen.sum() > 50
     assert (run.state.first_reach[seen] <= expected[seen]).all()
     assert (run.state.first_reach[seen] == expected[seen]).mean() > 0.9
@@ -1067,17 +1080,17 @@ def test_what_tables_hold_as_0_is_0(initial_q: str) -> None:
 
 
 def test_the_trail_remembers_where_the_predator_has_been(kept: Run) -> None:
-    if kept.state.tally[kernel.TRIAL_STEP] > 0:
-        here = kept.state.trail[kept.step % kernel.TRAIL_LENGTH]
-        assert here == kept.state.place[kernel.CELL]
+    if kept.state.tally[TRIAL_STEP] > 0:
+        here = kept.state.trail[kept.step % TRAIL_LENGTH]
+        assert here == kept.state.place[CELL]
     run = kept.copy()
     trail = {}
     for _ in range(200):
         trial = run.trial
         run.advance(max_steps=1, until_trial=MAX_TRIALS)
         ended = run.trial > trial
-        place = run.state.log_cell[trial] if ended else run.state.place[kernel.CELL]
-        trail[run.step % kernel.TRAIL_LENGTH] = int(place)
+        place = run.state.log_cell[trial] if ended else run.state.place[CELL]
+        trail[run.step % TRAIL_LENGTH] = int(place)
     assert {slot: int(run.state.trail[slot]) for slot in trail} == trail
 
 
@@ -1162,7 +1175,7 @@ def test_a_learner_fits_into_5_megabytes(preset: str, until_trial: int) -> None:
 
 def main(names: Sequence[str], say: Callable[[str], object] = sys.stdout.write) -> None:
     """Run as plain Python, for the comparison with what is compiled."""
-    is_plain = not hasattr(kernel.advance, "py_func")
+    is_plain = not hasattr(loop.advance, "py_func")
     say("plain\n" if is_plain else "compiled\n")
     for name in names:
         say(f"{name} {_fingerprint(_plain_run(name))}\n")

@@ -37,9 +37,9 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.kernel.state import digest
 from learners.run import Run, replay
 from learners.spec import RunSpec
-from learners.state import digest
 
 PATIENCE_S = 30.0
 SEED = 7
@@ -66,7 +66,7 @@ def set_all(run: Run, commands: Sequence[Command]) -> Run:
 
 
 def by_hand(run: Run) -> list[Command]:
-    return [event.command for event in run.control.history if event.by_hand]
+    return [event.command for event in run.control.history if event.author == "hand"]
 
 
 HELD: tuple[tuple[list[Command], list[Command]], ...] = (
@@ -180,7 +180,7 @@ def test_a_held_key_leaves_one_mark_in_a_live_run() -> None:
     ticket = live.submit(FreezeSelection(True))
     status = live.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
     live.stop()
-    assert [e.command for e in status.snapshot.control.history if e.by_hand] == [
+    assert [e.command for e in status.snapshot.control.history if e.author == "hand"] == [
         FreezeSelection(True)
     ]
 

@@ -40,9 +40,9 @@ from learners.commands import (
     Introduce,
     StopExploring,
 )
+from learners.kernel.state import digest
 from learners.run import Run, replay
 from learners.spec import MAX_TRIALS, RunSpec
-from learners.state import digest
 
 PATIENCE_S = 30.0
 """How long to wait for what must happen; reaching it is a failure."""

@@ -12,9 +12,9 @@ from app.live import snapshot
 from app.live.snapshot import RECENT_ENDS, RECENT_PATHS, TRAIL_STEPS, Snapshot
 from learners import measures
 from learners.commands import Explore, Introduce
+from learners.kernel.state import tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import tables
 from sim.world import CAPTURE, TIMEOUT, board_xy
 
 STEPS = (0, 1, 2, 119, 120, 121, 122, 299, 300)

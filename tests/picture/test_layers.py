@@ -19,6 +19,7 @@ from app.picture import layers, pictures
 from app.picture.layers import LAYERS, Extras, Picture, SuccessMap
 from app.picture.look import FOLDED, OF_TRIAL, Look
 from app.picture.pictures import DARK, LIGHT, Ruler
+from app.words.numbers import of_any_size
 from learners.run import Run
 from learners.spec import SkillWeights
 from sim import geometry
@@ -837,7 +838,7 @@ def test_a_hostile_name_stays_a_name(key: str) -> None:
 
 def test_the_marks_of_a_bar_do_not_run_into_each_other() -> None:
     for ruler in (pictures.STEPS, Ruler(0, 100), Ruler(1, 1e6, "log"), Ruler(0, 48_000, "root")):
-        marks = pictures.ticks(ruler, layers.number)
+        marks = pictures.ticks(ruler, of_any_size)
         places = [place for place, _ in marks]
         assert len(marks) >= 4
         assert (np.diff(places) > 0.05).all()
@@ -848,24 +849,6 @@ def test_the_bar_of_the_value_runs_from_far_to_near() -> None:
     legend, _ = words("value", fresh())
     marks = re.findall(r"left:([\d.]+)%[^>]*>([\d,]+)<", legend)
     assert {("0.0", "400"), ("50.0", "100"), ("100.0", "0")} <= set(marks)
-
-
-@pytest.mark.parametrize(
-    ("amount", "text"),
-    [
-        (0, "0"),
-        (1e-9, "0"),
-        (0.0001, "0.0001"),
-        (0.5, "0.5"),
-        (7.07, "7.1"),
-        (14.1, "14"),
-        (100, "100"),
-        (49_900, "49.9 k"),
-        (1e6, "1 M"),
-    ],
-)
-def test_numbers_are_short(amount: float, text: str) -> None:
-    assert layers.number(amount) == text
 
 
 # All headings -------------------------------------------------------------------------------

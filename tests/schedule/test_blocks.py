@@ -20,7 +20,6 @@ from app.picture.pictures import DARK, LIGHT, Theme, css
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block
 from app.schedule.edits import Now, changed, moved, newest_episode_id, now_of, with_episode, without
-from learners import rows
 from learners.commands import (
     Command,
     CommandError,
@@ -36,6 +35,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.kernel import rows
 from learners.run import Run
 from learners.spec import (
     INTRODUCTION,
@@ -723,7 +723,7 @@ def test_a_saved_run_does_the_same_again() -> None:
     assert [(e.skill, e.trial) for e in again.control.introductions] == [
         (e.skill, e.trial) for e in run.control.introductions
     ]
-    assert not any(event.by_hand for event in again.control.history)
+    assert not any(event.author == "hand" for event in again.control.history)
     # What was done between trials is repeated to the last bit.
     assert again.step == run.step
     np.testing.assert_array_equal(
@@ -1022,36 +1022,3 @@ def test_the_axis_goes_on_when_the_run_does() -> None:
     assert timeline.axis_end(seen(run)) == 500
     run.advance(until_trial=501)
     assert timeline.axis_end(seen(run)) == 1_000
-
-
-@pytest.mark.parametrize(
-    ("end", "expected"),
-    [
-        (1, (0, 1)),
-        (100, (0, 20, 40, 60, 80, 100)),
-        (48_000, (0, 10_000, 20_000, 30_000, 40_000)),
-        (2_000_000, (0, 500_000, 1_000_000, 1_500_000, 2_000_000)),
-    ],
-)
-def test_ticks_are_round(end: int, expected: tuple[int, ...]) -> None:
-    assert timeline.ticks(end) == expected
-
-
-@given(end=st.integers(1, MAX_TRIALS))
-def test_ticks_are_few_and_evenly_spaced(end: int) -> None:
-    ticks = timeline.ticks(end)
-    assert 2 <= len(ticks) <= 9
-    assert ticks[0] == 0
-    assert ticks[-1] <= end
-    assert len(set(np.diff(ticks))) == 1
-    assert re.fullmatch(r"[125]0*", str(ticks[1]))
-
-
-def test_tick_labels_are_short() -> None:
-    assert [timeline.tick_label(t) for t in (0, 500, 20_000, 500_000, 1_500_000)] == [
-        "0",
-        "500",
-        "20,000",
-        "500 k",
-        "1.5 M",
-    ]

@@ -32,12 +32,18 @@ from sim.numbers import scaled
 def ten_times(number):
     return scaled(number) * 5
 """
-PLAIN = 'ANSWER = "old"\n'
+PLAIN = WITHIN = 'ANSWER = "old"\n'
 
 VERSION = "from sim.sources import SOURCE_DIGEST; print(SOURCE_DIGEST)"
 ANSWER = f"{VERSION}; from learners import plain; print(plain.ANSWER)"
+ANSWER_WITHIN = f"{VERSION}; from learners import kernel; print(kernel.ANSWER)"
+ANSWERS = pytest.mark.parametrize(
+    ("file", "program"),
+    [("learners/plain.py", ANSWER), ("learners/kernel/__init__.py", ANSWER_WITHIN)],
+    ids=["module", "package within"],
+)
 COMPILED = (
-    f"{VERSION}; from learners.kernel import ten_times;"
+    f"{VERSION}; from learners.kernel.loop import ten_times;"
     " print(ten_times(1), sum(ten_times.stats.cache_hits.values()))"
 )
 
@@ -52,14 +58,15 @@ class Checkout:
             "PYTHONPATH": str(folder),
             "XDG_CACHE_HOME": str(folder / "home"),
         }
-        for package in ("sim", "learners"):
+        for package in ("sim", "learners", "learners/kernel"):
             (folder / package).mkdir(parents=True)
         for module in MACHINERY:
             shutil.copy(ROOT / "sim" / f"{module}.py", folder / "sim")
         for name, text in (
             ("sim/numbers.py", PIECE),
             ("learners/__init__.py", ""),
-            ("learners/kernel.py", LOOP),
+            ("learners/kernel/__init__.py", WITHIN),
+            ("learners/kernel/loop.py", LOOP),
             ("learners/plain.py", PLAIN),
         ):
             (folder / name).write_text(text)
@@ -124,11 +131,12 @@ def test_checkouts_that_share_a_folder_share_what_is_equal(tmp_path: Path) -> No
     assert one.run(COMPILED)[1:] == ["10", "1"]
 
 
-def test_a_stale_file_of_bytecode_is_not_run(checkout: Checkout) -> None:
-    old, answer = checkout.run(ANSWER)
+@ANSWERS
+def test_a_stale_file_of_bytecode_is_not_run(checkout: Checkout, file: str, program: str) -> None:
+    old, answer = checkout.run(program)
     assert answer == "old"
-    checkout.replace("learners/plain.py", "old", "new")
-    new, answer = checkout.run(ANSWER)
+    checkout.replace(file, "old", "new")
+    new, answer = checkout.run(program)
     assert (new != old, answer) == (True, "new")
 
 
@@ -140,17 +148,20 @@ def test_bytecode_is_kept_between_two_starts(checkout: Checkout) -> None:
     assert kept.stat().st_mtime_ns == before
 
 
-def test_an_edit_after_the_start_neither_runs_nor_counts(checkout: Checkout) -> None:
-    before, _ = checkout.run(ANSWER)
-    edit = "import pathlib; pathlib.Path('learners/plain.py').write_text('ANSWER = 3')"
-    assert checkout.run(f"import sim; {edit}; {ANSWER}") == [before, "old"]
-    now, answer = checkout.run(ANSWER)
+@ANSWERS
+def test_an_edit_after_the_start_neither_runs_nor_counts(
+    checkout: Checkout, file: str, program: str
+) -> None:
+    before, _ = checkout.run(program)
+    edit = f"import pathlib; pathlib.Path('{file}').write_text('ANSWER = 3')"
+    assert checkout.run(f"import sim; {edit}; {program}") == [before, "old"]
+    now, answer = checkout.run(program)
     assert (now != before, answer) == (True, "3")
 
 
 def test_line_endings_and_byte_order_marks_make_no_difference(checkout: Checkout) -> None:
     before = checkout.run(ANSWER)
-    for file in checkout.folder.glob("*/*.py"):
+    for file in checkout.folder.rglob("*.py"):
         text = file.read_bytes().replace(b"\n", b"\r\n")
         file.write_bytes(b"\xef\xbb\xbf" + text)
     assert checkout.run(ANSWER) == before
@@ -158,13 +169,18 @@ def test_line_endings_and_byte_order_marks_make_no_difference(checkout: Checkout
 
 def test_every_word_counts_and_where_it_stands(checkout: Checkout) -> None:
     found = {checkout.run(VERSION)[0]}
-    kernel, plain = (checkout.folder / "learners" / f"{name}.py" for name in ("kernel", "plain"))
-    kernel.write_text(f"{LOOP}{PLAIN}")
+    loop, plain = (checkout.folder / "learners" / f"{name}.py" for name in ("kernel/loop", "plain"))
+    loop.write_text(f"{LOOP}{PLAIN}")
     plain.write_text("")
     found.add(checkout.run(VERSION)[0])
-    kernel.rename(checkout.folder / "learners" / "core.py")
+    loop.rename(checkout.folder / "learners" / "loop.py")
     found.add(checkout.run(VERSION)[0])
     assert len(found) == 3
+
+
+def test_a_package_comes_before_a_module_of_its_name(checkout: Checkout) -> None:
+    (checkout.folder / "learners" / "kernel.py").write_text('ANSWER = "module"')
+    assert checkout.run(ANSWER_WITHIN)[1] == "old"
 
 
 def test_what_editors_and_file_systems_leave_is_no_source(checkout: Checkout) -> None:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from learners import kernel
+from learners.kernel.state import CELL, HEADING
 from learners.run import Run
 from learners.spec import RunSpec
 from sim import geometry, rng
@@ -401,7 +401,7 @@ def starts_of(run: Run) -> list[tuple[int, int]]:
     places = []
     for trial in range(run.spec.trials):
         run.advance(until_trial=trial)
-        places.append((int(run.state.place[kernel.CELL]), int(run.state.place[kernel.HEADING])))
+        places.append((int(run.state.place[CELL]), int(run.state.place[HEADING])))
     return places
 
 

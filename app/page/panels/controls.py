@@ -35,7 +35,8 @@ from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.page.panels.steering import Steering, introduction_of
 from app.page.widgets import Choice, Input, add_buttons, assign
 from app.server.callbacks import RefusedError
-from app.words.plain import by_plain_name, counted, plain, speed_in_words
+from app.words.numbers import counted, speed_in_words
+from app.words.plain import by_plain_name, plain
 from learners.commands import (
     Explore,
     FollowSchedule,

@@ -26,8 +26,8 @@ from app.schedule import carried
 from app.server.callbacks import RefusedError
 from app.util.background import Maker
 from app.util.html import escaped
-from app.util.machine import available_cores, duration
-from app.words.plain import counted, in_short, speed_in_words
+from app.util.machine import available_cores
+from app.words.numbers import counted, duration, in_short, megabytes, speed_in_words
 
 THIS_SESSION: Final = "This session's schedule"
 SESSION_NAME: Final = "session"
@@ -103,8 +103,7 @@ def cost_html(quote: Quote, n_seeds: int) -> str:
         f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')},"
         f" {counted(n_seeds, 'seed')} each{there}."
         f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
-        f" {max(found.disk_bytes / 1e6, 0.1):,.1f} MB, in"
-        f" <b>{escaped(quote.folder)}</b>."
+        f" {megabytes(found.disk_bytes)}, in <b>{escaped(quote.folder)}</b>."
     )
 
 

@@ -33,7 +33,7 @@ from app.page.widgets import Choice, assign
 from app.picture.look import Look, heading_shown
 from app.picture.pictures import Colour, Theme
 from app.words.plain import HEADING_NAMES
-from learners import greedy
+from learners import hunts
 from sim.geometry import HEADINGS
 from sim.spec import WorldSpec
 from sim.world import World, board_xy
@@ -324,7 +324,7 @@ class Inspector:
     def _hunt_ring(self, snapshot: Snapshot, look: Look) -> None:
         world = snapshot.world
         radius = ring_radius(snapshot.spec.world, self._chosen)
-        cells = greedy.ring_of_starts(world, radius, RING_HUNTS)
+        cells = hunts.ring_of_starts(world, radius, RING_HUNTS)
         starts = [board_xy(world, cell) for cell in cells]
         self._hunt(starts, self._heading_asked(snapshot, look), snapshot)
 

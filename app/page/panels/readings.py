@@ -33,7 +33,9 @@ from app.picture.look import FOLDED, OF_TRIAL, Look
 from app.picture.pictures import DARK, LIGHT, Theme
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
-from app.words.plain import HEADING_NAMES, counted, in_short, plain, speed_in_words
+from app.words.numbers import counted, in_short, speed_in_words, ticks
+from app.words.placing import Room
+from app.words.plain import HEADING_NAMES, plain
 from learners import measures
 from learners.commands import (
     Command,
@@ -68,6 +70,8 @@ _CHARACTER_PX, _MARK_ROW_PX = 5.6, 15
 _PLOT_PX, _BESIDE_PLOT_PX = 215.0, 60.0
 """Width of the curve, and of the axis to its left, over which a name may reach."""
 _MAX_MARK_ROWS = 3
+_MOST_TICKS = 4
+"""Numbered steps of the curve after 0."""
 
 # A scroll bar lies over what it scrolls.
 _LAYOUT = """<style>
@@ -159,7 +163,7 @@ def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
         if isinstance(event.command, Introduce):
             if event.step > 0:
                 joins.append(event)
-        elif event.by_hand:
+        elif event.author == "hand":
             others.append(event)
     return joins, others
 
@@ -234,13 +238,13 @@ def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, 
     ink = pictures.css(theme.ink)
     grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
     at, names = marks.at, marks.names
-    ticks = _millions(snapshot.step)
+    splits = tuple(ticks(0, _last_step(snapshot), _MOST_TICKS))
     axes = [
         uplot.Axis(
             scale="x",
             size=30,
-            splits=ticks,
-            values=tuple(f"{tick / 1e6:g} M" for tick in ticks),
+            splits=splits,
+            values=tuple(f"{step / 1e6:g} M" for step in splits),
             stroke=ink,
             grid=grid,
             label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
@@ -258,7 +262,7 @@ def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, 
                 gap=2,
                 font=_MARK_FONT,
                 splits=at,
-                values=row.names,
+                values=tuple(row.names),
                 stroke=ink,
                 # The lines of all marks, once.
                 grid=uplot.Axis_Grid(show=number == 0, stroke=ink, dash=(6.0, 4.0)),
@@ -268,29 +272,31 @@ def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, 
     return tuple(axes)
 
 
-class MarkRow(NamedTuple):
-    """One row of names above the curve."""
+class MarkRow:
+    """One row of names above the curve.
 
-    align: Literal[1, 2]
-    """1: names begin at their marks; 2: they end there."""
-    names: tuple[str, ...]
-    """Of all marks; empty for those that have theirs in another row, or none."""
+    Args:
+        align: 1: names begin at their marks; 2: they end there.
+        n_marks: how many marks there are, whose names may be in other rows.
+    """
+
+    def __init__(self, align: Literal[1, 2], n_marks: int) -> None:
+        self.align: Literal[1, 2] = align
+        self.names = [""] * n_marks
+        """Of all marks; empty for those that have theirs in another row, or none."""
+        self._room = Room(-_BESIDE_PLOT_PX, _PLOT_PX)
 
     def span_of(self, place: float, name: str) -> tuple[float, float]:
         """Where a name at a place would lie in this row, in pixels."""
         width = (len(name) + 1) * _CHARACTER_PX
         return (place, place + width) if self.align == 1 else (place - width, place)
 
-    def takes(self, mark: int, name: str, places: list[float]) -> bool:
-        """Whether a name has room in this row: within the chart, and beside the others."""
-        low, high = self.span_of(places[mark], name)
-        spans = [self.span_of(places[k], other) for k, other in enumerate(self.names) if other]
-        inside = low >= -_BESIDE_PLOT_PX and high <= _PLOT_PX
-        return inside and all(high <= start or end <= low for start, end in spans)
-
-    def with_name(self, mark: int, name: str) -> "MarkRow":
-        """The row with one name more."""
-        return self._replace(names=(*self.names[:mark], name, *self.names[mark + 1 :]))
+    def takes(self, mark: int, place: float, name: str) -> bool:
+        """Put a name into this row, if it has room: within the chart, and beside the others."""
+        is_free = self._room.taken(*self.span_of(place, name))
+        if is_free:
+            self.names[mark] = name
+        return is_free
 
 
 def mark_rows(at: tuple[float, ...], names: tuple[str, ...], end: float) -> list[MarkRow]:
@@ -303,30 +309,19 @@ def mark_rows(at: tuple[float, ...], names: tuple[str, ...], end: float) -> list
         names: their names.
         end: last step of the axis, which begins at 0.
     """
-    places = [_PLOT_PX * step / end for step in at]
     rows: list[MarkRow] = []
-    blank = ("",) * len(at)
     for mark, name in reversed(list(enumerate(names))):
-        fresh = [MarkRow(1, blank), MarkRow(2, blank)] if len(rows) < _MAX_MARK_ROWS else []
-        taking = (k for k, row in enumerate([*rows, *fresh]) if row.takes(mark, name, places))
-        chosen = next(taking, None)
-        if chosen is not None:
-            row = [*rows, *fresh][chosen].with_name(mark, name)
-            rows = [*rows[:chosen], row, *rows[chosen + 1 :]]
+        fresh = [MarkRow(1, len(at)), MarkRow(2, len(at))] if len(rows) < _MAX_MARK_ROWS else []
+        place = _PLOT_PX * at[mark] / end
+        row = next((row for row in [*rows, *fresh] if row.takes(mark, place, name)), None)
+        if row in fresh:
+            rows.append(row)
     return rows
 
 
 def _last_step(snapshot: Snapshot) -> float:
     """Where the axis of steps ends."""
     return max(float(snapshot.step), 1_000.0)
-
-
-def _millions(steps: int) -> tuple[float, ...]:
-    """About four round marks between 0 and a number of steps."""
-    rough = max(steps, 1_000) / 4
-    power = 10 ** math.floor(math.log10(rough))
-    width = next(power * k for k in (1, 2, 5, 10) if power * k >= rough)
-    return tuple(k * float(width) for k in range(6) if k * width <= max(steps, 1_000))
 
 
 def _line(theme: Theme) -> uplot.Series:

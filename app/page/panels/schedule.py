@@ -15,7 +15,8 @@ from app.picture.timeline import axis_end, timeline_svg
 from app.schedule import edits
 from app.schedule.blocks import Block, Past
 from app.server.callbacks import RefusedError
-from app.words.plain import counted, plain
+from app.words.numbers import counted
+from app.words.plain import plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, ScheduleSpec
 

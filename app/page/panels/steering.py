@@ -17,7 +17,8 @@ from app.page.number_field import DIALS_HTML, Dial, Limits
 from app.page.widgets import NAME_HTML, Choice, assign
 from app.server.callbacks import RefusedError
 from app.server.notices import close_modal, open_modal
-from app.words.plain import PARAMETER_NAMES, by_plain_name, counted, plain
+from app.words.numbers import counted
+from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
     Command,
     DefineSkill,
@@ -121,7 +122,7 @@ def undoable(history: tuple[Event, ...]) -> list[Event]:
     return [
         event
         for event in reversed(history)
-        if event.by_hand and not event.undone and not isinstance(event.command, fixed)
+        if event.author == "hand" and not event.undone and not isinstance(event.command, fixed)
     ]
 
 
@@ -208,7 +209,7 @@ class Steering:
         if history is self._history:
             return
         self._history = history
-        changes = [e for e in history if e.by_hand and not isinstance(e.command, Undo)]
+        changes = [e for e in history if e.author == "hand" and not isinstance(e.command, Undo)]
         # Counted as they are listed: what the schedule did between them has numbers of its own.
         names = {
             e.number: f"{n}: {command_in_words(e.command)}"

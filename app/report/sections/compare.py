@@ -41,7 +41,7 @@ from app.report.parts import (
 from app.report.sections.stops import write_stops
 from app.results.read import Folder, Group, Reader, ResultsError, groups_of
 from app.util.html import Markup, element, joined
-from app.words.plain import counted
+from app.words.numbers import counted
 
 Pair = tuple[Group, Group]
 

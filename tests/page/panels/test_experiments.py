@@ -32,7 +32,6 @@ from app.schedule import carried
 from app.server.server import close_server, open_server
 from app.util import background
 from app.util.background import Maker
-from app.util.machine import duration
 from learners.commands import Explore, Introduce, SetParameter
 from learners.run import Run
 from tests.support.person import AtOnce, Person
@@ -85,13 +84,6 @@ def test_the_text_of_a_session_is_the_whole_experiment() -> None:
     again = parse(experiment.text, "session.yaml", None, 3)
     assert again.variants == experiment.variants
     assert again.seeds == experiment.seeds
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"), [(0.2, "0 s"), (89, "89 s"), (600, "10 min"), (36_000, "10.0 h")]
-)
-def test_times_are_short(seconds: float, words: str) -> None:
-    assert duration(seconds) == words
 
 
 def quote(done: int = 0, runs: int = 12) -> Quote:

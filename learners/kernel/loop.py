@@ -18,9 +18,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learners import rows
+from learners.kernel import rows
+from learners.kernel.choices import imposed_option, selected_option, skill_move
+from learners.kernel.state import (
+    CELL,
+    HEADING,
+    NO_OPTION,
+    NOT_REACHED,
+    OPTION,
+    REPERTOIRE,
+    STEP,
+    TRAIL_LENGTH,
+    TRIAL,
+    TRIAL_NEW_STATES,
+    TRIAL_STEP,
+    TRIAL_SWITCHES,
+    LearnerState,
+)
 from learners.skills import local_reward, wrapped
-from sim.bits import U, pick
+from sim.bits import U
 from sim.compiled import loop, piece
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
 from sim.world import (
@@ -35,73 +51,6 @@ from sim.world import (
     moved,
     start_of_trial,
 )
-
-TRAIL_LENGTH = 16_384
-"""Cells the trail remembers, a power of two: at least the last 32 trials of 500 steps."""
-
-NO_OPTION = 255
-NOT_REACHED = -1
-
-# Slots of ``LearnerState.place``.
-CELL = 0
-HEADING = 1
-OPTION = 2
-
-# Slots of ``LearnerState.tally``.
-STEP = 0
-TRIAL = 1
-TRIAL_STEP = 2
-TRIAL_NEW_STATES = 3
-TRIAL_SWITCHES = 4
-REPERTOIRE = 5
-N_TALLIES = 6
-
-
-class LearnerState(NamedTuple):
-    """All that a learner is at a moment: copy these arrays and you have a checkpoint."""
-
-    selection: np.ndarray
-    """(heading, distance, direction) rows of options, see ``learners.rows``; float32."""
-    selection_words: np.ndarray
-    """The same memory seen as uint32."""
-    skills: np.ndarray
-    """(skill, distance, direction) rows of moves; float32."""
-    skill_words: np.ndarray
-    """The same memory seen as uint32."""
-    visits: np.ndarray
-    """(heading, distance, direction, option) uint32: how often an option was taken in a state."""
-    first_reach: np.ndarray
-    """(heading, distance, direction) int32: trial in which the value first rose above 0, or -1."""
-    seen: np.ndarray
-    """(heading, distance, direction) uint8: repertoire at the last visit, counted from 1."""
-    trail: np.ndarray
-    """(TRAIL_LENGTH,) uint32 ring: the cell after step n is at n % TRAIL_LENGTH."""
-    place: np.ndarray
-    """(3,) uint64: cell, heading, option of the last step."""
-    tally: np.ndarray
-    """(N_TALLIES,) int64: steps and trials so far, and what the running trial counts."""
-    change: np.ndarray
-    """(1,) float64: sum of |dQ| of the selection in the running trial."""
-    streams: np.ndarray
-    """(2,) uint64: counters of the decisions and the starts."""
-    log_outcome: np.ndarray
-    """(trial,) int8: how each trial ended; the logs grow with the trials."""
-    log_reward: np.ndarray
-    """(trial,) float64: reward of each trial, as rewards were when it ended.
-
-    Outcome and rewards say it, so the loop leaves it to ``learners.run``: kept until the end of a
-    step, the reward would cost a register.
-    """
-    log_steps: np.ndarray
-    """(trial,) int32: steps in each trial."""
-    log_new_states: np.ndarray
-    """(trial,) int32: visits of states not visited before with the repertoire of the time."""
-    log_switches: np.ndarray
-    """(trial,) int32: steps with another option than the step before; the first counts as one."""
-    log_change: np.ndarray
-    """(trial,) float32: sum of |dQ| of the selection."""
-    log_cell: np.ndarray
-    """(trial,) uint32: where the trial ended."""
 
 
 class Settings(NamedTuple):
@@ -129,69 +78,10 @@ class Settings(NamedTuple):
 
 _ZERO = U(0)
 _ONE = U(1)
-_S16 = U(16)
-_S32 = U(32)
-_S48 = U(48)
-_LOW16 = U(0xFFFF)
 _ROW_SHIFT = U(4)
 _TRAIL_MASK = U(TRAIL_LENGTH - 1)
-_N_MOVES = U(9)
 _BEST = U(rows.BEST)
-_GREEDY = U(rows.GREEDY)
 _NOTHING = np.float32(0)
-
-
-@piece
-def imposed_option(
-    present: np.uint64,
-    n_episodes: int,
-    episode_option: np.ndarray,
-    episode_chance: np.ndarray,
-    counter: np.uint64,
-) -> tuple[np.uint64, np.uint64, np.uint64]:
-    """Option that a running exploration episode imposes on this step (section 3.3.4).
-
-    Returns:
-        The option or ``NO_OPTION``; the options left for the ordinary choice; the counter of
-        decisions after the draws this took.
-    """
-    left = present
-    for episode in range(n_episodes):
-        option = episode_option[episode]
-        counter += GAMMA
-        if mix(counter) >> _S32 < episode_chance[episode]:
-            return option, left, counter
-        left &= ~(_ONE << option)
-    if left == _ZERO:
-        left = present
-    return U(NO_OPTION), left, counter
-
-
-@piece
-def selected_option(
-    table: np.ndarray,
-    words: np.ndarray,
-    row: np.uint64,
-    allowed: np.uint64,
-    epsilon16: np.uint64,
-    draw: np.uint64,
-) -> np.uint64:
-    """Selection policy: epsilon-greedy among the allowed options (section 4.2.1)."""
-    index16 = (draw >> _S16) & _LOW16
-    if draw & _LOW16 < epsilon16:
-        return pick(allowed, index16)
-    return pick(rows.greedy_among(table, words, row, allowed), index16)
-
-
-@piece
-def skill_move(
-    words: np.ndarray, row: np.uint64, epsilon16: np.uint64, draw: np.uint64
-) -> np.uint64:
-    """A skill's policy: epsilon-greedy among the nine moves (section 4.2.2)."""
-    index16 = draw >> _S48
-    if (draw >> _S32) & _LOW16 < epsilon16:
-        return (index16 * _N_MOVES) >> _S16
-    return pick(U(words[row + _GREEDY]), index16)
 
 
 @piece

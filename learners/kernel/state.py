@@ -1,16 +1,84 @@
-"""Making, copying and identifying a learner's state."""
+"""All that a learner is at a moment: its arrays, and how they are made, copied and identified."""
 
 import hashlib
+from typing import NamedTuple
 
 import numpy as np
 
-from learners import kernel, rows
-from learners.kernel import LearnerState
+from learners.kernel import rows
 from learners.spec import MAX_TRIALS, RunSpec
 from sim import rng
 from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import World, start_of_trial
+
+TRAIL_LENGTH = 16_384
+"""Cells the trail remembers, a power of two: at least the last 32 trials of 500 steps."""
+
+NO_OPTION = 255
+NOT_REACHED = -1
+
+# Slots of ``LearnerState.place``.
+CELL = 0
+HEADING = 1
+OPTION = 2
+
+# Slots of ``LearnerState.tally``.
+STEP = 0
+TRIAL = 1
+TRIAL_STEP = 2
+TRIAL_NEW_STATES = 3
+TRIAL_SWITCHES = 4
+REPERTOIRE = 5
+N_TALLIES = 6
+
+
+class LearnerState(NamedTuple):
+    """All that a learner is at a moment: copy these arrays and you have a checkpoint."""
+
+    selection: np.ndarray
+    """(heading, distance, direction) rows of options, see ``learners.kernel.rows``; float32."""
+    selection_words: np.ndarray
+    """The same memory seen as uint32."""
+    skills: np.ndarray
+    """(skill, distance, direction) rows of moves; float32."""
+    skill_words: np.ndarray
+    """The same memory seen as uint32."""
+    visits: np.ndarray
+    """(heading, distance, direction, option) uint32: how often an option was taken in a state."""
+    first_reach: np.ndarray
+    """(heading, distance, direction) int32: trial in which the value first rose above 0, or -1."""
+    seen: np.ndarray
+    """(heading, distance, direction) uint8: repertoire at the last visit, counted from 1."""
+    trail: np.ndarray
+    """(TRAIL_LENGTH,) uint32 ring: the cell after step n is at n % TRAIL_LENGTH."""
+    place: np.ndarray
+    """(3,) uint64: cell, heading, option of the last step."""
+    tally: np.ndarray
+    """(N_TALLIES,) int64: steps and trials so far, and what the running trial counts."""
+    change: np.ndarray
+    """(1,) float64: sum of |dQ| of the selection in the running trial."""
+    streams: np.ndarray
+    """(2,) uint64: counters of the decisions and the starts."""
+    log_outcome: np.ndarray
+    """(trial,) int8: how each trial ended; the logs grow with the trials."""
+    log_reward: np.ndarray
+    """(trial,) float64: reward of each trial, as rewards were when it ended.
+
+    Outcome and rewards say it, so the loop leaves it to ``learners.run``: kept until the end of a
+    step, the reward would cost a register.
+    """
+    log_steps: np.ndarray
+    """(trial,) int32: steps in each trial."""
+    log_new_states: np.ndarray
+    """(trial,) int32: visits of states not visited before with the repertoire of the time."""
+    log_switches: np.ndarray
+    """(trial,) int32: steps with another option than the step before; the first counts as one."""
+    log_change: np.ndarray
+    """(trial,) float32: sum of |dQ| of the selection."""
+    log_cell: np.ndarray
+    """(trial,) uint32: where the trial ended."""
+
 
 _LOGS = tuple(name for name in LearnerState._fields if name.startswith("log_"))
 _ALIASES = {"selection_words": "selection", "skill_words": "skills"}
@@ -32,9 +100,9 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     streams = rng.streams(seed)
     cell, heading = start_of_trial(world, streams[rng.STARTS], 0)
     # Values that start above 0 have been there from the first trial on.
-    reached = 0 if initial_q > 0 else kernel.NOT_REACHED
-    tally = np.zeros(kernel.N_TALLIES, np.int64)
-    tally[kernel.REPERTOIRE] = 1
+    reached = 0 if initial_q > 0 else NOT_REACHED
+    tally = np.zeros(N_TALLIES, np.int64)
+    tally[REPERTOIRE] = 1
     return LearnerState(
         selection=selection,
         selection_words=selection.view(np.uint32),
@@ -43,8 +111,8 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         visits=np.zeros(n_states * n_options, np.uint32),
         first_reach=np.full(n_states, reached, np.int32),
         seen=np.zeros(n_states, np.uint8),
-        trail=np.full(kernel.TRAIL_LENGTH, cell, np.uint32),
-        place=np.array([cell, heading, kernel.NO_OPTION], np.uint64),
+        trail=np.full(TRAIL_LENGTH, cell, np.uint32),
+        place=np.array([cell, heading, NO_OPTION], np.uint64),
         tally=tally,
         change=np.zeros(1),
         streams=streams,
@@ -153,5 +221,5 @@ def digest(state: LearnerState) -> str:
     for name in _TABLES:
         array = getattr(state, name)
         total.update(array.astype(array.dtype.newbyteorder("<")).tobytes())
-    total.update(state.tally[: kernel.TRIAL + 1].astype("<i8").tobytes())
+    total.update(state.tally[: TRIAL + 1].astype("<i8").tobytes())
     return total.hexdigest()

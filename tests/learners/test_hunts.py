@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from app.documents import presets
-from learners import greedy
+from learners import hunts
 from learners.commands import FreezeSelection, FreezeSkills, SetParameter
-from learners.greedy import Hunt, Policy, greedy_moves, ring_of_starts, success_map
+from learners.hunts import Hunt, Policy, greedy_moves, ring_of_starts, success_map
+from learners.kernel.state import tables
 from learners.run import Run
 from learners.spec import RunSpec
-from learners.state import tables
 from sim import rng
 from sim.geometry import HEADINGS, MOVES, N_MOVES, STAY
 from sim.spec import N_HEADINGS, WorldSpec
@@ -119,7 +119,7 @@ def one_of_best(values: np.ndarray, draw16: int) -> int:
 
 
 def hunt_at(world: World, policy: Policy, x: int, y: int, heading: int, seed: int = 0) -> Hunt:
-    return greedy.hunt(world, policy, cell_at(world, x, y), heading, seed)
+    return hunts.hunt(world, policy, cell_at(world, x, y), heading, seed)
 
 
 def policy_of(run: Run) -> Policy:
@@ -189,7 +189,7 @@ def test_a_hunt_that_stays_times_out() -> None:
     hunt = hunt_at(world, policy, 3, 4, heading=2)
     assert (hunt.outcome, hunt.steps) == (TIMEOUT, LIMIT)
     assert {board_xy(world, cell) for cell in hunt.cells} == {(3, 4)}
-    short = greedy.hunt(world, policy, cell_at(world, 3, 4), 2, max_steps=7)
+    short = hunts.hunt(world, policy, cell_at(world, 3, 4), 2, max_steps=7)
     assert (short.outcome, short.steps) == (TIMEOUT, 7)
 
 
@@ -248,7 +248,7 @@ def test_hunts_are_the_learners_own_trials_without_exploring_and_learning() -> N
     compared = Counter()
     for trial in range(4_001, 4_401):
         cell, heading = run.start_of(trial)
-        hunt, *others = (greedy.hunt(run.world, policy, cell, heading, n) for n in range(8))
+        hunt, *others = (hunts.hunt(run.world, policy, cell, heading, n) for n in range(8))
         if all(np.array_equal(hunt.cells, other.cells) for other in others):
             # No tie on the way, so there is only one.
             assert hunt.outcome == run.state.log_outcome[trial]
@@ -296,7 +296,7 @@ def test_a_map_turns_with_the_tables() -> None:
 
 
 def test_a_map_can_be_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(greedy, "SLICE_STEPS", 100 * LIMIT)
+    monkeypatch.setattr(hunts, "SLICE_STEPS", 100 * LIMIT)
     world, policy = compile_world(SPEC), greedy_moves(only_option(), approach_table())
     asked = []
 
@@ -321,7 +321,7 @@ def test_a_long_step_limit_does_not_take_long() -> None:
 
 def test_preparing_leaves_nothing_behind() -> None:
     world = compile_world(SPEC)
-    greedy.prepare(world)
+    hunts.prepare(world)
     for before, after in zip(world, compile_world(SPEC), strict=True):
         np.testing.assert_array_equal(before, after)
 
@@ -391,16 +391,16 @@ def test_the_share_of_captures_is_that_of_single_hunts(preset: str) -> None:
     run.advance(until_trial=2_000)
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
-    policy = greedy.greedy_moves(selection_q, found["skill_q"] if run.spec.learner.skills else None)
+    policy = hunts.greedy_moves(selection_q, found["skill_q"] if run.spec.learner.skills else None)
     starts, captures = rng.streams(11)[rng.STARTS], 0
     for number in range(300):
         cell, heading = start_of_trial(run.world, starts, number)
-        hunted = greedy.hunt(run.world, policy, int(cell), int(heading), seed=number)
+        hunted = hunts.hunt(run.world, policy, int(cell), int(heading), seed=number)
         captures += hunted.outcome == CAPTURE
     assert 0 < captures < 300
-    assert greedy.success_share(run.world, policy, starts, 300) == captures / 300
+    assert hunts.success_share(run.world, policy, starts, 300) == captures / 300
 
 
 if __name__ == "__main__":
-    is_compiled = hasattr(greedy.follow, "py_func")
+    is_compiled = hasattr(hunts.follow, "py_func")
     sys.stdout.write(f"{'compiled' if is_compiled else 'plain'} {fingerprint()}")
