@@ -1,10 +1,10 @@
 """What commands make of a run: a pure function of its history, which is the truth.
 
 An event is a command that was carried out, with its moment. From the preset on, event by event,
-:func:`evolve` says what holds: the control of a run is the fold of its history, and a command that
-is taken back is left out of the fold. With the state of the tables, control is all that a run is
-at a moment. :func:`apply` is the same for a command that is given now: it refuses what cannot be
-carried out, and says besides what is to be done to the tables.
+:func:`evolve` says what holds; once a command is taken back, what holds is what the history comes
+to without it. :func:`apply` is the same for a command that is given now: it refuses what cannot be
+carried out, and says besides what is to be done to the tables. With their state, control is all
+that a run is at a moment.
 """
 
 from collections.abc import Iterable
@@ -198,16 +198,25 @@ def evolve(control: Control, event: Event) -> Control:
     return replace(after, history=(*after.history, event))
 
 
-def as_if(control: Control, history: tuple[Event, ...], trial: int) -> Control:
+def as_if(
+    control: Control, history: tuple[Event, ...], trial: int, since: Control | None = None
+) -> Control:
     """What would hold in a trial if this had been the history of a run.
 
     Nothing holds of an event that is undone, nor of what the schedule gave because of it; only the
     room in the tables stays, since what was learned stays. What is about a skill that is not there
     then falls away, and what the schedule would have done meanwhile is not made up for.
+
+    Args:
+        control: what holds, for the preset and for where the schedule stands.
+        history: what is to have happened.
+        trial: the running trial.
+        since: what held at a moment up to which the history is the same, to go on from there.
     """
-    undone = {event.number for event in history if event.undone}
-    after = Control.at_start(control.preset)
-    for event in history:
+    after = Control.at_start(control.preset) if since is None else since
+    later = history[len(after.history) :]
+    undone = {event.number for event in later if event.undone}
+    for event in later:
         if event.number not in undone and event.cause not in undone:
             after = _changed(after, event)
         elif isinstance(event.command, Introduce):

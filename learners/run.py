@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from learners import control, measures
-from learners.commands import Author, Command, Event
+from learners.commands import Author, Command, Event, Undo
 from learners.control import (
     Control,
     Effect,
@@ -24,7 +24,6 @@ from learners.control import (
     is_still_wanted,
     timers_of,
 )
-from learners.folding import overruled, without
 from learners.kernel import loop
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
@@ -42,6 +41,7 @@ from learners.kernel.state import (
     with_option,
     with_room_for,
 )
+from learners.repeats import in_its_place
 from learners.spec import MAX_TRIALS, MOVES, RunSpec
 from sim import rng
 from sim.bits import U
@@ -69,6 +69,9 @@ class Run:
         self.state: LearnerState = new_state(spec, self.world, seed)
         self.control = Control.at_start(spec)
         self._timers = timers_of(spec)
+        self._since = self.control
+        """What held when the last step had been made or, if that is later, after an undoing; with
+        it, what is made void need not be played from the start."""
         self._begin_trial()
 
     def copy(self) -> Self:
@@ -144,12 +147,13 @@ class Run:
             ended = slice(first, self.trial)
             outcomes = self.state.log_outcome[ended]
             self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
+            self._since = self.control
         return made
 
-    def apply(self, command: Command, folding: bool = False) -> None:
+    def apply(self, command: Command, replacing: bool = False) -> None:
         """Carry out a command given by hand, and note it in the history.
 
-        With ``folding`` it takes the place of one that it makes void before a step was made, and
+        With ``replacing`` it takes the place of one that it makes void before a step was made, and
         what a command and its contrary leave as it was leaves no note. What is learned is the same.
 
         Raises:
@@ -157,15 +161,12 @@ class Run:
         """
         former, event = self.control, self._event(command, "hand")
         after, effects = control.apply(former, event)
-        void = overruled(former.history, command, self.step) if folding else None
-        if void is not None:
-            history = without(former.history, void)
-            before = control.as_if(former, history, self.trial)
-            after = control.evolve(before, replace(event, number=len(history)))
-            if replace(after, history=history) == before:
-                after = before
+        if replacing:
+            after = in_its_place(former, event, self._since) or after
         self._adopt(after, effects)
         self._bring(event)
+        if isinstance(command, Undo):
+            self._since = self.control
 
     def _event(self, command: Command, author: Author, cause: int | None = None) -> Event:
         number, trial_step = len(self.control.history), int(self.state.tally[TRIAL_STEP])
@@ -174,9 +175,8 @@ class Run:
     def _bring(self, event: Event) -> None:
         """Let the schedule give what comes with an event that has just been noted."""
         for command in brought_by(self.control, event.command):
-            self._adopt(
-                *control.apply(self.control, self._event(command, "schedule", event.number))
-            )
+            brought = self._event(command, "schedule", cause=event.number)
+            self._adopt(*control.apply(self.control, brought))
 
     def _adopt(self, after: Control, effects: Iterable[Effect]) -> None:
         """Let something hold from here on, and do to the tables what that takes."""

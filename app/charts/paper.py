@@ -23,7 +23,9 @@ from app.charts.drawing import (
     saved,
     wrapped,
 )
-from app.picture.pictures import LIGHT, Ruler, gain_colours, nearness, over_board, palette
+from app.picture.colours import gain_colours, over_board, palette
+from app.picture.shading import Ruler, nearness
+from app.picture.theme import LIGHT
 from learners.measures import FoldedValue
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from app.live.snapshot import Snapshot
-from app.picture.pictures import Theme, css
+from app.picture.colours import css
+from app.picture.theme import Theme
 from app.words.numbers import in_hundredths
 from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
 from learners import hunts

@@ -211,7 +211,7 @@ class Session(Worker[Status]):
                 held.step_by_hand(trials=1)
                 self._preparing = False
             case _:
-                held.run.apply(request, folding=True)
+                held.run.apply(request, replacing=True)
                 held.claim_no_more()
 
     def _play(self, held: Held) -> None:

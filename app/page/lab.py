@@ -29,7 +29,7 @@ from app.page.panels.readings import clock_html
 from app.page.panels.schedule import SchedulePanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
-from app.picture.layers import Extras, SuccessMap
+from app.picture.layer import Extras, SuccessMap
 from app.picture.look import Look
 from app.results.service import Workbench
 from app.server.access import Access

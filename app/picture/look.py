@@ -2,7 +2,8 @@
 
 from typing import NamedTuple
 
-from app.picture.pictures import LIGHT, Scale, Theme
+from app.picture.shading import Scale
+from app.picture.theme import LIGHT, Theme
 
 FOLDED = -1
 """Frame: the mean over the eight headings, each turned so that the prey faces east."""

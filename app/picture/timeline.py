@@ -5,7 +5,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from app.live.snapshot import Snapshot
-from app.picture.pictures import DARK, LIGHT, Theme, css
+from app.picture.colours import css
+from app.picture.theme import DARK, LIGHT, Theme
 from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, described
 from app.words.numbers import in_short, ticks
 from app.words.placing import Room

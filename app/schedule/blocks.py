@@ -198,7 +198,7 @@ class _Reel:
             if self._sources[id] == number:
                 until = block.until
                 if block.kind == "introduction" and until is not None:
-                    until = max(min(until, event.trial), block.first)
+                    until = min(until, event.trial)
                 self._blocks[id] = replace(block, until=until, undone=True)
 
 
@@ -214,11 +214,11 @@ class Past:
 
     def blocks_of(self, snapshot: Snapshot) -> tuple[Block, ...]:
         """As the function of this name, but of what was done by hand and is over the newest."""
-        control = snapshot.control
-        if self._reel is None or not _goes_on(self._reel.control, control):
-            self._reel, self._history = _Reel(control.preset), None
-        if control.history is not self._history:
-            self._play(self._reel, control.history)
+        control, reel = snapshot.control, self._reel
+        if reel is None or control.history is not self._history:
+            if reel is None or not _goes_on(reel.control, control):
+                reel = self._reel = _Reel(control.preset)
+            self._play(reel, control.history)
         return (*_as_of(self._kept, snapshot.trial), *_planned(snapshot))
 
     def _play(self, reel: _Reel, history: tuple[Event, ...]) -> None:

@@ -19,7 +19,8 @@ from app.live.snapshot import Snapshot
 from app.page import number_field, widgets
 from app.page.panels import steering
 from app.page.panels.controls import slider_of
-from app.picture.layers import LAYERS, Extras, Layer, SuccessMap
+from app.picture.layer import Extras, Layer, SuccessMap
+from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look
 from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter

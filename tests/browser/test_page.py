@@ -27,9 +27,10 @@ from app.page import lab as lab_module
 from app.page.lab import Browser, Lab
 from app.page.panels.controls import Controls
 from app.page.scene.board import BOARD_UNITS, on_picture
-from app.picture import pictures
 from app.picture.look import Look
-from app.picture.pictures import DARK, LIGHT
+from app.picture.raster import on_raster, raster
+from app.picture.shading import known_of, nearness
+from app.picture.theme import DARK, LIGHT
 from learners.control import Episode
 from learners.run import Run
 from sim import geometry
@@ -113,10 +114,10 @@ def test_colours_on_the_screen_are_the_servers_and_the_legends(begin: Begin) -> 
     screen.expect_cell_colours(colours)
     snapshot = live.session.status.snapshot
     world = snapshot.spec.world
-    values, raster = geometry.fold(snapshot.value, world.n_directions), pictures.raster(world)
-    known = pictures.known_of(values, world.capture_reward, snapshot.spec.learner.gamma)
-    share = pictures.on_raster(known.positive_share, raster)
-    steps = pictures.on_raster(known.steps, raster)
+    values, pixels = geometry.fold(snapshot.value, world.n_directions), raster(world)
+    known = known_of(values, world.capture_reward, snapshot.spec.learner.gamma)
+    share = on_raster(known.positive_share, pixels)
+    steps = on_raster(known.steps, pixels)
     clear = clear_cells(snapshot)
     of_board = (colours == LIGHT.unknown).all(axis=1)
 
@@ -124,7 +125,7 @@ def test_colours_on_the_screen_are_the_servers_and_the_legends(begin: Begin) -> 
     screen.expect_pixel(screen.place_of(cell), colours[cell])
     bar = screen.legend.locator("div[style*=gradient]").first
     seen = picture(bar.screenshot())
-    level = float(pictures.nearness(steps[cell]))
+    level = float(nearness(steps[cell]))
     on_bar = seen[seen.shape[0] // 2, round(level * (seen.shape[1] - 1))]
     assert np.abs(on_bar.astype(int) - colours[cell]).max() <= 6
 

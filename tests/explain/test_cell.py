@@ -40,7 +40,7 @@ from app.live.snapshot import Snapshot
 from app.page.panels import inspection
 from app.page.panels.inspection import Inspector, board_points, cell_under, ring_radius
 from app.picture.look import OF_TRIAL, Look
-from app.picture.pictures import DARK, LIGHT
+from app.picture.theme import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.commands import SetParameter
 from learners.hunts import Hunt, success_map

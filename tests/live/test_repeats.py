@@ -58,7 +58,7 @@ def moment(run: Run) -> Snapshot:
 
 def set_all(run: Run, commands: Sequence[Command]) -> Run:
     for command in commands:
-        run.apply(command, folding=True)
+        run.apply(command, replacing=True)
     return run
 
 
@@ -101,7 +101,7 @@ def test_what_a_step_saw_is_kept() -> None:
     run = Run(SPEC, SEED)
     for n in range(10):
         run.advance(max_steps=1)
-        run.apply(FreezeSelection(n % 2 == 0), folding=True)
+        run.apply(FreezeSelection(n % 2 == 0), replacing=True)
     assert len(by_hand(run)) == 10
 
 
@@ -125,21 +125,21 @@ COMMANDS = st.sampled_from(
 
 @settings(max_examples=40, deadline=None)
 @given(plan=st.lists(st.tuples(st.integers(0, 3), COMMANDS), max_size=25))
-def test_folding_changes_nothing_but_the_history(plan: list[tuple[int, Command]]) -> None:
-    folded, plain = Run(SPEC, SEED), Run(SPEC, SEED)
+def test_replacing_changes_nothing_but_the_history(plan: list[tuple[int, Command]]) -> None:
+    replaced, plain = Run(SPEC, SEED), Run(SPEC, SEED)
     for steps, command in plan:
-        for run in (folded, plain):
+        for run in (replaced, plain):
             run.advance(max_steps=400 * steps)
             try:
-                run.apply(command, folding=run is folded)
+                run.apply(command, replacing=run is replaced)
             except CommandError:
                 continue
-    for run in (folded, plain):
+    for run in (replaced, plain):
         run.advance(max_steps=1_000)
-    again = replay(SPEC, SEED, folded.journal, folded.step)
-    assert digest(folded.state) == digest(plain.state) == digest(again.state)
-    assert again.control == folded.control
-    assert replace(folded.control, history=()) == replace(plain.control, history=())
+    again = replay(SPEC, SEED, replaced.journal, replaced.step)
+    assert digest(replaced.state) == digest(plain.state) == digest(again.state)
+    assert again.control == replaced.control
+    assert replace(replaced.control, history=()) == replace(plain.control, history=())
 
 
 @settings(max_examples=40, deadline=None)
@@ -150,7 +150,7 @@ def test_what_is_noted_can_be_taken_back(commands: list[Command]) -> None:
     before = run.control
     for command in commands:
         try:
-            run.apply(command, folding=True)
+            run.apply(command, replacing=True)
         except CommandError:
             continue
     noted = [event.number for event in run.control.history[len(before.history) :]]
@@ -234,7 +234,7 @@ def shaken() -> Run:
     run = Run(SPEC, SEED)
     for n in range(800):
         run.advance(until_trial=n + 1)
-        run.apply(FreezeSelection(n % 2 == 0), folding=True)
+        run.apply(FreezeSelection(n % 2 == 0), replacing=True)
     return run
 
 
@@ -267,7 +267,7 @@ def test_kept_up_with_the_past_is_as_if_played_from_the_start(
         run.advance(until_trial=run.trial + trials)
         try:
             if command is not None:
-                run.apply(command, folding=True)
+                run.apply(command, replacing=True)
             elif run.journal:
                 run.apply(Undo(run.control.history[-1].number))
         except CommandError:

@@ -15,10 +15,17 @@ from hypothesis import strategies as st
 from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.picture import layers, pictures
-from app.picture.layers import LAYERS, Extras, Picture, SuccessMap
+from app.picture.colours import OPTION_COLOURS, css, gain_colours, heat_colours, move_colours
+from app.picture.layer import Extras, Picture, SuccessMap
+from app.picture.layers import LAYERS
+from app.picture.layers.reach import MOST_LINES, line_step
+from app.picture.legend import bar_marks
 from app.picture.look import FOLDED, OF_TRIAL, Look
-from app.picture.pictures import DARK, LIGHT, Ruler
+from app.picture.multiples import all_headings_png, png, small_multiples_html
+from app.picture.options import greedy
+from app.picture.shading import STEPS, Ruler
+from app.picture.theme import DARK, LIGHT, Theme
+from app.util.html import escaped
 from app.words.numbers import of_any_size
 from learners.run import Run
 from learners.spec import SkillWeights
@@ -74,7 +81,7 @@ def words(key: str, moment: Snapshot, extras: Extras | None = None, **look: Any)
     """Legend and caption."""
     layer, looking = LAYERS[key], Look(layer=key, **look)
     extras = extras or Extras()
-    return layer.legend(moment, looking, extras), layer.caption(moment, looking, extras)
+    return layer.legend(moment, looking, extras), escaped(layer.caption(moment, looking, extras))
 
 
 def colour_at(picture: Picture, east: int, north: int) -> list[int]:
@@ -85,7 +92,7 @@ def height_at(picture: Picture, east: int, north: int) -> float:
     return float(picture.height.reshape(SIZE, SIZE)[60 + north, 60 + east])
 
 
-def of(colours: np.ndarray, level: float, cover: float = 1.0, theme: pictures.Theme = LIGHT) -> Any:
+def of(colours: np.ndarray, level: float, cover: float = 1.0, theme: Theme = LIGHT) -> Any:
     """The colour at a level of a colour map, over the board."""
     board = np.array(theme.unknown, float)
     colour = colours[int(level * (len(colours) - 1))]
@@ -93,14 +100,14 @@ def of(colours: np.ndarray, level: float, cover: float = 1.0, theme: pictures.Th
 
 
 def gain(level: float, cover: float = 1.0) -> Any:
-    return of(pictures.gain_colours(), level, cover)
+    return of(gain_colours(), level, cover)
 
 
 def heat(level: float) -> Any:
-    return of(pictures.heat_colours(LIGHT), level)
+    return of(heat_colours(LIGHT), level)
 
 
-def blank(theme: pictures.Theme = LIGHT) -> list[int]:
+def blank(theme: Theme = LIGHT) -> list[int]:
     return list(theme.unknown)
 
 
@@ -280,9 +287,9 @@ def preferring(option: int, by: float = 1.0, best: float = 10.0) -> np.ndarray:
 
 @pytest.mark.parametrize("option", [APPROACH, CIRCLE, AVOID])
 @both_themes
-def test_the_chosen_skill_has_its_own_colour(option: int, theme: pictures.Theme) -> None:
+def test_the_chosen_skill_has_its_own_colour(option: int, theme: Theme) -> None:
     picture = paint("chosen", made(selection_q=preferring(option)), frame=2, theme=theme)
-    assert (picture.colours == pictures.OPTION_COLOURS[option]).all()
+    assert (picture.colours == OPTION_COLOURS[option]).all()
     assert picture.arrows is None
 
 
@@ -294,19 +301,19 @@ def test_options_tie_within_a_thousandth_of_the_best() -> None:
 
 def test_losses_tie_within_a_thousandth_of_the_best_too() -> None:
     values = np.array([[-10.0, -10.009, -20], [-10.0, -10.011, -20], [0, 0, -1], [0, -1e-9, -1]])
-    assert layers.greedy(values.astype(np.float32)).tolist() == [-1, 0, -1, 0]
+    assert greedy(values.astype(np.float32)).tolist() == [-1, 0, -1, 0]
 
 
 def test_an_option_that_is_not_there_is_never_chosen() -> None:
     values = np.array([[-np.inf, -7, -np.inf], [-np.inf, -np.inf, -np.inf]], np.float32)
-    assert layers.greedy(values).tolist() == [1, -1]
+    assert greedy(values).tolist() == [1, -1]
 
 
 def test_the_folded_choice_is_that_of_most_headings_and_paler_where_fewer_agree() -> None:
     values = preferring(AVOID)
     values[:2] = preferring(CIRCLE)[:2]
     picture = paint("chosen", made(selection_q=values))
-    assert colour_at(picture, 20, 0) == of(pictures.OPTION_COLOURS[[AVOID]], 1, 6 / 8)
+    assert colour_at(picture, 20, 0) == of(OPTION_COLOURS[[AVOID]], 1, 6 / 8)
 
 
 def test_a_split_vote_is_blank() -> None:
@@ -322,7 +329,7 @@ def test_the_surface_of_choices_is_as_high_as_the_value() -> None:
 
 @every_layer
 def test_every_legend_explains_the_start_zone_where_it_is_drawn(key: str) -> None:
-    circles = pictures.css(LIGHT.zone)
+    circles = css(LIGHT.zone)
     looks: list[tuple[dict[str, Any], bool]] = [
         ({}, False),
         ({"start_zone": True}, True),
@@ -341,13 +348,13 @@ def test_the_legend_of_choices_lists_who_is_there() -> None:
     assert "approach" in legend
     assert "circle clockwise" in legend
     assert "avoid" not in legend
-    assert pictures.css(pictures.OPTION_COLOURS[CIRCLE]) in legend
+    assert css(OPTION_COLOURS[CIRCLE]) in legend
 
 
 @pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
 def test_six_skills_and_the_board_stay_apart_for_all_kinds_of_sight(sight: np.ndarray) -> None:
     boards = [np.array(theme.unknown, float) for theme in (LIGHT, DARK)]
-    six = pictures.OPTION_COLOURS[:6]
+    six = OPTION_COLOURS[:6]
     for index, colour in enumerate(six):
         others = np.array([*np.delete(six, index, axis=0), *boards])
         assert nearest(colour[None], others, sight) > PLAINLY_APART
@@ -355,7 +362,7 @@ def test_six_skills_and_the_board_stay_apart_for_all_kinds_of_sight(sight: np.nd
 
 @pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
 def test_opposite_moves_stay_apart_for_all_kinds_of_sight(sight: np.ndarray) -> None:
-    colours = pictures.move_colours(LIGHT)
+    colours = move_colours(LIGHT)
     for move in range(N_MOVES):
         opposite = N_MOVES - 1 - move
         if move != opposite:
@@ -391,7 +398,7 @@ def test_one_option_has_no_advantage_and_the_caption_says_why() -> None:
     assert everywhere_blank(paint("advantage", moment))
     assert words("advantage", moment)[1].startswith("Only approach is there")
     assert words("chosen", moment)[1].startswith("Only approach is there")
-    assert (paint("chosen", moment).colours == pictures.OPTION_COLOURS[APPROACH]).all()
+    assert (paint("chosen", moment).colours == OPTION_COLOURS[APPROACH]).all()
 
 
 def test_visits_count_by_powers_of_ten() -> None:
@@ -444,7 +451,7 @@ def test_first_reach_is_bright_and_high_where_it_was_early() -> None:
 
 def test_isochrones_run_where_a_multiple_of_their_step_was_passed() -> None:
     moment = reached_by_ring(300)
-    assert layers.line_step(moment.first_reach) == 500
+    assert line_step(moment.first_reach) == 500
     picture = paint("reach", moment)
     east = np.arange(1, 60)
     ring = np.array([state_at(x, 0)[0] for x in east])
@@ -458,7 +465,7 @@ def test_isochrones_run_where_a_multiple_of_their_step_was_passed() -> None:
 
 
 def gain_of_reach(trial: int, trials: int) -> np.ndarray:
-    return pictures.gain_colours()[int((1 - np.sqrt(trial / trials)) * 255)]
+    return gain_colours()[int((1 - np.sqrt(trial / trials)) * 255)]
 
 
 def test_there_is_no_line_between_what_is_reached_and_what_is_not() -> None:
@@ -480,7 +487,7 @@ def test_there_is_no_line_between_what_is_reached_and_what_is_not() -> None:
     ],
 )
 def test_the_step_of_the_isochrones_grows_with_the_trials(last: int, step: int) -> None:
-    assert layers.line_step(np.array([0, last, -1])) == step
+    assert line_step(np.array([0, last, -1])) == step
     assert f"a line every {step:,} trials" in words("reach", made(first_reach=two(0, last)))[0]
     assert f"{step:,} trials" in words("reach", made(first_reach=two(0, last)))[1]
 
@@ -493,8 +500,8 @@ def two(first: int, last: int) -> np.ndarray:
 
 @given(st.integers(0, 2_000_000), st.integers(0, 2_000_000))
 def test_there_are_never_more_lines_than_can_be_told_apart(one: int, other: int) -> None:
-    step = layers.line_step(np.array([one, other, -1]))
-    assert abs(one // step - other // step) <= layers.MOST_LINES <= 12
+    step = line_step(np.array([one, other, -1]))
+    assert abs(one // step - other // step) <= MOST_LINES <= 12
 
 
 # Success ------------------------------------------------------------------------------------
@@ -639,7 +646,7 @@ def test_the_folded_flow_turns_moves_with_the_prey() -> None:
     assert north[:, 1] - north[:, 0] == pytest.approx(
         np.broadcast_to([0.0, 4.5], (len(north), 2)), abs=1e-4
     )
-    assert (paint("chosen", moment).colours == pictures.move_colours(LIGHT)[EAST].round()).all()
+    assert (paint("chosen", moment).colours == move_colours(LIGHT)[EAST].round()).all()
     option = paint("option", moment, option=EAST, scale="linear", fitted=True)
     assert (paint("option", moment, option=WEST).colours == LIGHT.unknown).all()
     assert not (option.colours == LIGHT.unknown).all(axis=1).any()
@@ -837,8 +844,8 @@ def test_a_hostile_name_stays_a_name(key: str) -> None:
 
 
 def test_the_marks_of_a_bar_do_not_run_into_each_other() -> None:
-    for ruler in (pictures.STEPS, Ruler(0, 100), Ruler(1, 1e6, "log"), Ruler(0, 48_000, "root")):
-        marks = pictures.ticks(ruler, of_any_size)
+    for ruler in (STEPS, Ruler(0, 100), Ruler(1, 1e6, "log"), Ruler(0, 48_000, "root")):
+        marks = bar_marks(ruler, of_any_size)
         places = [place for place, _ in marks]
         assert len(marks) >= 4
         assert (np.diff(places) > 0.05).all()
@@ -859,25 +866,25 @@ def decoded(png: bytes) -> np.ndarray:
 
 
 @both_themes
-def test_the_small_pictures_are_the_eight_headings_from_east_on(theme: pictures.Theme) -> None:
+def test_the_small_pictures_are_the_eight_headings_from_east_on(theme: Theme) -> None:
     value = zeros()
     value[...] = 100 * 0.9 ** (5.0 * np.arange(N_HEADINGS))[:, None, None]
     look = Look(theme=theme)
-    image = decoded(layers.all_headings_png(made(value=value), look, LAYERS["value"], Extras()))
+    image = decoded(all_headings_png(made(value=value), look, LAYERS["value"], Extras()))
     assert image.shape == (2 * 75 + 1, 4 * 75 + 3, 3)
     assert (image[75] == theme.border).all()
     for heading, (east, north) in enumerate(geometry.HEADINGS):
         top, left = heading // 4 * 76, heading % 4 * 76
         tile = image[top : top + 75, left : left + 75]
         level = 1 - np.sqrt(5 * heading / 400)
-        assert tile[3, 3].tolist() == of(pictures.gain_colours(), level, theme=theme)
+        assert tile[3, 3].tolist() == of(gain_colours(), level, theme=theme)
         assert tile[37 - 5 * north, 37 + 5 * east].tolist() == list(theme.prey)
         assert tile[37 + 5 * north, 37 - 5 * east].tolist() != list(theme.prey)
 
 
 def test_north_is_up_in_the_small_pictures() -> None:
     moment = made(value=at_one_place(100 * 0.9**25, 0, 40))
-    image = decoded(layers.all_headings_png(moment, Look(), LAYERS["value"], Extras()))
+    image = decoded(all_headings_png(moment, Look(), LAYERS["value"], Extras()))
     assert image[37 - 25, 37].tolist() == gain(0.75)
     assert image[37 + 25, 37].tolist() == blank()
 
@@ -885,14 +892,14 @@ def test_north_is_up_in_the_small_pictures() -> None:
 @every_layer
 def test_the_small_pictures_are_small(key: str) -> None:
     moment, extras = noisy(), noisy_success(fresh())
-    png = layers.all_headings_png(moment, Look(layer=key), LAYERS[key], extras)
+    png = all_headings_png(moment, Look(layer=key), LAYERS[key], extras)
     assert decoded(png).shape == (151, 303, 3)
     # Noise is the worst case; what is learned takes a half of it.
     assert len(png) < 27_000
 
 
 def test_the_small_pictures_stand_in_the_page_as_they_are() -> None:
-    html = layers.small_multiples_html(b"\x89PNG")
+    html = small_multiples_html(b"\x89PNG")
     assert "data:image/png;base64,iVBORw==" in html
     assert "image-rendering:pixelated" in html
 
@@ -903,7 +910,7 @@ def test_a_png_keeps_few_colours_exactly_and_many_nearly(n_colours: int) -> None
     few = rng.permutation(32**3)[:n_colours]
     colours = np.stack([few // 1024, few // 32 % 32, few % 32], axis=1).astype(np.uint8) * 8
     image = colours[rng.integers(0, n_colours, size=(150, 301))]
-    shown = decoded(pictures.png(image))
+    shown = decoded(png(image))
     assert shown.shape == image.shape
     difference = np.abs(shown.astype(int) - image).max()
     assert difference == 0 if n_colours <= 200 else difference < 64
@@ -950,7 +957,7 @@ def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
     assert legend.count("<div") == legend.count("</div>")
     assert "nan" not in legend
     assert layer.caption(moment, look, extras)
-    png = layers.all_headings_png(moment, look, layer, extras)
+    png = all_headings_png(moment, look, layer, extras)
     assert decoded(png).shape == (151, 303, 3)
 
 

@@ -9,8 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.picture import pictures
-from app.picture.pictures import DARK, FARTHEST_STEPS, LIGHT, Known, Theme
+from app.picture.colours import css, gain_colours, gradient_css, loss_colours, palette
+from app.picture.raster import on_raster, raster
+from app.picture.shading import (
+    FARTHEST_STEPS,
+    Known,
+    Scale,
+    equivalent_steps,
+    fixed_shading,
+    known_of,
+    nearness,
+    shaded,
+)
+from app.picture.theme import DARK, LIGHT, Theme
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 from tests.support.sight import JUST_NOTICEABLE, PLAINLY_APART, SIGHT, lab, linear, nearest
@@ -42,21 +53,21 @@ def known(**parts: float) -> Known:
 
 def folded(value: np.ndarray) -> Known:
     """What is known of a value map in the prey's own frame."""
-    return pictures.known_of(geometry.fold(value, N_DIRECTIONS), REWARD, GAMMA)
+    return known_of(geometry.fold(value, N_DIRECTIONS), REWARD, GAMMA)
 
 
 def on_board(per_state: np.ndarray, world: WorldSpec) -> np.ndarray:
     """States ``(distance, direction, ...)`` spread over the board, ``(y, x, ...)``."""
-    spread = pictures.on_raster(per_state, pictures.raster(world))
+    spread = on_raster(per_state, raster(world))
     return spread.reshape(world.size, world.size, *per_state.shape[2:])
 
 
 def colour_of(
-    state: Known, theme: Theme, scale: pictures.Scale = "steps", reward: float = REWARD
+    state: Known, theme: Theme, scale: Scale = "steps", reward: float = REWARD
 ) -> list[int]:
     """Colour of the one state of a folded map."""
-    shading = pictures.fixed_shading(scale, reward, PENALTY)
-    colours = pictures.shaded(state, shading, theme)
+    shading = fixed_shading(scale, reward, PENALTY)
+    colours = shaded(state, shading, theme)
     assert colours.dtype == np.uint8
     return colours[0, 0].tolist()
 
@@ -71,25 +82,25 @@ def rounded(colour: np.ndarray) -> list[int]:
 
 @given(st.floats(0, FARTHEST_STEPS))
 def test_a_state_worth_a_discounted_reward_is_that_many_steps_away(steps: float) -> None:
-    assert pictures.equivalent_steps(np.array([worth(steps)]), REWARD, GAMMA) == pytest.approx(
+    assert equivalent_steps(np.array([worth(steps)]), REWARD, GAMMA) == pytest.approx(
         steps, abs=1e-9
     )
 
 
 def test_distances_are_cut_off_at_both_ends_of_the_scale() -> None:
     values = np.array([3 * REWARD, REWARD, worth(FARTHEST_STEPS + 50)])
-    steps = pictures.equivalent_steps(values, REWARD, GAMMA)
+    steps = equivalent_steps(values, REWARD, GAMMA)
     assert steps.tolist() == [0.0, 0.0, FARTHEST_STEPS]
 
 
 def test_the_smallest_float_is_far_away_and_no_error() -> None:
     tiny = np.array([np.finfo(np.float32).smallest_subnormal])
-    assert pictures.equivalent_steps(tiny, REWARD, 0.99).tolist() == [FARTHEST_STEPS]
+    assert equivalent_steps(tiny, REWARD, 0.99).tolist() == [FARTHEST_STEPS]
 
 
 def test_a_state_of_no_value_or_less_has_no_distance() -> None:
     values = np.array([0.0, -0.0, -1e-30, -50.0])
-    assert np.isnan(pictures.equivalent_steps(values, REWARD, GAMMA)).all()
+    assert np.isnan(equivalent_steps(values, REWARD, GAMMA)).all()
 
 
 # Folding
@@ -133,27 +144,25 @@ def test_nothing_known_folds_to_nothing() -> None:
 
 @both_themes
 @pytest.mark.parametrize("scale", ["steps", "linear"])
-def test_what_is_not_known_has_exactly_the_colour_of_the_board(
-    theme: Theme, scale: pictures.Scale
-) -> None:
+def test_what_is_not_known_has_exactly_the_colour_of_the_board(theme: Theme, scale: Scale) -> None:
     assert colour_of(known(), theme, scale) == list(theme.unknown)
 
 
 @both_themes
 @pytest.mark.parametrize("scale", ["steps", "linear"])
-def test_certain_capture_is_the_end_of_the_colour_map(theme: Theme, scale: pictures.Scale) -> None:
+def test_certain_capture_is_the_end_of_the_colour_map(theme: Theme, scale: Scale) -> None:
     certain = known(steps=0, gain=REWARD, positive_share=1)
-    assert colour_of(certain, theme, scale) == rounded(pictures.gain_colours()[-1])
+    assert colour_of(certain, theme, scale) == rounded(gain_colours()[-1])
 
 
 @both_themes
 def test_the_farthest_is_the_start_of_the_colour_map(theme: Theme) -> None:
     far = known(steps=FARTHEST_STEPS, gain=1e-9, positive_share=1)
-    assert colour_of(far, theme) == rounded(pictures.gain_colours()[0])
+    assert colour_of(far, theme) == rounded(gain_colours()[0])
 
 
 def test_the_linear_scale_goes_by_value_up_to_the_reward() -> None:
-    colours = pictures.gain_colours()
+    colours = gain_colours()
     for gain, level in ((0.0, 0.0), (25.0, 0.25), (100.0, 1.0), (250.0, 1.0)):
         state = known(steps=0, gain=gain, positive_share=1)
         assert colour_of(state, LIGHT, "linear") == rounded(colours[int(level * 255)])
@@ -161,7 +170,7 @@ def test_the_linear_scale_goes_by_value_up_to_the_reward() -> None:
 
 @both_themes
 def test_colour_covers_the_board_by_the_share_of_headings_that_know(theme: Theme) -> None:
-    board, full = np.array(theme.unknown), pictures.gain_colours()[-1]
+    board, full = np.array(theme.unknown), gain_colours()[-1]
     for share in (0.125, 0.5, 0.875):
         state = known(steps=0, gain=REWARD, positive_share=share)
         assert colour_of(state, theme) == rounded(board * (1 - share) + full * share)
@@ -186,28 +195,28 @@ def test_a_slight_loss_lies_between_the_board_and_a_great_one(theme: Theme) -> N
 
 def test_gain_and_loss_of_different_headings_mix_by_their_shares() -> None:
     mixed = known(steps=0, gain=REWARD, positive_share=0.25, loss=PENALTY, negative_share=0.5)
-    expected = (
-        0.25 * np.array(LIGHT.unknown) + 0.25 * pictures.gain_colours()[-1]
-    ) + 0.5 * np.array(LIGHT.loss)
+    expected = (0.25 * np.array(LIGHT.unknown) + 0.25 * gain_colours()[-1]) + 0.5 * np.array(
+        LIGHT.loss
+    )
     assert colour_of(mixed, LIGHT) == rounded(expected)
 
 
 def test_a_world_without_reward_or_penalty_still_has_colours() -> None:
     state = known(steps=0, gain=0, positive_share=0.5, loss=0, negative_share=0.5)
     for scale in ("steps", "linear"):
-        colours = pictures.shaded(state, pictures.fixed_shading(scale, 0.0, 0.0), LIGHT)
+        colours = shaded(state, fixed_shading(scale, 0.0, 0.0), LIGHT)
         assert colours.shape == (1, 1, 3)
 
 
 def test_nearness_runs_from_1_at_the_prey_to_0_at_the_far_end() -> None:
     steps = np.array([0, FARTHEST_STEPS / 4, FARTHEST_STEPS])
-    assert pictures.nearness(steps).tolist() == [1.0, 0.5, 0.0]
+    assert nearness(steps).tolist() == [1.0, 0.5, 0.0]
 
 
 def test_a_palette_is_read_by_level_and_clipped() -> None:
     colours = np.arange(5)[:, None] * np.ones(3)
     levels = np.array([-1, 0, 0.49, 0.5, 1, 7, np.nan])
-    assert pictures.palette(colours, levels)[:, 0].tolist() == [0, 0, 1, 2, 4, 4, 0]
+    assert palette(colours, levels)[:, 0].tolist() == [0, 0, 1, 2, 4, 4, 0]
 
 
 # On the board
@@ -244,13 +253,13 @@ def test_every_cell_of_the_board_gets_the_colour_of_its_state() -> None:
 
 
 def test_a_colour_is_written_with_whole_numbers() -> None:
-    assert pictures.css((0, 128, 255)) == "rgb(0,128,255)"
-    assert pictures.css(np.array([0.4, 127.6, 254.9])) == "rgb(0,128,255)"
+    assert css((0, 128, 255)) == "rgb(0,128,255)"
+    assert css(np.array([0.4, 127.6, 254.9])) == "rgb(0,128,255)"
 
 
 def test_a_gradient_has_evenly_spaced_colours_from_the_first_on() -> None:
     ramp = np.arange(256)[:, None] * np.ones(3)
-    gradient = pictures.gradient_css(ramp)
+    gradient = gradient_css(ramp)
     stops = [int(red) for red in re.findall(r"rgb\((\d+),\d+,\d+\)", gradient)]
     assert gradient.startswith("linear-gradient(to right,rgb(0,0,0),")
     assert 10 <= len(stops) <= 14
@@ -260,7 +269,7 @@ def test_a_gradient_has_evenly_spaced_colours_from_the_first_on() -> None:
 
 def test_a_gradient_of_few_colours_shows_them_all() -> None:
     three = np.array([[0.0, 0, 0], [9, 9, 9], [255, 255, 255]])
-    assert pictures.gradient_css(three) == (
+    assert gradient_css(three) == (
         "linear-gradient(to right,rgb(0,0,0),rgb(9,9,9),rgb(255,255,255))"
     )
 
@@ -272,7 +281,7 @@ all_sights = pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
 
 def plain_losses(theme: Theme) -> np.ndarray:
     """Colours of losses from a tenth of the penalty up: slighter ones recede into the board."""
-    return pictures.loss_colours(np.linspace(0.1, 1, 64), theme)
+    return loss_colours(np.linspace(0.1, 1, 64), theme)
 
 
 def test_the_distance_of_colours_is_the_textbook_one() -> None:
@@ -295,19 +304,19 @@ def test_what_is_known_stands_out_from_the_board_for_all_kinds_of_sight(
     theme: Theme, sight: np.ndarray
 ) -> None:
     board = np.array([theme.unknown])
-    assert nearest(pictures.gain_colours(), board, sight) > PLAINLY_APART
+    assert nearest(gain_colours(), board, sight) > PLAINLY_APART
     assert nearest(plain_losses(theme), board, sight) > PLAINLY_APART
 
 
 @all_sights
 @both_themes
 def test_gain_and_loss_stay_apart_for_all_kinds_of_sight(theme: Theme, sight: np.ndarray) -> None:
-    assert nearest(pictures.gain_colours(), plain_losses(theme), sight) > PLAINLY_APART
+    assert nearest(gain_colours(), plain_losses(theme), sight) > PLAINLY_APART
 
 
 @all_sights
 def test_nearer_is_lighter_for_all_kinds_of_sight(sight: np.ndarray) -> None:
-    lightness = lab(pictures.gain_colours(), sight)[:, 0]
+    lightness = lab(gain_colours(), sight)[:, 0]
     assert (np.diff(lightness) >= 0).all()
     assert lightness[-1] - lightness[0] > 50
 

@@ -16,7 +16,8 @@ from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.picture import timeline
-from app.picture.pictures import DARK, LIGHT, Theme, css
+from app.picture.colours import css
+from app.picture.theme import DARK, LIGHT, Theme
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block
 from app.schedule.edits import Now, changed, moved, newest_episode_id, now_of, with_episode, without

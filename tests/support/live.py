@@ -12,7 +12,8 @@ from app.documents.experiments import Experiment
 from app.live.session import Pause, Request, Session, SetSpeed, StartAgain, Status, TrialOnce
 from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
-from app.picture.layers import LAYERS, Extras
+from app.picture.layer import Extras
+from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.results.service import Standing
 from learners.spec import RunSpec

@@ -31,7 +31,7 @@ from app.page.inbox import Intent
 from app.page.scene.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
 from app.page.widgets import Choice, assign
 from app.picture.look import Look, heading_shown
-from app.picture.pictures import Colour, Theme
+from app.picture.theme import Colour, Theme
 from app.words.plain import HEADING_NAMES
 from learners import hunts
 from sim.geometry import HEADINGS

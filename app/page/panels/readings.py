@@ -20,19 +20,17 @@ from app.page.inbox import Intent
 from app.page.panels.steering import command_in_words
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.page.widgets import Choice, assign
-from app.picture import pictures
-from app.picture.layers import (
-    LAYERS,
-    Extras,
-    Layer,
-    all_headings_png,
-    option_names,
-    small_multiples_html,
-)
+from app.picture.colours import css
+from app.picture.layer import Extras, Layer
+from app.picture.layers import LAYERS
 from app.picture.look import FOLDED, OF_TRIAL, Look
-from app.picture.pictures import DARK, LIGHT, Theme
+from app.picture.multiples import all_headings_png, small_multiples_html
+from app.picture.options import option_names
+from app.picture.shading import Scale
+from app.picture.theme import DARK, LIGHT, Theme
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
+from app.util.html import element
 from app.words.numbers import counted, in_short, speed_in_words, ticks
 from app.words.placing import Room
 from app.words.plain import HEADING_NAMES, plain
@@ -50,7 +48,7 @@ from learners.commands import (
 )
 from learners.measures import Curve
 
-_SCALES: dict[str, pictures.Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
+_SCALES: dict[str, Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
 _FRAMES = {
     "Folded: mean of all headings": FOLDED,
     "Heading of the running trial": OF_TRIAL,
@@ -235,8 +233,8 @@ def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
-    ink = pictures.css(theme.ink)
-    grid = uplot.Axis_Grid(show=True, stroke=pictures.css(theme.lines))
+    ink = css(theme.ink)
+    grid = uplot.Axis_Grid(show=True, stroke=css(theme.lines))
     at, names = marks.at, marks.names
     splits = tuple(ticks(0, _last_step(snapshot), _MOST_TICKS))
     axes = [
@@ -325,9 +323,7 @@ def _last_step(snapshot: Snapshot) -> float:
 
 
 def _line(theme: Theme) -> uplot.Series:
-    return uplot.Series(
-        label="reward per trial", stroke=pictures.css(theme.capture), width=2, scale="y"
-    )
+    return uplot.Series(label="reward per trial", stroke=css(theme.capture), width=2, scale="y")
 
 
 def _scales(snapshot: Snapshot) -> dict[str, uplot.Scale]:
@@ -447,7 +443,8 @@ class Readings:
         with self.file_tab:
             self._clock = gui.add_html("")
             self._build_help()
-        for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=True):
+        # The first ten have keys.
+        for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
             command.on_trigger(Intent(partial(self._choose_layer, layer)))
         gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
@@ -594,8 +591,6 @@ def board_name(status: Status, layer: Layer) -> str:
     )
 
 
-def _captioned(html: str, board: str) -> str:
-    return (
-        f'<div data-board="{escape(board)}"'
-        f' style="padding:0 0.7em;font-size:0.85em;line-height:1.35">{html}</div>'
-    )
+def _captioned(caption: str, board: str) -> str:
+    style = "padding:0 0.7em;font-size:0.85em;line-height:1.35"
+    return element("div", caption, **{"data-board": board}, style=style)

@@ -16,9 +16,10 @@ from scipy import ndimage
 from app.live.snapshot import Snapshot, TrialEnd
 from app.page.scene.names import BoardNames
 from app.page.widgets import assign
-from app.picture.layers import Picture
+from app.picture.colours import to_linear
+from app.picture.layer import Picture
 from app.picture.look import OF_TRIAL, Look, heading_shown
-from app.picture.pictures import OUTCOME_SHAPES, Colour, Shape, Theme
+from app.picture.theme import OUTCOME_SHAPES, Colour, Shape, Theme
 from sim import geometry
 from sim.spec import STANDARD_SIZE, WorldSpec
 from sim.world import World
@@ -516,6 +517,4 @@ def in_linear_light(colours: np.ndarray | Colour) -> np.ndarray:
 
     The page converts a colour of a whole line from sRGB, and takes those of its parts as linear.
     """
-    share = np.asarray(colours, float) / 255
-    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
-    return np.rint(linear * 255).astype(np.uint8)
+    return np.rint(to_linear(np.asarray(colours, float) / 255) * 255).astype(np.uint8)

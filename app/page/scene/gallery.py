@@ -7,7 +7,8 @@ import viser
 from app.live.session import Status
 from app.page.panels.readings import Texts
 from app.page.scene.board import BoardView
-from app.picture.layers import LAYERS, Extras
+from app.picture.layer import Extras
+from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.server.stage import Stage
 

@@ -8,7 +8,7 @@ import viser
 from scipy import ndimage
 
 from app.page.widgets import assign
-from app.picture.layers import Picture
+from app.picture.layer import Picture
 
 _LEAST_ROOM: Final = 1 / 24
 """Share of the board's side that there is to be at least from the middle of a place to its edge."""

@@ -20,7 +20,7 @@ from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.panels import readings
 from app.page.panels.readings import Readings, Texts
-from app.picture.layers import Extras
+from app.picture.layer import Extras
 from app.picture.look import Look
 from app.server.server import close_server, open_server
 from learners.commands import (

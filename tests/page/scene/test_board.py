@@ -17,9 +17,9 @@ from app.page.scene.board import (
     cell_centres,
     in_linear_light,
 )
-from app.picture.layers import Picture
+from app.picture.layer import Picture
 from app.picture.look import Look
-from app.picture.pictures import DARK, LIGHT
+from app.picture.theme import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.run import Run
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.page.scene.names import middles
-from app.picture.layers import Picture
+from app.picture.layer import Picture
 
 SIZE = 24
 

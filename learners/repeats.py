@@ -16,6 +16,7 @@ from learners.commands import (
     FreezeSkills,
     SetParameter,
 )
+from learners.control import Control, as_if, evolve
 
 
 def _setting_of(command: Command) -> Hashable | None:
@@ -28,11 +29,35 @@ def _setting_of(command: Command) -> Hashable | None:
     return None
 
 
-def overruled(history: Sequence[Event], command: Command, step: int) -> int | None:
-    """Number of the event that a command by hand, given before a step, makes void; None if none.
+def in_its_place(control: Control, event: Event, since: Control) -> Control | None:
+    """What holds after a command by hand that takes the place of one that it makes void.
+
+    What a command and its contrary leave as it was leaves no note.
+
+    Args:
+        control: what held before it.
+        event: the command, which can be carried out.
+        since: what held at an earlier moment, so that not all is played again.
+
+    Returns:
+        What holds; None if the command makes none void.
+    """
+    void = _overruled(control.history, event)
+    if void is None:
+        return None
+    history = _without(control.history, void)
+    is_earlier = len(since.history) <= void
+    before = as_if(control, history, event.trial, since if is_earlier else None)
+    after = evolve(before, replace(event, number=len(history)))
+    return before if replace(after, history=history) == before else after
+
+
+def _overruled(history: Sequence[Event], event: Event) -> int | None:
+    """Number of the event that a command by hand, given before the same step, makes void.
 
     Between the two lie settings of other things alone, which bear any order.
     """
+    command, step = event.command, event.step
     if isinstance(command, Explore):
         last = history[-1] if history else None
         if last is None or last.author != "hand" or last.step != step:
@@ -40,16 +65,16 @@ def overruled(history: Sequence[Event], command: Command, step: int) -> int | No
         is_again = isinstance(last.command, Explore) and last.command.skill == command.skill
         return last.number if is_again else None
     setting = _setting_of(command)
-    for event in reversed(history):
-        others = _setting_of(event.command)
-        if setting is None or others is None or event.author != "hand" or event.step != step:
+    for other in reversed(history):
+        others = _setting_of(other.command)
+        if setting is None or others is None or other.author != "hand" or other.step != step:
             return None
         if others == setting:
-            return event.number
+            return other.number
     return None
 
 
-def without(history: tuple[Event, ...], number: int) -> tuple[Event, ...]:
+def _without(history: tuple[Event, ...], number: int) -> tuple[Event, ...]:
     """A history without one of its events; the later ones move up."""
     later = (replace(event, number=event.number - 1) for event in history[number + 1 :])
     return (*history[:number], *later)

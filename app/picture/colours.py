@@ -1,0 +1,137 @@
+"""Scales of colours, and how colours lie over the board.
+
+Arrays of colours are ``(..., 3)``, each part 0...255 unless said otherwise.
+"""
+
+import functools
+
+import cmap
+import numpy as np
+
+from app.picture.theme import Colour, Theme
+from sim import geometry
+from sim.spec import N_HEADINGS
+
+
+@functools.cache
+def gain_colours() -> np.ndarray:
+    """(256, 3) float64: from far from capture to certain capture; apart for all kinds of sight."""
+    return cmap.Colormap("viridis")(np.linspace(0.12, 1.0, 256))[:, :3] * 255.0
+
+
+@functools.lru_cache(maxsize=8)
+def heat_colours(theme: Theme) -> np.ndarray:
+    """(256, 3) float64: amounts, from hardly to very much; each step farther from the board."""
+    if theme.is_dark:
+        name, ends = "bids:inferno", (0.22, 0.97)
+    else:
+        name, ends = "colorbrewer:YlOrBr", (0.12, 1.0)
+    return cmap.Colormap(name)(np.linspace(*ends, 256))[:, :3] * 255.0
+
+
+COMPASS_COLOURS = np.array(
+    [
+        (251, 147, 180),
+        (236, 140, 97),
+        (165, 129, 0),
+        (66, 117, 29),
+        (0, 110, 91),
+        (0, 114, 156),
+        (104, 128, 212),
+        (199, 143, 225),
+    ],
+    dtype=np.float64,
+)
+"""(direction, 3), counter-clockwise from east: a hue that goes round with the direction.
+
+Lightness goes round with it, a quarter turn ahead of yellow and blue, so that without red or
+green the eight still form a circle (OKLCH: 0.62 + 0.16 cos t, 0.13, t).
+"""
+
+
+@functools.lru_cache(maxsize=8)
+def move_colours(theme: Theme) -> np.ndarray:
+    """(move, 3) float64: a colour for each direction, and grey for staying."""
+    eighths = np.arctan2(geometry.MOVES[:, 1], geometry.MOVES[:, 0]) / (np.pi / 4)
+    colours = COMPASS_COLOURS[np.rint(eighths).astype(np.int64) % N_HEADINGS]
+    colours[geometry.STAY] = theme.timeout
+    return colours
+
+
+OPTION_COLOURS = np.array(
+    [
+        (0, 114, 178),
+        (230, 159, 0),
+        (0, 158, 115),
+        (204, 121, 167),
+        (86, 180, 233),
+        (213, 94, 0),
+        (136, 34, 85),
+        (153, 153, 51),
+        (119, 119, 119),
+        (136, 204, 238),
+        (170, 68, 153),
+        (221, 204, 119),
+    ],
+    dtype=np.float64,
+)
+"""(option, 3): the first six by Okabe and Ito, then by Tol: apart for all kinds of sight as far
+as so many can be, and on light and dark boards."""
+
+
+def palette(colours: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Colours of levels 0...1, ``(..., 3)``; NaN counts as 0."""
+    index = np.nan_to_num(np.clip(level, 0, 1) * (len(colours) - 1)).astype(np.int64)
+    return colours[index]
+
+
+def over_board(colours: np.ndarray, cover: np.ndarray | float, theme: Theme) -> np.ndarray:
+    """Colours that cover the empty board more or less, ``(..., 3) uint8``.
+
+    Args:
+        colours: ``(..., 3)``.
+        cover: ``(...)``, from 0, the empty board, to 1.
+        theme: colours of the page.
+    """
+    share = np.asarray(cover, dtype=np.float64)[..., None]
+    board = np.array(theme.unknown, dtype=np.float64)
+    return np.rint(board + (colours - board) * share).astype(np.uint8)
+
+
+def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
+    """Colour of a loss of 0...1 of the full one, ``(..., 3) float64``; by its cube root.
+
+    A slight loss hardly covers the board, so that what is gained stays the figure.
+    """
+    cover = 0.12 + 0.88 * np.cbrt(np.clip(level, 0, 1))[..., None]
+    return np.array(theme.unknown) * (1 - cover) + np.array(theme.loss) * cover
+
+
+def gradient_css(colours: np.ndarray) -> str:
+    """A horizontal CSS gradient through a list of colours."""
+    stops = colours[:: max(len(colours) // 12, 1)]
+    return "linear-gradient(to right," + ",".join(css(stop) for stop in stops) + ")"
+
+
+def css(colour: Colour | np.ndarray) -> str:
+    """A colour as CSS writes it."""
+    red, green, blue = (round(float(part)) for part in colour)
+    return f"rgb({red},{green},{blue})"
+
+
+# sRGB ---------------------------------------------------------------------------------------
+
+
+def to_linear(shares: np.ndarray) -> np.ndarray:
+    """Linear light of the parts of sRGB colours, all 0...1."""
+    return np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+
+
+def from_linear(light: np.ndarray) -> np.ndarray:
+    """Parts of sRGB colours from their linear light, all 0...1."""
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+def luminance(light: np.ndarray) -> np.ndarray:
+    """Luminance ``(...)`` of linear light ``(..., 3)``, 1 for white."""
+    return light @ np.array([0.2126, 0.7152, 0.0722])

@@ -1,0 +1,83 @@
+"""What a layer is, and what it draws: colours, heights and arrows from a snapshot and a look."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from app.live.snapshot import Snapshot
+from app.picture.look import Look
+from app.picture.raster import Raster, on_raster, raster
+
+
+@dataclass(frozen=True, eq=False)
+class SuccessMap:
+    """How hunts without exploration end, by where they start."""
+
+    outcomes: np.ndarray
+    """(heading, y, x) int8: ``CAPTURE``, ``FLIGHT`` or ``TIMEOUT``; 0 where not known."""
+    trial: int
+    """Trial whose tables were followed."""
+    generation: int
+    """Run of the session to which they belong."""
+
+
+@dataclass(frozen=True)
+class Extras:
+    """What layers show besides a snapshot."""
+
+    success: SuccessMap | None = None
+
+
+class Picture(NamedTuple):
+    """What a layer draws."""
+
+    colours: np.ndarray
+    """(y * x, 3) uint8."""
+    height: np.ndarray
+    """(y * x,) float32: 0...1, or down to -1 for losses; 0 where nothing is known."""
+    arrows: np.ndarray | None = None
+    """(n, 2, 2) float32: tail and head, each in cells east and north of the prey."""
+    regions: np.ndarray | None = None
+    """(y * x,) int: which of the names holds in each cell, -1 for none."""
+    names: tuple[str, ...] = ()
+    """What stands on the board where its colour is to be seen, for those who cannot tell it."""
+
+
+class Layer(NamedTuple):
+    """One thing that the board can show."""
+
+    key: str
+    title: str
+    draw: Callable[[Snapshot, Look, Extras, Raster], Picture]
+    """Draws on any raster; arrows are for a raster of one pixel for each cell."""
+    legend: Callable[[Snapshot, Look, Extras], Markup]
+    """For a narrow panel: what the colours mean, and the limits of their scale."""
+    caption: Callable[[Snapshot, Look, Extras], str]
+    """One line on what is being seen."""
+    about: Literal["nothing", "option", "skill"] = "nothing"
+    """Whether it shows one option, or one skill, of the look."""
+
+    def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
+        """The picture on the board."""
+        return self.draw(snapshot, look, extras, raster(snapshot.spec.world))
+
+
+def spread(
+    colours: np.ndarray, height: np.ndarray, raster: Raster, arrows: np.ndarray | None = None
+) -> Picture:
+    """A picture from colours ``(distance, direction, 3)`` and heights of states."""
+    return Picture(
+        on_raster(colours.astype(np.uint8, copy=False), raster),
+        on_raster(height.astype(np.float32, copy=False), raster),
+        arrows,
+    )
+
+
+def blank(look: Look, raster: Raster) -> Picture:
+    """The empty board."""
+    n_pixels = len(raster.cells)
+    board = np.array(look.theme.unknown, np.uint8)
+    return Picture(np.tile(board, (n_pixels, 1)), np.zeros(n_pixels, np.float32))

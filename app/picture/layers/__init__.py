@@ -1,0 +1,19 @@
+"""The layers: all that the board can show, one module each."""
+
+from app.picture.layer import Layer
+from app.picture.layers.advantage import ADVANTAGE
+from app.picture.layers.chosen import CHOSEN
+from app.picture.layers.flow import FLOW
+from app.picture.layers.now import NOW
+from app.picture.layers.option import OPTION
+from app.picture.layers.reach import REACH
+from app.picture.layers.skill import SKILL
+from app.picture.layers.success import SUCCESS
+from app.picture.layers.value import VALUE
+from app.picture.layers.visits import VISITS
+
+_IN_ORDER = (VALUE, OPTION, CHOSEN, ADVANTAGE, VISITS, REACH, NOW, SUCCESS, SKILL, FLOW)
+"""The first ten have the hotkeys 1...9 and 0."""
+
+LAYERS: dict[str, Layer] = {layer.key: layer for layer in _IN_ORDER}
+"""By key, in the order of the list in the page."""

@@ -1,0 +1,100 @@
+"""Chosen skill: the option of most value in each place."""
+
+import numpy as np
+from markupsafe import Markup
+
+from app.live.snapshot import Snapshot
+from app.picture.arrows import arrows
+from app.picture.colours import css, over_board
+from app.picture.frames import folds
+from app.picture.layer import Extras, Layer, Picture, spread
+from app.picture.legend import frame_in_words, legend, patch_of_board, swatch
+from app.picture.look import Look
+from app.picture.options import (
+    greedy,
+    has_moves,
+    kind_of,
+    lone_option,
+    option_colours,
+    option_names,
+    options_in_frame,
+    present,
+)
+from app.picture.raster import Raster, on_raster
+from app.picture.value_maps import state_value_map
+from app.util.html import element, joined
+from app.words.plain import MOVE_NAMES
+
+_MOVE_SIGNS = "↙↓↘←·→↖↑↗"
+
+
+def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
+    choice = greedy(options_in_frame(snapshot, look))
+    options = range(snapshot.selection_q.shape[-1])
+    votes = np.stack([(choice == option).sum(axis=0, dtype=np.int8) for option in options])
+    most = votes.max(axis=0)
+    # As many headings for another option would make the colour an accident.
+    alone = (votes == most).sum(axis=0) == 1
+    winner = votes.argmax(axis=0)
+    colours = option_colours(snapshot, look.theme)[winner]
+    cover = np.where(alone, most / len(choice), 0.0)
+    _, height = state_value_map(snapshot, look)
+    # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
+    ways = arrows(choice, snapshot.spec.world) if has_moves(snapshot) else None
+    picture = spread(over_board(colours, cover, look.theme), height, raster, ways)
+    if has_moves(snapshot) or lone_option(snapshot) is not None:
+        return picture
+    regions = on_raster(np.where(cover > 0, winner, -1), raster)
+    return picture._replace(regions=regions, names=option_names(snapshot))
+
+
+def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
+    colours, names = option_colours(snapshot, look.theme), option_names(snapshot)
+    if has_moves(snapshot):
+        key = _compass(colours)
+    else:
+        key = joined((swatch(css(colours[k]), names[k]) for k in present(snapshot)), "")
+    kind = kind_of(snapshot)
+    blank = "split" if folds(look) else f"no {kind} clearly best"
+    part = element("div", key + patch_of_board(look, blank))
+    each = f"the {kind} that most of its eight headings choose, paler where fewer do"
+    frame = frame_in_words(snapshot, look, each)
+    return legend(look, f"The {kind} of most value", [part], frame, "the value of the state")
+
+
+def _compass(colours: np.ndarray) -> Markup:
+    """The nine moves where they point."""
+    cells = (
+        element(
+            "span",
+            _MOVE_SIGNS[move],
+            style=f"background:{css(colours[move])};text-align:center;border-radius:2px;"
+            f"color:{'#fff' if colours[move].mean() < 128 else '#111'}",
+            title=MOVE_NAMES[move],
+        )
+        for move in (6, 7, 8, 3, 4, 5, 0, 1, 2)
+    )
+    style = (
+        "display:inline-grid;grid-template-columns:repeat(3,1.6em);gap:2px;"
+        "vertical-align:middle;margin:0.2em 1em 0.2em 0"
+    )
+    return element("span", joined(cells, ""), style=style)
+
+
+def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
+    lone = lone_option(snapshot)
+    if lone is not None:
+        return f"{lone}, so there is no choice yet."
+    kind = kind_of(snapshot)
+    if folds(look):
+        return (
+            f"The {kind} that most of the eight headings would choose in each place: paler where"
+            " fewer agree, blank where they are split."
+        )
+    return (
+        f"The {kind} that the learner takes in each place when it does not explore; blank where"
+        " none is clearly best."
+    )
+
+
+CHOSEN = Layer("chosen", "Chosen skill", _draw, _legend, _caption)

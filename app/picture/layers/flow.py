@@ -1,0 +1,57 @@
+"""Policy flow: which way the predator would go if it never explored."""
+
+import numpy as np
+from markupsafe import Markup
+
+from app.live.snapshot import Snapshot
+from app.picture.arrows import arrows
+from app.picture.colours import over_board
+from app.picture.frames import TURNED, folds, in_frame
+from app.picture.layer import Extras, Layer, Picture, spread
+from app.picture.look import Look
+from app.picture.options import greedy, has_moves, options_in_frame
+from app.picture.raster import Raster
+from app.picture.value_maps import FAINT, or_zero, state_value_map, value_legend, value_shading
+from app.util.html import element
+from sim.spec import N_HEADINGS
+
+
+def _moves(snapshot: Snapshot, look: Look) -> np.ndarray:
+    """The move that the whole hierarchy makes, ``(heading, distance, direction)``; -1 for ties.
+
+    In the frame of the picture.
+    """
+    if has_moves(snapshot):
+        return greedy(options_in_frame(snapshot, look))
+    option = greedy(in_frame(snapshot.selection_q, snapshot, look))
+    of_skill = greedy(snapshot.skill_q)
+    every = np.arange(of_skill[0].size).reshape(of_skill.shape[1:])
+    state = in_frame(np.broadcast_to(every, (N_HEADINGS, *every.shape)), snapshot, look)
+    # An option of -1 wraps to some skill here, and is taken out again below.
+    move = of_skill.ravel().take(option * every.size + state, mode="wrap")
+    clear = (option >= 0) & (move >= 0)
+    if folds(look):
+        move = TURNED[np.arange(N_HEADINGS)[:, None, None], move]
+    return np.where(clear, move, -1)
+
+
+def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
+    colours, height = state_value_map(snapshot, look)
+    faint = over_board(colours, FAINT, look.theme)
+    return spread(faint, height, raster, arrows(_moves(snapshot, look), snapshot.spec.world))
+
+
+def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
+    shading = value_shading(snapshot, look, or_zero(snapshot.value))
+    none = "moves tie or the headings disagree" if folds(look) else "moves tie"
+    ways = element("div", f"Arrows: the move that is made; none where {none}.")
+    return value_legend(snapshot, look, "Faint: value of a state", shading, ways, FAINT)
+
+
+def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
+    if (_moves(snapshot, look) < 0).all():
+        return "Which way the predator would go from each place: no move is clearly best yet."
+    return "Which way the predator would go from each place if it never explored."
+
+
+FLOW = Layer("flow", "Policy flow", _draw, _legend, _caption)

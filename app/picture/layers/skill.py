@@ -1,0 +1,80 @@
+"""Skill's own value: what a skill expects of its own reward, and its best moves."""
+
+import numpy as np
+from markupsafe import Markup
+
+from app.live.snapshot import Snapshot
+from app.picture.arrows import arrows
+from app.picture.colours import over_board
+from app.picture.layer import Extras, Layer, Picture, blank, spread
+from app.picture.legend import legend, patch_of_board
+from app.picture.look import Look
+from app.picture.options import greedy, option_names, option_shown, present
+from app.picture.raster import Raster
+from app.picture.shading import Shading, fitted_shading, fixed_shading
+from app.picture.value_maps import FAINT, losses, value_map, value_scale
+from app.util.html import element
+
+
+def _table(snapshot: Snapshot, look: Look) -> np.ndarray | None:
+    """The local table of the skill that is shown, ``(distance, direction, move)``, if any."""
+    if not len(snapshot.skill_q):
+        return None
+    return snapshot.skill_q[option_shown(snapshot, look)]
+
+
+def _shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading:
+    """A linear scale, both ways to what a skill is worth that earns the most at every step."""
+    learner = snapshot.spec.learner
+    weights = learner.reward_of(learner.skills[option_shown(snapshot, look)])
+    # A move covers at most the diagonal of a cell, towards the prey or round it.
+    earned = np.sqrt(2.0) * (max(abs(weights.gain), abs(weights.arc)) or 1.0)
+    most = float(earned / (1.0 - learner.gamma))
+    fixed = fixed_shading("linear", most, most)
+    return fitted_shading(values, learner.gamma, fixed, most) if look.fitted else fixed
+
+
+def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
+    table = _table(snapshot, look)
+    if table is None:
+        return blank(look, raster)
+    values = table.max(axis=-1)[None]
+    shading = _shading(snapshot, look, values)
+    colours, height = value_map(values, shading, snapshot, look)
+    faint = over_board(colours, FAINT, look.theme)
+    return spread(faint, height, raster, arrows(greedy(table)[None], snapshot.spec.world))
+
+
+def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
+    table = _table(snapshot, look)
+    frame = "A skill does not know where the prey looks: this is its table as it is, north up."
+    if table is None:
+        return legend(look, "No skill", [], frame, "nothing")
+    shading = _shading(snapshot, look, table.max(axis=-1))
+    below = losses(shading, look.theme, "below 0", FAINT)
+    parts = [
+        *value_scale(shading, look, FAINT),
+        element("div", below + patch_of_board(look, "nothing learned")),
+        element("div", "Arrows: its best move; none where moves tie."),
+    ]
+    name = option_names(snapshot)[option_shown(snapshot, look)]
+    title = f"What {name} expects of its own reward"
+    return legend(look, title, parts, frame, "what the skill expects")
+
+
+def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
+    table = _table(snapshot, look)
+    if table is None:
+        return "This learner has no skills, only the nine moves."
+    option = option_shown(snapshot, look)
+    name = option_names(snapshot)[option]
+    if not table.any():
+        return f"{name} has learned nothing yet."
+    absent = "" if option in present(snapshot) else " It is not among the skills now."
+    return (
+        f"What {name} has learned for itself: bright where it expects much of its own reward,"
+        f" arrows for its best move.{absent}"
+    )
+
+
+SKILL = Layer("skill", "Skill's own value", _draw, _legend, _caption, about="skill")

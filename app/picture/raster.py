@@ -1,0 +1,50 @@
+"""From states to pixels: which state lies under each pixel of the board.
+
+Arrays over the board are ``(y, x)``, row by row from the south-west.
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from sim import geometry
+from sim.spec import WorldSpec
+
+
+class Raster(NamedTuple):
+    """A square of pixels over the board, row by row from the south-west."""
+
+    cells: np.ndarray
+    """(pixel,) int64: the board's cell under each pixel, ``y * size + x``."""
+    states: np.ndarray
+    """(pixel,) int64: its state, ``distance * n_directions + direction``."""
+    seams: np.ndarray
+    """(seam, 2) int64: neighbouring pixels of different states."""
+
+
+def raster(world: WorldSpec, side: int | None = None) -> Raster:
+    """The board in so many pixels along each side; one for each cell unless given."""
+    return _raster(world.size, world.n_directions, world.n_distances, side or world.size)
+
+
+@functools.lru_cache(maxsize=8)
+def _raster(size: int, n_directions: int, n_distances: int, side: int) -> Raster:
+    # By what it depends on alone, so that a change of the visual field finds it again.
+    world = WorldSpec(size=size, n_directions=n_directions, n_distances=n_distances)
+    nearest = (np.arange(side) * 2 + 1) * size // (2 * side)
+    cells = (nearest[:, None] * size + nearest).ravel()
+    states = geometry.skill_states(world).ravel()[cells]
+    pixels = np.arange(side * side).reshape(side, side)
+    pairs = np.concatenate(
+        [
+            np.stack([pixels[:, :-1].ravel(), pixels[:, 1:].ravel()], axis=1),
+            np.stack([pixels[:-1].ravel(), pixels[1:].ravel()], axis=1),
+        ]
+    )
+    return Raster(cells, states, pairs[states[pairs[:, 0]] != states[pairs[:, 1]]])
+
+
+def on_raster(per_state: np.ndarray, raster: Raster) -> np.ndarray:
+    """Spread states ``(distance, direction, ...)`` over pixels, ``(pixel, ...)``."""
+    return per_state.reshape(-1, *per_state.shape[2:]).take(raster.states, axis=0)
