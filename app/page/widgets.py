@@ -20,7 +20,8 @@ NAME_HTML: Final = '<div class="pounce-name"></div>'
 def assign(handle: Any, name: str, value: object) -> None:
     """Set a property only if it differs, so that nothing is sent for nothing."""
     if getattr(handle, name) != value:
-        setattr(handle, name, value)
+        # viser sends plain texts alone, and no markup.
+        setattr(handle, name, str(value) if isinstance(value, str) else value)
 
 
 class Input:

@@ -542,8 +542,7 @@ class Readings:
             (self._legend, texts.legend),
             (self._clock, clock),
         ):
-            if handle.content != content:
-                handle.content = content
+            assign(handle, "content", content)
         self._show_curve(texts)
         self._show_multiples(texts)
 
@@ -558,10 +557,9 @@ class Readings:
 
     def _show_multiples(self, texts: Texts) -> None:
         wanted = bool(self._multiples.value)
-        if self._eight.visible != wanted:
-            self._eight.visible = wanted
-        if wanted and self._eight.content != texts.multiples:
-            self._eight.content = texts.multiples
+        assign(self._eight, "visible", wanted)
+        if wanted:
+            assign(self._eight, "content", texts.multiples)
 
     def _show_curve(self, texts: Texts) -> None:
         snapshot, theme = texts.status.snapshot, texts.look.theme
