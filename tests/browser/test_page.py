@@ -26,7 +26,7 @@ from app.live.worker import FULL_SPEED
 from app.page import lab as lab_module
 from app.page.lab import Browser, Lab
 from app.page.panels.controls import Controls
-from app.page.scene.board import BOARD_UNITS, on_picture
+from app.page.scene.outlines import BOARD_UNITS, on_picture
 from app.picture.look import Look
 from app.picture.raster import on_raster, raster
 from app.picture.shading import known_of, nearness
