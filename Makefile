@@ -1,6 +1,9 @@
-# make        sets up and starts the lab
-# make setup  only sets up
-# make test   checks everything: format, lint, types, import contract, tests
+# make                   sets up and starts the lab
+# make setup             only sets up
+# make check             format, lint, imports and types
+# make test              everything: make check and all tests
+# make test AREA=charts  one folder of tests, and nothing else
+# make baseline          lists anew what old files get wrong in types
 
 # The newest Python there is, 3.11 or later.
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 python; do \
@@ -8,21 +11,41 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 p
 BIN := .venv/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: lab setup test lint browser clean
+.PHONY: lab setup test check format lint imports types baseline browser clean
 
 lab: setup
 	@$(BIN)/pounce lab
 
 setup: .venv/.installed
 
-test: .venv/.installed-test browser lint
+ifdef AREA
+test: .venv/.installed-test
+	@test -d tests/$(AREA) || { echo "There is no folder tests/$(AREA)."; exit 2; }
+	$(BIN)/python -m pytest -n auto --dist loadfile tests/$(AREA)
+else
+test: .venv/.installed-test browser check
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+endif
 
-lint: .venv/.installed-test
-	$(BIN)/ruff format --check .
-	$(BIN)/ruff check .
-	$(BIN)/lint-imports --no-cache
-	$(BIN)/basedpyright --pythonpath $(BIN)/python
+# All four at once, since one of them takes nearly all of the time.
+check: .venv/.installed-test
+	@$(MAKE) --no-print-directory --jobs=4 --keep-going format lint imports types
+
+format:
+	@$(BIN)/ruff format --check .
+
+lint:
+	@$(BIN)/ruff check .
+
+imports:
+	@$(BIN)/lint-imports --no-cache
+
+types:
+	@$(BIN)/basedpyright --pythonpath $(BIN)/python
+
+baseline: .venv/.installed-test
+	-@$(BIN)/basedpyright --pythonpath $(BIN)/python --writebaseline > /dev/null
+	@git --no-pager diff --stat .basedpyright
 
 # Chromium from the system's package manager, where that is allowed; tests say so where it is not.
 browser:

@@ -61,18 +61,31 @@ def rewards(world: WorldSpec, outcomes: np.ndarray) -> np.ndarray:
 
 
 def curve(state: LearnerState, window_steps: int = CURVE_WINDOW_STEPS) -> Curve:
-    """Learning curve over windows of ``window_steps`` steps; the last may be a part of one."""
-    done = trials_done(state)
-    if done == 0:
+    """Learning curve of a run over windows of ``window_steps`` steps, as :func:`curve_of`."""
+    done, n_steps = trials_done(state), int(state.tally[STEP])
+    return curve_of(state.log_reward[:done], state.log_steps[:done], n_steps, window_steps)
+
+
+def curve_of(
+    reward: np.ndarray, steps: np.ndarray, n_steps: int, window_steps: int = CURVE_WINDOW_STEPS
+) -> Curve:
+    """Learning curve over windows of steps; the last may be a part of one.
+
+    Args:
+        reward: (trial,) of each trial.
+        steps: (trial,) that each trial took.
+        n_steps: of the run, with those of a trial that has not ended.
+        window_steps: width of a window.
+    """
+    if reward.size == 0:
         return Curve(np.zeros(0, np.int64), np.zeros(0))
-    ended_at = np.cumsum(state.log_steps[:done], dtype=np.int64)
+    ended_at = np.cumsum(steps, dtype=np.int64)
     window = (ended_at - 1) // window_steps
     n_windows = int(window[-1]) + 1
     count = np.bincount(window, minlength=n_windows)
-    total = np.bincount(window, state.log_reward[:done], minlength=n_windows)
+    total = np.bincount(window, reward, minlength=n_windows)
     mean = np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
-    steps = np.minimum((np.arange(n_windows) + 1) * window_steps, int(state.tally[STEP]))
-    return Curve(steps, mean)
+    return Curve(np.minimum((np.arange(n_windows) + 1) * window_steps, n_steps), mean)
 
 
 def endings(state: LearnerState, recent: int | None = None) -> Endings:

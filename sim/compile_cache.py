@@ -144,6 +144,14 @@ class _SealedFiles(IndexDataCacheFile):
         return hashlib.sha256(about + data).digest()
 
 
+def places(package: str) -> list[Path]:
+    """Where compiled code of a package is kept, as the code is now, the best place first.
+
+    They need not exist; there is none where the code itself cannot be read.
+    """
+    return [folder.path for folder in _folders_for(package)]
+
+
 class CompileCache(FunctionCache):
     """Keeps a function's compiled code between two starts; it never fails."""
 

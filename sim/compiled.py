@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from numba import njit
+from numba.core import config
 from numba.core.dispatcher import Dispatcher
 
 from sim.compile_cache import CompileCache
@@ -23,6 +24,11 @@ def loop(function: Function) -> Function:
 def piece(function: Function) -> Function:
     """Compile a small function of its own name that becomes a part of the loops that call it."""
     return _compiled(function, forceinline=True)
+
+
+def is_compiled() -> bool:
+    """Whether loops are compiled: an environment variable of Numba's may have it switched off."""
+    return not cast(Any, config).DISABLE_JIT
 
 
 def _compiled(function: Function, **options: Any) -> Function:

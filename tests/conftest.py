@@ -8,7 +8,8 @@ import pytest
 from hypothesis import settings
 
 from app.experiments import task
-from tests.support.browser import BROWSER_ARGS, advice, find_browser
+from app.util.opening import find_chromium
+from tests.support.browser import BROWSER_ARGS, advice
 
 HARMLESS_WARNINGS = (
     # A page may go away between two lines of a frame; what was meant for it is rightly lost.
@@ -30,7 +31,7 @@ settings.load_profile("pounce")
 @pytest.fixture(scope="session")
 def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[str, Any]:
     """Launch the system's browser; without one, browser tests skip, or fail where CI is set."""
-    path = find_browser()
+    path = find_chromium()
     if path is None:
         if os.environ.get("CI"):
             pytest.fail(advice(), pytrace=False)

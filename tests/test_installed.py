@@ -4,6 +4,7 @@ the user's: no home, a plain locale, and files about that have names of our pack
 
 import contextlib
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -19,7 +20,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
+from tests.support.pages import PAGES, ROOT, links_of
 
 EXPERIMENT = "presets: [timed]\nset: {world.size: 40}\ntrials: 60\nseeds: 1\nmetrics: [captures]\n"
 PATIENCE_S = 120
@@ -112,6 +113,17 @@ def test_the_module_is_the_command(installed: Installed) -> None:
     finally:
         (installed.elsewhere / "other.py").rename(installed.elsewhere / "app.py")
     assert str(installed.packages / "presets" / "timed.yaml") in listed
+
+
+def test_the_documentation_comes_with_it_and_its_links_hold(installed: Installed) -> None:
+    found = json.loads(installed.answer("doctor", "--json"))
+    assert found["works"] is True
+    (guide,) = (Path(one["found"]) for one in found["findings"] if one["name"] == "guide")
+    assert guide == installed.bin.parent / "share" / "doc" / "pounce-lab" / "README.md"
+    for page in PAGES:
+        links = list(links_of(guide.parent / page))
+        # The architecture leads into the code, which lies elsewhere.
+        assert page == "ARCHITECTURE.md" or [one for one in links if not one.leads_somewhere] == []
 
 
 @contextlib.contextmanager

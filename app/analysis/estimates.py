@@ -43,6 +43,16 @@ class Estimate(NamedTuple):
     n: int
     """Runs, or pairs of runs, that it rests on."""
 
+    @property
+    def has_interval(self) -> bool:
+        """Whether it rests on more than a single run."""
+        return not math.isnan(self.low)
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether the whole interval lies on one side of 0; without one, it does not."""
+        return self.low > 0 or self.high < 0
+
 
 class Band(NamedTuple):
     """A curve averaged over runs, with its pointwise interval."""

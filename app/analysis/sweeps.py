@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
+from app.analysis.axles import Axle, grouped, told_apart
 from app.analysis.estimates import Contrast
-from app.charts.paper import Axle, grouped, told_apart
 from app.words.plain import plain
 
 Overrides = Mapping[str, Any]

@@ -19,6 +19,7 @@ from app.cli.words import (
     spec_of,
     whole_number,
 )
+from app.util.logs import LEVELS
 
 if TYPE_CHECKING:
     from app.server.origin import Authority
@@ -56,6 +57,8 @@ class Lab:
     """Let *Save as preset* write into that folder as well."""
     results: Annotated[str, arg(metavar="FOLDER")] = RESULTS
     """Where experiments that are started in the page put their folders."""
+    log_level: Annotated[str, arg(metavar="LEVEL")] = "warning"
+    """What the terminal is told: debug, info, warning or error, and all that is worse."""
 
 
 def obey(command: Lab) -> int:
@@ -77,6 +80,11 @@ def obey(command: Lab) -> int:
     results = Path(command.results)
     if not command.results or (results.exists() and not results.is_dir()):
         raise UsageError(f"--results: {shown(command.results)} is not allowed; allowed: a folder")
+    log_level = LEVELS.get(command.log_level.lower())
+    if log_level is None:
+        raise UsageError(
+            f"--log-level: {shown(command.log_level)} is not allowed; allowed: {', '.join(LEVELS)}"
+        )
     names = [*_declared("--name", command.name)]
     names += _declared("POUNCE_NAMES", filter(None, os.environ.get("POUNCE_NAMES", "").split(",")))
     token = _token(command)
@@ -98,6 +106,7 @@ def obey(command: Lab) -> int:
             results=results,
             names=names,
             token=token,
+            log_level=log_level,
         )
     except ListenError as error:
         raise UsageError(

@@ -16,11 +16,12 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TextIO
 
 import tyro
-from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes
+from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 
 from app import __version__
-from app.cli import bench, experiment, lab, report, run
+from app.cli import bench, doctor, experiment, lab, report, run
 from app.cli.bench import Bench
+from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.lab import Lab
 from app.cli.report import Report
@@ -52,7 +53,7 @@ class Presets:
     """List the shipped presets."""
 
 
-Command = Lab | Presets | Run | Experiment | Report | Bench
+Command = Lab | Presets | Run | Experiment | Report | Bench | Doctor
 
 COMMANDS: dict[str, type[Command]] = {
     "lab": Lab,
@@ -61,6 +62,7 @@ COMMANDS: dict[str, type[Command]] = {
     "experiment": Experiment,
     "report": Report,
     "bench": Bench,
+    "doctor": Doctor,
 }
 
 EXAMPLES: dict[type[Command], Sequence[str]] = {
@@ -70,6 +72,7 @@ EXAMPLES: dict[type[Command], Sequence[str]] = {
     Experiment: experiment.EXAMPLES,
     Report: report.EXAMPLES,
     Bench: bench.EXAMPLES,
+    Doctor: doctor.EXAMPLES,
 }
 
 
@@ -87,8 +90,9 @@ class Pounce:
         | Annotated[Experiment, tyro.conf.subcommand("experiment")]
         | Annotated[Report, tyro.conf.subcommand("report")]
         | Annotated[Bench, tyro.conf.subcommand("bench")]
+        | Annotated[Doctor, tyro.conf.subcommand("doctor")]
     ] = dataclasses.field(default_factory=Lab)
-    version: Flag = False
+    version: Annotated[Flag, arg(aliases=["-V"])] = False
     """Print the version."""
 
 
@@ -106,7 +110,7 @@ def parse(argv: Sequence[str]) -> Command | Pounce | None:
         return _parsed(COMMANDS[first], f"pounce {first}", argv[1:])
     if first and not first.startswith("-"):
         raise UsageError(_unknown_command(first))
-    if first in ("-h", "--help", "--version"):
+    if first in ("-h", "--help", "-V", "--version"):
         return _parsed(Pounce, "pounce", argv)
     return _parsed(Lab, "pounce lab", argv)
 
@@ -215,6 +219,8 @@ def _obey(command: Command | Pounce | None) -> int:
             return report.obey(command)
         case Bench():
             return bench.obey(command)
+        case Doctor():
+            return doctor.obey(command)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

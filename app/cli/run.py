@@ -6,7 +6,6 @@ Like the command line, it imports what takes long only once it is needed.
 import contextlib
 import math
 import re
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,8 +32,9 @@ from app.cli.words import (
 from app.util import interrupts
 
 if TYPE_CHECKING:
-    from app.experiments.headless import Output, Progress, RunResult
-    from learners.spec import RunSpec
+    from app.experiments.output import Output
+    from app.experiments.runner import Progress
+    from app.experiments.seeds import Result
 
 EXAMPLES = (
     "pounce run timed --seeds 3",
@@ -102,33 +102,30 @@ def obey(command: Run) -> int:
     spec = spec_of(command.preset, _settings(command))
 
     from app.documents.tree import called
-    from app.experiments import headless
+    from app.experiments import seeds as runs
+    from app.experiments.output import OutputError
+    from app.experiments.runner import CrewError, Threads
     from app.experiments.task import prepare
 
     prepare()
     with (
         interrupts.undoing(),
         _output(command, seeds) as output,
-        _progress(spec, len(seeds)) as on_progress,
+        _progress(len(seeds)) as on_progress,
     ):
         try:
-            results = headless.run_seeds(
-                spec,
-                seeds,
-                workers,
-                on_progress=on_progress,
-                on_finished=output.save_tables if output else lambda _: None,
-            )
-            document = headless.summary(called(command.preset), spec, results)
+            on_tables = output.save_tables if output else None
+            results = runs.run_seeds(spec, seeds, Threads(workers), on_progress, on_tables)
+            document = runs.summary(called(command.preset), spec, results)
             if output:
-                output.commit(document, results)
-        except headless.SeedFailedError as error:
+                output.commit(document, runs.curves_csv(results))
+        except (runs.SeedFailedError, CrewError) as error:
             complain(str(error))
             return EXIT_FAILED
-        except headless.OutputError as error:
+        except OutputError as error:
             complain(f"--out: {shown(str(command.out))} {error}")
             return EXIT_FAILED
-    say(headless.as_json(document) if command.json else _report(called(command.preset), results))
+    say(document if command.json else _report(called(command.preset), results))
     return EXIT_OK
 
 
@@ -186,7 +183,7 @@ def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
     if not command.out:
         raise UsageError("--out: '' is not allowed; allowed: a folder")
     from app.documents.tree import STDIN, STDIN_NAME
-    from app.experiments.headless import Output, OutputError
+    from app.experiments.output import Output, OutputError
 
     name = STDIN_NAME if command.preset == STDIN else Path(command.preset).stem
     try:
@@ -198,34 +195,31 @@ def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
 
 
 @contextlib.contextmanager
-def _progress(spec: "RunSpec", n_runs: int) -> "Iterator[Callable[[Progress], None]]":
-    """What shows the progress of a run on a terminal; nothing where there is none."""
-    began = time.monotonic()
-    with terminal.progress_bar(spec.trials * n_runs, n_runs, with_time_left=True) as show:
+def _progress(n_runs: int) -> "Iterator[Callable[[Progress], None]]":
+    """What shows the progress of runs on a terminal; nothing where there is none."""
+    with terminal.progress_bar(1.0, n_runs, with_time_left=True) as show:
 
-        def tell(progress: "Progress") -> None:
-            rate = progress.steps / max(time.monotonic() - began, 1e-3) / 1e6
-            show(progress.trials, f"{progress.runs}/{n_runs} runs", f"{rate:.1f} M steps/s")
+        def tell(found: "Progress") -> None:
+            rate = f"{found.steps_per_s / 1e6:.1f} M steps/s"
+            show(found.share, f"{found.done}/{n_runs} runs", rate)
 
         yield tell
 
 
-def _report(preset: str, results: "Sequence[RunResult]") -> str:
+def _report(preset: str, results: "Sequence[Result]") -> str:
     runs = table(
         _RUN_HEADER,
         [
             (
-                str(result.seed),
-                str(result.trials),
-                str(result.steps),
-                f"{result.seconds:.2f}",
-                str(result.captures),
-                str(result.flights),
-                str(result.timeouts),
-                number(result.mean_reward_last_2000),
-                result.digest[:12],
+                str(record.seed),
+                str(record.trials),
+                str(record.steps),
+                f"{record.seconds:.2f}",
+                *(f"{record.values[name]:.0f}" for name in ("captures", "flights", "timeouts")),
+                number(record.values["final_reward"]),
+                record.digest[:12],
             )
-            for result in results
+            for record in (result.record for result in results)
         ],
     )
     seeds = "1 seed" if len(results) == 1 else f"{len(results)} seeds"
@@ -235,7 +229,7 @@ def _report(preset: str, results: "Sequence[RunResult]") -> str:
     )
 
 
-def _windows(results: "Sequence[RunResult]") -> str:
+def _windows(results: "Sequence[Result]") -> str:
     """The learning curve in a few windows, the mean over the runs that went through them."""
     from app.analysis.estimates import PHASES
 
@@ -243,7 +237,7 @@ def _windows(results: "Sequence[RunResult]") -> str:
         _mean(result.phases[place] for result in results if place < result.phases.size)
         for place in PHASES.values()
     ]
-    means.append(_mean(result.mean_reward_last_2000 for result in results))
+    means.append(_mean(result.record.values["final_reward"] for result in results))
     header = ["steps", *PHASES, "last 2,000 trials"]
     return table(header, [["reward", *map(number, means)]])
 

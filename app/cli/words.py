@@ -13,7 +13,7 @@ from tyro.conf import arg
 
 from app.util.machine import available_cores
 from app.util.texts import as_text, for_terminal
-from app.words import numerals
+from app.words import typed
 
 if TYPE_CHECKING:
     from learners.spec import RunSpec
@@ -58,14 +58,14 @@ def shown(value: str) -> str:
 
 
 def whole_number(option: str, text: str, low: int, high: int) -> int:
-    """The number that an option was given, as people write it (:mod:`app.words.numerals`).
+    """The number that an option was given, as people write it (:mod:`app.words.typed`).
 
     Raises:
         UsageError: it is not a whole number between the limits.
     """
     try:
-        return numerals.whole(text, low, high)
-    except numerals.NumeralError:
+        return typed.whole(text, low, high)
+    except typed.NumeralError:
         raise UsageError(
             f"{option}: {shown(text)} is not allowed; allowed: a whole number, {low} to {high}"
         ) from None

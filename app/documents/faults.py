@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from app.documents.tree import EXTENDS, Key, quoted
-from app.words import numerals
+from app.words import typed
 from learners.spec import RunSpec, did_you_mean, listed
 from sim.spec import ProblemsError
 
@@ -108,7 +108,7 @@ _LIMITS: Final = {
 def _range(limits: Iterable[Any]) -> str:
     """Limits of a number in words, such as ``8 to 48, multiples of 8``."""
     limit = {
-        name: numerals.plain(getattr(item, name))
+        name: typed.plain(getattr(item, name))
         for item in limits
         for name in _LIMITS
         if getattr(item, name, None) is not None
@@ -200,7 +200,7 @@ def unknown_key(name: str | int, names: Collection[str]) -> str:
 def _malformed(found: ErrorDetails, skills: Collection[str]) -> Fault:
     kind, word, key = found["type"], found["input"], found["loc"]
     limits = found.get("ctx", {}).items()
-    numbers = {name: numerals.plain(x) for name, x in limits if isinstance(x, int | float)}
+    numbers = {name: typed.plain(x) for name, x in limits if isinstance(x, int | float)}
     message = _WRONG.get(kind, "cannot be used").format_map(numbers)
     slot = slot_of(key)
     if kind.startswith("string_"):
@@ -218,5 +218,5 @@ def _malformed(found: ErrorDetails, skills: Collection[str]) -> Fault:
 
 def written_so(word: object, decimals: bool) -> str:
     """How a file writes a number that somebody wrote as people do; empty if it is none."""
-    found = numerals.rewritten(word, decimals) if isinstance(word, str) else None
+    found = typed.rewritten(word, decimals) if isinstance(word, str) else None
     return "" if found is None else f"; in a file it is written {found}"

@@ -60,11 +60,11 @@ class Arrays(NamedTuple):
     """(moment, ring, direction) float32."""
 
 
-def packed(arrays: dict[str, np.ndarray]) -> bytes:
+def packed(arrays: dict[str, np.ndarray], compressed: bool = True) -> bytes:
     """Arrays as a NumPy archive."""
     out = io.BytesIO()
     kept: dict[str, Any] = arrays
-    np.savez_compressed(out, **kept)
+    (np.savez_compressed if compressed else np.savez)(out, **kept)
     return out.getvalue()
 
 

@@ -10,17 +10,20 @@ import json
 import queue
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any, NamedTuple, Protocol, Self
+from pathlib import Path
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
 
 from app.documents.experiments import Experiment, Variant
 from app.experiments.archive import checksum
-from app.experiments.cost import estimated_steps
+from app.experiments.record import Origin, Record, all_values, origin_of
 from app.experiments.store import Folder, version
-from app.experiments.task import DONE, FAILED, Finished, Task, failed, perform, tasks_of
+from app.experiments.task import Finished, Kept, Task, failed, perform, tasks_of
 from learners.run import Run
 
 _POLL_S = 0.1
@@ -213,10 +216,11 @@ class Threads:
 
 def run_experiment(
     experiment: Experiment,
-    folder: Folder,
+    folder: Folder | None,
     crew: Crew,
     on_progress: Callable[[Progress], object] = lambda _: None,
-    on_row: Callable[[Variant, dict[str, Any], bytes], object] = lambda *_: None,
+    on_over: Callable[[Record, Finished], object] = lambda *_: None,
+    kept: Kept = "results",
 ) -> Outcome:
     """Make all runs of an experiment that its folder does not hold yet.
 
@@ -226,17 +230,19 @@ def run_experiment(
 
     Args:
         experiment: what to run.
-        folder: where its results are.
+        folder: where its results are; None if they are written nowhere, and whoever is told of
+            them keeps them.
         crew: who makes the runs; the results do not depend on it. Its switch pauses or ends it.
         on_progress: called now and then in the calling thread, and once at the end.
-        on_row: called in the calling thread with each run that is over, once it is on disk: its
-            variant, its row, and the archive of its arrays, empty if it has failed.
+        on_over: called in the calling thread with each run that is over, once it is on disk: its
+            record, and what came back of it.
+        kept: what comes back of each run beside its numbers; less than results for no folder alone.
 
     Raises:
         FolderError: results could no longer be written; all runs were stopped.
         CrewError: those who make the runs are lost; what was over before is kept.
     """
-    ledger, switch = _Ledger(experiment, folder, on_row), crew.switch
+    ledger, switch = _Ledger(experiment, folder, on_over, kept), crew.switch
     try:
         with crew:
             while True:
@@ -259,11 +265,74 @@ def run_experiment(
     return ledger.outcome()
 
 
+def record_of(variant: Variant, task: Task, finished: Finished, origin: Origin) -> Record:
+    """What is written down of a run that has just come back."""
+    return Record(
+        key=task.key,
+        variant=variant.label,
+        preset=variant.preset,
+        overrides=variant.overrides,
+        settings=json.loads(task.settings),
+        seed=task.seed,
+        error=finished.error,
+        version=version(),
+        digest=finished.digest,
+        seconds=finished.seconds,
+        ended_at=datetime.now(UTC).isoformat(timespec="seconds"),
+        values=all_values(finished.values, () if finished.error else task.metrics),
+        arrays=checksum(finished.arrays) if finished.arrays else "",
+        origin=origin,
+    )
+
+
 class _InFlight(NamedTuple):
     variant: Variant
     task: Task
-    work: float
-    """Estimated steps."""
+
+
+class _Done(NamedTuple):
+    """How much of an experiment is done, in steps."""
+
+    before: float
+    """Finished before it was started or resumed."""
+    since: float
+    left: float
+
+
+class _Work:
+    """What an experiment takes, as far as its runs that are over tell."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        variants = experiment.variants
+        self._places = {variant.label: place for place, variant in enumerate(variants)}
+        self._trials = np.array([experiment.trials_of(variant) for variant in variants], np.float64)
+        # By variant: runs that were over before, that are over since then, that are not over; and
+        # steps of how many that took any.
+        self._before, self._since, self._measured = np.zeros((3, len(variants)), np.int64)
+        self._left = np.full(len(variants), len(experiment.seeds))
+        self._steps = np.zeros(len(variants))
+
+    def add(self, record: Record, before: bool = False) -> None:
+        """Count a run that is over; one that failed has no steps to learn from."""
+        place = self._places[record.variant]
+        (self._before if before else self._since)[place] += 1
+        self._left[place] -= 1
+        self._measured[place] += record.steps > 0
+        self._steps[place] += record.steps
+
+    def done(self, begun: Iterable[tuple[str, float]]) -> _Done:
+        """How far it is.
+
+        Args:
+            begun: the variants of runs that are under way, and how much of each is done.
+        """
+        # Where no run of a variant is over, its trials take what they take in the others.
+        trials = self._trials @ self._measured
+        means = self._trials * (self._steps.sum() / trials if trials else 1.0)
+        np.divide(self._steps, self._measured, where=self._measured > 0, out=means)
+        ahead = sum(share * float(means[self._places[label]]) for label, share in begun)
+        before, since, left = (float(means @ n) for n in (self._before, self._since, self._left))
+        return _Done(before, since + ahead, left - ahead)
 
 
 class _Ledger:
@@ -272,23 +341,23 @@ class _Ledger:
     def __init__(
         self,
         experiment: Experiment,
-        folder: Folder,
-        on_row: Callable[[Variant, dict[str, Any], bytes], object],
+        folder: Folder | None,
+        on_over: Callable[[Record, Finished], object],
+        kept: Kept,
     ) -> None:
         self.total = experiment.n_runs
         self._folder = folder
-        self._on_row = on_row
-        self._version = version()
-        self._work = {v.label: estimated_steps(experiment, v) for v in experiment.variants}
-        self._finished = folder.finished()
-        self._done_before = 0
-        self._work_before = self._work_total = self._work_done = 0.0
-        for variant, task in tasks_of(experiment):
-            if task.key in self._finished:
+        self._origin = origin_of(experiment, Path()) if folder is None else folder.origin
+        self._on_over = on_over
+        self._kept: Kept = kept
+        self._finished = set() if folder is None else folder.finished()
+        self._work, self._done_before = _Work(experiment), 0
+        wanted = {task.key for _, task in tasks_of(experiment)} & self._finished
+        for record in () if folder is None or not wanted else folder.records():
+            if record.key in wanted:
+                self._work.add(record, before=True)
                 self._done_before += 1
-                self._work_before += self._work[variant.label]
-            else:
-                self._work_total += self._work[variant.label]
+        self._share = 0.0
         self._left = tasks_of(experiment)
         self._in_flight: dict[str, _InFlight] = {}
         self._handed_out = self._done_before
@@ -306,34 +375,24 @@ class _Ledger:
         for variant, task in self._left:
             if task.key not in self._finished:
                 self._handed_out += 1
-                self._in_flight[task.key] = _InFlight(variant, task, self._work[variant.label])
-                return task
+                self._in_flight[task.key] = _InFlight(variant, task)
+                return replace(task, kept=self._kept)
         return None
 
     def enter(self, finished: Finished) -> None:
         """Write down a run that is over: first its arrays, then its row."""
-        variant, task, work = self._in_flight.pop(finished.key)
-        row = {
-            "key": task.key,
-            "variant": variant.label,
-            "preset": variant.preset,
-            "overrides": json.dumps(variant.overrides),
-            "settings": task.settings,
-            "seed": task.seed,
-            "version": self._version,
-            "ended_at": datetime.now(UTC).isoformat(timespec="seconds"),
-            **finished.row,
-        }
-        if finished.arrays:
-            row["arrays"] = checksum(finished.arrays)
-            self._folder.save(task.key, finished.arrays)
-        self._folder.write(row)
-        self._done += row["status"] == DONE
-        self._failed += row["status"] == FAILED
-        self._steps += row.get("steps", 0)
+        variant, task = self._in_flight.pop(finished.key)
+        record = record_of(variant, task, finished, self._origin)
+        if self._folder is not None:
+            if finished.arrays:
+                self._folder.save(task.key, finished.arrays)
+            self._folder.write(record)
+        self._done += not record.error
+        self._failed += bool(record.error)
+        self._steps += record.steps
         # A run that ended early, or failed, leaves no work behind.
-        self._work_done += work
-        self._on_row(variant, row, finished.arrays)
+        self._work.add(record)
+        self._on_over(record, finished)
 
     def tick(self, paused: bool) -> None:
         """Let the clock go on, unless it stands."""
@@ -344,28 +403,29 @@ class _Ledger:
 
     def progress(self, crew: Crew) -> Progress:
         """How far it has come, with what the crew is at."""
-        steps, work_done, running = self._steps, self._work_done, 0
+        steps, begun = self._steps, list[tuple[str, float]]()
         for key, at in crew.under_way().items():
             if key in self._in_flight:
-                _, task, work = self._in_flight[key]
+                variant, task = self._in_flight[key]
                 share = at.trial / task.trials
                 if task.steps is not None:
                     share = max(share, at.step / task.steps)
                 steps += at.step
-                work_done += share * work
-                running += 1
-        share = work_done / self._work_total if self._work_total else 1.0
-        everything = self._work_before + self._work_total
-        seconds = self._seconds
+                begun.append((variant.label, share))
+        done, seconds = self._work.done(begun), self._seconds
+        # What is known better may make less of what is done; a bar does not go back.
+        everything = done.before + done.since + done.left
+        self._share = max(self._share, 1 - done.left / everything if everything else 1.0)
+        is_known = done.since > 0.001 * done.left
         return Progress(
             total=self.total,
             done=self._done_before + self._done,
             failed=self._failed,
-            running=running or min(crew.busy, crew.size),
+            running=len(begun) or min(crew.busy, crew.size),
             steps=steps,
             steps_per_s=steps / max(seconds, 1e-3),
-            share=(self._work_before + work_done) / everything if everything else 1.0,
-            seconds_left=seconds * (1 - share) / share if share > 0.001 else None,
+            share=self._share,
+            seconds_left=seconds * done.left / done.since if is_known else None,
         )
 
     def outcome(self) -> Outcome:

@@ -30,8 +30,16 @@ from app.experiments.claims import (
     tried,
     unwritable,
 )
-from app.experiments.table import COLUMNS, SCHEMA_VERSION, DamageError, Table
-from app.experiments.task import DONE, FAILED, gist, identity_of, key_of, settings_of
+from app.experiments.record import DONE, FAILED, Record, origin_of, records_of, row_of
+from app.experiments.table import (
+    COLUMNS,
+    SCHEMA_VERSION,
+    DamageError,
+    Table,
+    UnreadableError,
+    VersionError,
+)
+from app.experiments.task import identity_of, key_of, settings_of
 from app.util import csv_texts, leftovers
 from app.util.files import write_whole
 from app.util.folders import make_folders, remove_folders
@@ -70,6 +78,7 @@ class Folder:
             FolderError: it cannot be used; nothing in it has changed.
         """
         self.path = path
+        self.origin = origin_of(experiment, path)
         self.arrays = path / "arrays"
         self._is_report_old = True
         with contextlib.ExitStack() as stack, claiming():
@@ -108,7 +117,7 @@ class Folder:
         Raises:
             FolderError: the table cannot be read.
         """
-        return _with_arrays(self.path, self.rows())
+        return _with_arrays(self.path, self._read().rows)
 
     def lost(self) -> set[str]:
         """Keys of the runs that are done, and whose arrays are damaged or gone.
@@ -116,32 +125,33 @@ class Folder:
         Raises:
             FolderError: the table cannot be read.
         """
-        rows = self.rows()
-        return {row["key"] for row in rows} - _with_arrays(self.path, rows)
+        rows = self._read().rows
+        return {row["key"] for row in _done(rows)} - _with_arrays(self.path, rows)
 
-    def disown(self, row: Mapping[str, Any], error: str) -> None:
+    def disown(self, key: str, error: str) -> None:
         """Note that a run counts as failed, so that it is made again.
 
         Raises:
             FolderError: that could not be written.
         """
-        self.write({**row, "status": FAILED, "error": error, "arrays": None})
+        row = next(row for row in self._read().rows if row["key"] == key)
+        self._write({**row, "status": FAILED, "error": error, "arrays": None})
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Rows of the runs that are done, in the order in which they ended.
+    def records(self) -> list[Record]:
+        """The runs that are done, in the order in which they ended.
 
         Raises:
             FolderError: the table cannot be read.
         """
-        return [row for row in self._read().rows if row["status"] == DONE]
+        return self._records(_done(self._read().rows))
 
-    def arrays_of(self, row: Mapping[str, Any]) -> bytes:
+    def arrays_of(self, record: Record) -> bytes:
         """The archive of the arrays of a run.
 
         Raises:
-            ArchiveError: it cannot be read, or is not the one that the row is about.
+            ArchiveError: it cannot be read, or is not the one that the record is about.
         """
-        return archive.read(self.path, row["key"], row["arrays"])
+        return archive.read(self.path, record.key, record.arrays)
 
     def first_error(self) -> str:
         """What the first failed run said, on one line.
@@ -149,27 +159,17 @@ class Folder:
         Raises:
             FolderError: the table cannot be read.
         """
-        failed = (row for row in self._read().rows if row["status"] == FAILED)
-        row = next(failed, None)
-        return "" if row is None else f"{row['variant']}, seed {row['seed']}: {gist(row['error'])}"
+        rows = [row for row in self._read().rows if row["status"] == FAILED]
+        found = self._records(rows[:1])
+        return "".join(f"{one.variant}, seed {one.seed}: {one.gist}" for one in found)
 
-    def write(self, row: Mapping[str, Any]) -> None:
+    def write(self, record: Record) -> None:
         """Add a run, or replace one that failed. A report that did not know it is removed.
 
-        Args:
-            row: by column, with the checksum of the run's archive as ``arrays`` if it has one.
-
         Raises:
-            FolderError: the row could not be written.
+            FolderError: it could not be written.
         """
-        try:
-            # One that is written from now on says of how many runs it is.
-            self._remove_old_report()
-            table.write(self._database, row)
-        except sqlite3.Error as error:
-            raise FolderError(f"cannot be written to: {error}; --resume goes on later") from error
-        except OSError as error:
-            raise unwritable(error) from error
+        self._write(row_of(record))
 
     def save(self, key: str, arrays: bytes) -> None:
         """Put the arrays of a run into place, whole.
@@ -181,6 +181,22 @@ class Folder:
             write_whole(archive.path_of(self.path, key), arrays)
         except OSError as error:
             raise unwritable(error) from error
+
+    def _write(self, row: Mapping[str, Any]) -> None:
+        try:
+            # One that is written from now on says of how many runs it is.
+            self._remove_old_report()
+            table.write(self._database, row)
+        except sqlite3.Error as error:
+            raise FolderError(f"cannot be written to: {error}; --resume goes on later") from error
+        except OSError as error:
+            raise unwritable(error) from error
+
+    def _records(self, rows: Iterable[Mapping[str, Any]]) -> list[Record]:
+        try:
+            return records_of(rows, self.origin)
+        except (ValueError, TypeError, KeyError) as error:
+            raise FolderError(f"holds a damaged results.sqlite: {error}; {_OF_OTHERS}") from error
 
     def _read(self) -> Table:
         try:
@@ -437,18 +453,17 @@ def finished_in(path: Path) -> set[str]:
     Raises:
         FolderError: it cannot be read.
     """
-    if not table.has_table(path):
-        return set()
-    names = ("key", "status", "arrays")
-    with _reading(path) as database:
-        rows = database.execute(f"SELECT {', '.join(names)} FROM runs")
-        return _with_arrays(path, (dict(zip(names, row, strict=True)) for row in rows))
+    return _with_arrays(path, _load(path).rows) if table.has_table(path) else set()
 
 
 def _with_arrays(path: Path, rows: Iterable[Mapping[str, Any]]) -> set[str]:
     """Keys of the runs that are done, and whose arrays are there and whole."""
-    done = (row for row in rows if row["status"] == DONE)
+    done = _done(rows)
     return {row["key"] for row in done if archive.is_whole(path, row["key"], row["arrays"])}
+
+
+def _done(rows: Iterable[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
+    return (row for row in rows if row["status"] == DONE)
 
 
 def table_csv(path: Path, spreadsheet: bool = False) -> str:
@@ -458,19 +473,17 @@ def table_csv(path: Path, spreadsheet: bool = False) -> str:
         FolderError: it cannot be read.
     """
     write = csv_texts.for_spreadsheets if spreadsheet else csv_texts.for_programs
-    with _reading(path) as database:
-        query = f"SELECT {', '.join(COLUMNS)} FROM runs ORDER BY rowid"
-        return write([list(COLUMNS), *database.execute(query)])
+    rows = ([row.get(name) for name in COLUMNS] for row in _load(path).rows)
+    return write([[*COLUMNS], *rows])
 
 
-@contextlib.contextmanager
-def _reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """The table of a folder, undamaged; whatever is in the way of reading it is a `FolderError`."""
+def _load(path: Path) -> Table:
+    """The table of a folder; whatever is in the way of reading it is a `FolderError`."""
     try:
-        with contextlib.closing(table.reader(path)) as database:
-            table.read(database)
-            yield database
-    except (sqlite3.Error, OSError, DamageError) as error:
+        return table.load(path)
+    except VersionError as error:
+        raise FolderError(f"{str(path)!r} holds results of version {error}") from error
+    except (UnreadableError, DamageError) as error:
         raise FolderError(f"{str(path)!r} cannot be read: {error}") from error
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from app.experiments.claims import takes_locks
+from app.metrics import NAMES, of_kind
 
 SCHEMA_VERSION: Final = 4
 
@@ -35,23 +36,19 @@ COLUMNS: Final = {
     "ended_at": "TEXT",
     "trials": "INTEGER",
     "steps": "INTEGER",
-    "captures": "INTEGER",
-    "flights": "INTEGER",
-    "timeouts": "INTEGER",
-    "final_reward": "REAL",
-    "final_success": "REAL",
-    "greedy_success": "REAL",
-    "area": "REAL",
-    "steps_to_50": "INTEGER",
-    "steps_to_70": "INTEGER",
-    "mean_hunt_length": "REAL",
-    "switches_per_step": "REAL",
+    **{
+        metric.column: "INTEGER" if metric.whole else "REAL"
+        for metric in of_kind("endings", "performance", "milestone", "behaviour")
+    },
 }
-"""Of the table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC."""
+"""Of a new table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC. An older
+table has no column for a metric that came later."""
 
 _ALL: Final = {**COLUMNS, "arrays": "TEXT", "seal": "TEXT NOT NULL"}
 """With the checksums of the archive of a run and of its row."""
 _SEAL: Final = "seal"
+_LATER: Final = {*NAMES} - {"trials", "steps"}
+"""Columns that may be missing."""
 _RUNS: Final = "runs"
 """Key of ``meta``: how many rows there are."""
 _PATIENCE_S: Final = 30.0
@@ -68,6 +65,14 @@ _ELSEWHERE: Final = {
     sqlite3.SQLITE_PROTOCOL,
 }
 """Errors for which the table is not to blame."""
+
+
+class VersionError(Exception):
+    """A table of results is of another schema; the message is its version."""
+
+
+class UnreadableError(Exception):
+    """A table cannot be read, for which it is not to blame; the message says why."""
 
 
 class DamageError(Exception):
@@ -180,12 +185,15 @@ def new(about: Mapping[str, str], rows: Iterable[Mapping[str, Any]] = ()) -> byt
 def write(database: sqlite3.Connection, *rows: Mapping[str, Any]) -> None:
     """Add runs, or replace those that are there; all of them, or none.
 
+    What an older table has no column for is left out.
+
     Args:
         database: the table.
         rows: by column, with the checksum of the run's archive as ``arrays`` if it has one.
     """
-    names, places = ", ".join(_ALL), ", ".join("?" * len(_ALL))
-    sealed = [_sealed(row) for row in rows]
+    columns = _columns(database)
+    names, places = ", ".join(columns), ", ".join("?" * len(columns))
+    sealed = [_sealed(row, columns) for row in rows]
     with database:
         database.executemany(f"INSERT OR REPLACE INTO runs ({names}) VALUES ({places})", sealed)
         (count,) = database.execute("SELECT COUNT(*) FROM runs").fetchone()
@@ -205,9 +213,9 @@ def _note(database: sqlite3.Connection, about: Mapping[str, str]) -> None:
     database.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", changed.items())
 
 
-def _sealed(row: Mapping[str, Any]) -> list[Any]:
-    values = [_as_stored(kind, row.get(name)) for name, kind in _ALL.items() if name != _SEAL]
-    return [*values, _seal_of(values)]
+def _sealed(row: Mapping[str, Any], columns: Iterable[str]) -> list[Any]:
+    sealed = {name: _as_stored(_ALL[name], row.get(name)) for name in columns if name != _SEAL}
+    return [*sealed.values(), _seal_of([*sealed.values()])]
 
 
 def _as_stored(kind: str, value: Any) -> str | int | float | None:
@@ -232,6 +240,31 @@ def _seal_of_about(about: Mapping[str, object]) -> str:
 
 
 # --- Reading it ----------------------------------------------------------------------------------
+
+
+def load(path: Path) -> Table:
+    """The table of results in a folder, as it was written.
+
+    Raises:
+        VersionError: it is of another schema.
+        DamageError: it does not hold any more what was written to it.
+        UnreadableError: it cannot be read.
+    """
+    try:
+        with contextlib.closing(reader(path)) as database:
+            version = schema_version(database)
+            if version != str(SCHEMA_VERSION):
+                raise VersionError(version)
+            return read(database)
+    except (sqlite3.Error, OSError) as error:
+        raise UnreadableError(f"{error}{_remedy(error)}") from error
+
+
+def _remedy(error: Exception) -> str:
+    """What can be done where a killed pounce has left a row half written, and the disk is fixed."""
+    if getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_READONLY:
+        return "; a killed pounce left it half written: allowed: a copy that can be written to"
+    return ""
 
 
 def schema_version(database: sqlite3.Connection) -> str | None:
@@ -315,14 +348,27 @@ def _about(database: sqlite3.Connection) -> dict[str, Any]:
     return dict(database.execute("SELECT key, value FROM meta"))
 
 
+def _columns(database: sqlite3.Connection) -> list[str]:
+    """The columns that the table has, in its own order but for the seal, which comes last.
+
+    Raises:
+        sqlite3.DatabaseError: they are not those of a table of results.
+    """
+    found = [name for _, name, *_ in database.execute("PRAGMA table_info(runs)")]
+    if not {*_ALL} - _LATER <= {*found} <= {*_ALL}:
+        raise sqlite3.DatabaseError("the table runs has other columns than a table of results")
+    return [*(name for name in found if name != _SEAL), _SEAL]
+
+
 def _rows(database: sqlite3.Connection, order: str) -> Iterator[dict[str, Any]]:
-    names = ["rowid", *_ALL]
+    names = ["rowid", *_columns(database)]
     for row in database.execute(f"SELECT {', '.join(names)} FROM runs ORDER BY rowid {order}"):
         yield dict(zip(names, row, strict=True))
 
 
 def _is_whole(row: Mapping[str, Any]) -> bool:
-    return row[_SEAL] == _seal_of([row[name] for name in _ALL if name != _SEAL])
+    sealed = [value for name, value in row.items() if name not in ("rowid", _SEAL)]
+    return row[_SEAL] == _seal_of(sealed)
 
 
 def _noted_count(database: sqlite3.Connection) -> int | None:

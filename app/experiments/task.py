@@ -2,43 +2,36 @@
 
 A task is made of plain values, and so is what comes back: both can go to a thread, or to another
 machine. Nothing here knows where results are kept.
-
-Success is a share, 0 to 1. What is *final* is of the last 2,000 trials.
 """
 
 import hashlib
 import json
+import math
 import re
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import dropwhile
-from typing import Any, Final, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from app.documents.experiments import Experiment, Stop, Variant
 from app.experiments.archive import packed
-from app.metrics import NAMES
-from learners import hunts, measures
+from app.metrics import greedy_success, measured
+from learners import measures
 from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.run import Run
 from learners.spec import RunSpec
-from sim import rng
-from sim.world import CAPTURE
-
-DONE: Final = "done"
-FAILED: Final = "failed"
-
-GREEDY_HUNTS: Final = 2_000
-"""Hunts by which greedy success is measured: a share of 0.8 is known to within 0.01 by them."""
-GREEDY_SEED: Final = 7_331_729
-"""Of the starts of these hunts: the same ones for all runs in a world."""
 
 _SLICE_STEPS = 2_000_000
 """Steps between two looks at whether to stop: a twentieth of a second."""
 _LONGEST_ERROR = 4_000
+
+
+Kept = Literal["results", "log", "log and tables"]
+"""What is kept of a run beside its numbers: all that a folder of results holds; or for a moment,
+and so not compressed, how its trials went alone; or this and its final tables."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +47,24 @@ class Task:
     steps: int | None
     stop: Stop | None
     metrics: tuple[str, ...]
+    kept: Kept = "results"
 
 
 class Finished(NamedTuple):
     """What is kept of a run that is over, or has failed."""
 
     key: str
-    row: dict[str, Any]
-    """Columns of the results table that depend on how it went."""
-    arrays: bytes
+    error: str
+    """Why it failed, with a traceback; empty if it did not."""
+    seconds: float
+    """That it took; NaN where that is not known."""
+    digest: str = ""
+    values: Mapping[str, float | int | None] = {}
+    """Of the metrics that were asked for, and of its length, by column."""
+    arrays: bytes = b""
     """A NumPy archive; empty if it has failed."""
+    tables: bytes = b""
+    """The same of its final tables; empty if they were not asked for."""
 
 
 class Pictures(NamedTuple):
@@ -172,41 +173,25 @@ def perform(
     try:
         spec = RunSpec.model_validate_json(task.settings)
         pictures = Pictures([], [], [])
-        run = made_run(
-            spec, task.seed, task.trials, task.steps, task.stop, on_progress, still_wanted, pictures
-        )
+        wanted_pictures = pictures if task.kept == "results" else None
+        limits = task.trials, task.steps, task.stop
+        run = made_run(spec, task.seed, *limits, on_progress, still_wanted, wanted_pictures)
         if run is None:
             return None
-        row, arrays = measured(run, task.metrics), packed(arrays_of(run, pictures))
+        values, known = measured(run, task.metrics), digest(run.state)
+        arrays = packed(arrays_of(run, pictures), compressed=task.kept == "results")
+        final = packed(tables(run.spec, run.state)) if task.kept == "log and tables" else b""
     except Exception as error:  # noqa: BLE001 - whatever it is, it is noted, and others go on
         return failed(task.key, error, time.perf_counter() - began - waited)
     # A pause is no part of how long it took.
     seconds = time.perf_counter() - began - waited
-    return Finished(task.key, {**row, "status": DONE, "seconds": seconds}, arrays)
+    return Finished(task.key, "", seconds, known, values, arrays, final)
 
 
-def failed(key: str, error: BaseException, seconds: float | None = None) -> Finished:
+def failed(key: str, error: BaseException, seconds: float = math.nan) -> Finished:
     """What is kept of a run that came to nothing."""
     text = "".join(traceback.format_exception(error))
-    row = {"status": FAILED, "error": text[-_LONGEST_ERROR:], "seconds": seconds}
-    return Finished(key, row, b"")
-
-
-def gist(error: str) -> str:
-    """What went wrong in a run, on one line: the type of the error and all of its message.
-
-    Args:
-        error: of the row of a run that failed.
-    """
-    lines = error.strip().splitlines()
-    # A traceback is indented; what was raised begins after its last line of code.
-    places = [index for index, line in enumerate(lines) if line.startswith('  File "')]
-    said = lines[places[-1] + 1 :] if places else lines
-    return " ".join(line.strip() for line in dropwhile(_is_code, said))
-
-
-def _is_code(line: str) -> bool:
-    return line.startswith("    ")
+    return Finished(key, text[-_LONGEST_ERROR:], seconds)
 
 
 def made_run(
@@ -274,71 +259,6 @@ def _is_good_enough(run: Run, stop: Stop) -> bool:
 # --- What is kept of it --------------------------------------------------------------------------
 
 
-def greedy_success(run: Run) -> float:
-    """Share of captures of hunts of pure greed, over starts drawn as those of trials are."""
-    found = tables(run.spec, run.state)
-    selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
-    skill_q = found["skill_q"] if run.spec.learner.skills else None
-    policy = hunts.greedy_moves(selection_q, skill_q)
-    starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    return hunts.success_share(run.world, policy, starts, GREEDY_HUNTS)
-
-
-def steps_to(outcomes: np.ndarray, steps: np.ndarray, success: float) -> int | None:
-    """Steps after which the share of captures in the last 500 trials first was so high.
-
-    Args:
-        outcomes: how trials ended, ``(trial,)``.
-        steps: how long they took, ``(trial,)``.
-        success: the share.
-    """
-    window = measures.RECENT_TRIALS
-    if len(outcomes) < window:
-        return None
-    captures = np.concatenate([[0], np.cumsum(outcomes == CAPTURE)])
-    there = np.flatnonzero(captures[window:] - captures[:-window] >= success * window)
-    return int(np.sum(steps[: there[0] + window], dtype=np.int64)) if there.size else None
-
-
-def area_under(curve: measures.Curve) -> float | None:
-    """Mean of a learning curve over its steps: the area under it, on the scale of rewards."""
-    widths = np.diff(curve.steps, prepend=0)
-    there = np.isfinite(curve.reward)
-    if not widths[there].sum():
-        return None
-    return float(np.average(curve.reward[there], weights=widths[there]))
-
-
-def measured(run: Run, metrics: Sequence[str] = NAMES) -> dict[str, Any]:
-    """What a row says of how a run went; None where there is nothing to say, or it was not asked.
-
-    Args:
-        run: that is over.
-        metrics: columns of :mod:`app.metrics` that are wanted.
-    """
-    state = run.state
-    done = measures.trials_done(state)
-    outcomes, steps = state.log_outcome[:done], state.log_steps[:done]
-    endings = measures.endings(state)
-    final = measures.endings(state, measures.FINAL_TRIALS)
-    found: dict[str, Callable[[], float | int | None]] = {
-        "captures": lambda: endings.captures,
-        "flights": lambda: endings.flights,
-        "timeouts": lambda: endings.timeouts,
-        "final_reward": lambda: measures.mean_reward(state) if done else None,
-        "final_success": lambda: final.captures / sum(final) if done else None,
-        "greedy_success": lambda: greedy_success(run),
-        "area": lambda: area_under(measures.curve(state)),
-        "steps_to_50": lambda: steps_to(outcomes, steps, 0.5),
-        "steps_to_70": lambda: steps_to(outcomes, steps, 0.7),
-        "mean_hunt_length": lambda: float(steps[-measures.FINAL_TRIALS :].mean()) if done else None,
-        "switches_per_step": lambda: measures.switches_per_step(state),
-    }
-    always = {"digest": digest(state), "trials": done, "steps": run.step}
-    asked = set(metrics) - always.keys()
-    return {name: found[name]() if name in asked else None for name in NAMES} | always
-
-
 def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
     """What is kept of a run beside its row.
 
@@ -349,6 +269,7 @@ def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
     """
     done = measures.trials_done(run.state)
     joined = run.control.introductions
+    shape = -1, run.spec.world.n_distances, run.spec.world.n_directions
     moments = np.array([[entry.trial, entry.step] for entry in joined], np.int64)
     return {
         "outcome": run.state.log_outcome[:done],
@@ -356,6 +277,6 @@ def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
         "introductions": moments.reshape(-1, 2),
         "introduced": np.array([entry.skill for entry in joined], "U32"),
         "moments": np.array(pictures.moments, np.int64),
-        "value_share": np.array(pictures.share, np.float32),
-        "value_distance": np.array(pictures.distance, np.float32),
+        "value_share": np.array(pictures.share, np.float32).reshape(shape),
+        "value_distance": np.array(pictures.distance, np.float32).reshape(shape),
     }

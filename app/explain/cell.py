@@ -5,26 +5,26 @@ Cells are given by their grid coordinates in the world's own orientation. The HT
 """
 
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from html import escape
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css
 from app.picture.theme import Theme
-from app.words.numbers import in_hundredths
+from app.util.html import element, joined
+from app.words.numbers import counted, in_hundredths
 from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
 from learners import hunts
 from learners.hunts import Hunt, Policy
 from learners.kernel.state import NOT_REACHED
 from learners.spec import MOVES
 from sim import geometry
-from sim.bits import U
 from sim.geometry import N_MOVES, STAY
-from sim.world import CAPTURE, FLIGHT, ONGOING, STATE_SHIFT, TIMEOUT, board_xy, cell_at
+from sim.world import CAPTURE, FLIGHT, STATE_SHIFT, TIMEOUT, cell_at
 
 ACTION_NAMES = tuple(
     "stay" if move == STAY else f"move {name}" for move, name in enumerate(MOVE_NAMES)
@@ -32,17 +32,10 @@ ACTION_NAMES = tuple(
 OUTCOME_NAMES = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out"}
 _PLURALS = {CAPTURE: "captures", FLIGHT: "flights", TIMEOUT: "time-outs"}
 
-LINKS_SHOWN = 12
-_FIRST_LINKS = 8
-"""Of a chain that is too long, so many are shown from its start, and the rest from its end."""
-LINKS_FOLLOWED = 600
 _HUNTS_NAMED = 4
 
-_TIMES = "\N{MULTIPLICATION SIGN}"
 _ACCENT = "#e8590c"
 """Marks what is greedy; readable on light and on dark."""
-
-Ending = Literal["capture", "flight", "loop", "unknown", "limit"]
 
 
 class OptionReading(NamedTuple):
@@ -88,37 +81,6 @@ class CellReading:
     """Trial in which the state's value first rose above 0."""
     outcome: int
     """How a hunt from the cell ends if the learner neither explores nor learns."""
-
-
-class Link(NamedTuple):
-    """One backup of a chain, with its numbers: target = reward + gamma * future."""
-
-    x: int
-    y: int
-    option: str
-    move: int
-    reward: float
-    gamma: float
-    future: float
-    """Largest value of the present options in the next cell's state; 0 where the trial ends."""
-    q: float
-    """Value of the option in this cell's state."""
-
-    @property
-    def target(self) -> float:
-        """What the value is learned towards."""
-        return self.reward + self.gamma * self.future
-
-
-class Chain(NamedTuple):
-    """The greedy way from a cell to the reward that feeds its value."""
-
-    links: tuple[Link, ...]
-    cells: tuple[int, ...]
-    """The cell of each link, and the one that the last link leads to."""
-    last: tuple[int, int]
-    """Grid coordinates of the last of the cells."""
-    ending: Ending
 
 
 def policy_of(snapshot: Snapshot) -> Policy:
@@ -180,7 +142,7 @@ def reading_at(
         ValueError: the cell is off the grid.
     """
     cell = cell_at(snapshot.world, x, y)
-    ring, direction = _sensed(snapshot, cell)
+    ring, direction = sensed(snapshot, cell)
     here = (heading, ring, direction)
     world = snapshot.spec.world
     first_reach = int(snapshot.first_reach[here])
@@ -203,7 +165,7 @@ def reading_at(
     )
 
 
-def _sensed(snapshot: Snapshot, cell: int) -> tuple[int, int]:
+def sensed(snapshot: Snapshot, cell: int) -> tuple[int, int]:
     """Ring and direction of a cell."""
     skill_state = int(snapshot.world.cell_word[cell]) >> int(STATE_SHIFT)
     return divmod(skill_state, snapshot.spec.world.n_directions)
@@ -228,194 +190,100 @@ def _skills_read(snapshot: Snapshot, ring: int, direction: int) -> tuple[SkillRe
     return tuple(readings)
 
 
-def chain_of(
-    snapshot: Snapshot, x: int, y: int, heading: int, limit: int = LINKS_FOLLOWED
-) -> Chain:
-    """Follow the greedy backups from a cell to the reward that feeds its value.
-
-    Each link takes a greedy option and one of its greedy moves, and has the numbers of the update
-    that this step would make: Q(s, o) is learned towards r + gamma * max Q(s', .).
-
-    The learner knows states and not cells, and many cells share a state. The chain goes from cell
-    to cell, because only cells have a next one, and the numbers are those of the cells' states; so
-    a Q is near its target, and not equal to it: other cells of the state pull it their own way.
-
-    Where greedy options or moves tie, the chain prefers a cell where it has not been yet, and then
-    the largest target, since that is what feeds the value. It ends with the trial, with a cell
-    where it has been, where the best value is still the one the table began with, or after
-    ``limit`` links.
-
-    Raises:
-        ValueError: the cell is off the grid.
-    """
-    policy, initial_q = policy_of(snapshot), np.float32(snapshot.spec.learner.initial_q)
-    cells, links = [cell_at(snapshot.world, x, y)], []
-    been = {cells[0]}
-    ending: Ending = "limit"
-    while len(links) < limit:
-        if snapshot.value[(heading, *_sensed(snapshot, cells[-1]))] == initial_q:
-            ending = "unknown"
-            break
-        steps = _greedy_steps(snapshot, policy, cells[-1], heading)
-        step = min(steps, key=lambda step: (step.cell_t in been, -step.link.target))
-        links.append(step.link)
-        cells.append(step.cell_t)
-        if step.outcome != ONGOING:
-            ending = "capture" if step.outcome == CAPTURE else "flight"
-            break
-        if step.cell_t in been:
-            ending = "loop"
-            break
-        been.add(step.cell_t)
-    return Chain(tuple(links), tuple(cells), board_xy(snapshot.world, cells[-1]), ending)
-
-
-class _Step(NamedTuple):
-    link: Link
-    cell_t: int
-    outcome: int
-
-
-def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -> Iterator[_Step]:
-    """The steps that the learner might make from a cell without exploring."""
-    world, names = snapshot.world, actions_of(snapshot)
-    ring, direction = _sensed(snapshot, cell)
-    x, y = board_xy(world, cell)
-    reward_of = {
-        ONGOING: 0.0,
-        CAPTURE: float(world.capture_reward),
-        FLIGHT: float(world.flight_reward),
-    }
-    for option in _members(policy.options[heading, ring, direction]):
-        q = float(snapshot.selection_q[heading, ring, direction, option])
-        for move in _members(policy.moves[option, ring, direction]):
-            after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
-            cell_t, future = int(after), 0.0
-            if outcome == ONGOING:
-                future = float(snapshot.value[(heading, *_sensed(snapshot, cell_t))])
-            gamma = snapshot.spec.learner.gamma
-            link = Link(x, y, names[option], move, reward_of[outcome], gamma, future, q)
-            yield _Step(link, cell_t, outcome)
-
-
-def _members(bits: np.integer) -> list[int]:
-    return [member for member in range(int(bits).bit_length()) if int(bits) >> member & 1]
-
-
-def action_text(link: Link) -> str:
-    """What is done: option and move, or the move alone where it is itself the option."""
-    move = ACTION_NAMES[link.move]
-    return move if link.option == move else f"{link.option}, {move}"
-
-
-def sum_text(link: Link) -> str:
-    """The update of a link with its numbers filled in."""
-    return (
-        f"{in_hundredths(link.reward)} + {link.gamma:g} {_TIMES} {in_hundredths(link.future)}"
-        f" = {in_hundredths(link.target)} (Q = {in_hundredths(link.q)})"
-    )
-
-
-def ending_text(chain: Chain) -> str:
-    """What a chain ends with, in a sentence."""
-    x, y = chain.last
-    match chain.ending:
-        case "capture":
-            return "There the prey is caught, and nothing follows: this reward feeds the chain."
-        case "flight":
-            return "There the prey notices and flees, and nothing follows: this is what is feared."
-        case "loop":
-            return (
-                f"Back to ({x}, {y}), where the chain has been. A circle feeds nothing: the value"
-                " comes from other cells of these states, and from steps taken by chance."
-            )
-        case "unknown" if chain.links:
-            return f"At ({x}, {y}) nothing is known yet."
-        case "unknown":
-            return "Nothing is known here yet: the value is the one that the table began with."
-        case "limit":
-            return f"And so on: only {len(chain.links)} links are followed."
-
-
-def _block(body: str) -> str:
-    return f'<div style="padding:0 0.7em 0.4em;font-size:0.82em;line-height:1.4">{body}</div>'
+def block(*parts: str) -> str:
+    """HTML of a panel from parts that are escaped unless they are markup."""
+    style = "padding:0 0.7em 0.4em;font-size:0.82em;line-height:1.4"
+    return str(element("div", joined(parts, ""), style=style))
 
 
 def nothing_chosen_html() -> str:
     """What to do, while no cell is chosen."""
-    return _block(
-        "<b>Click a cell</b> to see what the learner knows about it. <b>Shift-click</b> to set the"
-        " predator down there for one hunt, in which it neither explores nor learns."
+    return block(
+        element("b", "Click a cell"),
+        " to see what the learner knows about it. ",
+        element("b", "Shift-click"),
+        " to set the predator down there for one hunt, in which it neither explores nor learns.",
     )
 
 
 def reading_html(reading: CellReading) -> str:
     """A cell's reading: where it is, what is known of it, and the skills' roses."""
-    facing = escape(HEADING_NAMES[reading.heading])
     sight = "in the prey's sight" if reading.seen else "out of the prey's sight"
+    cell = element("b", f"Cell ({reading.x}, {reading.y})")
+    state = (
+        f"Ring {reading.ring}, direction {reading.direction},"
+        f" prey facing {HEADING_NAMES[reading.heading]}: state {reading.state:,}."
+    )
+    numbering = "Rings count from the prey outwards, directions from the east counter-clockwise"
     reach = (
         "It has never been worth more than 0."
         if reading.first_reach is None
         else f"First worth more than 0 in trial {reading.first_reach:,}."
     )
-    return _block(
-        f'<div style="font-size:1.15em"><b>Cell ({reading.x}, {reading.y})</b>, {sight}</div>'
-        '<div title="Rings count from the prey outwards, directions from the east'
-        f' counter-clockwise, all from 0">Ring {reading.ring}, direction {reading.direction},'
-        f" prey facing {facing}: state {reading.state:,}.</div>"
-        f"<div>{reach} Hunting greedily from here ends in"
-        f" <b>{escape(OUTCOME_NAMES[reading.outcome])}</b>.</div>"
-        f"{options_html(reading.options)}{_roses_html(reading)}"
+    outcome = element("b", OUTCOME_NAMES[reading.outcome])
+    return block(
+        element("div", joined([cell, f", {sight}"], ""), style="font-size:1.15em"),
+        element("div", state, title=f"{numbering}, all from 0"),
+        element("div", joined([f"{reach} Hunting greedily from here ends in ", outcome, "."], "")),
+        options_html(reading.options),
+        _roses_html(reading),
     )
 
 
-def options_html(options: Sequence[OptionReading]) -> str:
+def options_html(options: Sequence[OptionReading]) -> Markup:
     """Table of the options' values and visits, the greedy ones marked and ties named."""
-    cell = '<td style="text-align:right;padding:0 0 0 0.8em">'
-    rows = "".join(
-        f'<tr style="{"font-weight:700" if option.greedy else "opacity:0.8"}">'
-        f'<td><span style="color:{_ACCENT}">{"&#9656;" if option.greedy else "&#8199;"}</span>'
-        f" {escape(option.name)}</td>{cell}{escape(in_hundredths(option.q))}</td>"
-        f"{cell}{option.visits:,}</td></tr>"
-        for option in options
-    )
-    head = "".join(
-        f'<th style="font-weight:400;text-align:{side};padding:{pad}">{name}</th>'
+    head = (
+        element("th", name, style=f"font-weight:400;text-align:{side};padding:{pad}")
         for name, side, pad in [
             ("Option", "left", "0"),
             ("Q", "right", "0 0 0 0.8em"),
             ("Visits", "right", "0 0 0 0.8em"),
         ]
     )
+    rows = [element("tr", joined(head, ""), style="opacity:0.6;font-size:0.9em")]
+    rows += map(_option_row, options)
+    style = "width:100%;border-collapse:collapse;margin-top:0.4em;font-variant-numeric:tabular-nums"
+    table = element("table", joined(rows, ""), style=style)
     tied = [option.name for option in options if option.greedy]
-    ties = ""
-    if len(tied) > 1:
-        names = "all of them" if len(tied) == len(options) else ", ".join(tied)
-        ties = f'<div style="opacity:0.7">Tied, so that chance decides: {escape(names)}.</div>'
-    return (
-        '<table style="width:100%;border-collapse:collapse;margin-top:0.4em;'
-        'font-variant-numeric:tabular-nums">'
-        f'<tr style="opacity:0.6;font-size:0.9em">{head}</tr>{rows}</table>{ties}'
+    if len(tied) < 2:
+        return table
+    names = "all of them" if len(tied) == len(options) else ", ".join(tied)
+    return table + element("div", f"Tied, so that chance decides: {names}.", style="opacity:0.7")
+
+
+def _option_row(option: OptionReading) -> Markup:
+    # A figure space is as wide as the mark.
+    mark = "\N{BLACK RIGHT-POINTING SMALL TRIANGLE}" if option.greedy else "\N{FIGURE SPACE}"
+    name = joined([element("span", mark, style=f"color:{_ACCENT}"), f" {option.name}"], "")
+    right = "text-align:right;padding:0 0 0 0.8em"
+    cells = (
+        element("td", name),
+        element("td", in_hundredths(option.q), style=right),
+        element("td", f"{option.visits:,}", style=right),
     )
+    style = "font-weight:700" if option.greedy else "opacity:0.8"
+    return element("tr", joined(cells, ""), style=style)
 
 
-def _roses_html(reading: CellReading) -> str:
+def _roses_html(reading: CellReading) -> Markup:
     """A compass rose for each skill, or one for the nine moves where they are the options."""
     skills = reading.skills
     if not skills:
         q = tuple(option.q for option in reading.options)
         best = tuple(move for move, option in enumerate(reading.options) if option.greedy)
         skills = (SkillReading("moves", q, best),)
-    figures = "".join(
-        '<div style="width:5.9rem;text-align:center;line-height:1.15">'
-        f'{rose_svg(skill.q, skill.greedy)}<div style="font-size:0.9em">{escape(skill.name)}</div>'
-        "</div>"
+    figures = (
+        element(
+            "div",
+            rose_svg(skill.q, skill.greedy) + element("div", skill.name, style="font-size:0.9em"),
+            style="width:5.9rem;text-align:center;line-height:1.15",
+        )
         for skill in skills
     )
-    return f'<div style="display:flex;flex-wrap:wrap;margin-top:0.5em">{figures}</div>'
+    return element("div", joined(figures, ""), style="display:flex;flex-wrap:wrap;margin-top:0.5em")
 
 
-def rose_svg(q: Sequence[float], best: Sequence[int]) -> str:
+def rose_svg(q: Sequence[float], best: Sequence[int]) -> Markup:
     """Nine values as a compass rose: a petal for each way, longer where it is worth more.
 
     North is up; the dot in the middle is staying. The greedy moves are marked.
@@ -426,88 +294,60 @@ def rose_svg(q: Sequence[float], best: Sequence[int]) -> str:
     """
     low, high = min(q), max(q)
     share = [(value - low) / (high - low) if high > low else 0.5 for value in q]
-    parts = ['<circle r="42" fill="none" stroke="currentColor" stroke-opacity="0.18"/>']
+    parts = [Markup('<circle r="42" fill="none" stroke="currentColor" stroke-opacity="0.18"/>')]
     # The marked ones come last, so that they lie on top.
     for move in sorted(range(N_MOVES), key=lambda move: move in best):
         paint, opacity = (_ACCENT, "1") if move in best else ("currentColor", "0.4")
-        title = f"<title>{escape(ACTION_NAMES[move])}: {escape(in_hundredths(q[move]))}</title>"
+        title = element("title", f"{ACTION_NAMES[move]}: {in_hundredths(q[move])}")
         if move == STAY:
-            parts.append(
-                f'<circle r="{2.5 + 4.5 * share[move]:.1f}" fill="{paint}"'
-                f' fill-opacity="{opacity}">{title}</circle>'
-            )
+            dot = {"r": f"{2.5 + 4.5 * share[move]:.1f}", "fill": paint, "fill-opacity": opacity}
+            parts.append(element("circle", title, **dot))
             continue
         east, north = geometry.MOVES[move] / math.hypot(*geometry.MOVES[move])
         inner, outer = 11.0, 14.0 + 26.0 * share[move]
-        parts.append(
-            f'<line x1="{inner * east:.1f}" y1="{-inner * north:.1f}" x2="{outer * east:.1f}"'
-            f' y2="{-outer * north:.1f}" stroke="{paint}" stroke-opacity="{opacity}"'
-            f' stroke-width="6" stroke-linecap="round">{title}</line>'
-        )
-    return (
-        '<svg viewBox="-46 -46 92 92" width="84" height="84" role="img"'
-        f' aria-label="values of the nine moves">{"".join(parts)}</svg>'
-    )
-
-
-def chain_html(chain: Chain) -> str:
-    """A chain as a numbered list, its middle folded where it is long."""
-    count = len(chain.links)
-    shown = list(enumerate(chain.links, start=1))
-    items = [_link_html(place, link) for place, link in shown]
-    if count > LINKS_SHOWN:
-        hidden = count - LINKS_SHOWN
-        more = f'<li style="list-style:none;opacity:0.7">&hellip; {hidden} more &hellip;</li>'
-        items[_FIRST_LINKS : _FIRST_LINKS + hidden] = [more]
-    return _block(
-        f'<ol style="margin:0.3em 0;padding-left:2.2em">{"".join(items)}</ol>'
-        f"<div>{escape(ending_text(chain))}</div>"
-    )
-
-
-def _link_html(place: int, link: Link) -> str:
-    return (
-        f'<li value="{place}" title="from ({link.x}, {link.y})">{escape(action_text(link))}:'
-        ' <span style="white-space:nowrap;font-variant-numeric:tabular-nums">'
-        f"{escape(sum_text(link))}</span></li>"
-    )
+        petal = {
+            "x1": f"{inner * east:.1f}",
+            "y1": f"{-inner * north:.1f}",
+            "x2": f"{outer * east:.1f}",
+            "y2": f"{-outer * north:.1f}",
+            "stroke": paint,
+            "stroke-opacity": opacity,
+            "stroke-width": "6",
+            "stroke-linecap": "round",
+        }
+        parts.append(element("line", title, **petal))
+    frame = {"viewBox": "-46 -46 92 92", "width": "84", "height": "84", "role": "img"}
+    return element("svg", joined(parts, ""), **frame, **{"aria-label": "values of the nine moves"})
 
 
 def hunts_html(hunts: Sequence[HuntShown], theme: Theme) -> str:
     """How hunts ended: one by one while they are few, counted when they are many."""
-    if len(hunts) > _HUNTS_NAMED:
-        by_outcome = {
-            outcome: sum(shown.hunt.outcome == outcome for shown in hunts)
-            for outcome in OUTCOME_NAMES
-        }
-        lines = [
-            _outcome_html(
-                css(theme.of_outcome(outcome)),
-                f"{count} {(OUTCOME_NAMES if count == 1 else _PLURALS)[outcome]}",
-            )
-            for outcome, count in by_outcome.items()
-            if count
-        ]
-        return _block(f"<b>{len(hunts)} hunts</b> {' '.join(lines)}")
-    return _block(
-        "".join(
-            f"<div>{_outcome_html(css(theme.of_outcome(one.hunt.outcome)), _hunt_text(one))}</div>"
-            for one in hunts
-        )
+    if len(hunts) <= _HUNTS_NAMED:
+        ends = (_outcome_html(one.hunt.outcome, _hunt_text(one), theme) for one in hunts)
+        return block(*(element("div", end) for end in ends))
+    by_outcome = {
+        outcome: sum(shown.hunt.outcome == outcome for shown in hunts) for outcome in OUTCOME_NAMES
+    }
+    lines = (
+        _outcome_html(outcome, f"{n} {(OUTCOME_NAMES if n == 1 else _PLURALS)[outcome]}", theme)
+        for outcome, n in by_outcome.items()
+        if n
     )
+    return block(element("b", f"{len(hunts)} hunts"), " ", joined(lines, " "))
 
 
 def _hunt_text(shown: HuntShown) -> str:
-    steps = "1 step" if shown.hunt.steps == 1 else f"{shown.hunt.steps:,} steps"
     return (
         f"from ({shown.x}, {shown.y}), prey facing {HEADING_NAMES[shown.heading]}:"
-        f" {OUTCOME_NAMES[shown.hunt.outcome]} after {steps}"
+        f" {OUTCOME_NAMES[shown.hunt.outcome]} after {counted(shown.hunt.steps, 'step')}"
     )
 
 
-def _outcome_html(colour: str, text: str) -> str:
-    return (
-        '<span style="display:inline-block"><span style="display:inline-block;width:0.7em;'
-        f'height:0.7em;border-radius:50%;background:{escape(colour)};margin-right:0.35em"></span>'
-        f"{escape(text)}</span>"
+def _outcome_html(outcome: int, text: str, theme: Theme) -> Markup:
+    dot = element(
+        "span",
+        "",
+        style="display:inline-block;width:0.7em;height:0.7em;border-radius:50%;"
+        f"background:{css(theme.of_outcome(outcome))};margin-right:0.35em",
     )
+    return element("span", joined([dot, text], ""), style="display:inline-block")

@@ -239,6 +239,7 @@ class Worker(ABC, Generic[Stand]):
                 self._publish()
 
     def _answer(self, envelope: _Envelope) -> None:
+        log.debug("asked for %s", envelope.request)
         try:
             self._carry_out(envelope.request, envelope.run)
         except CommandError as error:

@@ -1,8 +1,9 @@
 """The keys of the page, one row each; the page's script (``app/web/keys.js``) goes by it."""
 
 import json
-from html import escape
 from typing import Any, Final, NamedTuple
+
+from app.util.html import escaped
 
 
 class Key(NamedTuple):
@@ -59,7 +60,7 @@ _ABOUT: Final = (
 def table_html() -> str:
     """The table of keys for the page's script; nothing is to be seen of it."""
     table = [{"code": k.code, "character": k.character, "repeats": k.repeats} for k in KEYS]
-    return f'<div hidden data-keys="{escape(json.dumps(table))}"></div>'
+    return f'<div hidden data-keys="{escaped(json.dumps(table))}"></div>'
 
 
 def list_html() -> str:

@@ -16,8 +16,8 @@ import viser
 
 from app.page.widgets import TOUCHED_S, Input, assign
 from app.server.callbacks import RefusedError
-from app.words import numerals
-from app.words.numerals import NumeralError
+from app.words import typed
+from app.words.typed import NumeralError
 
 Changed = Callable[[viser.ClientHandle, float], object]
 """Called with what a person, and not the program, has set."""
@@ -55,14 +55,14 @@ class Limits(NamedTuple):
             NumeralError: it is none of those.
         """
         if self.whole:
-            return numerals.whole(text, int(self.low), int(self.high))
-        return numerals.decimal(text, self.low, self.high, self.share)
+            return typed.whole(text, int(self.low), int(self.high))
+        return typed.decimal(text, self.low, self.high, self.share)
 
     def write(self, number: float) -> str:
         """A number as a field shows it."""
         if self.whole:
             return f"{int(number):,}" if self.grouped else str(int(number))
-        return numerals.plain(number)
+        return typed.plain(number)
 
 
 class NumberField:

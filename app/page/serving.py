@@ -26,7 +26,6 @@ class BrokenLabError(Exception):
     """A lab that has ended by itself; the message says why."""
 
 
-@sparing_log()
 def run_lab(
     spec: RunSpec,
     preset: str,
@@ -39,14 +38,17 @@ def run_lab(
     results: Path,
     names: Sequence[Authority],
     token: str | None,
+    log_level: int,
 ) -> int:
     """Serve the live page until Ctrl-C or another signal; returns the exit code.
+
+    What is logged meanwhile is said sparingly (:func:`app.util.logs.sparing_log`).
 
     Raises:
         ListenError: the host is not an address of this machine, or no port is free.
         BrokenLabError: it has ended by itself; the message says why.
     """
-    with watched() as ending:
+    with sparing_log(log_level), watched() as ending:
         session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
         try:
             lab = Lab(

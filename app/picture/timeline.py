@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from html import escape
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css
 from app.picture.theme import DARK, LIGHT, Theme
 from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, described
+from app.util.html import escaped
 from app.words.numbers import in_short, ticks
 from app.words.placing import Room
 from app.words.plain import plain
@@ -114,12 +114,6 @@ def _share(number: float) -> str:
     return f"{100 * number:.3f}%"
 
 
-def _safe(text: str) -> str:
-    """A text as XML may hold it."""
-    printable = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
-    return escape(printable)
-
-
 def _shortened(text: str, characters: int) -> str:
     return text if len(text) <= characters else text[: max(characters - 1, 1)] + "…"
 
@@ -192,8 +186,8 @@ class _Picture:
             self._parts.append(
                 f'<line x1="0" x2="{_share(_RIGHT)}" y1="{top}" y2="{top}" stroke="var(--line)"/>'
                 f'<text x="4" y="{middle:g}" dominant-baseline="central">'
-                f"<title>{_safe(name)}</title>"
-                f"{_safe(_shortened(name, self._lane_characters))}</text>"
+                f"<title>{escaped(name)}</title>"
+                f"{escaped(_shortened(name, self._lane_characters))}</text>"
             )
 
     def _add_axis(self) -> None:
@@ -259,7 +253,7 @@ class _Picture:
         now = self._snapshot.trial
         until = now if block.until is None else block.until
         begun = block.state in ("done", "running")
-        self._parts.append(f"<g><title>{_safe(described(block))}</title>")
+        self._parts.append(f"<g><title>{escaped(described(block))}</title>")
         if begun:
             self._rect(block, block.first, min(until, max(now, block.first)), solid=True)
         if until > now or not begun:
@@ -339,7 +333,7 @@ class _Picture:
         self._parts.append(
             f'<text x="{_share(share)}" dx="{dx:g}" y="{middle:g}" dominant-baseline="central"'
             f' text-anchor="{anchor}" font-size="11" stroke="var(--page)" stroke-width="3"'
-            f' paint-order="stroke" pointer-events="none">{_safe(text)}</text>'
+            f' paint-order="stroke" pointer-events="none">{escaped(text)}</text>'
         )
 
     def _write(
@@ -429,13 +423,13 @@ class _Picture:
         height = self._bottom + _AXIS_PX
         colours = "" if theme is None else _colours(theme)
         characters = int((self._width - 300) / _CHARACTER_PX)
-        title = f"<title>{_safe(caption)}</title>" if len(caption) > characters else ""
+        title = f"<title>{escaped(caption)}</title>" if len(caption) > characters else ""
         return (
             '<svg xmlns="http://www.w3.org/2000/svg" class="pounce-timeline" role="img"'
             f' aria-label="Timeline of the schedule" width="100%" height="{height}"'
             f' font-size="{_FONT_PX}" font-family="system-ui, sans-serif" fill="var(--ink)"'
             f' style="display:block;{colours}">'
             f"{_PAGE_STYLE if theme is None else ''}"
-            f'<text x="4" y="12">{title}{_safe(_shortened(caption, characters))}</text>'
+            f'<text x="4" y="12">{title}{escaped(_shortened(caption, characters))}</text>'
             f"{self._legend()}{''.join(self._parts)}</svg>"
         )

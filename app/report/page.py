@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.charts.drawing import Drawing
+from app.charts.paper.drawing import Drawing
 from app.util.html import Markup, element, escaped, joined
 
 FIGURE_FILES: Final = ("svg", "png", "csv", "spreadsheet.csv")

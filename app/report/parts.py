@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 from app.analysis import estimates
 from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, bootstrap_rng
-from app.charts.paper import Line, Mark, Panel, Style, draw_curves, shown_estimate
+from app.charts.model import Curves, Panel
+from app.charts.paper.drawing import drawn
+from app.charts.wording import shown_estimate
 from app.metrics import Metric
 from app.report.page import Page, details, minor
-from app.results.read import Group, Reader, RunRow, Trace, Widths
+from app.results.read import Group, Reader, Widths
 from app.util.html import Markup, element, joined
 from app.words.numbers import counted, in_short
-from app.words.plain import plain
 
 MOST_LINES = 8
 """Curves in a picture."""
@@ -56,23 +57,6 @@ class Shown(NamedTuple):
 # --- Curves --------------------------------------------------------------------------------------
 
 
-def line_of(reader: Reader, label: str, runs: Iterable[RunRow], axis: Axis, style: Style) -> Line:
-    """The learning curve of runs against steps or trials, averaged, with its interval."""
-    traces = reader.traces(runs)
-    curves = [trace.curves[axis] for trace in traces]
-    found = estimates.band(curves, reader.widths.of(axis), bootstrap_rng())
-    return Line(label, found, style, len(traces), _marks(traces, axis))
-
-
-def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
-    """Introductions that all runs have come to, at the median over the runs."""
-    medians = estimates.medians_of_all([trace.introductions for trace in traces])
-    return [
-        Mark(step if axis == "steps" else trial, plain(name))
-        for name, (trial, step) in medians.items()
-    ]
-
-
 def _curve_notes(widths: Widths, axis: Axis, panels: Sequence[Panel]) -> str:
     share = f"{estimates.LEAST_SHARE:.0%}".replace("%", " %")
     lines = [line for panel in panels for line in panel.lines]
@@ -101,9 +85,9 @@ def curve_pictures(
     """A picture against steps, and the same against trials to be opened."""
 
     def picture(axis: Axis, name: str, caption: str) -> Markup:
-        drawn = panels(axis)
-        notes = [_curve_notes(reader.widths, axis, drawn), *([note] if note else [])]
-        drawing = draw_curves(name, drawn, axis, page.small_print(" ".join(notes)))
+        chart = Curves(axis, panels(axis))
+        notes = [_curve_notes(reader.widths, axis, chart.panels), *([note] if note else [])]
+        drawing = drawn(name, chart, page.small_print(" ".join(notes)))
         return page.picture(name, caption, drawing)
 
     by_steps = picture("steps", name, caption)
@@ -113,14 +97,9 @@ def curve_pictures(
 
 def bars_note(shown: Iterable[Estimate]) -> str:
     """What the bars of a picture are, if it has any."""
-    if any(has_interval(estimate) for estimate in shown):
+    if any(estimate.has_interval for estimate in shown):
         return "Bars: 95 % bootstrap interval."
     return NO_INTERVAL
-
-
-def has_interval(estimate: Estimate) -> bool:
-    """Whether an estimate rests on more than a single run."""
-    return not math.isnan(estimate.low)
 
 
 # --- Cells and words -----------------------------------------------------------------------------

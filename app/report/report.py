@@ -13,22 +13,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, Comparison, Estimate, bootstrap_rng
-from app.charts.drawing import missing_note
-from app.charts.paper import Dot, Panel, draw_dots, shown_estimate, style_of, with_clear_marks
+from app.analysis.estimates import Axis, Comparison, bootstrap_rng
+from app.charts.model import NOTHING, Dot, Dots, Panel, RunDot, with_clear_marks
+from app.charts.paper.drawing import drawn, missing_note
+from app.charts.read import line_of
+from app.charts.styles import style_of
+from app.charts.wording import shown_estimate
+from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
-from app.metrics import (
-    AREA,
-    BEHAVIOUR,
-    ENDINGS,
-    FINAL_REWARD,
-    LENGTH,
-    METRICS,
-    MILESTONES,
-    PERFORMANCE,
-    Metric,
-    shown_first,
-)
+from app.metrics import AREA, FINAL_REWARD, METRICS, MILESTONES, Metric, shown_first
 from app.report.page import FIGURE_FILES, Page, details, document, table
 from app.report.parts import (
     DIFFERENCES_RULE,
@@ -44,7 +37,6 @@ from app.report.parts import (
     curve_pictures,
     difference_cell,
     left_out,
-    line_of,
     mean_cell,
     minor_text,
     pairing_cell,
@@ -61,7 +53,6 @@ from app.results.read import (
     Group,
     Reader,
     ResultsError,
-    RunRow,
     folder_names,
     groups_of,
     in_short,
@@ -98,7 +89,7 @@ def _curves(
 
     caption, notes = "Reward of each variant", [naming] if naming else []
     if len(shown) < len(groups):
-        extreme = "lowest" if metric.column in LENGTH else "highest"
+        extreme = "lowest" if metric.kind == "length" else "highest"
         which = f"the {len(shown)} of {len(groups)} variants with the {extreme} {metric.title}"
         caption = f"Reward of {which}"
         notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
@@ -109,7 +100,7 @@ def _curves(
 def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
     """As many variants as a picture takes, those that did best in the mean, in their own order."""
     # A run that a stop condition ended is the better, the shorter it is.
-    sign = -1 if metric.column in LENGTH else 1
+    sign = -1 if metric.kind == "length" else 1
 
     def merit(place: int) -> float:
         values = [v for v in groups[place].values(metric.column) if math.isfinite(v)]
@@ -125,8 +116,8 @@ def _scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> 
     milestones = [name for name in MILESTONES if any(group.milestones(name) for group in groups)]
     rule = f"{MEANS_RULE} {REACHED_RULE}" if milestones else MEANS_RULE
     how_well, how, endings, length = (
-        [metric for metric in there if metric.column in names]
-        for names in (PERFORMANCE, BEHAVIOUR, ENDINGS, LENGTH)
+        [metric for metric in there if metric.kind == kind]
+        for kind in ("performance", "behaviour", "endings", "length")
     )
     some = groups[:MOST_ROWS]
     tables = joined(
@@ -233,14 +224,10 @@ def _ablation_picture(
     naming: str,
 ) -> Markup:
     every = [base, *(group for group, _ in others)]
-    samples = [(group.label, group.values(metric.column)) for group in every]
-    nothing = Estimate(math.nan, math.nan, math.nan, 0)
     columns = {
-        metric.label: [
-            Dot(label, estimates.mean(values, bootstrap_rng()), values) for label, values in samples
-        ],
+        metric.label: [_dot_of(group, metric.column) for group in every],
         difference: [
-            Dot(base.label, nothing),
+            Dot(base.label, NOTHING),
             *(Dot(group.label, compared.difference) for group, compared in others),
         ],
     }
@@ -249,8 +236,13 @@ def _ablation_picture(
         " dots: single runs. Differences are to"
         f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
     )
-    drawing = draw_dots("variants", columns, small, zero=(difference,))
+    drawing = drawn("variants", Dots(columns, differences=[difference]), small)
     return page.picture("variants", f"{metric.label} of each variant", drawing)
+
+
+def _dot_of(group: Group, column: str) -> Dot:
+    mean = estimates.mean(group.values(column), bootstrap_rng())
+    return Dot(group.label, mean, [RunDot(run.values[column], run.seed) for run in group.runs])
 
 
 def _ablation_table(
@@ -391,14 +383,14 @@ def _damaged(read: Iterable[Folder]) -> list[str]:
     ]
 
 
-def _shown(folder: Folder, rows: Iterable[RunRow]) -> Shown:
+def _shown(folder: Folder, rows: Iterable[Record]) -> Shown:
     """What is shown of runs, of which the folder's are the first."""
     lengths = [row.trials for row in rows if not row.error]
     every = [metric.of_runs(min(lengths), max(lengths)) for metric in METRICS]
     by_column = {metric.column: metric for metric in every}
     first = by_column[shown_first(folder.metrics).column]
     swept = (first, by_column[FINAL_REWARD.column], by_column[AREA.column])
-    if any(row.stop is not None for row in folder.rows):
+    if any(row.origin.stop is not None for row in folder.rows):
         # They end as good as one another, and in the midst of learning; what differs is how soon.
         first = by_column["steps"] if first.column == FINAL_REWARD.column else first
         swept = (first,)
@@ -424,7 +416,7 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     _scalars(page, groups, shown, naming)
 
 
-def _without_copies(tables: Iterable[Sequence[RunRow]]) -> list[list[RunRow]]:
+def _without_copies(tables: Iterable[Sequence[Record]]) -> list[list[Record]]:
     """Tables of folders without the runs that a folder before them holds as well.
 
     Within a folder nothing is a copy: two of its variants may well come to the same settings.
@@ -443,7 +435,7 @@ def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
     return as_text(shlex.join([*words, *([] if out is None else ["--out", str(out)])]))
 
 
-def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compare: bool) -> str:
+def _overview(page: Page, read: Sequence[Folder], rows: Sequence[Record], compare: bool) -> str:
     names = [folder.path.resolve().name for folder in read]
     failed = sum(bool(row.error) for row in rows)
     n_done = len(rows) - failed
@@ -461,7 +453,7 @@ def _overview(page: Page, read: Sequence[Folder], rows: Sequence[RunRow], compar
         f"A stop condition or a number of steps may have ended the runs in {folder.path} early, so"
         " they do not count among the thesis's own."
         for folder in read
-        if any(row.limited for row in folder.rows)
+        if any(row.origin.limited for row in folder.rows)
     ]
     commands = [element("code", command) for command in page.commands]
     content = [element("p", text, class_="warning") for text in page.warnings]
@@ -483,7 +475,7 @@ def _descriptions(read: Sequence[Folder]) -> list[str]:
     return [f"{', '.join(dict.fromkeys(which))}: {text}" for text, which in by_text.items()]
 
 
-def _missing_runs(page: Page, reader: Reader, rows: Iterable[RunRow]) -> None:
+def _missing_runs(page: Page, reader: Reader, rows: Iterable[Record]) -> None:
     failed = {reader.name_of(run): run.error for run in rows if run.error}
     missing = {**failed, **reader.unreadable}
     if missing:

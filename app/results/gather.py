@@ -7,7 +7,7 @@ intervals are found when somebody wants to see them, and then only for what has 
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from app.analysis import estimates
 from app.analysis.estimates import Axis, Band, Estimate
 from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
-from app.experiments.cost import estimated_steps
-from app.experiments.task import DONE, gist
+from app.experiments.record import Record
 from app.metrics import Metric, shown_first
 from learners import measures
 from learners.spec import RunSpec
@@ -93,17 +92,20 @@ class _Log:
 class Gatherer:
     """Takes runs in, from one thread, and gives averages out, to any."""
 
-    def __init__(self, experiment: Experiment) -> None:
+    def __init__(self, experiment: Experiment, longest_run: int) -> None:
+        """Prepare.
+
+        Args:
+            experiment: whose runs it takes in.
+            longest_run: steps that the longest of them may take, roughly; curves have windows that
+                suit it.
+        """
         self._experiment = experiment
         self._metric = shown_first(experiment.metrics)
         self._places = {v.label: place for place, v in enumerate(experiment.variants)}
-        longest_steps = max(estimated_steps(experiment, v) for v in experiment.variants)
-        longest_trials = max(
-            min(experiment.trials_of(v), estimated_steps(experiment, v))
-            for v in experiment.variants
-        )
+        longest_trials = min(max(map(experiment.trials_of, experiment.variants)), longest_run)
         self._widths: Mapping[Axis, int] = {
-            "steps": estimates.window_width(longest_steps, measures.CURVE_WINDOW_STEPS, _WINDOWS),
+            "steps": estimates.window_width(longest_run, measures.CURVE_WINDOW_STEPS, _WINDOWS),
             "trials": estimates.window_width(longest_trials, _TRIALS_WINDOW, _WINDOWS),
         }
         self._lock = threading.Lock()
@@ -114,19 +116,19 @@ class Gatherer:
         rewards = [_rewards(v.spec) for v in experiment.variants]
         self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
 
-    def add(self, label: str, row: Mapping[str, Any], arrays: bytes) -> None:
-        """Take in a run that is over: its variant's label, its row, the archive of its arrays.
+    def add(self, record: Record, arrays: bytes) -> None:
+        """Take in a run that is over, with the archive of its arrays, empty if it has failed.
 
         Raises:
             ArchiveError: these cannot be read; nothing was taken in.
         """
-        place = self._places[label]
-        fact = _fact(place, row, self._metric, self._experiment.metrics)
-        if row["status"] != DONE:
+        place = self._places[record.variant]
+        fact = _fact(place, record, self._metric)
+        if record.error:
             with self._lock:
                 self._runs.append(fact)
             return
-        found = unpacked(arrays, row["trials"], row["steps"])
+        found = unpacked(arrays, record.trials, record.steps)
         world = self._experiment.variants[place].spec.world
         reward = measures.rewards(world, found.outcome)
         windowed: dict[Axis, np.ndarray] = {
@@ -183,22 +185,16 @@ def _rewards(spec: RunSpec) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
-def _fact(place: int, row: Mapping[str, Any], metric: Metric, measured: Sequence[str]) -> RunFact:
-    never = float("inf") if "steps_to_70" in measured else float("nan")
-    reached = row.get("steps_to_70")
+def _fact(place: int, record: Record, metric: Metric) -> RunFact:
     return RunFact(
-        key=str(row["key"]),
+        key=record.key,
         variant=place,
-        seed=int(row["seed"]),
-        error="" if row["status"] == DONE else gist(str(row.get("error") or "")) or row["status"],
-        value=_number(row.get(metric.column)),
-        success=_number(row.get("final_success")),
-        steps_to_70=never if reached is None else float(reached),
-        steps=int(row.get("steps") or 0),
-        seconds=_number(row.get("seconds")),
-        digest=str(row.get("digest") or ""),
+        seed=record.seed,
+        error=record.gist,
+        value=record.values[metric.column],
+        success=record.values["final_success"],
+        steps_to_70=record.values["steps_to_70"],
+        steps=record.steps,
+        seconds=record.seconds,
+        digest=record.digest,
     )
-
-
-def _number(value: Any) -> float:
-    return float("nan") if value is None else float(value)

@@ -1,14 +1,11 @@
 """Results as they lie on disk, read back: a table of runs, and the log of each."""
 
-import contextlib
 import json
 import math
 import shlex
-import sqlite3
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -21,9 +18,8 @@ from app.documents import experiments
 from app.documents.experiments import Stop
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
-from app.experiments.table import DamageError
-from app.experiments.task import DONE
-from app.metrics import METRICS, MILESTONES
+from app.experiments.record import Origin, Record, records_of
+from app.experiments.table import DamageError, UnreadableError, VersionError
 from app.util.texts import as_text
 from learners import measures
 from sim.spec import WorldSpec
@@ -50,57 +46,12 @@ class DamagedError(ResultsError):
 
 
 @dataclass(frozen=True)
-class RunRow:
-    """One run as the table of results has it."""
-
-    folder: Path
-    key: str
-    variant: str
-    preset: str
-    """Its name, without the folder and the ending of a file."""
-    overrides: Mapping[str, Any]
-    settings: Mapping[str, Any]
-    limited: bool
-    """Whether a stop condition or a number of steps may have ended it before its trials did."""
-    stop: Stop | None
-    """What ended it as soon as it was so good, if it ever was."""
-    seed: int
-    error: str
-    """Why it failed; empty if it did not."""
-    version: str
-    digest: str
-    arrays: str
-    """Checksum of the archive of its arrays."""
-    scalars: Mapping[str, float]
-    """Numbers of :mod:`app.metrics` by column; NaN where there is none."""
-    milestones: Mapping[str, float | None]
-    """Those that were measured; None for never."""
-
-    @property
-    def trials(self) -> int:
-        """Trials that it finished."""
-        return _whole(self.scalars["trials"])
-
-    @property
-    def steps(self) -> int:
-        """Steps that it took."""
-        return _whole(self.scalars["steps"])
-
-    @property
-    def identity(self) -> str:
-        """What a run is a function of, as a text."""
-        settings = {key: self.settings[key] for key in self.settings if key != "description"}
-        about = [self.preset, settings, self.limited, self.stop and asdict(self.stop), self.seed]
-        return json.dumps(about, sort_keys=True)
-
-
-@dataclass(frozen=True)
 class Folder:
     """A folder of results."""
 
     path: Path
-    rows: Sequence[RunRow]
-    lost: Sequence[RunRow]
+    rows: Sequence[Record]
+    lost: Sequence[Record]
     """Runs that count as missing, since their arrays are damaged or gone; not among the rows."""
     command: str
     """That made the results."""
@@ -119,20 +70,20 @@ class Group:
     label: str
     preset: str
     overrides: Mapping[str, Any]
-    runs: list[RunRow] = field(default_factory=list)
+    runs: list[Record] = field(default_factory=list)
 
     def by_seed(self, column: str) -> dict[int, float]:
         """A scalar of each run."""
-        return {run.seed: run.scalars[column] for run in self.runs}
+        return {run.seed: run.values[column] for run in self.runs}
 
     def values(self, column: str) -> list[float]:
         """A scalar of each run, in the order of the runs."""
-        return [run.scalars[column] for run in self.runs]
+        return [run.values[column] for run in self.runs]
 
     def milestones(self, column: str) -> dict[int, float | None]:
         """Steps until something was reached, of each run of which it was measured."""
-        runs = (run for run in self.runs if column in run.milestones)
-        return {run.seed: run.milestones[column] for run in runs}
+        found = {seed: at for seed, at in self.by_seed(column).items() if not math.isnan(at)}
+        return {seed: at if math.isfinite(at) else None for seed, at in found.items()}
 
 
 def read_folder(path: Path) -> Folder:
@@ -149,16 +100,17 @@ def read_folder(path: Path) -> Folder:
     try:
         if not table.has_table(path):
             raise ResultsError(f"no run is over in {shown}: there is nothing to report yet")
-        with contextlib.closing(table.reader(path)) as db:
-            _refuse_version(db, shown)
-            meta, found = table.read(db)
-        about = _about(path, meta)
-        # The runs of a variant share their settings, which are most of what a row holds.
-        mapping = cache(_mapping)
-        rows = [_row(about, row, mapping) for row in found]
-        labels = _names_in(meta, "variants")
-        command, description = _command_of(path, meta), str(meta["description"])
-        planned = len(labels) * len(json.loads(meta["seeds"]))
+        about, found = table.load(path)
+        origin = _origin_in(path, about)
+        rows = records_of(found, origin)
+        labels = _names_in(about, "variants")
+        command, description = _command_of(path, about), str(about["description"])
+        planned = len(labels) * len(json.loads(about["seeds"]))
+    except VersionError as error:
+        raise ResultsError(
+            f"{shown} holds results of version {error}, and this program reads version"
+            f" {table.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
+        ) from error
     except DamageError as error:
         salvage = (
             "; allowed: pounce experiment with --salvage, which goes on with these"
@@ -166,8 +118,8 @@ def read_folder(path: Path) -> Folder:
             else ""
         )
         raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}{salvage}") from error
-    except (sqlite3.Error, OSError) as error:
-        raise ResultsError(f"{shown} cannot be read: {error}{_remedy(error)}") from error
+    except (UnreadableError, OSError) as error:
+        raise ResultsError(f"{shown} cannot be read: {error}") from error
     except (ValueError, TypeError, KeyError) as error:
         raise DamagedError(f"{shown} holds a damaged results.sqlite: {error}") from error
     lost = {row.key for row in rows if not row.error and not _has_arrays(row)}
@@ -176,47 +128,28 @@ def read_folder(path: Path) -> Folder:
         rows=_in_order(labels, (row for row in rows if row.key not in lost)),
         lost=_in_order(labels, (row for row in rows if row.key in lost)),
         command=command,
-        metrics=about.metrics,
+        metrics=origin.metrics,
         description=description,
         planned=planned,
     )
 
 
-def _remedy(error: Exception) -> str:
-    """What can be done where a killed pounce has left a row half written, and the disk is fixed."""
-    if (
-        isinstance(error, sqlite3.Error)
-        and error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_READONLY
-    ):
-        return "; a killed pounce left it half written: allowed: a copy that can be written to"
-    return ""
+def _has_arrays(run: Record) -> bool:
+    return archive.is_whole(run.origin.folder, run.key, run.arrays)
 
 
-def _has_arrays(run: RunRow) -> bool:
-    return archive.is_whole(run.folder, run.key, run.arrays)
-
-
-def _in_order(labels: Iterable[str], rows: Iterable[RunRow]) -> list[RunRow]:
+def _in_order(labels: Iterable[str], rows: Iterable[Record]) -> list[Record]:
     """Runs by variant and seed; in the table they stand in the order in which they ended.
 
     Variants are in the order of the labels, the others by name.
     """
     places = {label: place for place, label in enumerate(labels)}
 
-    def place(run: RunRow) -> tuple[int, int, str, str, int]:
+    def place(run: Record) -> tuple[int, int, str, str, int]:
         known = places.get(run.variant, len(places))
         return known, len(run.overrides), run.variant, run.key if run.error else "", run.seed
 
     return sorted(rows, key=place)
-
-
-def _refuse_version(db: sqlite3.Connection, shown: str) -> None:
-    version = table.schema_version(db)
-    if version != str(table.SCHEMA_VERSION):
-        raise ResultsError(
-            f"{shown} holds results of version {version}, and this program reads version"
-            f" {table.SCHEMA_VERSION}; allowed: a report by the program that wrote them"
-        )
 
 
 def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
@@ -226,19 +159,10 @@ def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
     return found
 
 
-class _About(NamedTuple):
-    """What all runs of a folder have in common."""
-
-    path: Path
-    metrics: Sequence[str]
-    limited: bool
-    stop: Stop | None
-
-
-def _about(path: Path, meta: Mapping[str, Any]) -> _About:
+def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
-    return _About(path, _names_in(meta, "metrics"), limited, None if stop is None else Stop(**stop))
+    return Origin(path, _names_in(meta, "metrics"), limited, None if stop is None else Stop(**stop))
 
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
@@ -253,46 +177,7 @@ def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     return as_text(shlex.join(["pounce", "experiment", source, *counted, "--out", str(path)]))
 
 
-def _row(
-    about: _About, row: Mapping[str, Any], mapping: Callable[[str], Mapping[str, Any]]
-) -> RunRow:
-    failed = row["status"] != DONE
-    reached = {name: row[name] for name in MILESTONES if name in about.metrics}
-    return RunRow(
-        folder=about.path,
-        key=str(row["key"]),
-        variant=str(row["variant"]),
-        preset=Path(str(row["preset"])).stem,
-        overrides=mapping(row["overrides"]),
-        settings=mapping(row["settings"]),
-        limited=about.limited,
-        stop=about.stop,
-        seed=int(row["seed"]),
-        error=str(row["error"] or row["status"]) if failed else "",
-        version=str(row["version"]),
-        digest=str(row["digest"] or ""),
-        arrays=str(row["arrays"] or ""),
-        scalars={metric.column: _float(row[metric.column]) for metric in METRICS},
-        milestones={name: None if at is None else float(at) for name, at in reached.items()},
-    )
-
-
-def _mapping(text: str) -> Mapping[str, Any]:
-    found = json.loads(text)
-    if not isinstance(found, dict):
-        raise ValueError("settings are not a mapping")
-    return found
-
-
-def _float(value: Any) -> float:
-    return math.nan if value is None else float(value)
-
-
-def _whole(value: float) -> int:
-    return 0 if math.isnan(value) else int(value)
-
-
-def groups_of(rows: Iterable[RunRow]) -> list[Group]:
+def groups_of(rows: Iterable[Record]) -> list[Group]:
     """Runs that are over, together with those of the same variant and settings.
 
     Where some may have ended early, they are no runs of the same as those that may not, or that
@@ -303,10 +188,10 @@ def groups_of(rows: Iterable[RunRow]) -> list[Group]:
     for run in rows:
         if not run.error:
             settings = {**run.settings, "description": ""}
-            ending = run.limited, run.stop and asdict(run.stop)
-            parts = [run.variant, run.preset, run.overrides, settings, ending]
-            key = json.dumps(parts, sort_keys=True)
-            found.setdefault(key, Group(run.variant, run.preset, run.overrides)).runs.append(run)
+            ending = run.origin.limited, run.origin.stop and asdict(run.origin.stop)
+            parts = [run.variant, run.preset_name, run.overrides, settings, ending]
+            group = Group(run.variant, run.preset_name, run.overrides)
+            found.setdefault(json.dumps(parts, sort_keys=True), group).runs.append(run)
     groups = list(found.values())
     _tell_apart(groups)
     return groups
@@ -318,7 +203,7 @@ def _tell_apart(groups: Iterable[Group]) -> None:
     for group in groups:
         by_label.setdefault(group.label, []).append(group)
     for label, alike in by_label.items():
-        folders = [tuple(dict.fromkeys(run.folder for run in group.runs)) for group in alike]
+        folders = [tuple(dict.fromkeys(run.origin.folder for run in group.runs)) for group in alike]
         if len(set(folders)) > 1:
             names = folder_names(folder for several in folders for folder in several)
             for group, several in zip(alike, folders, strict=True):
@@ -398,7 +283,7 @@ class Log(NamedTuple):
     pictures: Pictures
 
 
-Measure = Callable[[RunRow, Log], Mapping[str, float]]
+Measure = Callable[[Record, Log], Mapping[str, float]]
 """Names and values of the quantities that are kept of a log."""
 
 
@@ -414,7 +299,7 @@ class Widths:
         return self.steps if axis == "steps" else self.trials
 
 
-def widths_of(rows: Iterable[RunRow]) -> Widths:
+def widths_of(rows: Iterable[Record]) -> Widths:
     """Round widths of windows that suit the longest of the runs that are over."""
     runs = [run for run in rows if not run.error]
     steps = max((run.steps for run in runs), default=1)
@@ -438,13 +323,15 @@ class Trace(NamedTuple):
     """Trial and step at which its stop condition was met and ended it; None if it never was."""
 
 
-def read_log(run: RunRow) -> Log:
+def read_log(run: Record) -> Log:
     """Read the log of a run.
 
     Raises:
         ArchiveError: its arrays are missing or damaged.
     """
-    found = archive.unpacked(archive.read(run.folder, run.key, run.arrays), run.trials, run.steps)
+    found = archive.unpacked(
+        archive.read(run.origin.folder, run.key, run.arrays), run.trials, run.steps
+    )
     pictures = Pictures(found.moments, found.value_share, found.value_distance)
     world = WorldSpec.model_validate(run.settings["world"])
     if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
@@ -453,11 +340,11 @@ def read_log(run: RunRow) -> Log:
     return Log(found.outcome, reward, found.steps, found.joined, pictures)
 
 
-def _trace_of(run: RunRow, log: Log, widths: Widths, measure: Measure) -> Trace:
+def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
     curves: dict[Axis, np.ndarray] = {
         axis: estimates.windowed(log.reward, log.steps, widths.of(axis), axis) for axis in AXES
     }
-    return Trace(run.seed, curves, measure(run, log), log.joined, _met(log, run.stop))
+    return Trace(run.seed, curves, measure(run, log), log.joined, _met(log, run.origin.stop))
 
 
 def _met(log: Log, stop: Stop | None) -> tuple[int, int] | None:
@@ -485,12 +372,12 @@ class Reader:
     """By name of the run: why its log cannot be read."""
     _traces: dict[tuple[Path, str], Trace | None] = field(default_factory=dict)
 
-    def traces(self, runs: Iterable[RunRow]) -> list[Trace]:
+    def traces(self, runs: Iterable[Record]) -> list[Trace]:
         """What is kept of the logs of runs, without those that cannot be read."""
         found = (self._trace(run) for run in runs)
         return [trace for trace in found if trace is not None]
 
-    def pictures(self, runs: Iterable[RunRow]) -> list[Pictures]:
+    def pictures(self, runs: Iterable[Record]) -> list[Pictures]:
         """Pictures of the value in the logs of runs, without those that cannot be read.
 
         They are read anew: of all runs together they are too large to be kept.
@@ -498,13 +385,17 @@ class Reader:
         found = (self._made(run, lambda log: log.pictures) for run in runs)
         return [pictures for pictures in found if pictures is not None]
 
-    def name_of(self, run: RunRow) -> str:
+    def name_of(self, run: Record) -> str:
         """What a run is called where it is left out."""
         name = f"{run.variant}, seed {run.seed}"
-        return f"{self.folders[run.folder]}: {name}" if run.folder in self.folders else name
+        return (
+            f"{self.folders[run.origin.folder]}: {name}"
+            if run.origin.folder in self.folders
+            else name
+        )
 
-    def _trace(self, run: RunRow) -> Trace | None:
-        place = run.folder, run.key
+    def _trace(self, run: Record) -> Trace | None:
+        place = run.origin.folder, run.key
         if place not in self._traces:
             self._traces[place] = self._made(
                 run, lambda log: _trace_of(run, log, self.widths, self.measure)
@@ -512,7 +403,7 @@ class Reader:
             self.on_read(len(self._traces))
         return self._traces[place]
 
-    def _made(self, run: RunRow, make: Callable[[Log], _T]) -> _T | None:
+    def _made(self, run: Record, make: Callable[[Log], _T]) -> _T | None:
         """Something made of the log of a run; None, and a note, where it cannot be read."""
         try:
             return make(read_log(run))

@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
 from app.experiments.archive import ArchiveError
 from app.experiments.claims import FolderError, is_free
-from app.experiments.cost import Plan, plan
+from app.experiments.cost import Plan, longest_run, plan
+from app.experiments.record import Record
 from app.experiments.runner import Progress, Switch, Threads, run_experiment
 from app.experiments.store import Folder, finished_in, goes_on
-from app.experiments.task import tasks_of
+from app.experiments.task import Finished, tasks_of
 from app.results.gather import Gatherer
 from app.util.texts import as_path
 
@@ -90,12 +91,15 @@ class Workbench:
             BusyError: another one is running.
             FolderError: no folder could be found for it.
         """
+        # Of what has a quote it is known, and else takes a moment.
+        longest = longest_run(experiment)
         with self._lock:
             # The thread of one that is over may still be ending; it has nothing more to say.
             if self._standing is not None and self._standing.running:
                 raise BusyError("another experiment is running: stop it first, or wait")
             path = folder_for(self.root, experiment)
-            standing = Standing(experiment, path, Gatherer(experiment), None, True, False, "")
+            gatherer = Gatherer(experiment, longest)
+            standing = Standing(experiment, path, gatherer, None, True, False, "")
             switch = Switch()
             arguments = (standing, switch, workers)
             thread = threading.Thread(target=self._run, args=arguments, daemon=True)
@@ -132,8 +136,8 @@ class Workbench:
     def _run(self, standing: Standing, switch: Switch, workers: int) -> None:
         experiment, path, gatherer = standing.experiment, standing.folder, standing.gatherer
 
-        def take(variant: Variant, row: dict[str, Any], arrays: bytes) -> None:
-            gatherer.add(variant.label, row, arrays)
+        def take(record: Record, finished: Finished) -> None:
+            gatherer.add(record, finished.arrays)
 
         error = ""
         try:
@@ -141,7 +145,7 @@ class Workbench:
                 self._note(damaged=_take_finished(experiment, folder, gatherer, switch))
                 crew = Threads(workers, switch)
                 run_experiment(
-                    experiment, folder, crew, lambda p: self._note(progress=p), on_row=take
+                    experiment, folder, crew, lambda p: self._note(progress=p), on_over=take
                 )
         except FolderError as problem:
             error = f"{path}: {problem}"
@@ -156,19 +160,19 @@ def _take_finished(
     experiment: Experiment, folder: Folder, gatherer: Gatherer, switch: Switch
 ) -> int:
     """Take in the runs of the experiment that the folder holds; returns how many are damaged."""
-    labels = {task.key: variant.label for variant, task in tasks_of(experiment)}
-    rows = [row for row in folder.rows() if row["key"] in labels]
+    wanted = {task.key for _, task in tasks_of(experiment)}
+    records = [record for record in folder.records() if record.key in wanted]
     finished = folder.finished()
-    n_damaged = sum(row["key"] not in finished for row in rows)
-    for row in rows:
+    n_damaged = sum(record.key not in finished for record in records)
+    for record in records:
         if not switch.wanted():
             break
-        if row["key"] in finished:
+        if record.key in finished:
             try:
-                gatherer.add(labels[row["key"]], row, folder.arrays_of(row))
+                gatherer.add(record, folder.arrays_of(record))
             except ArchiveError as error:
                 # A run is a function of its task: what is damaged is made again.
-                folder.disown(row, str(error))
+                folder.disown(record.key, str(error))
                 n_damaged += 1
     return n_damaged
 

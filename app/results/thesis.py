@@ -8,9 +8,10 @@ import numpy as np
 from app.analysis import estimates
 from app.analysis.estimates import PHASE_STEPS, PHASES, Contrast, average
 from app.documents import presets
+from app.experiments.record import Record
 from app.results import spread
 from app.results.findings import FINAL, WIDE, Finding, Place, Term, ahead, term
-from app.results.read import Group, Log, Reader, RunRow
+from app.results.read import Group, Log, Reader
 from learners import measures
 
 TABLE_WINDOWS = (*PHASES, FINAL)
@@ -54,15 +55,15 @@ LEARNER_TITLES: Mapping[str, str] = {
     "hierarchical_2": "hierarchical Q, 2 skills",
 }
 
-Placed = Mapping[Place, Sequence[RunRow]]
+Placed = Mapping[Place, Sequence[Record]]
 """Runs by where in the thesis's experiments they belong."""
 
 
-def place_of(run: RunRow) -> Place | None:
+def place_of(run: Record) -> Place | None:
     """Where in the thesis's experiments a run belongs, if it is one of them."""
     # Of runs that end once they have learned enough, the good ones are short: selected by outcome.
-    shipped = presets.shipped_settings(run.preset)
-    if run.limited or run.preset not in LEARNER_TITLES or shipped is None:
+    shipped = presets.shipped_settings(run.preset_name)
+    if run.origin.limited or run.preset_name not in LEARNER_TITLES or shipped is None:
         return None
     if any(run.settings.get(key) != shipped[key] for key in ("learner", "schedule", "trials")):
         return None
@@ -70,13 +71,13 @@ def place_of(run: RunRow) -> Place | None:
     for name, (size, directions, distances) in WORLDS.items():
         changes = {"size": size, "n_directions": directions, "n_distances": distances}
         if world == {**shipped["world"], **changes}:
-            return name, run.preset
+            return name, run.preset_name
     return None
 
 
-def placed_of(groups: Iterable[Group]) -> dict[Place, list[RunRow]]:
+def placed_of(groups: Iterable[Group]) -> dict[Place, list[Record]]:
     """Runs of the thesis's experiments among groups, each once."""
-    found: dict[Place, list[RunRow]] = {}
+    found: dict[Place, list[Record]] = {}
     seen: set[tuple[Place, int]] = set()
     for group in groups:
         for run in group.runs:
@@ -91,7 +92,7 @@ def placed_of(groups: Iterable[Group]) -> dict[Place, list[RunRow]]:
 # --- Quantities of a run -------------------------------------------------------------------------
 
 
-def quantities_of(run: RunRow, log: Log) -> dict[str, float]:
+def quantities_of(run: Record, log: Log) -> dict[str, float]:
     """What the findings speak of, by name; what the run did not get to is not there."""
     reward = log.reward
     ends = np.cumsum(log.steps, dtype=np.int64)

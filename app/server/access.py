@@ -6,7 +6,6 @@ on; so it is in no other address, in no `Referer` and in no log.
 
 import hashlib
 import hmac
-import html
 import logging
 import re
 import secrets
@@ -21,6 +20,7 @@ from websockets.http11 import Request, Response
 
 from app.server.page import response
 from app.server.refusals import Refusal
+from app.util.html import escaped
 
 MIN_TOKEN_CHARACTERS: Final = 12
 _TOKEN: Final = re.compile(rf"[A-Za-z0-9._~-]{{{MIN_TOKEN_CHARACTERS},200}}")
@@ -122,7 +122,7 @@ class Access:
 def token_form(request: Request) -> str:
     """HTML that asks for the token; all else that is in the address stays in it."""
     kept = "".join(
-        f'<input type="hidden" name="{html.escape(name)}" value="{html.escape(value)}" />'
+        f'<input type="hidden" name="{escaped(name)}" value="{escaped(value)}" />'
         for name, value in _questions(request)
         if name != "token"
     )

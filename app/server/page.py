@@ -7,13 +7,14 @@ addresses are relative to the page, so they hold below a path as well.
 
 import functools
 import gzip
-import html
 from http import HTTPStatus
 from pathlib import Path
 from typing import Final
 
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
+
+from app.util.html import escaped
 
 _FOLDER: Final = Path(__file__).parent.parent / "web"
 _TYPES: Final = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
@@ -66,7 +67,7 @@ def dress(page: Response, title: str) -> Response:
 @functools.lru_cache(maxsize=4)
 def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
     head = (
-        f"<title>{html.escape(title)}</title>\n"
+        f"<title>{escaped(title)}</title>\n"
         f"<script>\n{(_FOLDER / 'first.js').read_text('utf-8')}</script>\n"
         '<link rel="stylesheet" href="web/lab.css" />\n'
         '<link rel="stylesheet" href="web/looks.css" />\n'

@@ -1,6 +1,5 @@
 """How a request is refused: in words for programs, on a page for people."""
 
-import html
 from http import HTTPStatus
 from typing import NamedTuple
 
@@ -9,6 +8,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from app.server.page import response
+from app.util.html import escaped
 
 _STYLE = (
     ":root { color-scheme: light dark } body { font: 1rem/1.5 system-ui, sans-serif;"
@@ -33,7 +33,7 @@ def refuse(
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8" />'
         '<meta name="viewport" content="width=device-width, initial-scale=1" />'
         f"<title>{refusal.status.phrase}</title><style>{_STYLE}</style></head>"
-        f"<body><h1>{refusal.status.phrase}</h1><p>{html.escape(refusal.words)}</p>{form}"
+        f"<body><h1>{refusal.status.phrase}</h1><p>{escaped(refusal.words)}</p>{form}"
         "</body></html>\n"
     )
     headers = Headers({"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"})

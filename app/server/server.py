@@ -171,7 +171,11 @@ def _serving_through(door: Door, room: Room) -> Iterator[None]:
 async def _of_this_version(handler: Any, connection: ServerConnection) -> None:
     """Let viser handle a connection of its page; it prints what another one calls itself."""
     if connection.subprotocol == f"viser-v{viser.__version__}":
-        await handler(connection)
+        log.info("a page has come: %d are open", len(connection.server.connections))
+        try:
+            await handler(connection)
+        finally:
+            log.info("a page is going")
         return
     log.info("closed a connection of a page of another version")
     # With this code the page says what is wrong.

@@ -18,6 +18,17 @@ from typing import Any, Final, TextIO
 
 from app.util.texts import for_terminal
 
+LEVELS: Final = {
+    "debug": logging.DEBUG,
+    "info": logging.INFO,
+    "warning": logging.WARNING,
+    "error": logging.ERROR,
+}
+"""What can be asked to be said, and all that is worse: with ``debug`` what the learner is asked for
+and where failures come from, with ``info`` which pages come, go, and send what is not taken."""
+
+OWN_PACKAGES: Final = ("app", "sim", "learners")
+
 QUIET_S = 10.0
 """A line of one kind comes at most once in this time; the next one says how many were left out."""
 
@@ -153,11 +164,21 @@ def _log_warning(
 
 
 @contextlib.contextmanager
-def sparing_log() -> Iterator[None]:
-    """Have all that is logged or warned of inside the context written to stderr in this way."""
+def sparing_log(level: int = logging.WARNING) -> Iterator[None]:
+    """Have all that is logged or warned of inside the context written to stderr in this way.
+
+    Args:
+        level: the least that is said (of :data:`LEVELS`). What is less than a warning is said of
+            this program alone: libraries put requests into it, with cookies and tokens.
+    """
     handler = Sparing(sys.stderr)
+    handler.setLevel(level)
     root = logging.getLogger()
     root.addHandler(handler)
+    own = [logging.getLogger(package) for package in OWN_PACKAGES]
+    before = [logger.level for logger in own]
+    for logger in own:
+        logger.setLevel(level)
     # Whatever is warned of once for each text is remembered for ever, with the text.
     warnings.simplefilter("always", append=True)
     show, warnings.showwarning = warnings.showwarning, _log_warning
@@ -165,5 +186,7 @@ def sparing_log() -> Iterator[None]:
         yield
     finally:
         warnings.showwarning = show
+        for logger, former in zip(own, before, strict=True):
+            logger.setLevel(former)
         root.removeHandler(handler)
         handler.close()

@@ -15,6 +15,16 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
+def memory_mb() -> float:
+    """Memory that there is for this process and others beside it, in MB."""
+    size = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    for limit in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
+        # A container may have less; some say "max" where they have not.
+        with contextlib.suppress(OSError, ValueError):
+            size = min(size, int(Path(limit).read_text()))
+    return size / 1e6
+
+
 def resident_mb() -> float:
     """Memory that this process holds, in MB; the most it ever held, where only that is told."""
     with contextlib.suppress(OSError):

@@ -1,6 +1,7 @@
 """Shows an address in the user's browser, without waiting for it and never in the terminal."""
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -11,6 +12,16 @@ TEXT_BROWSERS: Final = frozenset(
     {"www-browser", "w3m", "lynx", "links", "links2", "elinks", "edbrowse", "browsh", "carbonyl"}
 )
 """Programs that would take the terminal which the lab was started in."""
+
+CHROMIUMS: Final = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+)
+"""Programs to look for, in this order."""
+CHROMIUM_ADVICE: Final = "install the package `chromium`, or set CHROMIUM to the path of one"
 
 _OPEN: Final = "import sys, webbrowser; webbrowser.get(sys.argv[1] or None).open(sys.argv[2])"
 
@@ -29,6 +40,16 @@ def chosen_browser() -> str | None:
         if not words or os.path.basename(words[0]) not in TEXT_BROWSERS:
             return name
     return None
+
+
+def find_chromium() -> str | None:
+    """Path of the browser that a program can drive, as the tests do; None if there is none.
+
+    `CHROMIUM` may name one; then no other will do.
+    """
+    wanted = os.environ.get("CHROMIUM")
+    names = (wanted,) if wanted else CHROMIUMS
+    return next((path for name in names if (path := shutil.which(name))), None)
 
 
 def open_in_browser(url: str) -> bool:

@@ -1,6 +1,6 @@
-"""Takes the README's pictures of the live page: ``python -m tests.browser.screenshots [NAME ...]``.
+"""Takes the documentation's pictures of the page.
 
-Without names it takes all of them.
+``python -m tests.browser.screenshots [NAME ...]``; without names it takes all of them.
 """
 
 import contextlib
@@ -13,11 +13,12 @@ from typing import NamedTuple
 from playwright.sync_api import expect, sync_playwright
 
 from app.documents import experiments, presets
-from tests.support.browser import BROWSER_ARGS, find_browser
+from app.util.opening import find_chromium
+from tests.support.browser import BROWSER_ARGS
 from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen
 
-FOLDER = Path(__file__).resolve().parent / "screenshots"
+FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 MOMENTS = {"cone": 6_000, "ring": 13_900, "avoid": 14_900, "converged": 48_000}
 """Name of a picture, and the trial of the ``timed`` run that it shows."""
 PAUSE_MS = 4_000
@@ -57,10 +58,10 @@ def run_experiment(screen: Screen, shown: Shown) -> None:
     # Whoever types before the experiment's own number is there loses what they typed.
     own = len(experiments.load(shown.experiment).seeds)
     expect(screen.field("Seeds")).to_have_value(str(own))
-    screen.type("Seeds", str(shown.seeds))
+    screen.fill("Seeds", str(shown.seeds))
     cost = re.compile(rf"\d+ variants, {shown.seeds} seeds each\.")
     expect(screen.page.get_by_text(cost)).to_be_visible()
-    screen.button("Start").click()
+    screen.click("Start")
     over = re.compile(rf"All \d+ runs are in results/{shown.experiment} already")
     expect(screen.page.get_by_text(over)).to_be_visible(timeout=LONGEST_S * 1000)
 
@@ -75,7 +76,7 @@ def main(names: list[str]) -> None:
         try:
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(
-                    executable_path=find_browser(), args=list(BROWSER_ARGS)
+                    executable_path=find_chromium(), args=list(BROWSER_ARGS)
                 )
                 screen = Screen(browser.new_page(viewport=VIEWPORT))
                 screen.open(live)

@@ -53,7 +53,7 @@ def turn_to(screen: Screen, left: str, right: str) -> None:
 def dress(screen: Screen, dark: bool) -> None:
     """Make the page dark or light."""
     screen.turn_to("View")
-    screen.checkbox("Dark").set_checked(dark)
+    screen.check("Dark", dark)
     scheme = "dark" if dark else "light"
     expect(screen.page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
 
@@ -83,7 +83,7 @@ def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
         expect_no_findings(screen)
     # As on a page that is zoomed by 200 %.
     screen.page.set_viewport_size({"width": 683, "height": 384})
-    screen.button("Close").click()
+    screen.click("Close")
     expect(screen.button("Close")).to_have_count(0)
     screen.page.set_viewport_size(VIEWPORT)
 

@@ -47,16 +47,34 @@ TRAIL_IS = """place => {
     const { points } = window.__viserSceneTree.getState()["/board/trail"].message.props;
     return (points[2] > -1 ? "on the board" : "away") === place;
 }"""
+TOP_OF_THE_READINGS = """() => {
+    const labels = Array.from(document.querySelectorAll("div"));
+    const label = labels.find(node => node.textContent === "Trial" && node.checkVisibility());
+    return label?.getBoundingClientRect().top;
+}"""
 CAMERA = "() => window.__viserMutable.camera.position.toArray()"
 TELL_NOTHING_OF_THE_CAMERA = """() => {
     const { sendMessage } = window.__viserMutable;
+    window.tellAll = () => { window.__viserMutable.sendMessage = sendMessage; };
     window.__viserMutable.sendMessage = message => {
         if (message.type !== "ViewerCameraMessage") sendMessage(message);
     };
 }"""
+TELL_ALL = "() => window.tellAll()"
 CAMERA_IS = """([place, near]) => {
     const now = window.__viserMutable.camera.position.toArray();
     return near === (Math.hypot(...now.map((part, i) => part - place[i])) < 0.05);
+}"""
+
+
+IS_BETWEEN_THE_SIDE_PANELS = """() => {
+    const side = edge => document.querySelector(`[data-dock-region=${edge}]`)
+        .getBoundingClientRect();
+    const panel = document.querySelector("[data-floating-window]:has(.pounce-planner)")
+        .getBoundingClientRect();
+    const left = panel.left - side("left").right;
+    const right = side("right").left - panel.right;
+    return left === 8 && right >= 6 && right <= 8 && panel.bottom <= window.innerHeight;
 }"""
 
 
@@ -151,6 +169,7 @@ def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
     screen.choose("of", "circle clockwise")
     screen.expect_cell_colours(live.colours(Look(layer="option", option=1)))
     expect(screen.legend.locator("xpath=..")).to_contain_text("circle clockwise")
+    screen.choose("of", "approach")
     screen.choose("Layer", "State value")
 
 
@@ -171,7 +190,7 @@ def test_frames_all_headings_overlays_and_a_surface(begin: Begin) -> None:
     screen.turn_to("View")
     # A segment out of sight stands for none.
     for trail, place in [(True, "on the board"), (False, "away")]:
-        screen.checkbox("Trail").set_checked(trail)
+        screen.check("Trail", trail)
         screen.page.wait_for_function(TRAIL_IS, arg=place)
         assert live.look_of().trail is trail
     for name, frame in [("Prey faces north", 2), ("Heading of the running trial", OF_TRIAL)]:
@@ -183,10 +202,10 @@ def test_frames_all_headings_overlays_and_a_surface(begin: Begin) -> None:
 
     eight = screen.page.get_by_role("img", name="The layer for each heading")
     expect(eight).to_be_hidden()
-    screen.checkbox("All headings").check()
+    screen.check("All headings")
     expect(eight).to_be_visible()
     assert eight.evaluate("image => image.decode().then(() => image.naturalWidth)") > 200
-    screen.checkbox("All headings").uncheck()
+    screen.check("All headings", False)
     expect(eight).to_be_hidden()
 
     overlays = {
@@ -200,20 +219,20 @@ def test_frames_all_headings_overlays_and_a_surface(begin: Begin) -> None:
         drawn = f"/board/{name}"
         shown = bool(screen.page.evaluate(SHOWN, drawn))
         for wanted in (not shown, shown):
-            screen.checkbox(label).set_checked(wanted)
+            screen.check(label, wanted)
             screen.page.wait_for_function(IS_SHOWN, arg=[drawn, wanted])
             assert getattr(live.look_of(), name) is wanted
 
     flat_camera = screen.page.evaluate(CAMERA)
     screen.page.wait_for_function(HEIGHTS_REACH, arg=0)
-    screen.checkbox("Surface in 3-D").check()
+    screen.check("Surface in 3-D")
     screen.page.wait_for_function(HEIGHTS_REACH, arg=1.0)
     screen.page.wait_for_function(CAMERA_IS, arg=[flat_camera, False])
     assert live.look_of().surface
-    screen.checkbox("Surface in 3-D").uncheck()
+    screen.check("Surface in 3-D", False)
     screen.page.wait_for_function(HEIGHTS_REACH, arg=0)
     screen.page.wait_for_function(CAMERA_IS, arg=[flat_camera, True])
-    screen.checkbox("Trail").check()
+    screen.check("Trail")
 
 
 def test_two_browsers_have_their_own_layers_and_are_counted(
@@ -232,9 +251,9 @@ def test_two_browsers_have_their_own_layers_and_are_counted(
     for screen in (one, other):
         expect(screen.reading("Viewers")).to_have_text("2")
     one.turn_to("File")
-    expect(one.text("2 viewers of this session.")).to_be_visible()
+    assert one.reads("2 viewers of this session.")
     other.page.close()
-    expect(one.text("1 viewer of this session.")).to_be_visible()
+    assert one.reads("1 viewer of this session.")
     one.turn_to("Now")
     one.choose("Layer", "State value")
 
@@ -245,7 +264,7 @@ def test_two_browsers_have_their_own_layers_and_are_counted(
 def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     screen.turn_to("Inspect")
-    expect(screen.text("Click a cell")).to_be_visible()
+    assert screen.reads("Click a cell")
     expect(screen.button("Hunt here")).to_be_disabled()
     snapshot = now_of(live)
     for x, y in [(14, 20), (23, 31)]:
@@ -256,7 +275,7 @@ def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(begin: Begin) -> 
         expect(screen.button("Hunt here")).to_be_enabled()
 
     click_cell(screen, live, 14, 20)
-    screen.checkbox("Why this value?").check()
+    screen.check("Why this value?")
     chain = cell.chain_of(snapshot, 14, 20, heading=0)
     assert chain.ending == "capture"
     expect(screen.text(cell.ending_text(chain))).to_be_visible()
@@ -266,7 +285,7 @@ def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(begin: Begin) -> 
     )
     lines = ["/inspect/chain/line", 2 * len(chain.cells)]
     screen.page.wait_for_function(HAS_POINTS, arg=lines)
-    screen.checkbox("Why this value?").uncheck()
+    screen.check("Why this value?", False)
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/chain/line", 2])
     expect(screen.text(cell.ending_text(chain))).to_have_count(0)
 
@@ -282,15 +301,15 @@ def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(begin: Begin) -> None:
     expect(screen.text("from (14, 20), prey facing east:")).to_contain_text(
         f"{OUTCOME_NAMES[shown.hunt.outcome]} after {shown.hunt.steps} step"
     )
-    expect(screen.text("Cell (14, 20)")).to_be_visible()
+    assert screen.reads("Cell (14, 20)")
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/ends", 2])
 
     screen.choose("Prey faces", HEADING_NAMES[2])
-    screen.button("Hunt here").click()
-    expect(screen.text("from (14, 20), prey facing north:")).to_be_visible()
+    screen.click("Hunt here")
+    assert screen.reads("from (14, 20), prey facing north:")
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/ends", 3])
 
-    screen.button("Sixteen hunts from a ring").click()
+    screen.click("Sixteen hunts from a ring")
     counts = screen.text("16 hunts").locator("xpath=..")
     expect(counts).to_be_visible()
     plural = {CAPTURE: "captures?", FLIGHT: "flights?", TIMEOUT: "time-outs?"}
@@ -301,8 +320,8 @@ def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(begin: Begin) -> None:
     assert sum(int(found[1]) for found in said if found) == 16
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/ends", 17])
 
-    screen.button("Clear").click()
-    expect(screen.text("Click a cell")).to_be_visible()
+    screen.click("Clear")
+    assert screen.reads("Click a cell")
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/ends", 1])
     # Hunts teach nothing.
     assert now_of(live) is before
@@ -312,17 +331,17 @@ def test_a_click_on_a_surface_inspects_the_cell_that_is_seen_there(begin: Begin)
     live, screen = begin("hierarchical_2", trial=LEARNED)
     screen.turn_to("View")
     before = screen.page.evaluate(CAMERA)
-    screen.checkbox("Surface in 3-D").check()
+    screen.check("Surface in 3-D")
     screen.page.wait_for_function(HEIGHTS_REACH, arg=1.0)
     screen.page.wait_for_function(CAMERA_IS, arg=[before, False])
     screen.turn_to("Inspect")
     # On the side of the hill that is turned to the camera.
     click_cell(screen, live, 16, 17)
-    expect(screen.text("Cell (")).to_be_visible()
+    assert screen.reads("Cell (")
     assert screen.text("Cell (").inner_text() == "Cell (16, 17)"
-    screen.button("Clear").click()
+    screen.click("Clear")
     screen.turn_to("View")
-    screen.checkbox("Surface in 3-D").uncheck()
+    screen.check("Surface in 3-D", False)
     screen.page.wait_for_function(CAMERA_IS, arg=[before, True])
 
 
@@ -337,7 +356,7 @@ def test_a_drag_is_one_change_that_can_be_undone(
     live, screen = begin("hierarchical_2", trial=LEARNED)
     former = now_of(live).spec.learner.epsilon
     screen.turn_to("Steer")
-    expect(screen.text("Nothing has been changed by hand.")).to_be_visible()
+    assert screen.reads("Nothing has been changed by hand.")
     expect(screen.button("Undo")).to_be_disabled()
     slider = labelled(screen, "Exploration ε")
     drag(screen, slider)
@@ -350,7 +369,7 @@ def test_a_drag_is_one_change_that_can_be_undone(
     change = screen.text(f"1: Exploration ε = {epsilon:g}, trial {LEARNED:,}")
     expect(change).to_be_visible()
 
-    screen.button("Undo").click()
+    screen.click("Undo")
     status = live.wait_for(lambda status: status.snapshot.spec.learner.epsilon == former)
     assert status.snapshot.control.history[-2].undone
     expect(number).to_have_value(f"{former:g}")
@@ -363,14 +382,14 @@ def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(begin: Beg
     live, screen = begin("hierarchical_2", trial=LEARNED)
     start = now_of(live).spec
     screen.turn_to("Steer")
-    screen.type("Vision radius as a number", "12")
+    screen.fill("Vision radius as a number", "12")
     live.wait_for(lambda status: status.snapshot.spec.world.vision_radius == 12)
-    screen.type("Capture reward as a number", "150")
+    screen.fill("Capture reward as a number", "150")
     live.wait_for(lambda status: status.snapshot.spec.world.capture_reward == 150)
-    expect(screen.text(f"2: Capture reward = 150, trial {LEARNED:,}")).to_be_visible()
+    assert screen.reads(f"2: Capture reward = 150, trial {LEARNED:,}")
     expect(screen.field("Take back")).to_have_value("2: Capture reward = 150")
     screen.choose("Take back", "1: Vision radius = 12")
-    screen.button("Undo").click()
+    screen.click("Undo")
     status = live.wait_for(lambda status: status.snapshot.spec.world.vision_radius != 12)
     world = status.snapshot.spec.world
     assert (world.vision_radius, world.capture_reward) == (start.world.vision_radius, 150)
@@ -381,12 +400,12 @@ def test_a_number_out_of_bounds_is_refused_and_not_bent(begin: Begin) -> None:
     before = now_of(live)
     screen.turn_to("Steer")
     number = screen.field("α of skills as a number")
-    screen.type("α of skills as a number", "5")
+    screen.fill("α of skills as a number", "5")
     said = "α of skills: '5' is not taken: it is too large; allowed: a number, 0 to 1"
-    expect(screen.text(said)).to_be_visible()
+    assert screen.reads(said)
     expect(number).to_have_value(f"{before.spec.learner.skill_alpha:g}")
     assert now_of(live) is before
-    screen.type("α of skills as a number", "0.125")
+    screen.fill("α of skills as a number", "0.125")
     live.wait_for(lambda status: status.snapshot.spec.learner.skill_alpha == 0.125)
     assert by_hand(live.session.status) == [SetParameter("learner.skill_alpha", 0.125)]
 
@@ -406,33 +425,33 @@ def test_a_skill_of_ones_own_and_another_skill(begin: Begin) -> None:
     own = screen.button("Add my own skill now")
     name = live.widget("Own skill")
     with arriving(name):
-        screen.type("Own skill", HOSTILE)
+        screen.fill("Own skill", HOSTILE)
     own.click()
-    expect(screen.text(f"'{HOSTILE}' is not allowed; allowed: a name of")).to_be_visible()
+    assert screen.reads(f"'{HOSTILE}' is not allowed; allowed: a name of")
     with arriving(name):
-        screen.type("Own skill", "sneak")
+        screen.fill("Own skill", "sneak")
     own.click()
-    expect(screen.text("all weights are 0")).to_be_visible()
+    assert screen.reads("all weights are 0")
     assert now_of(live) is before
 
     for skill, weight in [("approach", "1.5"), ("avoid", "-0.5")]:
-        screen.type(f"× {skill} as a number", weight)
+        screen.fill(f"× {skill} as a number", weight)
     own.click()
     status = live.wait_for(lambda status: "sneak" in status.snapshot.present)
     weights = SkillWeights(approach=1.5, avoid=-0.5)
     assert by_hand(status) == [DefineSkill("sneak", weights), Introduce("sneak", 300)]
     assert status.snapshot.spec.learner.custom_skills == {"sneak": weights}
-    expect(screen.text(f"sneak added, trial {LEARNED:,}")).to_be_visible()
+    assert screen.reads(f"sneak added, trial {LEARNED:,}")
 
     other = screen.field("Skill").locator("visible=true")
     other.click()
     screen.page.get_by_role("option", name="circle counterclockwise", exact=True).click()
-    screen.button("Add this skill now").click()
+    screen.click("Add this skill now")
     status = live.wait_for(lambda status: "circle_counterclockwise" in status.snapshot.present)
     assert by_hand(status)[-1] == Introduce("circle_counterclockwise", 300)
     screen.turn_to("Run")
     expect(screen.text("sneak: new, selection frozen until")).to_have_count(0)
-    expect(screen.text("sneak: active")).to_be_visible()
+    assert screen.reads("sneak: active")
     expect(
         screen.text(f"circle counterclockwise: new, selection frozen until trial {LEARNED + 300:,}")
     ).to_be_visible()
@@ -443,22 +462,22 @@ def test_removing_a_skill_asks_first_and_can_be_undone(begin: Begin) -> None:
     before = now_of(live)
     open_other_skills(screen)
     screen.choose("To remove", "circle clockwise")
-    screen.button("Remove this skill …").click()
+    screen.click("Remove this skill …")
     dialog = screen.page.get_by_role("dialog")
     expect(dialog).to_contain_text("Remove circle clockwise?")
     expect(dialog).to_contain_text(steering.loss_of(before, "circle_clockwise"))
-    screen.button("Keep it").click()
+    screen.click("Keep it")
     expect(dialog).to_have_count(0)
     assert now_of(live) is before
 
-    screen.button("Remove this skill …").click()
-    screen.button("Remove circle clockwise").click()
+    screen.click("Remove this skill …")
+    screen.click("Remove circle clockwise")
     status = live.wait_for(lambda status: status.snapshot.present == ("approach",))
     assert by_hand(status) == [Remove("circle_clockwise")]
     expect(dialog).to_have_count(0)
     expect(screen.button("Remove this skill …")).to_be_disabled()
 
-    screen.button("Undo").click()
+    screen.click("Undo")
     status = live.wait_for(lambda status: len(status.snapshot.present) == 2)
     assert status.snapshot.present == before.present
     np.testing.assert_array_equal(status.snapshot.selection_q, before.selection_q)
@@ -484,16 +503,16 @@ def test_a_block_moves_by_a_nudge_and_the_past_is_not_offered(begin: Begin) -> N
         ]
     )
     screen.page.get_by_role("option", name="circle clockwise: joins", exact=True).click()
-    screen.button("+500").click()
+    screen.click("+500")
     moved = schedule_is(lambda plan: plan.skills["circle_clockwise"].at == timer.at + 500)
     status = live.wait_for(moved)
     assert status.snapshot.spec.schedule.freeze_of("circle_clockwise") == timer.freeze
     expect(screen.field("At trial")).to_have_value(f"{timer.at + 500:,}")
-    expect(screen.text(f"joins at {timer.at + 500:,}")).to_be_visible()
+    assert screen.reads(f"joins at {timer.at + 500:,}")
 
     # Near enough, and its time comes.
-    screen.type("At trial", "150")
-    screen.button("Apply").click()
+    screen.fill("At trial", "150")
+    screen.click("Apply")
     live.wait_for(schedule_is(lambda plan: plan.skills["circle_clockwise"].at == 150))
     status = live.go_to_trial(160)
     assert status.snapshot.present == ("approach", "circle_clockwise")
@@ -512,21 +531,39 @@ def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
     for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
         expect(screen.field(field)).to_have_value(proposed)
     for field, text in [("At trial", "5 000"), ("Lasts", "7e2"), ("Chance", "25 %")]:
-        screen.type(field, text)
-    screen.button("Add").click()
+        screen.fill(field, text)
+    screen.click("Add")
     planned = EpisodeSpec(skill="approach", at=5_000, duration=700, probability=0.25)
     status = live.wait_for(schedule_is(lambda plan: plan.episodes != episodes))
     assert status.snapshot.spec.schedule.episodes == (*episodes, planned)
     expect(screen.field("Change")).to_have_value("approach: exploration")
 
-    screen.type("Lasts", "900")
-    screen.button("Apply").click()
+    screen.fill("Lasts", "900")
+    screen.click("Apply")
     changed = planned.model_copy(update={"duration": 900})
     live.wait_for(schedule_is(lambda plan: plan.episodes == (*episodes, changed)))
-    screen.button("Delete").click()
+    screen.click("Delete")
     live.wait_for(schedule_is(lambda plan: plan.episodes == episodes))
     expect(screen.field("Change")).to_have_value("\N{EN DASH} nothing \N{EN DASH}")
     expect(screen.button("Delete")).to_be_disabled()
+
+
+def test_the_schedule_takes_the_width_between_the_side_panels(begin: Begin) -> None:
+    _, screen = begin()
+    for width, height in [(1366, 768), (1920, 1080), (1440, 900)]:
+        screen.page.set_viewport_size({"width": width, "height": height})
+        screen.page.wait_for_function(IS_BETWEEN_THE_SIDE_PANELS)
+
+
+def test_on_a_narrow_screen_the_schedule_lies_over_no_button_that_cannot_be_scrolled_to(
+    begin: Begin,
+) -> None:
+    live, screen = begin(trial=10)
+    former = live.session.status.snapshot.generation
+    screen.page.set_viewport_size({"width": 1024, "height": 768})
+    screen.click("Start again")
+    status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
+    assert status.snapshot.trial == 0
 
 
 # Files --------------------------------------------------------------------------------------
@@ -536,7 +573,7 @@ def expect_saved_state(screen: Screen, snapshot: Snapshot) -> None:
     """Save the state, and find its tables in the file."""
     name = f"timed-seed{snapshot.seed}-trial{snapshot.trial}.npz"
     with screen.page.expect_download() as download:
-        screen.button("Save tables").click()
+        screen.click("Save tables")
     assert download.value.suggested_filename == name
     content = io.BytesIO(download.value.path().read_bytes())
     with np.load(content, allow_pickle=False) as tables:
@@ -553,18 +590,18 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(begin: Begin) -> N
     live.ask(SetParameter("learner.epsilon", 0.2))
     before = now_of(live)
     screen.turn_to("File")
-    screen.type("Name", "../mine")
+    screen.fill("Name", "../mine")
     expect(screen.button("Save as preset")).to_be_disabled()
-    screen.type("Name", "mine")
+    screen.fill("Name", "mine")
     expect(screen.button("Save as preset")).to_be_enabled()
     with screen.page.expect_download() as download:
-        screen.button("Save as preset").click()
+        screen.click("Save as preset")
     assert download.value.suggested_filename == "mine.yaml"
     text = download.value.path().read_text()
     saved = presets.parse(text, "mine.yaml")
     assert saved.schedule == before.spec.schedule
     assert saved.learner.epsilon == 0.2
-    expect(screen.text("learner.epsilon was set to 0.2 at trial 100")).to_be_visible()
+    assert screen.reads("learner.epsilon was set to 0.2 at trial 100")
     expect_saved_state(screen, before)
 
     screen.upload(
@@ -581,7 +618,7 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(begin: Begin) -> N
     taken = live.wait_for(lambda s: s.snapshot.generation == before.generation + 1).snapshot
     assert (taken.preset, taken.seed, taken.step) == ("mine", before.seed, 0)
     assert taken.spec == saved
-    expect(screen.text("Started again with mine.")).to_be_visible()
+    assert screen.reads("Started again with mine.")
     expect(screen.field("Preset")).to_have_value("mine")
 
 
@@ -594,7 +631,7 @@ def test_names_with_html_are_shown_as_text(begin: Begin, open_page: OpenPage) ->
     newcomer = open_page(live)
     newcomer.turn_to("File")
     with newcomer.page.expect_download() as download:
-        newcomer.button("Save as preset").click()
+        newcomer.click("Save as preset")
     assert re.fullmatch(r"[\w-]+\.yaml", download.value.suggested_filename)
     expect(newcomer.page.locator("img[src='x']")).to_have_count(0)
 
@@ -677,6 +714,7 @@ def test_the_camera_comes_home_even_while_it_swings(begin: Begin) -> None:
         screen.page.wait_for_function(CAMERA_IS, arg=[home, False])
         screen.page.keyboard.press("r")
         screen.page.wait_for_function(CAMERA_IS, arg=[home, True])
+    screen.page.evaluate(TELL_ALL)
 
 
 # What stands where --------------------------------------------------------------------------
@@ -695,9 +733,7 @@ def test_what_stands_below_the_sentence_does_not_move_with_it(begin: Begin) -> N
     ]:
         live.ask(*commands, StepOnce())
         expect(screen.headline).to_contain_text(said)
-        box = screen.reading("Trial").bounding_box()
-        assert box is not None
-        places.append(box["y"])
+        places.append(screen.page.wait_for_function(TOP_OF_THE_READINGS).json_value())
     assert len(set(places)) == 1
 
 
@@ -707,7 +743,7 @@ def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
     screen.page.set_viewport_size({"width": 1366, "height": 600})
     bar = screen.page.locator(
         "[data-dock-edge='left'] .mantine-ScrollArea-scrollbar[data-orientation='vertical']"
-    )
+    ).locator("visible=true")
     expect(bar).to_be_visible()
     edge = bar.bounding_box()
     assert edge is not None
@@ -726,7 +762,7 @@ def test_the_way_back_from_an_opened_run_stands_at_the_top_of_the_run_tab(begin:
     name = "figure_4_1: timed"
     live.ask(OpenRun(preset_of(), name, 4, 500, "0" * 64, f"{name}, seed 4"))
     live.wait_for(lambda status: not status.playing)
-    expect(screen.text("On the board: figure_4_1: timed, seed 4")).to_be_visible()
+    assert screen.reads("On the board: figure_4_1: timed, seed 4")
     back.click()
     status = live.wait_for(lambda status: status.aside is None)
     assert (status.snapshot.preset, status.snapshot.trial) == ("timed", 100)

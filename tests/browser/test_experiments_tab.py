@@ -60,6 +60,17 @@ def rows_in(folder: Path) -> list[Row]:
     return rows
 
 
+def offered(screen: Screen) -> list[str]:
+    """Experiments to choose from."""
+    screen.field("Experiment").click()
+    options = screen.page.get_by_role("option")
+    expect(options.first).to_be_visible()
+    names = options.all_inner_texts()
+    screen.page.keyboard.press("Escape")
+    expect(options).to_have_count(0)
+    return names
+
+
 def listed(screen: Screen) -> Locator:
     """Rows of the table of runs."""
     return screen.results.locator("tbody tr")
@@ -105,7 +116,7 @@ def expect_opened(live: LiveLab, screen: Screen, experiment: Experiment, row: Ro
 def saved(screen: Screen, button: str, name: str) -> bytes:
     """What a button of the panel gives to keep, under this name."""
     with screen.page.expect_download() as download:
-        screen.button(button).click()
+        screen.click(button)
     assert download.value.suggested_filename == name
     return download.value.path().read_bytes()
 
@@ -121,7 +132,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     one, other = open_page(live), open_page(live)
     one.turn_to("Experiments")
     expect(one.field("Experiment")).to_have_value(THIS_SESSION)
-    one.type("Seeds", "3")
+    one.fill("Seeds", "3")
     cost = one.text("6 runs: 2 variants, 3 seeds each.")
     expect(cost).to_be_visible()
     expect(cost).to_contain_text(f"in {live.results / 'session'}.")
@@ -129,7 +140,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     assert not live.results.exists()
 
     before = live.ask(SetSpeed(200.0), Play()).snapshot
-    one.button("Start").click()
+    one.click("Start")
     expect(one.results).to_be_visible()
     expect(other.results).to_be_hidden()
     other.turn_to("Experiments")
@@ -166,16 +177,16 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
                 if r.variant == v
             ]
         )
-    other.button("Close").click()
+    other.click("Close")
     expect(other.results).to_be_hidden()
     expect(one.results).to_be_visible()
 
     # What is shown already needs no button to show it; fewer of these runs are shown alone.
-    expect(one.text("All 6 runs are in ")).to_be_visible()
+    assert one.reads("All 6 runs are in ")
     for label in ("Start", "Show these runs"):
         expect(one.button(label)).to_have_count(0)
-    one.type("Seeds", "2")
-    one.button("Show these runs").click()
+    one.fill("Seeds", "2")
+    one.click("Show these runs")
     expect(column(one, "seed")).to_have_text(["0", "1"] * 2)
     assert len(rows_in(standing.folder)) == 6
 
@@ -184,29 +195,29 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) ->
     live, screen = begin()
     screen.turn_to("File")
     screen.upload("Load experiment", "long.yaml", LONG)
-    expect(screen.text("long is chosen under Experiments.")).to_be_visible()
+    assert screen.reads("long is chosen under Experiments.")
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value("long")
-    expect(screen.text("2 runs: 2 variants, 1 seed each.")).to_be_visible()
-    screen.type("At a time", "1")
+    assert screen.reads("2 runs: 2 variants, 1 seed each.")
+    screen.fill("At a time", "1")
 
     def said(words: str) -> Locator:
         """What the tab says of the experiment; the panel says the same."""
         return screen.text(words).locator("visible=true").first
 
-    screen.button("Start").click()
+    screen.click("Start")
     expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
     expect(screen.button("Start")).to_have_count(0)
     expect(screen.page.get_by_role("progressbar")).to_be_visible()
-    screen.button("Pause").click()
+    screen.click("Pause")
     expect(said("long: paused, 1 of 2 runs done.")).to_be_visible()
     expect(screen.button("Pause")).to_have_count(0)
     paused = live.lab.service.standing
     assert paused is not None
     assert paused.paused
-    screen.button("Go on").click()
+    screen.click("Go on")
     expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
-    screen.button("Stop").click()
+    screen.click("Stop")
     stopped = said(
         "long: 1 of 2 runs done. Stopped; with it chosen, Make the others goes on there."
     )
@@ -215,11 +226,11 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) ->
         expect(screen.button(name)).to_have_count(0)
     assert [row.variant for row in rows_in(live.results / "long")] == ["timed, trials=20"]
 
-    expect(screen.text("1 seed each; 1 is there already.")).to_be_visible()
-    screen.button("Make the others").click()
+    assert screen.reads("1 seed each; 1 is there already.")
+    screen.click("Make the others")
     expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
     expect(listed(screen)).to_have_count(1)
-    screen.button("Stop").click()
+    screen.click("Stop")
     expect(stopped).to_be_visible()
 
 
@@ -278,7 +289,7 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(begin: Beg
     expect_opened(live, screen, experiment, found["timed", 2])
 
     # What was going on before was set aside, and comes back.
-    screen.button("Back to timed, trial 20").click()
+    screen.click("Back to timed, trial 20")
     status = live.wait_for(lambda status: status.aside is None)
     assert (status.snapshot.trial, status.snapshot.preset, status.opened) == (20, "timed", None)
     expect(screen.headline).not_to_contain_text("as in the results")
@@ -290,7 +301,7 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(begin: Beg
 
     # It is a run like any other.
     screen.turn_to("Run")
-    screen.button("Go on for 600 trials more").click()
+    screen.click("Go on for 600 trials more")
     live.wait_for(lambda status: status.opened is None)
     expect(screen.headline).not_to_contain_text("as in the results")
 
@@ -443,9 +454,7 @@ def test_a_wrong_experiment_is_refused_with_all_its_problems(begin: Begin, tmp_p
     _, screen = begin()
     screen.turn_to("Experiments")
     screen.choose("Experiment", THIS_SESSION)
-    screen.field("Experiment").click()
-    offered = screen.page.get_by_role("option").all_inner_texts()
-    screen.page.keyboard.press("Escape")
+    before = offered(screen)
     screen.turn_to("File")
     for text, found in ((wrong, problems), (nosy, ("is not a shipped preset",))):
         screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
@@ -459,8 +468,7 @@ def test_a_wrong_experiment_is_refused_with_all_its_problems(begin: Begin, tmp_p
         expect(dialog).to_have_count(0)
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(THIS_SESSION)
-    screen.field("Experiment").click()
-    expect(screen.page.get_by_role("option")).to_have_text(offered)
+    assert offered(screen) == before
 
 
 def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> None:
@@ -472,17 +480,17 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> 
     screen.turn_to("File")
     screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
     name = "img_src_x_onerror_alert_1_"
-    expect(screen.text(f"{name} is chosen under Experiments.")).to_be_visible()
+    assert screen.reads(f"{name} is chosen under Experiments.")
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(name)
     screen.choose("Experiment", "figure_4_1")
     expect(screen.field("Seeds")).to_have_value("30")
-    expect(screen.text("120 runs: 4 variants, 30 seeds each.")).to_be_visible()
+    assert screen.reads("120 runs: 4 variants, 30 seeds each.")
     screen.choose("Experiment", name)
     expect(screen.field("Seeds")).to_have_value("2")
-    expect(screen.text(f"{HOSTILE} about")).to_be_visible()
-    expect(screen.text("2 runs: 1 variant, 2 seeds each.")).to_be_visible()
-    screen.button("Start").click()
+    assert screen.reads(f"{HOSTILE} about")
+    assert screen.reads("2 runs: 1 variant, 2 seeds each.")
+    screen.click("Start")
     # Too long for its column, where it is cut.
     expect(column(screen, "variant")).to_have_text([re.compile("^<img src.*label$")] * 2)
     expect(screen.results.get_by_title(f"{HOSTILE} label: open")).to_have_count(2)
@@ -505,13 +513,13 @@ def test_no_name_of_a_file_leads_out_of_the_results_or_hides_another_experiment(
         # What is left of it without its ending is the folder above.
         "...yaml": "preset",
     }
+    screen.turn_to("Experiments")
+    before = offered(screen)
+    assert before[: 1 + len(experiments.shipped())] == [THIS_SESSION, *experiments.shipped()]
     for file, name in names.items():
         screen.turn_to("File")
         screen.upload("Load experiment", file, SMALL)
         screen.turn_to("Experiments")
         expect(screen.field("Experiment")).to_have_value(name)
-        expect(screen.text(f"in {live.results / name}.")).to_be_visible()
-    screen.field("Experiment").click()
-    expect(screen.page.get_by_role("option")).to_have_text(
-        [THIS_SESSION, *experiments.shipped(), *names.values()]
-    )
+        assert screen.reads(f"in {live.results / name}.")
+    assert offered(screen) == [*before, *names.values()]

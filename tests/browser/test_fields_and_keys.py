@@ -45,13 +45,13 @@ def test_what_is_typed_or_pasted_is_what_is_taken(shared: Shared, pasted: bool) 
 def test_what_is_no_number_there_is_refused_and_no_button_takes_another(shared: Shared) -> None:
     live, screen = shared
     for text in ("\N{MINUS SIGN}40", "150,5"):
-        screen.type("Trials", text)
+        screen.fill("Trials", text)
         expect(screen.text(f"Trials: '{text}' is not taken: ").first).to_be_visible()
-        screen.button("Start exploring").click()
+        screen.click("Start exploring")
         expect(screen.text(f"Trials: '{text}' is not taken: ")).to_have_count(2)
         expect(screen.field("Trials")).to_have_value(text)
     assert live.session.status.snapshot.control.episodes == ()
-    screen.type("Trials", "2,000")
+    screen.fill("Trials", "2,000")
 
 
 def test_a_live_number_takes_effect_when_it_is_finished(shared: Shared) -> None:
@@ -140,11 +140,11 @@ def test_digits_act_where_they_take_shift_and_where_they_stand_apart(shared: Sha
 def test_keys_are_for_the_field_while_somebody_types_but_not_for_a_box(shared: Shared) -> None:
     live, screen = shared
     before = live.session.status.answered
-    screen.type("Seed", "s")
+    screen.fill("Seed", "s")
     screen.page.keyboard.press("t")
     expect(screen.field("Seed")).to_have_value("st")
     assert live.session.status.answered == before
-    screen.type("Seed", "3")
+    screen.fill("Seed", "3")
     screen.checkbox("Freeze skills").click()
     live.wait_for(lambda status: status.snapshot.control.skills_frozen)
     steps_after(shared, "s", "KeyS")
@@ -166,7 +166,7 @@ def test_single_keys_can_be_turned_off_and_stay_so_in_this_browser(shared: Share
     for key in ("s", "n", "h"):
         page.keyboard.press(key)
     screen.turn_to("File")
-    screen.button("Keys (?)").click()
+    screen.click("Keys (?)")
     expect(box).not_to_be_checked()
     assert live.session.status.answered == before
     # Space is for what has the focus in a list like this.

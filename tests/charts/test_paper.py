@@ -6,7 +6,7 @@ import io
 import itertools
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,29 @@ import pytest
 from fontTools.fontBuilder import FontBuilder
 from fontTools.pens.ttGlyphPen import TTGlyphPen
 
+from app.analysis.axles import Axle, grouped
 from app.analysis.estimates import Band, Estimate
-from app.charts import fonts, paper
-from app.charts.drawing import Drawing, missing_note
+from app.charts.model import (
+    Chart,
+    Curves,
+    Dot,
+    Dots,
+    Effect,
+    Effects,
+    Line,
+    Mark,
+    Panel,
+    Plane,
+    Points,
+    Series,
+    ValueMap,
+    ValueMaps,
+)
+from app.charts.paper import fonts
+from app.charts.paper.drawing import Drawing, _saved, drawn, missing_note
+from app.charts.paper.plane import scale_around_zero
+from app.charts.paper.values import value_colours
+from app.charts.styles import style_of
 from learners.measures import FoldedValue
 from sim import geometry
 from sim.spec import WorldSpec
@@ -31,8 +51,8 @@ def png_of(distance: np.ndarray, share: np.ndarray) -> np.ndarray:
     """(y, x, 4) float32: the picture of one map without its scale, the first row at the top."""
     from matplotlib import image
 
-    map_ = paper.ValueMap("a moment", FoldedValue(distance, share), 3)
-    drawing = paper.draw_values("value", [map_], EDGES, 27, "small print")
+    map_ = ValueMap("a moment", FoldedValue(distance, share), 3)
+    drawing = drawn("value", ValueMaps([map_], EDGES, 27), "small print")
     picture = image.imread(io.BytesIO(drawing.png))
     return picture[:, : picture.shape[1] * 3 // 4]
 
@@ -56,18 +76,18 @@ def test_directions_go_counter_clockwise_from_the_right(
     share[:, direction] = 0
     picture = png_of(np.where(share > 0, 50.0, np.nan), share)
     bare = middle_of(picture, NOTHING)
-    there = middle_of(picture, tuple(paper.value_colours(np.array(50.0), np.array(1.0))))
+    there = middle_of(picture, tuple(value_colours(np.array(50.0), np.array(1.0))))
     offset = np.array(bare) - there
     assert np.argmax(np.abs(offset)) == np.argmax(np.abs(to))
     assert offset @ to > 100
 
 
 def test_near_is_bright_and_far_is_dark_and_few_are_pale() -> None:
-    near, far = paper.value_colours(np.array([1.0, 150.0]), np.array([1.0, 1.0])).astype(int)
+    near, far = value_colours(np.array([1.0, 150.0]), np.array([1.0, 1.0])).astype(int)
     assert near.sum() > far.sum()
-    pale = paper.value_colours(np.array([150.0]), np.array([0.1]))[0].astype(int)
+    pale = value_colours(np.array([150.0]), np.array([0.1]))[0].astype(int)
     assert np.abs(pale - NOTHING).max() < np.abs(far - NOTHING).max()
-    assert tuple(paper.value_colours(np.array([np.nan]), np.array([0.0]))[0]) == NOTHING
+    assert tuple(value_colours(np.array([np.nan]), np.array([0.0]))[0]) == NOTHING
 
 
 # --- Planes of differences -----------------------------------------------------------------------
@@ -79,7 +99,7 @@ def difference(value: float, arm: float) -> Estimate:
 
 def of_difference(share: float) -> np.ndarray:
     """The colour at a share of the scale of differences, (3,) from 0 to 1."""
-    norm, colours = paper._scale_around_zero([1.0])
+    norm, colours = scale_around_zero([1.0])
     return np.asarray(colours(norm(2 * share - 1))[:3])
 
 
@@ -87,9 +107,10 @@ def test_differences_are_coloured_around_zero_however_lopsided_they_are() -> Non
     """The lowest is as dark as it gets, and +1 is nearly the grey of 0, however light +20 is."""
     from matplotlib import image
 
-    axles = paper.Axle("x", (1, 2, 3)), paper.Axle("y", (1,))
+    axles = Axle("x", (1, 2, 3)), Axle("y", (1,))
     cells = {(0, 0): difference(-20.0, 1), (2, 0): difference(1.0, 0.5)}
-    drawing = paper.draw_differences("plane", axles, cells, (1, 0), "difference", "small print")
+    chart = Plane(axles, "difference", cells, framed=(1, 0), is_difference=True)
+    drawing = drawn("plane", chart, "small print")
     picture = image.imread(io.BytesIO(drawing.png))[:, :, :3]
     # The scale beside the cells has all colours, in the right third of the picture.
     cells_only = picture[:, : picture.shape[1] * 2 // 3].reshape(-1, 3)
@@ -108,29 +129,29 @@ def test_a_copy_in_black_and_white_keeps_the_sign_of_a_difference() -> None:
 
 
 def test_negative_numbers_have_the_same_minus_in_both_planes() -> None:
-    axles = paper.Axle("x", (1, 2)), paper.Axle("y", (1,))
+    axles = Axle("x", (1, 2)), Axle("y", (1,))
     cells = {(0, 0): difference(-0.4, 0.1), (1, 0): difference(0.0, 0.1)}
     texts = []
-    for draw in (
-        lambda: paper.draw_plane("a", axles, cells, "what", ""),
-        lambda: paper.draw_differences("a", axles, cells, (1, 0), "what", ""),
+    for chart in (
+        Plane(axles, "what", cells),
+        Plane(axles, "what", cells, framed=(1, 0), is_difference=True),
     ):
         with drawn_figures() as found:
-            draw()
+            drawn("a", chart, "")
         texts.append([text.get_text() for text in found[0].axes[0].texts])
     assert "\u22120.4" in texts[0]
     assert "\u22120.400" in texts[1]
 
 
 def test_an_interval_that_does_not_exist_excludes_nothing() -> None:
-    assert paper.excludes_zero(difference(-2.0, 1))
-    assert paper.excludes_zero(difference(2.0, 1))
-    assert not paper.excludes_zero(difference(1.0, 1))
-    assert not paper.excludes_zero(Estimate(5.0, np.nan, np.nan, 1))
+    assert difference(-2.0, 1).excludes_zero
+    assert difference(2.0, 1).excludes_zero
+    assert not difference(1.0, 1).excludes_zero
+    assert not Estimate(5.0, np.nan, np.nan, 1).excludes_zero
 
 
 def test_large_whole_values_have_a_comma() -> None:
-    shown = [paper.grouped(value) for value in (999, 1_500, 24_000, 0.95, "a", -2_000)]
+    shown = [grouped(value) for value in (999, 1_500, 24_000, 0.95, "a", -2_000)]
     assert shown == ["999", "1,500", "24,000", "0.95", "a", "-2,000"]
 
 
@@ -141,20 +162,19 @@ def test_large_whole_values_have_a_comma() -> None:
 def drawn_figures() -> Iterator[list[Any]]:
     """Figures as they are drawn, to be looked at after."""
     found: list[Any] = []
-    save = paper.saved
 
     def kept(name: str, figure: Any, *more: Any) -> Drawing:
-        drawing = save(name, figure, *more)
+        saved = _saved(name, figure, *more)
         found.append(figure)
-        return drawing
+        return saved
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper, "saved", kept)
+        patch.setattr("app.charts.paper.drawing._saved", kept)
         yield found
 
 
 @pytest.fixture
-def drawn() -> Iterator[list[Any]]:
+def figures() -> Iterator[list[Any]]:
     """Figures as they are drawn, to be looked at after."""
     with drawn_figures() as found:
         yield found
@@ -167,17 +187,18 @@ def six_drawings(label: str) -> list[Drawing]:
     """A drawing of each kind, the label wherever a text may stand."""
     some = Estimate(1.0, 0.5, 1.5, 3)
     band = Band(*(np.array([k]) for k in (0, 10, 1.0, 0.5, 1.5, 3)))
-    line = paper.Line(label, band, paper.style_of(0), 3, [paper.Mark(5, label)])
-    axles = paper.Axle(label, (label, "b")), paper.Axle("y", (1, 2))
+    line = Line(label, band, style_of(0), 3, [Mark(5, label)])
+    axles = Axle(label, (label, "b")), Axle("y", (1, 2))
     value = FoldedValue(np.full((18, 24), 50.0), np.ones((18, 24)))
-    return [
-        paper.draw_curves("a", [paper.Panel(label, [line])], "steps", label),
-        paper.draw_dots("b", {label: [paper.Dot(label, some)]}, label),
-        paper.draw_points("c", axles[0], [paper.Series(label, [some, some])], label, label),
-        paper.draw_plane("d", axles, {(0, 0): some}, label, label),
-        paper.draw_effects("e", [paper.Effect(axles[0], [some, some])], label, label),
-        paper.draw_values("f", [paper.ValueMap(label, value, 3)], EDGES, 27, label),
+    charts: Sequence[Chart] = [
+        Curves("steps", [Panel(label, [line])]),
+        Dots({label: [Dot(label, some)]}),
+        Points(axles[0], label, [Series(label, [some, some])]),
+        Plane(axles, label, {(0, 0): some}),
+        Effects(label, [Effect(axles[0], [some, some])]),
+        ValueMaps([ValueMap(label, value, 3)], EDGES, 27),
     ]
+    return [drawn(name, chart, label) for name, chart in zip("abcdef", charts, strict=True)]
 
 
 def texts_of(svg: str) -> list[str]:
@@ -270,9 +291,9 @@ def test_what_a_text_says_is_not_taken_for_a_part_of_the_picture() -> None:
 
 
 @pytest.mark.usefixtures("no_fonts")
-def test_chinese_labels_have_the_room_that_they_need(drawn: list[Any]) -> None:
+def test_chinese_labels_have_the_room_that_they_need(figures: list[Any]) -> None:
     six_drawings("先学接近" * 5)
-    for figure in drawn:
+    for figure in figures:
         sheet = figure.bbox
         for text in [*figure.texts, *(t for legend in figure.legends for t in legend.texts)]:
             box = text.get_window_extent()
@@ -281,13 +302,13 @@ def test_chinese_labels_have_the_room_that_they_need(drawn: list[Any]) -> None:
 
 
 @pytest.mark.parametrize("n_panels", [1, 3])
-def test_the_small_print_can_be_read_on_paper(n_panels: int, drawn: list[Any]) -> None:
+def test_the_small_print_can_be_read_on_paper(n_panels: int, figures: list[Any]) -> None:
     band = Band(*(np.array([k]) for k in (0, 10, 1.0, 0.5, 1.5, 3)))
-    line = paper.Line("a", band, paper.style_of(0), 3)
+    line = Line("a", band, style_of(0), 3)
     words = "What is shaded is an interval. " * 20
-    panels = [paper.Panel(str(k), [line]) for k in range(n_panels)]
-    paper.draw_curves("a", panels, "steps", words)
-    (figure,) = drawn
+    panels = [Panel(str(k), [line]) for k in range(n_panels)]
+    drawn("a", Curves("steps", panels), words)
+    (figure,) = figures
     (small,) = figure.texts
     assert " ".join(small.get_text().split()) == words.strip()
     on_paper = min(7.3 / figure.get_figwidth(), 1)
@@ -297,41 +318,43 @@ def test_the_small_print_can_be_read_on_paper(n_panels: int, drawn: list[Any]) -
     assert box.x1 <= figure.bbox.x1
 
 
-def test_long_names_of_rows_do_not_run_into_one_another(drawn: list[Any]) -> None:
-    dots = [paper.Dot(f"{k}, {LONG}", Estimate(k, k - 1, k + 1, 3)) for k in range(5)]
-    drawing = paper.draw_dots("rows", {LONG: dots, "another": dots}, "small print")
-    axes = drawn[0].axes[0]
+def test_long_names_of_rows_do_not_run_into_one_another(figures: list[Any]) -> None:
+    dots = [Dot(f"{k}, {LONG}", Estimate(k, k - 1, k + 1, 3)) for k in range(5)]
+    rows = drawn("rows", Dots({LONG: dots, "another": dots}), "small print")
+    axes = figures[0].axes[0]
     boxes = [label.get_window_extent() for label in axes.get_yticklabels()]
     assert all(low.y1 < high.y0 for high, low in itertools.pairwise(boxes))
     # What does not fit is in the numbers.
-    assert f"{LONG}" in drawing.csv
+    assert f"{LONG}" in rows.csv
 
 
-def test_titles_of_axes_have_two_lines_at_most(drawn: list[Any]) -> None:
+def test_titles_of_axes_have_two_lines_at_most(figures: list[Any]) -> None:
     some = Estimate(1.0, 0.5, 1.5, 3)
-    axles = paper.Axle(LONG, (1, 2)), paper.Axle(LONG, (1, 2, 3))
-    paper.draw_dots("a", {LONG: [paper.Dot("b", some)]}, "")
-    paper.draw_points("b", axles[0], [paper.Series("c", [some, some])], LONG, "")
-    paper.draw_plane("c", axles, {(0, 0): some}, LONG, "")
-    effects = [paper.Effect(axle, [some] * len(axle.values)) for axle in axles]
-    paper.draw_effects("d", effects, LONG, "")
+    axles = Axle(LONG, (1, 2)), Axle(LONG, (1, 2, 3))
+    drawn("a", Dots({LONG: [Dot("b", some)]}), "")
+    drawn("b", Points(axles[0], LONG, [Series("c", [some, some])]), "")
+    drawn("c", Plane(axles, LONG, {(0, 0): some}), "")
+    drawn("d", Effects(LONG, [Effect(axle, [some] * len(axle.values)) for axle in axles]), "")
     titles = [
-        title for figure in drawn for a in figure.axes for title in (a.get_xlabel(), a.get_ylabel())
+        title
+        for figure in figures
+        for a in figure.axes
+        for title in (a.get_xlabel(), a.get_ylabel())
     ]
     assert max(title.count("\n") for title in titles) == 1
 
 
-def test_each_setting_has_a_plot_and_its_numbers(drawn: list[Any]) -> None:
+def test_each_setting_has_a_plot_and_its_numbers(figures: list[Any]) -> None:
     effects = [
-        paper.Effect(paper.Axle(f"key{k}", values), [Estimate(k, k - 1, k + 1, 4)] * 3)
+        Effect(Axle(f"key{k}", values), [Estimate(k, k - 1, k + 1, 4)] * 3)
         for k, values in enumerate(
             [(1, 10, 100), ("a", "b", "c"), (0, 1, 1000), (1, 2, 3), (4, 5, 6)]
         )
     ]
-    rows = list(csv.reader(paper.draw_effects("e", effects, "what", "").csv.splitlines()))
+    rows = list(csv.reader(drawn("e", Effects("what", effects), "").csv.splitlines()))
     assert rows[0] == ["setting", "value", "what", "low", "high", "n"]
     assert rows[1:4] == [["key0", value, "0", "-1", "1", "4"] for value in ("1", "10", "100")]
     assert len(rows) == 1 + 5 * 3
-    shown = [axes for axes in drawn[0].axes if axes.get_visible()]
+    shown = [axes for axes in figures[0].axes if axes.get_visible()]
     assert [axes.get_xlabel() for axes in shown] == [f"key{k}" for k in range(5)]
     assert shown[0].get_xscale() == "log"

@@ -11,16 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.charts.downloads import drawing_of
-from app.charts.view import (
-    Column,
-    Size,
-    View,
-    answer,
-    first_view,
-    in_short,
-    results_html,
-    swept,
-)
+from app.charts.page.results import results_html
+from app.charts.variants import in_short, swept
+from app.charts.view import Column, Size, View, answer, first_view
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
 from app.results.gather import Gathering, RunFact

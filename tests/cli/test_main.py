@@ -18,7 +18,8 @@ from app import __version__
 from app.cli import main
 from app.cli.words import EXIT_PIPE_CLOSED, whole_number
 from app.documents import presets
-from app.experiments import headless
+from app.experiments import seeds, task
+from app.experiments.runner import Threads
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
@@ -118,7 +119,8 @@ def test_help_comes_without_what_takes_long_to_import(argument: str) -> None:
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
-    assert answer(capsys, "--version") == f"pounce {__version__}\n"
+    for option in ("--version", "-V"):
+        assert answer(capsys, option) == f"pounce {__version__}\n"
 
 
 # --- pounce run ----------------------------------------------------------------------------------
@@ -172,7 +174,7 @@ def test_the_order_of_a_seed_list_is_kept(capsys: pytest.CaptureFixture[str]) ->
 def test_a_seed_list_has_no_more_seeds_than_a_number_of_seeds(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(headless, "run_seeds", None)  # no work may be done
+    monkeypatch.setattr(seeds, "run_seeds", None)  # no work may be done
     for words in (["--seeds", "100001"], ["--seed-list", ",".join(map(str, range(100_001)))]):
         assert main.main(["run", "timed", *words]) == 2
         out, err = capsys.readouterr()
@@ -242,13 +244,13 @@ def test_the_table_has_every_seed(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_table_has_the_curve_in_windows(capsys: pytest.CaptureFixture[str]) -> None:
     out = answer(capsys, "run", "standard_q", "--trials", "5000", "--seeds", "2")
-    results = headless.run_seeds(presets.load("standard_q", ["trials=5000"]), range(2), 2)
+    results = seeds.run_seeds(presets.load("standard_q", ["trials=5000"]), range(2), Threads(2))
     steps, reward = out.splitlines()[-2:]
     assert " ".join(steps.split()) == (
         "steps 0–0.5 M 0.5–1 M 1–1.5 M 1.5–2 M 3.5–4 M last 2,000 trials"
     )
     means = [np.mean([result.phases[window] for result in results]) for window in range(3)]
-    means.append(np.mean([result.mean_reward_last_2000 for result in results]))
+    means.append(np.mean([result.record.values["final_reward"] for result in results]))
     cells = reward.split()[1:]
     assert [float(cells[index]) for index in (0, 1, 2, 5)] == pytest.approx(means, abs=0.051)
     # They end within the fourth window.
@@ -353,7 +355,7 @@ def test_a_run_that_fails_is_named_and_nothing_is_written(
     def fail(run: Run) -> str:
         raise ZeroDivisionError("no luck")
 
-    monkeypatch.setattr(headless, "digest", fail)
+    monkeypatch.setattr(task, "digest", fail)
     code = main.main(["run", "timed", *QUICK, "--seed-list", "6", "--out", "results"])
     out, err = capsys.readouterr()
     assert (code, out) == (1, "")
@@ -385,7 +387,7 @@ def test_out_overwrites_only_when_told_to(
     argv = ("run", "timed", *QUICK, "--trials", "30", "--out", "out")
 
     with monkeypatch.context() as patch:
-        patch.setattr(headless, "run_seeds", None)  # no work may be done
+        patch.setattr(seeds, "run_seeds", None)  # no work may be done
         assert main.main(argv) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -408,12 +410,12 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
         " (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench"
+        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
         " (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),
@@ -606,6 +608,7 @@ def test_the_lab_is_the_default(
             "results": Path("results"),
             "names": [],
             "token": None,
+            "log_level": 30,
         }
     ]
 
@@ -700,6 +703,31 @@ def test_a_token_that_cannot_be_used_is_refused_and_not_repeated(
     assert out == ""
     assert err.startswith("POUNCE_TOKEN: its value is not allowed; allowed: 12 to 200")
     assert not token or token not in err
+    assert opened == []
+
+
+@pytest.mark.parametrize(
+    ("words", "level"), [((), 30), (("--log-level", "debug"), 10), (("--log-level", "ERROR"), 40)]
+)
+def test_the_lab_says_as_much_as_it_is_told_to(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+    level: int,
+) -> None:
+    answer(capsys, "lab", *words)
+    assert opened[0]["log_level"] == level
+
+
+@pytest.mark.parametrize("level", ["", "loud", "10"])
+def test_a_log_level_that_there_is_not_is_refused(
+    opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], level: str
+) -> None:
+    assert main.main(["lab", "--log-level", level]) == 2
+    assert capsys.readouterr() == (
+        "",
+        f"--log-level: {level!r} is not allowed; allowed: debug, info, warning, error\n",
+    )
     assert opened == []
 
 
@@ -823,7 +851,7 @@ def test_an_interrupt_has_its_exit_code(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(compare, "compare", interrupt)
-    monkeypatch.setattr(headless, "run_seeds", interrupt)
+    monkeypatch.setattr(seeds, "run_seeds", interrupt)
     assert main.main(argv) == 130
     assert capsys.readouterr() == ("", "interrupted\n")
 

@@ -24,10 +24,12 @@ from app.documents import experiments, presets
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import runner, store, task
-from app.experiments.headless import run_seeds
+from app.experiments.record import gist
 from app.experiments.runner import Outcome, Switch, Threads, run_experiment
+from app.experiments.seeds import run_seeds
 from app.experiments.store import Folder, FolderError
-from app.experiments.task import made_run, steps_to
+from app.experiments.task import made_run
+from app.metrics import steps_to
 from learners import measures
 from learners.kernel.state import digest
 from learners.run import Run
@@ -803,10 +805,10 @@ def test_digests_are_those_of_pounce_run(tmp_path: Path) -> None:
     for variant in experiment.variants:
         seeds = list(experiment.seeds_of(variant))
         mine = {row["seed"]: row for row in found if row["variant"] == variant.label}
-        for result in run_seeds(variant.spec, seeds, 2):
-            row = mine[result.seed]
-            assert row["digest"] == result.digest
-            assert row["final_reward"] == pytest.approx(result.mean_reward_last_2000)
+        for result in run_seeds(variant.spec, seeds, Threads(2)):
+            row = mine[result.record.seed]
+            assert row["digest"] == result.record.digest
+            assert row["final_reward"] == result.record.values["final_reward"]
 
 
 def test_the_number_of_workers_makes_no_difference(tmp_path: Path) -> None:
@@ -1215,7 +1217,7 @@ def test_a_failed_run_is_in_the_exit_code(
 
 
 def test_an_error_without_a_traceback_is_said_as_it_is() -> None:
-    assert task.gist("its arrays could not be read: no such file\n") == (
+    assert gist("its arrays could not be read: no such file\n") == (
         "its arrays could not be read: no such file"
     )
 

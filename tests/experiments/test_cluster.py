@@ -28,7 +28,7 @@ from app.experiments import cluster, runner
 from app.experiments.cluster import Cluster, perform_same
 from app.experiments.runner import Switch, Threads, run_experiment
 from app.experiments.store import Folder, version
-from app.experiments.task import FAILED, tasks_of
+from app.experiments.task import tasks_of
 from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -295,8 +295,8 @@ def test_a_run_that_dask_loses_is_noted(shared: Dask) -> None:
         (key,) = until(lambda: tasks_known(eye), "the scheduler has the task")
         eye.cancel([Future(key, eye)], force=True)
         (found,) = until(lambda: crew.finished(0.1), "the run comes back")
-        assert (found.key, found.row["status"], crew.busy) == (task.key, FAILED, 0)
-        assert "Cancelled" in found.row["error"]
+        assert (found.key, found.digest, crew.busy) == (task.key, "", 0)
+        assert "Cancelled" in found.error
 
 
 def tasks_known(eye: Client) -> list[str]:
@@ -330,11 +330,12 @@ def test_a_worker_with_another_version_that_joins_later_makes_no_run() -> None:
     _, task = next(tasks_of(parse(QUICK, "mine.yaml")))
     refused = perform_same(task, "99.0")
     assert refused is not None
-    assert (refused.key, refused.row["status"], refused.arrays) == (task.key, FAILED, b"")
-    assert f"the worker has pounce {version()}, and 99.0 is wanted" in refused.row["error"]
+    assert (refused.key, refused.digest, refused.arrays) == (task.key, "", b"")
+    assert f"the worker has pounce {version()}, and 99.0 is wanted" in refused.error
     made = perform_same(task, version())
     assert made is not None
-    assert made.row["status"] == "done"
+    assert not made.error
+    assert made.digest
 
 
 @pytest.mark.parametrize("is_listening", [True, False])

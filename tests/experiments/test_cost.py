@@ -2,7 +2,8 @@
 
 import json
 import math
-from collections.abc import Iterator
+import time
+from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,9 +13,8 @@ import pytest
 from app.cli import main
 from app.documents.experiments import load, parse
 from app.experiments import cost
-from app.experiments.cost import estimated_steps, plan
+from app.experiments.cost import longest_run, plan
 from app.experiments.task import made_run
-from learners.spec import RunSpec
 
 EARLY = """
 presets: [timed]
@@ -29,11 +29,7 @@ STOP = "presets: [hierarchical_2, timed]\nstop: {success: 0.7}\nseeds: 2\n"
 
 @pytest.fixture(autouse=True)
 def nothing_is_measured_yet(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cost, "_speeds", {})
-
-
-def clock(of_the_processor: Iterator[float], now: list[float]) -> SimpleNamespace:
-    return SimpleNamespace(thread_time=of_the_processor.__next__, monotonic=lambda: now[0])
+    monkeypatch.setattr(cost, "_known", {})
 
 
 def steps_made(text: str) -> int:
@@ -58,16 +54,47 @@ def test_steps_are_of_the_right_size_where_skills_join_early_and_runs_are_short(
 
 
 def test_a_skill_that_joins_late_makes_late_trials_long() -> None:
-    experiment = parse("presets: [timed]\ntrials: 12000\n", "mine.yaml")
-    (alone,) = experiment.variants
-    experiment_after = parse("presets: [timed]\ntrials: 14000\n", "mine.yaml")
-    (explored,) = experiment_after.variants
     without, beyond = (
-        estimated_steps(experiment, alone),
-        estimated_steps(experiment_after, explored),
+        plan(parse(f"presets: [timed]\ntrials: {trials}\n", "mine.yaml"), 2).steps
+        for trials in (12_000, 14_000)
     )
     # Circling is explored in 2,000 of the 14,000 trials, and they take longer than all others.
     assert beyond - without > without
+
+
+def test_of_a_learner_that_nobody_has_seen_the_steps_are_known_as_well() -> None:
+    text = "presets: [standard_q]\nset: {learner.alpha: 0, world.vision_radius: 0}\ntrials: 2000\n"
+    assert plan(parse(text, "mine.yaml"), 2).steps == pytest.approx(steps_made(text), rel=0.05)
+
+
+def test_presets_that_are_too_many_for_pilots_have_their_share(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cost, "_PILOTS", 2)
+    text = "presets: [timed, hierarchical_2, hierarchical_3]\ntrials: 1000\n"
+    assert plan(parse(text, "mine.yaml"), 2).steps == pytest.approx(steps_made(text), rel=0.5)
+
+
+def test_a_pilot_that_does_not_come_to_its_end_goes_on_as_it_did_of_late(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cost, "_PILOT_STEPS", 250_000)
+    text = "presets: [hierarchical_2]\nseeds: 3\n"
+    assert plan(parse(text, "mine.yaml"), 2).steps == pytest.approx(steps_made(text), rel=0.35)
+
+
+def test_pilots_end_before_a_first_trial_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "_PILOT_STEPS", 0)
+    found = plan(parse("presets: [timed]\ntrials: 100", "mine.yaml"), 2)
+    assert found.steps > 0
+    assert math.isfinite(found.seconds)
+
+
+def test_the_longest_run_is_that_of_the_slowest_learner_or_of_the_steps_there_are() -> None:
+    text = "presets: [hierarchical_2, hierarchical_3]\ntrials: 2000\n"
+    longest = longest_run(parse(text, "mine.yaml"))
+    assert longest < plan(parse(text, "mine.yaml"), 2).steps < 2 * longest
+    assert longest_run(parse(f"{text}steps: 1000\n", "mine.yaml")) == 1000
 
 
 def test_an_experiment_with_a_stop_takes_less_than_is_said() -> None:
@@ -83,44 +110,65 @@ def test_an_experiment_with_a_stop_takes_less_than_is_said() -> None:
 def test_the_time_is_that_of_all_presets_however_fast_one_is(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def seconds(spec: RunSpec) -> float:
-        return 3e-3 if spec.learner.skills else 1e-3
+    def measured(runs: Sequence[cost._Course]) -> list[cost._Pace]:
+        return [cost._Pace(20.0, 3e-3 if spec.learner.skills else 1e-3) for spec, *_ in runs]
 
-    monkeypatch.setattr(cost, "_seconds_of_a_step", seconds)
+    monkeypatch.setattr(cost, "_measured", measured)
     found = plan(parse("presets: [timed, standard_q]\nsteps: 1000\nseeds: 5", "my.yaml"), 1)
     assert found.steps == 10_000
     assert found.seconds == pytest.approx(20, rel=0.01)
 
 
-def test_of_several_pilots_the_one_that_was_held_up_least_counts(
+def times(monkeypatch: pytest.MonkeyPatch, *looks: float) -> float:
+    """Seconds of a step of a pilot whose moments took so long, each with 50,000 steps."""
+    ends = (sum(looks[: n // 2 + n % 2]) for n in count())
+    monkeypatch.setattr(cost, "time", SimpleNamespace(thread_time=ends.__next__))
+    (variant,) = parse("presets: [timed]\n", "my.yaml").variants
+    pilot = cost._Pilot(cost._Course(variant.spec, variant.spec.trials, None))
+    for took in looks:
+        assert pilot.advance() == pytest.approx(took)
+    return pilot.pace().seconds * 50_000
+
+
+def test_a_moment_in_which_a_pilot_was_held_up_does_not_count(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    looks = iter([0.0, 3.0, 10.0, 12.0, 20.0, 25.0])
-    monkeypatch.setattr(cost, "time", clock(looks, [0.0]))
-    found = plan(parse("presets: [timed]\nsteps: 50000\nseeds: 1", "my.yaml"), 1)
-    assert found.seconds == pytest.approx(2, rel=0.01)
+    assert times(monkeypatch, 2.0, 2.0, 30.0, 2.1, 2.0) == pytest.approx(2.0)
 
 
 def test_a_clock_that_stands_for_a_moment_still_gives_a_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    looks = iter([0.0, 0.0, 0.0, 6.0] * 3)
-    monkeypatch.setattr(cost, "time", clock(looks, [0.0]))
-    found = plan(parse("presets: [timed]\nsteps: 50000\nseeds: 1", "my.yaml"), 1)
-    assert found.seconds == pytest.approx(2, rel=0.01)
+    assert times(monkeypatch, 2.0, 0.0, 2.0) == pytest.approx(2.0)
 
 
-def test_a_speed_is_good_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = [0.0]
-    # Each look is later than the one before by more and more.
-    looks = (float(number**2) for number in count())
-    monkeypatch.setattr(cost, "time", clock(looks, now))
-    experiment = parse("presets: [timed]\nsteps: 50000\nseeds: 1", "my.yaml")
-    first = plan(experiment, 1).seconds
-    now[0] = 300.0
-    assert plan(experiment, 1).seconds == first
-    now[0] = 3_000.0
-    assert plan(experiment, 1).seconds > first
+def test_a_machine_that_is_busy_gets_a_rougher_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[int] = []
+    advance = cost._Pilot.advance
+
+    def late(pilot: cost._Pilot) -> float:
+        took = advance(pilot)
+        steps.append(pilot.steps)
+        time.sleep(0.01)
+        return took
+
+    monkeypatch.setattr(cost._Pilot, "advance", late)
+    monkeypatch.setattr(cost, "_BUSY_S", 0.05)
+    experiment = parse("presets: [timed]\n", "my.yaml")
+    assert plan(experiment, 1).steps > max(steps)
+    assert len(steps) < 10
+
+
+def pilots_of(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Gains the epsilon of each preset of which a pilot is run."""
+    found: list[float] = []
+
+    def piloted(runs: Sequence[cost._Course]) -> list[cost._Pace]:
+        found.extend(spec.learner.epsilon for spec, *_ in runs)
+        return [cost._Pace(100.0, 1e-6) for _ in runs]
+
+    monkeypatch.setattr(cost, "_piloted", piloted)
+    return found
 
 
 def plan_with_epsilon(epsilon: float) -> None:
@@ -128,49 +176,41 @@ def plan_with_epsilon(epsilon: float) -> None:
     assert math.isfinite(plan(parse(text, "my.yaml"), 1).seconds)
 
 
-def test_speeds_of_many_presets_are_not_kept_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cost, "_measured", lambda spec: 1e-6)
+def test_what_was_measured_is_good_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, found = [0.0], pilots_of(monkeypatch)
+    monkeypatch.setattr(cost, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    for seconds, n_pilots in ((0, 1), (300, 1), (3_000, 2)):
+        now[0] = seconds
+        plan_with_epsilon(0.1)
+        assert len(found) == n_pilots
+
+
+def test_pilots_of_many_presets_are_not_kept_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    pilots_of(monkeypatch)
     for number in range(200):
         plan_with_epsilon(number / 1000)
-    assert len(cost._speeds) < 100
+    assert len(cost._known) < 100
 
 
-def measured_in(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Gains the epsilon of each preset whose speed is measured, in one pilot."""
-    found: list[float] = []
+def test_a_run_that_is_a_little_longer_is_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = pilots_of(monkeypatch)
+    steps = [
+        plan(parse(f"presets: [timed]\n{more}", "my.yaml"), 1).steps
+        for more in ("", "trials: 48100\n", "set: {description: mine}\n", "seeds: 7\n")
+    ]
+    assert len(found) == 1
+    assert steps == [4_800_000, 4_810_000, 4_800_000, 33_600_000]
+    for more in ("trials: 80000\n", "set: {schedule.skills.avoid.at: 31000}\n"):
+        plan(parse(f"presets: [timed]\n{more}", "my.yaml"), 1)
+    assert len(found) == 3
 
-    def measured(spec: RunSpec) -> float:
-        found.append(spec.learner.epsilon)
-        return 1e-6
 
-    monkeypatch.setattr(cost, "_measured", measured)
-    monkeypatch.setattr(cost, "_PILOTS", 1)
-    return found
-
-
-def test_a_longer_run_with_another_schedule_is_as_fast_and_not_measured_again(
+def test_what_was_measured_again_is_not_the_oldest_any_more(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    measured = measured_in(monkeypatch)
-    for text in (
-        "presets: [timed]\n",
-        "presets: [timed]\ntrials: 60000\n",
-        "presets: [timed]\nsteps: 50000\n",
-        "presets: [timed]\nset: {description: mine, schedule.skills.avoid.at: 31000}\n",
-    ):
-        plan(parse(text, "my.yaml"), 1)
-    assert len(measured) == 1
-    plan_with_epsilon(0.25)
-    assert len(measured) == 2
-
-
-def test_a_speed_that_was_measured_again_is_not_the_oldest_any_more(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    now = [0.0]
-    monkeypatch.setattr(cost, "time", clock(count(0.0), now))
+    now, found = [0.0], pilots_of(monkeypatch)
+    monkeypatch.setattr(cost, "time", SimpleNamespace(monotonic=lambda: now[0]))
     monkeypatch.setattr(cost, "_MOST_KEPT", 3)
-    measured = measured_in(monkeypatch)
     plan_with_epsilon(0.1)
     now[0] = cost._KEPT_S
     plan_with_epsilon(0.2)
@@ -178,9 +218,9 @@ def test_a_speed_that_was_measured_again_is_not_the_oldest_any_more(
     plan_with_epsilon(0.1)
     plan_with_epsilon(0.3)
     plan_with_epsilon(0.4)
-    assert measured == [0.1, 0.2, 0.1, 0.3, 0.4]
+    assert found == [0.1, 0.2, 0.1, 0.3, 0.4]
     plan_with_epsilon(0.1)
-    assert measured[5:] == [], "it was put out in place of the oldest"
+    assert found[5:] == [], "it was put out in place of the oldest"
 
 
 # --- In words ------------------------------------------------------------------------------------

@@ -19,11 +19,12 @@ from app.cli import main
 from app.documents.experiments import Experiment, parse
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
+from app.experiments.record import Record
 from app.experiments.runner import Threads, run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.results import read, thesis
 from app.results.gather import Curve, RunFact
-from app.results.read import DamagedError, Reader, ResultsError, RunRow
+from app.results.read import DamagedError, Reader, ResultsError
 from app.results.service import Standing, Workbench
 from tests.support.folders import seal
 
@@ -57,7 +58,7 @@ def rows(path: Path) -> dict[str, dict[str, Any]]:
 class Report(NamedTuple):
     """What a report is made of."""
 
-    runs: dict[str, tuple[RunRow, list[list[float]]]]
+    runs: dict[str, tuple[Record, list[list[float]]]]
     """By key: the row and the curves."""
     n_lost: int
 
@@ -70,8 +71,10 @@ def report_on(path: Path) -> Report:
         (trace,) = reader.traces([run])
         curves = [np.nan_to_num(curve, nan=-1.0).tolist() for curve in trace.curves.values()]
         # What was not measured is not equal to itself.
-        scalars = {name: -1.0 if value != value else value for name, value in run.scalars.items()}
-        runs[run.key] = replace(run, folder=Path(), scalars=scalars), curves
+        values = {name: -1.0 if value != value else value for name, value in run.values.items()}
+        origin = run.origin._replace(folder=Path())
+        record = replace(run, values=values, origin=origin, seconds=0.0, ended_at="")
+        runs[run.key] = record, curves
     return Report(runs, len(folder.lost))
 
 

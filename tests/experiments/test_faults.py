@@ -22,8 +22,8 @@ import pytest
 
 from app.cli import main
 from app.documents.experiments import parse
-from app.experiments import headless, store
-from app.experiments.headless import Output
+from app.experiments import output, store
+from app.experiments.output import Output
 from app.experiments.runner import CrewError, Threads, run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.experiments.table import read, reader
@@ -372,7 +372,7 @@ def test_a_file_that_was_taken_away_at_its_beginning_is_begun_again(
     write_whole(tmp_path / "file", b"whole")
     assert (tmp_path / "file").read_bytes() == b"whole"
     monkeypatch.setattr(leftovers, "hold", clear_first)
-    with Output(tmp_path, "other", [0], overwrite=False), headless._staging_in(tmp_path) as staging:
+    with Output(tmp_path, "other", [0], overwrite=False), output._staging_in(tmp_path) as staging:
         assert staging.is_dir()
 
 
@@ -449,7 +449,7 @@ def test_a_table_that_can_no_longer_be_read_is_said(
     experiment = parse(TEXT, "a.yaml")
     with Folder(tmp_path / "a", experiment, False, False) as folder:
         monkeypatch.setattr(store.table, "read", fail)
-        for ask in (folder.finished, folder.lost, folder.rows, folder.first_error):
+        for ask in (folder.finished, folder.lost, folder.records, folder.first_error):
             with pytest.raises(FolderError, match="disk I/O error"):
                 ask()
 

@@ -437,12 +437,12 @@ def test_the_name_of_a_page_on_folders_of_long_names_is_one_that_file_systems_ta
 def test_a_report_that_is_written_while_runs_are_made_stays(tmp_path: Path) -> None:
     pages: list[Path] = []
 
-    def report_once(_: Any, row: dict[str, Any], __: bytes) -> None:
+    def report_once(*_: object) -> None:
         if not pages:
             pages.append(with_a_report(tmp_path))
 
     with Folder(tmp_path, small(4), False, False) as folder:
-        run_experiment(small(4), folder, Threads(1), on_row=report_once)
+        run_experiment(small(4), folder, Threads(1), on_over=report_once)
     assert pages[0].exists()
 
 

@@ -17,15 +17,9 @@ import pytest
 from app.explain.cell import (
     ACTION_NAMES,
     CellReading,
-    Chain,
     HuntShown,
-    Link,
     OptionReading,
     SkillReading,
-    action_text,
-    chain_html,
-    chain_of,
-    ending_text,
     hunts_html,
     moment_of,
     options_html,
@@ -33,8 +27,8 @@ from app.explain.cell import (
     reading_at,
     reading_html,
     rose_svg,
-    sum_text,
 )
+from app.explain.chain import Chain, Link, action_text, chain_html, chain_of, ending_text, sum_text
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.page.panels import inspection

@@ -19,16 +19,19 @@ import pytest
 import tyro
 
 from app import metrics
-from app.charts import fonts, paper
+from app.analysis.axles import Axle
+from app.charts.paper import fonts
+from app.charts.paper.drawing import Drawing
 from app.cli import main
 from app.cli.report import Report
 from app.documents import presets
+from app.experiments.record import Origin, Record
 from app.experiments.store import REPORT_PAGE
 from app.experiments.table import connect, note
 from app.report import parts, report
 from app.report.page import FIGURE_FILES
 from app.report.sections.compare import pairs_of
-from app.results.read import Group, ResultsError, RunRow
+from app.results.read import Group, ResultsError
 from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, pictures, seal
 from tests.support.reports import page_of, pictures_of, table_of, text_of
 
@@ -450,12 +453,12 @@ def test_the_interquartile_means_of_variants_and_of_their_differences(folder: Pa
 
 
 def test_values_on_a_scale_of_ratios() -> None:
-    assert paper.Axle("x", (10, 30, 100, 300)).is_logarithmic
-    assert not paper.Axle("x", (10, 20, 30, 40)).is_logarithmic
-    assert not paper.Axle("x", (0, 20, 40)).is_logarithmic
-    assert not paper.Axle("x", ("a", "b", "c")).is_logarithmic
-    assert paper.Axle("x", (0, 30, 100, 1000)).is_crowded
-    assert not paper.Axle("x", (0.1, 0.3, 0.95)).is_crowded
+    assert Axle("x", (10, 30, 100, 300)).is_logarithmic
+    assert not Axle("x", (10, 20, 30, 40)).is_logarithmic
+    assert not Axle("x", (0, 20, 40)).is_logarithmic
+    assert not Axle("x", ("a", "b", "c")).is_logarithmic
+    assert Axle("x", (0, 30, 100, 1000)).is_crowded
+    assert not Axle("x", (0.1, 0.3, 0.95)).is_crowded
 
 
 # --- Many variants -------------------------------------------------------------------------------
@@ -553,14 +556,14 @@ def test_curves_of_all_variants_are_not_called_the_highest(folder: Path) -> None
 
 def test_marks_are_spoken_of_only_where_there_are_any(folder: Path, tmp_path: Path) -> None:
     drawn: list[str] = []
-    draw = parts.draw_curves
+    draw = parts.drawn
 
-    def kept(name: str, panels: Any, axis: Any, small: str) -> paper.Drawing:
+    def kept(name: str, chart: Any, small: str) -> Drawing:
         drawn.append(small)
-        return draw(name, panels, axis, small)
+        return draw(name, chart, small)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(parts, "draw_curves", kept)
+        patch.setattr(parts, "drawn", kept)
         add_run(folder, 0)
         page_of(folder)
         assert all("Dashed marks" in small for small in drawn)
@@ -611,13 +614,13 @@ def test_a_page_on_an_unfinished_experiment_says_so_wherever_it_is_looked_at(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     small_print: list[str] = []
-    draw = parts.draw_curves
+    draw = parts.drawn
 
-    def kept(name: str, panels: Any, axis: Any, small: str) -> paper.Drawing:
+    def kept(name: str, chart: Any, small: str) -> Drawing:
         small_print.append(small)
-        return draw(name, panels, axis, small)
+        return draw(name, chart, small)
 
-    monkeypatch.setattr(parts, "draw_curves", kept)
+    monkeypatch.setattr(parts, "drawn", kept)
     with contextlib.closing(connect(folder)) as database:
         note(database, variants=json.dumps(["timed", "standard_q"]))
     for seed in range(2):
@@ -758,22 +761,21 @@ def test_below_five_runs_a_comparison_has_no_interquartile_mean(tmp_path: Path) 
 
 def group(variant: str, preset: str, sets: Mapping[str, Any], trials: int) -> Group:
     """A variant with one run, as far as it matters for what it belongs to."""
-    run = RunRow(
-        folder=Path(),
+    run = Record(
         key="",
         variant=variant,
         preset=preset,
         overrides=sets,
         settings={"trials": trials},
-        limited=False,
-        stop=None,
         seed=0,
         error="",
         version="",
         digest="",
+        seconds=1.0,
+        ended_at="",
+        values={"trials": trials, "steps": trials},
         arrays="",
-        scalars={"trials": trials, "steps": trials},
-        milestones={},
+        origin=Origin(Path(), (), False, None),
     )
     return Group(variant, preset, sets, [run])
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from app.documents import experiments
-from app.experiments import store
+from app.experiments import store, task
+from app.experiments.runner import record_of
 from app.results import read, thesis
 from tests.support.folders import TABLE, add_run, new_folder, pictures
 
@@ -41,9 +42,8 @@ def test_variants_of_which_no_run_is_over_count_as_planned(
     experiment = experiments.load("small.yaml")
     place = tmp_path / "results" / "small"
     with store.Folder(place, experiment, False, False) as kept:
-        label = experiment.variants[1].label
-        run = {"key": "k", "variant": label, "preset": "another.yaml", "overrides": "{}"}
-        kept.write({**run, "settings": "{}", "seed": 0, "status": "failed", "version": "1"})
+        (*_, (variant, one)) = task.tasks_of(experiment)
+        kept.write(record_of(variant, one, task.failed(one.key, OSError()), kept.origin))
     found = read.read_folder(place)
     assert (len(found.rows), found.planned) == (1, 4)
 
@@ -129,7 +129,7 @@ def test_runs_that_may_have_ended_early_are_known(
     place = new_folder(tmp_path / "results", **meta)
     add_run(place, 0)
     (run,) = read.read_folder(place).rows
-    assert run.limited is expected
+    assert run.origin.limited is expected
 
 
 def test_runs_that_may_have_ended_early_are_a_group_of_their_own(tmp_path: Path) -> None:

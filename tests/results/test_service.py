@@ -1,7 +1,6 @@
 """Experiments from the page: run beside the lab, with the results of the command line."""
 
 import contextlib
-import json
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator
@@ -12,10 +11,12 @@ import numpy as np
 import pytest
 
 from app.documents import experiments
-from app.documents.experiments import Experiment, Variant, parse
+from app.documents.experiments import Experiment, parse
 from app.experiments import store, task
-from app.experiments.runner import Crew, Progress, Threads, run_experiment
+from app.experiments.record import Record, origin_of
+from app.experiments.runner import Crew, Progress, Threads, record_of, run_experiment
 from app.experiments.store import Folder, FolderError, table_csv
+from app.experiments.task import Finished
 from app.results.gather import Gatherer
 from app.results.service import BusyError, Standing, Workbench, folder_for
 
@@ -56,11 +57,11 @@ def at_the_first_run(
         folder: Folder,
         crew: Crew,
         tell: Callable[[Progress], object],
-        on_row: Callable[[Variant, dict[str, Any], bytes], object],
+        on_over: Callable[[Record, Finished], object],
     ) -> object:
-        def take(*row: Any) -> None:
+        def take(record: Record, finished: Finished) -> None:
             nonlocal seen
-            on_row(*row)
+            on_over(record, finished)
             if not seen:
                 seen = True
                 do()
@@ -70,7 +71,7 @@ def at_the_first_run(
             if seen:
                 on_progress()
 
-        return run_experiment(experiment, folder, crew, note, on_row=take)
+        return run_experiment(experiment, folder, crew, note, on_over=take)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("app.results.service.run_experiment", run)
@@ -312,12 +313,11 @@ def test_curves_say_when_skills_joined_and_end_with_the_runs() -> None:
         " schedule.skills.avoid.at: 200}\ntrials: 1000\nseeds: 2\n"
     )
     experiment = experiments.parse(text, "a.yaml")
-    gatherer = Gatherer(experiment)
+    gatherer = Gatherer(experiment, 30_000)
     for variant, one in task.tasks_of(experiment):
         done = task.perform(one)
         assert done is not None
-        row = {"key": one.key, "seed": one.seed, **done.row}
-        gatherer.add(variant.label, json.loads(json.dumps(row)), done.arrays)
+        gatherer.add(record_of(variant, one, done, origin_of(experiment, Path())), done.arrays)
     curve = gatherer.curve(0, "trials")
     assert [(m.skill, m.trial) for m in curve.joined] == [
         ("circle_clockwise", 100),

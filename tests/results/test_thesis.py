@@ -12,6 +12,7 @@ import pytest
 from app.analysis import estimates
 from app.analysis.estimates import Estimate
 from app.documents import presets
+from app.experiments.record import Record
 from app.results import findings, read, spread, thesis
 from app.results.findings import Finding
 from app.results.spread import Region
@@ -63,7 +64,7 @@ def placed_runs(
     folder: Path, seeds: Sequence[int], arrays: Mapping[str, np.ndarray] = {}
 ) -> tuple[read.Reader, thesis.Placed]:
     """Full runs of two learners, one of which captures always and one never."""
-    found: dict[findings.Place, list[read.RunRow]] = {}
+    found: dict[findings.Place, list[Record]] = {}
     for preset, share in (("timed", 1.0), ("standard_q", 0.0)):
         kept: dict[str, Any] = {**NO_PICTURES, **(arrays if preset == "timed" else {})}
         spec = presets.load(preset)
@@ -82,7 +83,7 @@ def placed_runs(
     seal(folder)
     for row in read.read_folder(folder).rows:
         settings = {k: v for k, v in row.settings.items() if k != "overrides"}
-        run = read.RunRow(**{**row.__dict__, "settings": settings})
+        run = dataclasses.replace(row, settings=settings)
         place = thesis.place_of(run)
         assert place is not None
         found.setdefault(place, []).append(run)
@@ -122,19 +123,19 @@ def test_a_changed_learner_is_not_the_thesiss(folder: Path) -> None:
     run = placed["120", "timed"][0]
     settings = json.loads(json.dumps(run.settings))
     settings["learner"]["alpha"] = 0.2
-    assert thesis.place_of(read.RunRow(**{**run.__dict__, "settings": settings})) is None
+    assert thesis.place_of(dataclasses.replace(run, settings=settings)) is None
     settings = json.loads(json.dumps(run.settings))
     settings["world"]["size"] = 60
-    moved = read.RunRow(**{**run.__dict__, "settings": settings})
+    moved = dataclasses.replace(run, settings=settings)
     assert thesis.place_of(moved) == ("60", "timed")
 
 
 def test_runs_that_may_have_ended_early_are_not_the_thesiss(folder: Path) -> None:
     _, placed = placed_runs(folder, range(1))
     run = placed["120", "timed"][0]
-    assert thesis.place_of(dataclasses.replace(run, limited=True)) is None
-    limited = read.Group("timed", "timed", {}, [dataclasses.replace(run, limited=True)])
-    assert thesis.placed_of([limited]) == {}
+    limited = dataclasses.replace(run, origin=run.origin._replace(limited=True))
+    assert thesis.place_of(limited) is None
+    assert thesis.placed_of([read.Group("timed", "timed", {}, [limited])]) == {}
 
 
 # --- How far value has spread --------------------------------------------------------------------

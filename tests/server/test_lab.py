@@ -19,7 +19,7 @@ from app.page import widgets
 from app.page.inbox import Intent
 from app.page.lab import Lab
 from app.server.workers import MOST_OF_ONE_PAGE
-from app.util.logs import sparing_log
+from app.util.logs import LEVELS, sparing_log
 from tests.support.person import Person
 from tests.support.server import CAMERA, PATIENCE_S, Page, is_update
 
@@ -179,6 +179,22 @@ def wait_until(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.005)
+
+
+def test_a_lab_that_is_asked_to_tells_what_pages_do(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    slider = speed_of(lab)
+    with sparing_log(LEVELS["debug"]):
+        page = a_page(lab)
+        page.send(CAMERA)
+        page.set(slider, 3.0)
+        lab.session.wait_for(lambda status: status.speed == 1_000.0, PATIENCE_S)
+        page.close()
+    assert "a page has come: 1 are open\n" in terminal.getvalue()
+    assert "asked for SetSpeed(" in terminal.getvalue()
 
 
 def test_nothing_of_a_page_reaches_the_terminal_raw(

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from pathlib import Path
 from urllib.parse import quote, unquote
 from xml.etree import ElementTree
 
@@ -12,6 +12,7 @@ import numpy as np
 from app.documents import experiments
 from app.documents.experiments import Experiment
 from app.experiments.archive import packed
+from app.experiments.record import Record, origin_of
 from app.metrics import FINAL_REWARD
 from app.results.gather import Gatherer, Gathering, RunFact
 
@@ -164,26 +165,37 @@ def _arrays() -> bytes:
 ARRAYS = _arrays()
 
 
-def _row(run: RunFact) -> dict[str, Any]:
-    """A run as the table of results has it."""
-    return {
-        "key": run.key,
-        "seed": run.seed,
-        "status": "failed" if run.error else "done",
-        "error": run.error or None,
-        "final_reward": None if math.isnan(run.value) else run.value,
-        "final_success": None if math.isnan(run.success) else run.success,
+def _record(run: RunFact, experiment: Experiment) -> Record:
+    """The same run as its record."""
+    variant = experiment.variants[run.variant]
+    values = {
+        "final_reward": run.value,
+        "final_success": run.success,
         "steps_to_70": run.steps_to_70,
         "trials": _N_TRIALS,
         "steps": run.steps,
-        "seconds": run.seconds,
-        "digest": run.digest,
     }
+    return Record(
+        key=run.key,
+        variant=variant.label,
+        preset=variant.preset,
+        overrides=variant.overrides,
+        settings={},
+        seed=run.seed,
+        error=run.error,
+        version="1",
+        digest=run.digest,
+        seconds=run.seconds,
+        ended_at="",
+        values=values,
+        arrays="",
+        origin=origin_of(experiment, Path()),
+    )
 
 
 def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
     """A gatherer that has taken these runs in."""
-    gatherer = Gatherer(experiment)
+    gatherer = Gatherer(experiment, 10_000_000)
     for run in runs:
-        gatherer.add(experiment.variants[run.variant].label, _row(run), ARRAYS)
+        gatherer.add(_record(run, experiment), ARRAYS)
     return gatherer

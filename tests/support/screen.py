@@ -129,6 +129,11 @@ class Screen:
         """Opens the panel with the results in this browser."""
         return self.page.get_by_role("button", name=re.compile("^Show results of "))
 
+    def reads(self, words: str) -> bool:
+        """Wait until the page says so."""
+        expect(self.text(words)).to_be_visible()
+        return True
+
     def cell_colours(self) -> np.ndarray:
         """Colours of all cells as the page has them, ``(y * x, 3) uint8``."""
         return np.array(self.page.evaluate(_CELL_COLOURS), np.uint8).reshape(-1, 3)
@@ -189,9 +194,13 @@ class Screen:
         expect(self.page.get_by_role("option")).to_have_count(0)
         expect(self.field(label)).to_have_value(option)
 
-    def type(self, label: str, text: str) -> None:
+    def check(self, label: str, checked: bool = True) -> None:
+        """Tick a box, or not."""
+        self.checkbox(label).set_checked(checked)
+
+    def fill(self, label: str, text: object) -> None:
         """Type into a field, and finish that."""
-        self.field(label).fill(text)
+        self.field(label).fill(str(text))
         self.field(label).press("Enter")
 
     def upload(self, button: str, name: str, text: str) -> None:

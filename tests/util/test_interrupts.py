@@ -94,7 +94,7 @@ def done(
         ("tyro", "presets"),
         ("yaml", "presets"),
         ("numba", "run timed"),
-        ("app.experiments.headless", "run timed"),
+        ("app.experiments.seeds", "run timed"),
         ("a compilation", "run timed --out runs"),
         ("a compilation", "experiment ablation"),
         ("app.report.report", "report ."),

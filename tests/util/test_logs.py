@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.util import logs
-from app.util.logs import MAX_CHARACTERS, MAX_KINDS, Plain, Sparing, sparing_log
+from app.util.logs import LEVELS, MAX_CHARACTERS, MAX_KINDS, Plain, Sparing, sparing_log
 
 log = logging.getLogger("tests.stranger")
 
@@ -127,7 +127,46 @@ def test_warnings_are_logged_and_not_remembered(written: io.StringIO) -> None:
 
 def test_all_is_as_before_once_it_ends() -> None:
     handlers, show = list(logging.getLogger().handlers), warnings.showwarning
-    with sparing_log():
+    level = logging.getLogger("app").level
+    with sparing_log(logging.DEBUG):
         assert warnings.showwarning is not show
     assert logging.getLogger().handlers == handlers
+    assert logging.getLogger("app").level == level
     assert warnings.showwarning is show
+
+
+@pytest.mark.parametrize(("name", "n_said"), [("debug", 4), ("info", 3), ("warning", 2)])
+def test_so_much_is_said_as_was_asked_for(
+    monkeypatch: pytest.MonkeyPatch, name: str, n_said: int
+) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    own = logging.getLogger("app.page.lab")
+    with sparing_log(LEVELS[name]):
+        own.debug("where it comes from")
+        own.info("a page has come")
+        own.warning("refused a page")
+        own.error("a frame could not be drawn")
+    said = ["where it comes from", "a page has come", "refused a page"]
+    said = [*said, "a frame could not be drawn"][4 - n_said :]
+    assert terminal.getvalue().splitlines() == said
+
+
+def test_errors_alone_are_said_where_that_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with sparing_log(LEVELS["error"]):
+        log.warning("a library's")
+        logging.getLogger("app.server").warning("our own")
+        warnings.warn("and Python's", UserWarning, stacklevel=1)
+        log.error("an error")
+    assert terminal.getvalue() == "an error\n"
+
+
+def test_of_libraries_nothing_less_than_a_warning_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with sparing_log(LEVELS["debug"]):
+        log.debug("GET /?token=secret")
+        log.info("connection open")
+    assert terminal.getvalue() == ""

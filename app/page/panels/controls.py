@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from html import escape
 from typing import Any
 
 import viser
@@ -35,6 +34,7 @@ from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.page.panels.steering import Steering, introduction_of
 from app.page.widgets import Choice, Input, add_buttons, assign
 from app.server.callbacks import RefusedError
+from app.util.html import escaped
 from app.words.numbers import counted, speed_in_words
 from app.words.plain import by_plain_name, plain
 from learners.commands import (
@@ -176,7 +176,7 @@ class Controls:
         for handle in (self._whose, self._back):
             assign(handle, "visible", status.aside is not None)
         assign(self._back, "label", f"Back to {status.aside}")
-        opened = escape(sentence.opened_run(status.snapshot))
+        opened = escaped(sentence.opened_run(status.snapshot))
         assign(
             self._whose,
             "content",
@@ -271,13 +271,13 @@ class Controls:
     def _show_skills(self, status: Status) -> None:
         for row in self._rows:
             present = row.skill in status.snapshot.present
-            state = escape(skill_state(status, row.skill))
+            state = escaped(skill_state(status, row.skill))
             dot = "&#9679;" if present else "&#9675;"
             assign(
                 row.text,
                 "content",
                 f'<div style="padding:0 0.6em;font-size:0.85em">{dot}'
-                f" <b>{escape(plain(row.skill))}</b>: {state}</div>",
+                f" <b>{escaped(plain(row.skill))}</b>: {state}</div>",
             )
             assign(row.add, "visible", not present)
 
@@ -325,7 +325,7 @@ class Controls:
         label = "Stop exploring" if ending is None else f"Stop exploring {plain(ending)}"
         assign(self._end, "label", label)
         lines = [
-            f"{escape(plain(e.skill))} at {e.probability:.0%}:"
+            f"{escaped(plain(e.skill))} at {e.probability:.0%}:"
             f" {counted(e.until_trial - snapshot.trial, 'trial')} left"
             for e in snapshot.control.episodes
             if e.until_trial > snapshot.trial

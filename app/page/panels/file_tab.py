@@ -9,7 +9,6 @@ import re
 import threading
 from collections.abc import Callable, Iterable
 from functools import partial
-from html import escape
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -26,6 +25,7 @@ from app.page.widgets import NAME_HTML, assign
 from app.schedule import carried
 from app.server.notices import close_modal, open_modal, tell
 from app.util.files import write_whole
+from app.util.html import escaped
 from learners.spec import RunSpec
 
 Document = TypeVar("Document")
@@ -154,7 +154,7 @@ class FileTab:
         self._say([] if safe else [_NAME_RULE])
 
     def _say(self, sentences: Iterable[str]) -> None:
-        lines = "".join(f"<div>{escape(sentence)}</div>" for sentence in sentences)
+        lines = "".join(f"<div>{escaped(sentence)}</div>" for sentence in sentences)
         assign(
             self._said,
             "content",
@@ -269,7 +269,7 @@ def show_problems(
     mistaken = _mistaken(file, error)
     sentences = list(map(str, error.problems)) if mistaken is None else [mistaken]
     lines = "".join(
-        f'<div style="margin-bottom:0.5em">{escape(sentence)}</div>' for sentence in sentences
+        f'<div style="margin-bottom:0.5em">{escaped(sentence)}</div>' for sentence in sentences
     )
     modal = open_modal(client, title)
     with modal:

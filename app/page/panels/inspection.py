@@ -15,10 +15,7 @@ import numpy as np
 import viser
 
 from app.explain.cell import (
-    Chain,
     HuntShown,
-    chain_html,
-    chain_of,
     hunts_from,
     hunts_html,
     moment_of,
@@ -26,6 +23,7 @@ from app.explain.cell import (
     reading_at,
     reading_html,
 )
+from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
 from app.page.scene.board import AWAY, in_linear_light

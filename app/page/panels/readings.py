@@ -5,7 +5,6 @@ Everything here belongs to one browser, and so does how it wants to see things.
 
 import math
 from functools import cached_property, partial
-from html import escape
 
 import numpy as np
 import viser
@@ -28,7 +27,7 @@ from app.picture.shading import Scale
 from app.picture.theme import DARK, LIGHT
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
-from app.util.html import element
+from app.util.html import element, escaped
 from app.words.numbers import counted, in_short, speed_in_words
 from app.words.plain import HEADING_NAMES, plain
 from learners import measures
@@ -54,22 +53,22 @@ _LAYOUT = """<style>
 
 def _number(label: str, value: str, hint: str) -> str:
     return (
-        f'<div title="{escape(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
+        f'<div title="{escaped(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
         f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
     )
 
 
 def headline_html(status: Status) -> str:
     """Title, the one sentence in a space of its own, and where a run of an experiment is from."""
-    text = escape(sentence.sentence(status))
+    text = escaped(sentence.sentence(status))
     origin = ""
     if status.opened is not None:
         # A name may be long, and without a blank.
         origin = (
             '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
-            f"{escape(sentence.provenance(status.opened))}</div>"
+            f"{escaped(sentence.provenance(status.opened))}</div>"
         )
-    error = f"<b>{escape(status.error)}</b>" if status.error else ""
+    error = f"<b>{escaped(status.error)}</b>" if status.error else ""
     return (
         '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
         ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'

@@ -7,10 +7,11 @@ from typing import Final, NamedTuple
 
 import viser
 
-from app.charts.downloads import drawing_of
-from app.charts.drawing import missing_note
-from app.charts.parts import Address
-from app.charts.view import Size, View, answer, first_view, results_html
+from app.charts.downloads import drawing_of, numbers_of
+from app.charts.page.results import results_html
+from app.charts.page.svg import Address
+from app.charts.paper.drawing import missing_note
+from app.charts.view import Size, View, answer, first_view
 from app.experiments.store import FolderError, table_csv
 from app.live.session import OpenRun
 from app.page.inbox import Ask, Inbox
@@ -20,6 +21,7 @@ from app.results.gather import Gatherer, Gathering, RunFact
 from app.results.service import Standing, Workbench
 from app.server.callbacks import RefusedError
 from app.server.calls import Calls, address_of
+from app.util import csv_texts
 from app.util.background import Maker
 from app.util.html import escaped
 from app.util.texts import as_text
@@ -298,10 +300,11 @@ class ResultsPanel:
         gathering = gatherer.gathering()
 
         def draw() -> tuple[bytes, str]:
-            drawing = drawing_of(gatherer, gathering, view)
             if ending == "png":
+                drawing = drawing_of(gatherer, gathering, view)
                 return drawing.png, missing_note(drawing.missing)
-            return (drawing.spreadsheet if ending == _SHEET else drawing.csv).encode(), ""
+            text_of = csv_texts.for_spreadsheets if ending == _SHEET else csv_texts.for_programs
+            return text_of(numbers_of(gatherer, gathering, view)).encode(), ""
 
         def send(drawn: tuple[bytes, str]) -> None:
             data, note = drawn

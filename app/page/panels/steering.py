@@ -4,7 +4,6 @@ Shared by all browsers, like the other controls.
 """
 
 from functools import partial
-from html import escape
 from typing import Final, NamedTuple
 
 import viser
@@ -17,6 +16,7 @@ from app.page.number_field import DIALS_HTML, Dial, Limits
 from app.page.widgets import NAME_HTML, Choice, assign
 from app.server.callbacks import RefusedError
 from app.server.notices import close_modal, open_modal
+from app.util.html import escaped
 from app.words.numbers import counted
 from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
@@ -217,7 +217,7 @@ class Steering:
         }
         lines = [
             f"<span style='{'text-decoration:line-through;opacity:0.6' if e.undone else ''}'>"
-            f"{escape(names[e.number])}, trial {e.trial:,}</span>"
+            f"{escaped(names[e.number])}, trial {e.trial:,}</span>"
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
@@ -301,7 +301,7 @@ class Steering:
             return
         modal = open_modal(client, f"Remove {plain(skill)}?")
         with modal:
-            client.gui.add_markdown(escape(loss_of(snapshot, skill)))
+            client.gui.add_markdown(str(escaped(loss_of(snapshot, skill))))
             yes = client.gui.add_button(f"Remove {plain(skill)}", color="red")
             no = client.gui.add_button("Keep it")
 

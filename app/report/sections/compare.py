@@ -7,17 +7,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from app.analysis import estimates
+from app.analysis.axles import grouped
 from app.analysis.estimates import Axis, bootstrap_rng
 from app.analysis.sweeps import differing
-from app.charts.paper import (
-    Dot,
-    Panel,
-    draw_dots,
-    grouped,
-    shown_estimate,
-    style_of,
-    with_clear_marks,
-)
+from app.charts.model import Dot, Dots, Panel, with_clear_marks
+from app.charts.paper.drawing import drawn
+from app.charts.read import line_of
+from app.charts.styles import style_of
+from app.charts.wording import shown_estimate
 from app.metrics import MILESTONES, Metric
 from app.report.page import Page, table
 from app.report.parts import (
@@ -33,7 +30,6 @@ from app.report.parts import (
     compared_steps,
     curve_pictures,
     difference_cell,
-    line_of,
     pairing_cell,
     reached_cell,
     scalar_cell,
@@ -164,7 +160,7 @@ def _comparison_picture(page: Page, pairs: Sequence[Pair], metric: Metric) -> Ma
         "Difference of means over n pairs of runs of the same seed, or over all runs where no"
         f" seeds are shared. {bars_note(dot.estimate for dot in dots)}"
     )
-    drawing = draw_dots("difference", {what: dots}, small, zero=(what,))
+    drawing = drawn("difference", Dots({what: dots}, differences=[what]), small)
     return page.picture("difference", what, drawing)
 
 

@@ -17,7 +17,7 @@ def write_stops(page: Page, reader: Reader, groups: Sequence[Group]) -> None:
         reader: of their logs.
         groups: all variants; those without a stop condition have no part in it.
     """
-    stopped = [(group, stop) for group in groups if (stop := group.runs[0].stop) is not None]
+    stopped = [(group, stop) for group in groups if (stop := group.runs[0].origin.stop) is not None]
     if not stopped:
         return
     conditions = " ".join(dict.fromkeys(_in_words(stop) for _, stop in stopped))

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 from app.analysis import estimates
+from app.analysis.axles import Axle, grouped
 from app.analysis.estimates import Contrast, Estimate, bootstrap_rng
 from app.analysis.sweeps import (
     Design,
@@ -18,22 +19,13 @@ from app.analysis.sweeps import (
     own_place,
     sweep_of,
 )
-from app.charts.paper import (
-    Axle,
-    Effect,
-    Series,
-    draw_differences,
-    draw_effects,
-    draw_plane,
-    draw_points,
-    excludes_zero,
-    grouped,
-    shown_estimate,
-)
+from app.charts.model import Effect, Effects, Plane, Points, Series
+from app.charts.paper.drawing import drawn
+from app.charts.wording import shown_estimate
 from app.documents import presets
-from app.metrics import AREA, FINAL_REWARD, PERFORMANCE, Metric
+from app.metrics import AREA, FINAL_REWARD, Metric
 from app.report.page import Page, details, table
-from app.report.parts import NO_INTERVAL, Shown, bars_note, has_interval
+from app.report.parts import NO_INTERVAL, Shown, bars_note
 from app.results.read import Group, measured
 from app.util.html import Markup, element
 
@@ -134,7 +126,7 @@ def _points_section(
         name = f"sweep_{number}_{metric.column}"
         bars = bars_note(estimate for line in series for estimate in line.estimates if estimate)
         small = page.small_print(f"Mean over n runs (seeds) at each point. {bars}")
-        drawing = draw_points(name, axle, series, metric.label, small)
+        drawing = drawn(name, Points(axle, metric.label, series), small)
         parts.append(page.picture(name, f"{metric.label} against {axle.label}", drawing))
     page.say(f"Sweep over {axle.label}", *parts)
 
@@ -166,7 +158,8 @@ def _effects_section(
         text = _effects_text(design, [contrast for contrasts in found for contrast in contrasts])
         texts.append(text)
         name = f"settings_{number}_{metric.column}"
-        drawing = draw_effects(name, effects, metric.label, page.small_print(f"{preset}. {text}"))
+        chart = Effects(metric.label, effects)
+        drawing = drawn(name, chart, page.small_print(f"{preset}. {text}"))
         caption = f"{metric.label} of {preset} at each value of each setting"
         parts.append(page.picture(name, caption, drawing))
         rows = [
@@ -296,14 +289,14 @@ def _span(metric: Metric, settings: Mapping[str, Any]) -> float | None:
     if metric.column in (FINAL_REWARD.column, AREA.column):
         world = settings["world"]
         return abs(world["capture_reward"] - world["flight_reward"])
-    return 1.0 if metric.column in PERFORMANCE else None
+    return 1.0 if metric.kind == "performance" else None
 
 
 def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
     name = f"plane_{number}_{plane.metric.column}"
     intervals = (
         "The 95 % bootstrap intervals are in the page and in the CSV."
-        if any(map(has_interval, cells.values()))
+        if any(cell.has_interval for cell in cells.values())
         else NO_INTERVAL
     )
     small = page.small_print(
@@ -311,7 +304,7 @@ def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]
         f" {intervals} Cells have equal sizes whatever the values of the settings. Hatched: not"
         " run."
     )
-    drawing = draw_plane(name, plane.axles, _flat(cells), plane.metric.label, small)
+    drawing = drawn(name, Plane(plane.axles, plane.metric.label, cells), small)
     return page.picture(name, f"{plane.metric.label} of {plane.preset} {plane.where}", drawing)
 
 
@@ -319,7 +312,7 @@ def _difference_map(page: Page, number: int, plane: _Plane) -> Markup:
     name = f"difference_{number}_{plane.metric.column}"
     notes = [
         f"{plane.preset}. Framed: {plane.reference.name}, which all others are set against.",
-        *([_BOLD] if any(map(has_interval, _estimates(plane))) else []),
+        *([_BOLD] if any(found.has_interval for found in _estimates(plane)) else []),
         _pairing(plane),
         _chance(plane),
         "All differences share the runs of the framed cell: if those had luck, all others seem too"
@@ -329,9 +322,9 @@ def _difference_map(page: Page, number: int, plane: _Plane) -> Markup:
     ]
     small = page.small_print(" ".join(notes))
     cells = {place: contrast.estimate for place, contrast in plane.differences.items()}
-    (framed,) = _flat({plane.reference.place: None})
     what = f"{plane.metric.title}: difference to {plane.reference.name}"
-    drawing = draw_differences(name, plane.axles, _flat(cells), framed, what, small)
+    chart = Plane(plane.axles, what, cells, plane.reference.place, is_difference=True)
+    drawing = drawn(name, chart, small)
     return page.picture(name, f"{what}, {plane.preset} {plane.where}", drawing)
 
 
@@ -369,8 +362,8 @@ def _chance(plane: _Plane) -> str:
 def _tally(plane: _Plane) -> Markup:
     """How many cells differ, and by how much."""
     found = _estimates(plane)
-    n_single = sum(not has_interval(estimate) for estimate in found)
-    told = [estimate.value for estimate in found if excludes_zero(estimate)]
+    n_single = sum(not estimate.has_interval for estimate in found)
+    told = [estimate.value for estimate in found if estimate.excludes_zero]
     higher = _by_size("higher", [value for value in told if value > 0], plane.span)
     lower = _by_size("lower", [-value for value in told if value < 0], plane.span)
     rows = [
@@ -422,7 +415,7 @@ def _in_words(plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
         wholly = sum(-close < estimate.low and estimate.high < close for estimate in found)
         surely = (
             f", and {wholly} ({_share(wholly, found)}) do with their whole interval"
-            if any(map(has_interval, found))
+            if any(estimate.has_interval for estimate in found)
             else ""
         )
         text.append(
@@ -452,11 +445,6 @@ def _estimates(plane: _Plane) -> list[Estimate]:
     """The differences that could be measured."""
     found = (contrast.estimate for contrast in plane.differences.values())
     return [estimate for estimate in found if estimate.n]
-
-
-def _flat(cells: Mapping[Place, _T]) -> dict[tuple[int, int], _T]:
-    """Cells by places that are known to be of two axles."""
-    return {(place[0], place[1]): cell for place, cell in cells.items()}
 
 
 def _counts(of: Iterable[Estimate]) -> str:

@@ -5,16 +5,18 @@ from collections.abc import Sequence
 
 from app.analysis import estimates
 from app.analysis.estimates import Axis, Contrast, bootstrap_rng
-from app.charts.paper import THESIS_STYLES, Panel, ValueMap, draw_values, shown_estimate
+from app.charts.model import Panel
+from app.charts.paper.drawing import drawn
+from app.charts.read import line_of, value_maps_of
+from app.charts.styles import THESIS_STYLES
+from app.charts.wording import shown_estimate
 from app.report.page import Page, details, table
-from app.report.parts import curve_pictures, line_of
+from app.report.parts import curve_pictures
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding
 from app.results.read import Reader, Trace
 from app.results.thesis import Placed
 from app.util.html import element
-from sim import geometry
-from sim.spec import WorldSpec
 
 
 def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
@@ -57,27 +59,20 @@ def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
     runs = placed.get(spread.TIMED, ())
     if not runs:
         return
-    moments = spread.moments_of(runs[0].settings)
-    pictures = reader.pictures(runs) if moments else []
-    maps = []
-    for name, trial in moments.items():
-        found = [value for picture in pictures if (value := picture.at(trial)) is not None]
-        if found:
-            title = f"{name}: after {trial:,} trials"
-            maps.append(ValueMap(title, spread.averaged(found), len(found)))
-    if not maps:
+    chart = value_maps_of(reader, runs)
+    if not chart.maps:
         return
-    world = WorldSpec.model_validate(runs[0].settings["world"])
-    edges, vision = geometry.ring_edges(world), world.vision_radius * world.scale
-    reward, gamma = world.capture_reward, runs[0].settings["learner"]["gamma"]
+    settings = runs[0].settings
+    reward, gamma = settings["world"]["capture_reward"], settings["learner"]["gamma"]
     small = page.small_print(
         "Mean over the prey's eight headings and n runs (seeds), turned so that the prey (dot)"
-        f" looks to the right (arrow). Half-disc: its visual field, {vision:g} cells; the outermost"
-        f" ring ends {edges[-1]:.0f} cells away, in the corners of the grid. Colour: equivalent"
-        f" distance to capture, the steps k that a value of {reward:g} · {gamma:g}ᵏ stands for; the"
+        f" looks to the right (arrow). Half-disc: its visual field, {chart.vision:g} cells; the"
+        f" outermost ring ends {chart.edges[-1]:.0f} cells away, in the corners of the grid."
+        " Colour: equivalent distance to capture, the steps k that a value of"
+        f" {reward:g} · {gamma:g}ᵏ stands for; the"
         " paler, the fewer of the headings and runs have a value above 0 there."
     )
-    drawing = draw_values("value_spread", maps, edges, vision, small)
+    drawing = drawn("value_spread", chart, small)
     caption = (
         "Where the timed learner knows of a way to capture, as its skills come in. The thesis sees"
         " value spread in a cone behind the prey while there is only approach; when it circles,"

@@ -116,7 +116,7 @@ def standing(**changes: Any) -> Standing:
     experiment = parse("presets: [timed]\nseeds: 4", "a <b>.yaml")
     found = Progress(4, 1, 1, 2, 5_000_000, 2e6, 0.4, 9.0)
     state = {"progress": found, "running": True, "paused": False, "error": "", **changes}
-    return Standing(experiment, Path("results"), Gatherer(experiment), **state)
+    return Standing(experiment, Path("results"), Gatherer(experiment, 5_500_000), **state)
 
 
 def test_how_it_stands_is_said_in_words() -> None:

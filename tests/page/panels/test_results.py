@@ -14,7 +14,7 @@ import pytest
 import viser
 from viser._gui_handles import PanelHandle
 
-from app.charts import fonts
+from app.charts.paper import fonts
 from app.documents.experiments import Experiment
 from app.experiments.runner import Progress
 from app.page.panels import results

@@ -109,7 +109,7 @@ def test_an_experiment_may_ask_for_the_length_of_its_runs(tmp_path: Path) -> Non
     with Folder(tmp_path / "small", experiment, False, False) as folder:
         run_experiment(experiment, folder, Threads(1))
     rows = read.read_folder(tmp_path / "small").rows
-    assert [row.scalars["trials"] for row in rows] == [200, 200]
+    assert [row.trials for row in rows] == [200, 200]
     assert all(row.steps > 200 for row in rows)
     page = report.write_report([tmp_path / "small"], None, False).page
     (row,) = table_of(page.read_text(encoding="utf-8"), "run length (trials)")

@@ -1,36 +1,33 @@
-"""What all figures share: paper with its small print, texts, and the files that they become."""
+"""Charts on paper: each as SVG, PNG and CSV.
+
+A chart is drawn on a figure of its own, so threads can draw at the same time; matplotlib is
+imported when the first one is.
+"""
 
 import functools
 import html
 import io
 import re
-import textwrap
-import unicodedata
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from app.charts.fonts import fonts_for
+from app.charts.model import Chart, Curves, Dots, Effects, Plane, Points, Rows
+from app.charts.paper.curves import curves_figure
+from app.charts.paper.dots import dots_figure
+from app.charts.paper.fonts import fonts_for
+from app.charts.paper.plane import hints_of, plane_figure
+from app.charts.paper.points import effects_figure, points_figure
+from app.charts.paper.values import values_figure
 from app.util import csv_texts
 from app.util.texts import written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-GREY = "#666666"
-AXIS_LINES = 2
-"""Of the title of an axis; what does not fit is in the caption and in the numbers."""
-_AXIS_CHARACTERS = 40
 _PNG_DPI = 160
-_LEAST_SMALL_PRINT, _MOST_SMALL_PRINT = 7.5, 10.0
-_SMALL_PRINT_PER_INCH = 0.95
-"""Points of the small print by the width of the figure, as a wide one shrinks on paper."""
-_CHARACTERS_PER_INCH = 130
-"""Of print of one point."""
 _MOST_SHOWN = 20
 """Characters that a note names."""
-_FILLER = "\x1f"
-"""Stands beside a wide character while lines are filled, so that it counts twice."""
 _SVG_FAMILIES = "'DejaVu Sans', Verdana, 'Bitstream Vera Sans', sans-serif"
 """What a browser takes for the texts of a figure: fonts as wide as the one that they were laid out
 with, and else one that is narrower; it looks for what they lack by itself."""
@@ -42,7 +39,7 @@ class Drawing(NamedTuple):
     svg: str
     """An ``svg`` element, to stand in a page or in a file; its texts are texts."""
     png: bytes
-    rows: Sequence[Sequence[Any]]
+    rows: Rows
     """The numbers, below the names of their columns."""
     missing: str = ""
     """Characters that are boxes in the PNG, as no font of this machine has them."""
@@ -70,54 +67,29 @@ def missing_note(characters: str) -> str:
     )
 
 
-def new_figure(width: float, height: float, small_print: str, least_width: float = 0) -> "Figure":
-    """Paper of so many inches, and more below for its small print."""
-    from matplotlib.figure import Figure
+def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
+    """A chart on paper, with its numbers.
 
-    width = max(width, least_width)
-    size = min(max(_SMALL_PRINT_PER_INCH * width, _LEAST_SMALL_PRINT), _MOST_SMALL_PRINT)
-    lines = [
-        line
-        for paragraph in small_print.splitlines()
-        for line in _lines(paragraph, int(width * _CHARACTERS_PER_INCH / size))
-    ]
-    foot = (len(lines) * size * 1.35 + 5) / 72
-    figure = Figure((width, height + foot), facecolor="white")
-    share = foot / (height + foot)
-    figure.set_layout_engine("constrained", rect=(0, share, 1, 1 - share))
-    figure.text(
-        0.012,
-        share * 0.94,
-        plain("\n".join(lines)),
-        fontsize=size,
-        color=GREY,
-        va="top",
-        linespacing=1.3,
-    )
-    return figure
-
-
-def wrapped(text: str, width: int = 60, most_lines: int | None = None) -> str:
-    """A text in lines of so many characters, of which a Chinese one counts as two."""
-    return plain("\n".join(_lines(text, width, most_lines)))
-
-
-def _lines(text: str, width: int, most_lines: int | None = None) -> list[str]:
-    wide = "".join(c + _FILLER if unicodedata.east_asian_width(c) in "WF" else c for c in text)
-    lines = textwrap.wrap(
-        wide, width, break_on_hyphens=False, max_lines=most_lines, placeholder=" …"
-    )
-    return [line.replace(_FILLER, "") for line in lines]
-
-
-def axis_title(text: str) -> str:
-    """A text that stands along an axis."""
-    return wrapped(text, _AXIS_CHARACTERS, AXIS_LINES)
-
-
-def plain(text: str) -> str:
-    """A text that matplotlib does not take for mathematics."""
-    return written(text).replace("$", r"\$")
+    Args:
+        name: begins the names of the element's parts, whatever else is in the page.
+        chart: what is drawn.
+        small_print: what one has to know of it, below it.
+    """
+    hints: Mapping[str, str] = {}
+    match chart:
+        case Curves():
+            figure = curves_figure(chart, small_print)
+        case Dots():
+            figure = dots_figure(chart, small_print)
+        case Plane():
+            figure, hints = plane_figure(chart, small_print), hints_of(chart)
+        case Points():
+            figure = points_figure(chart, small_print)
+        case Effects():
+            figure = effects_figure(chart, small_print)
+        case _:
+            figure = values_figure(chart, small_print)
+    return _saved(name, figure, chart.numbers, hints)
 
 
 @functools.cache
@@ -127,17 +99,8 @@ def _have_texts_stay_texts() -> None:
     rcParams["svg.fonttype"] = "none"
 
 
-def saved(
-    name: str, figure: "Figure", rows: Sequence[Sequence[Any]], titles: Mapping[str, str] = {}
-) -> Drawing:
-    """A figure as its files.
-
-    Args:
-        name: begins the names of the element's parts, whatever else is in the page.
-        figure: what was drawn.
-        rows: its numbers, below the names of their columns.
-        titles: what is shown under the pointer, by the names of parts.
-    """
+def _saved(name: str, figure: "Figure", rows: Rows, hints: Mapping[str, str]) -> Drawing:
+    """A figure as its files, with hints by the names of its parts."""
     from matplotlib.text import Text
 
     for axes in figure.axes:
@@ -156,11 +119,11 @@ def saved(
     # The date and the maker's address have no place in a page that is to be the same every time.
     nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(svg, format="svg", metadata=nothing, dpi=_PNG_DPI)
-    element = _as_element(name, svg.getvalue(), titles)
+    element = _as_element(name, svg.getvalue(), hints)
     return Drawing(element, png.getvalue(), rows, fonts.missing)
 
 
-def _as_element(name: str, document: str, titles: Mapping[str, str]) -> str:
+def _as_element(name: str, document: str, hints: Mapping[str, str]) -> str:
     """An SVG document as an element whose names are its own, whatever else is in the page."""
     element = re.sub(r"<!--.*?-->\n?", "", document[document.index("<svg") :], flags=re.DOTALL)
     tag = re.compile("<[^>]*>")  # What a text says is left alone.
@@ -174,7 +137,7 @@ def _as_element(name: str, document: str, titles: Mapping[str, str]) -> str:
         found = re.sub(r'(\bid="|href="#|url\(#)([^")]+)("|\))', renamed, match[0])
         found = re.sub(r"font-family: [^;\"]*(; )?", "", found)
         part = re.fullmatch(r'<g id="([^"]+)">', match[0])
-        title = html.escape(written(titles.get(part[1], "")), quote=False) if part else ""
+        title = html.escape(written(hints.get(part[1], "")), quote=False) if part else ""
         return found + (f"<title>{title}</title>" if title else "")
 
     element = tag.sub(changed, element)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.words.numerals import NumeralError, decimal, plain, whole
+from app.words.typed import NumeralError, decimal, plain, whole
 
 BLANKS = {
     "space": " ",

@@ -1,0 +1,147 @@
+"""Charts of live results: built alike for the page and for the files that can be kept of it."""
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from app.analysis.estimates import Axis, Estimate
+from app.analysis.sweeps import Sweep
+from app.charts import variants
+from app.charts.model import (
+    Choice,
+    Curves,
+    Dot,
+    Dots,
+    Line,
+    Mark,
+    Panel,
+    Plane,
+    Points,
+    RunDot,
+    Series,
+)
+from app.charts.styles import styles_of
+from app.charts.view import View
+from app.documents.experiments import Experiment
+from app.results.gather import MOST_CURVES, Gatherer, Gathering
+from app.words.numbers import counted
+from app.words.plain import plain
+
+LiveChart = Curves | Dots | Plane | Points
+"""Each of one panel, one quantity, or one series."""
+
+
+def in_short(gathering: Gathering) -> tuple[Gathering, str]:
+    """What there is, with short names of variants, and what these are made of (else nothing).
+
+    The number that is charted is called as it is of runs as long as these.
+    """
+    experiment, what = variants.in_short(gathering.experiment)
+    metric = gathering.metric.of_runs(*trials_of(experiment))
+    return replace(gathering, experiment=experiment, metric=metric), what
+
+
+def trials_of(experiment: Experiment) -> tuple[int, int]:
+    """Trials of the shortest run that there can be, and of the longest."""
+    trials = [experiment.trials_of(variant) for variant in experiment.variants]
+    ends_earlier = experiment.stop is not None or experiment.steps is not None
+    return 0 if ends_earlier else min(trials), max(trials)
+
+
+def chart_of(gatherer: Gatherer, gathering: Gathering, view: View) -> LiveChart:
+    """The chart that somebody looks at.
+
+    Args:
+        gatherer: what knows averages.
+        gathering: the runs that there are; their variants are called as they are here.
+        view: what is looked at.
+    """
+    if view.chart == "curves":
+        return _curves(gatherer, gathering, view.axis, view.variant)
+    sweep = variants.swept(gathering.experiment)
+    if view.chart == "runs" or sweep is None:
+        return _runs(gatherer, gathering)
+    build = _plane if len(sweep.axles) == 2 else _points
+    return build(gatherer, gathering, sweep)
+
+
+def left_out(gathering: Gathering, chart: LiveChart) -> str:
+    """What a chart does not show, in words; empty if it shows all."""
+    if isinstance(chart, Curves):
+        n_others = len(gathering.experiment.variants) - len(chart.panels[0].lines)
+        words = f"{n_others:,} other variants are not drawn; choose any of them in another chart."
+        return words if n_others else ""
+    failed = sum(1 for run in gathering.runs if run.error)
+    without = sum(1 for run in gathering.runs if not run.error and math.isnan(run.value))
+    said = {"failed": failed, "without a value": without}
+    return " ".join(f"{counted(n, 'run')} {what}." for what, n in said.items() if n)
+
+
+def _curves(gatherer: Gatherer, gathering: Gathering, axis: Axis, chosen: int | None) -> Curves:
+    """The first few variants; if the chosen one is not among them, it comes last."""
+    every = gathering.experiment.variants
+    first = range(min(len(every), MOST_CURVES))
+    places = first if chosen is None or chosen in first else [*first[:-1], chosen]
+    styles = styles_of([every[place].preset for place in places])
+    lines = []
+    for place, style in zip(places, styles, strict=True):
+        found = gatherer.curve(place, axis)
+        marks = [
+            Mark(moment.step if axis == "steps" else moment.trial, plain(moment.skill))
+            for moment in found.joined
+        ]
+        lines.append(Line(every[place].label, found.band, style, found.n, marks, place))
+    ends = gathering.low, gathering.high
+    return Curves(axis, [Panel(gathering.experiment.name, lines)], ends)
+
+
+def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:
+    """Every run that has a value, by variant."""
+    every = gathering.experiment.variants
+    dots: Mapping[int, list[RunDot]] = defaultdict(list)
+    for run in gathering.runs:
+        if not run.error and math.isfinite(run.value):
+            dots[run.variant].append(RunDot(run.value, run.seed, run.key))
+    if len(every) <= variants.MOST_CELLS:
+        estimates = [gatherer.estimate(place) for place in range(len(every))]
+    else:  # The intervals of so many take seconds.
+        estimates = [_mean([dot.value for dot in dots[place]]) for place in range(len(every))]
+    styles = styles_of([v.preset for v in every]) if len(every) <= MOST_CURVES else []
+    rows = [
+        Dot(variant.label, estimates[place], dots[place], styles[place] if styles else None)
+        for place, variant in enumerate(every)
+    ]
+    return Dots({gathering.metric.label: rows})
+
+
+def _mean(values: Sequence[float]) -> Estimate:
+    """A mean without its interval."""
+    mean = float(np.mean(values)) if values else math.nan
+    return Estimate(mean, math.nan, math.nan, len(values))
+
+
+def _plane(gatherer: Gatherer, gathering: Gathering, sweep: Sweep) -> Plane:
+    across, up = sweep.axles
+    there = {at: gatherer.estimate(place) for at, place in sweep.places.items()}
+    cells = {at: found for at, found in there.items() if found.n}
+    own = variants.own_setting(gathering.experiment)
+    framed = next((at for at, place in sweep.places.items() if place == own), None)
+    every = gathering.experiment.variants
+    choices = {at: Choice(place, every[place].label) for at, place in sweep.places.items()}
+    return Plane((across, up), gathering.metric.label, cells, framed, choices=choices)
+
+
+def _points(gatherer: Gatherer, gathering: Gathering, sweep: Sweep) -> Points:
+    (axle,) = sweep.axles
+    every = gathering.experiment.variants
+    places = [sweep.places.get((index,)) for index in range(len(axle.values))]
+    found = [None if place is None else gatherer.estimate(place) for place in places]
+    series = Series(
+        every[0].preset,
+        [estimate if estimate is not None and estimate.n else None for estimate in found],
+        [None if place is None else Choice(place, every[place].label) for place in places],
+    )
+    return Points(axle, gathering.metric.label, [series])

@@ -1,0 +1,81 @@
+"""Estimates and their runs in rows, on paper."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from app.charts.model import Dot, Dots
+from app.charts.paper.sheet import GREY, INK, arms, axis_title, new_figure, wrapped
+from app.charts.styles import COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_ROW_CHARACTERS = 44
+_ROW_LINES = 4
+_RUNS_SPREAD = 0.5
+"""Of a row's height, that its runs lie in."""
+_MOST_SHAPES = 1_000
+
+
+def dots_figure(chart: Dots, small_print: str) -> "Figure":
+    """A column for each quantity, and a row for each name."""
+    columns = chart.columns
+    n_rows = max(len(dots) for dots in columns.values())
+    labels = [_row_label(dot) for dot in next(iter(columns.values()))]
+    # Rows are as far apart as the longest label needs, so that none runs into the next.
+    lines = max((label.count("\n") + 1 for label in labels), default=1)
+    height = 1.6 + max(0.34, 0.17 * lines + 0.08) * n_rows
+    figure = new_figure(4.2 + 3.2 * len(columns), height, small_print, least_width=7)
+    found = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
+    for index, (axes, (what, dots)) in enumerate(zip(found, columns.items(), strict=True)):
+        there = [(k, dot) for k, dot in enumerate(dots) if math.isfinite(dot.estimate.value)]
+        if what in chart.differences:
+            axes.axvline(0, color=INK, linewidth=0.8, dashes=(4, 3), zorder=1)
+        _draw_runs(axes, dots)
+        axes.errorbar(
+            [dot.estimate.value for _, dot in there],
+            [k for k, _ in there],
+            xerr=arms([dot.estimate for _, dot in there]),
+            color=COLOURS[index % 2 * 3],
+            linestyle="none",
+            marker="os"[index % 2],
+            markersize=5.5,
+            capsize=3,
+            elinewidth=1.3,
+        )
+        axes.set_xlabel(axis_title(what))
+        axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
+    found[0].set_yticks(range(len(labels)), labels)
+    found[0].set_ylim(n_rows - 0.5, -0.5)
+    return figure
+
+
+def _draw_runs(axes: "Axes", dots: Sequence[Dot]) -> None:
+    """Each run small and pale, a little above or below the middle of its row."""
+    places = [
+        (run.value, k + _RUNS_SPREAD * run.height)
+        for k, dot in enumerate(dots)
+        for run in dot.runs
+        if math.isfinite(run.value)
+    ]
+    if places:
+        x, y = zip(*places, strict=True)
+        axes.plot(
+            x,
+            y,
+            linestyle="none",
+            marker="o",
+            markersize=2.6,
+            markeredgewidth=0,
+            color=GREY,
+            alpha=0.5,
+            zorder=1.5,
+            # As shapes, thousands of them would make a page that no browser opens quickly.
+            rasterized=len(places) > _MOST_SHAPES,
+        )
+
+
+def _row_label(dot: Dot) -> str:
+    return f"{wrapped(dot.label, _ROW_CHARACTERS, _ROW_LINES)}  (n = {dot.estimate.n})"

@@ -1,0 +1,51 @@
+"""Charts of results that are read back from their folders."""
+
+from collections.abc import Iterable, Sequence
+
+from app.analysis import estimates
+from app.analysis.estimates import Axis, bootstrap_rng
+from app.charts.model import Line, Mark, ValueMap, ValueMaps
+from app.charts.styles import Style
+from app.experiments.record import Record
+from app.results import spread
+from app.results.read import Reader, Trace
+from app.words.plain import plain
+from sim import geometry
+from sim.spec import WorldSpec
+
+
+def line_of(reader: Reader, label: str, runs: Iterable[Record], axis: Axis, style: Style) -> Line:
+    """The learning curve of runs against steps or trials, averaged, with its interval."""
+    traces = reader.traces(runs)
+    curves = [trace.curves[axis] for trace in traces]
+    found = estimates.band(curves, reader.widths.of(axis), bootstrap_rng())
+    return Line(label, found, style, len(traces), _marks(traces, axis))
+
+
+def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
+    """Introductions that all runs have come to, at the median over the runs."""
+    medians = estimates.medians_of_all([trace.introductions for trace in traces])
+    return [
+        Mark(step if axis == "steps" else trial, plain(name))
+        for name, (trial, step) in medians.items()
+    ]
+
+
+def value_maps_of(reader: Reader, runs: Sequence[Record]) -> ValueMaps:
+    """How far value had spread in runs of one learner, at the moments that the thesis names.
+
+    Args:
+        reader: of their logs.
+        runs: at least one; those without pictures of a moment have no part in its map.
+    """
+    settings = runs[0].settings
+    moments = spread.moments_of(settings)
+    pictures = reader.pictures(runs) if moments else []
+    maps = []
+    for name, trial in moments.items():
+        found = [value for picture in pictures if (value := picture.at(trial)) is not None]
+        if found:
+            title = f"{name}: after {trial:,} trials"
+            maps.append(ValueMap(title, spread.averaged(found), len(found)))
+    world = WorldSpec.model_validate(settings["world"])
+    return ValueMaps(maps, geometry.ring_edges(world), world.vision_radius * world.scale)
