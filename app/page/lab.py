@@ -130,7 +130,7 @@ class Lab:
             label="pounce",
             names=names,
             access=self.access,
-            on_refused=lambda *refusal: self.inbox.put(partial(self._tell, *refusal)),
+            on_refused=lambda page, reason: self.inbox.put(partial(self._tell, page, reason)),
             on_call=self.calls.take,
             workers=self.inbox,
         )

@@ -76,7 +76,7 @@ class Choice(Generic[Id]):
         gui: viser.GuiApi,
         label: str,
         options: Mapping[str, Id],
-        changed: Callable[[viser.ClientHandle, Id], object] = lambda *_: None,
+        changed: Callable[[viser.ClientHandle, Id], object] = lambda _, __: None,
         nothing: str = "",
         hint: str | None = None,
     ) -> None:

@@ -219,7 +219,7 @@ class ExperimentsPanel:
         self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
         self._start.on_click(Intent(self._begin))
         self._pause.on_click(Intent(self._pause_or_go_on))
-        self._stop.on_click(Intent(lambda *_: service.stop()))
+        self._stop.on_click(Intent(lambda _, __: service.stop()))
         self._results.on_click(Intent(lambda client, _: show(client)))
         self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
 

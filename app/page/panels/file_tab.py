@@ -140,8 +140,8 @@ class FileTab:
             "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
         )
         self._name.on_update(Intent(self._judge_name))
-        self._save.on_click(Intent(lambda *_: self._store(overwrite=False)))
-        self._overwrite.on_click(Intent(lambda *_: self._store(overwrite=True)))
+        self._save.on_click(Intent(lambda _, __: self._store(overwrite=False)))
+        self._overwrite.on_click(Intent(lambda _, __: self._store(overwrite=True)))
         load.on_upload(Intent(self._load_preset))
         tables.on_click(Intent(self._save_tables))
         experiment.on_upload(Intent(self._load_experiment))
@@ -279,4 +279,4 @@ def show_problems(
             f"{lines}</div>"
         )
         close = client.gui.add_button("Close")
-    close.on_click(Intent(lambda *_: close_modal(modal)))
+    close.on_click(Intent(lambda _, __: close_modal(modal)))

@@ -298,9 +298,9 @@ class Inspector:
             self._reasons,
         )
         explained.on_update(Intent(lambda _, on: self._ask(partial(self._explain, on))))
-        self._here.on_click(Intent(lambda *_: self._ask(self._hunt_here)))
-        ring.on_click(Intent(lambda *_: self._ask(self._hunt_ring)))
-        clear.on_click(Intent(lambda *_: self._ask(self._clear)))
+        self._here.on_click(Intent(lambda _, __: self._ask(self._hunt_here)))
+        ring.on_click(Intent(lambda _, __: self._ask(self._hunt_ring)))
+        clear.on_click(Intent(lambda _, __: self._ask(self._clear)))
 
     def _ask(self, request: _Request) -> None:
         self._requests.append(request)

@@ -232,7 +232,7 @@ class Readings:
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
             command.on_trigger(Intent(partial(self._choose_layer, layer)))
         gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
-            Intent(lambda *_: self.aim_camera())
+            Intent(lambda _, __: self.aim_camera())
         )
         self._dress()
 
@@ -251,16 +251,16 @@ class Readings:
         self._dark = gui.add_checkbox("Dark", False)
         self._multiples = gui.add_checkbox("All headings", False)
         self._eight = gui.add_html("", visible=False)
-        self._dark.on_update(Intent(lambda *_: self._dress()))
-        self._surface.on_update(Intent(lambda *_: self.aim_camera()))
+        self._dark.on_update(Intent(lambda _, __: self._dress()))
+        self._surface.on_update(Intent(lambda _, __: self.aim_camera()))
 
     def _build_help(self) -> None:
         button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
-        button.on_click(Intent(lambda *_: self.show_keys()))
+        button.on_click(Intent(lambda _, __: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
-        command.on_trigger(Intent(lambda *_: self.show_keys()))
+        command.on_trigger(Intent(lambda _, __: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
-        closing.on_trigger(Intent(lambda *_: self._close_newest_list()))
+        closing.on_trigger(Intent(lambda _, __: self._close_newest_list()))
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
@@ -268,7 +268,7 @@ class Readings:
         with modal:
             self._gui.add_html(keys.list_html())
             close = self._gui.add_button("Close")
-        close.on_click(Intent(lambda *_: close_modal(modal)))
+        close.on_click(Intent(lambda _, __: close_modal(modal)))
 
     def _close_newest_list(self) -> None:
         # viser closes none by itself, and does not hand out those that are open.

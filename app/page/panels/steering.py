@@ -310,4 +310,4 @@ class Steering:
             self._ask(client, Remove(skill))
 
         yes.on_click(Intent(removed))
-        no.on_click(Intent(lambda *_: close_modal(modal)))
+        no.on_click(Intent(lambda _, __: close_modal(modal)))
