@@ -11,7 +11,8 @@ import time
 from pathlib import Path
 
 from app.documents import experiments, presets
-from app.live.session import FULL_SPEED, Session, StartAgain
+from app.live.session import Session, StartAgain
+from app.live.worker import FULL_SPEED
 from app.results.service import Workbench
 from learners.spec import MAX_TRIALS, RunSpec
 

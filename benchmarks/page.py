@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from app.live.session import FULL_SPEED, Session, StartAgain
+from app.live.session import Session, StartAgain
+from app.live.worker import FULL_SPEED
 from app.page.lab import Lab
 from learners.run import Run
 from learners.spec import RunSpec
@@ -77,7 +78,7 @@ def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
     Raises:
         TimeoutError: they did not come in time.
     """
-    before = lab.n_viewers
+    before = len(lab.browsers)
     readers = subprocess.Popen(
         [
             sys.executable,
@@ -92,13 +93,13 @@ def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
     )
     try:
         _wait_for(
-            lambda: lab.n_viewers == before + n_clients, f"{n_clients} clients did not connect"
+            lambda: len(lab.browsers) == before + n_clients, f"{n_clients} clients did not connect"
         )
         yield readers
     finally:
         readers.kill()
         readers.communicate()
-    _wait_for(lambda: lab.n_viewers == before, "clients that have left are still there")
+    _wait_for(lambda: len(lab.browsers) == before, "clients that have left are still there")
 
 
 def _wait_for(condition: Callable[[], bool], complaint: str) -> None:

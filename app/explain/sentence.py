@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.live.session import Opened, Status
+from app.live.held import Opened
+from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.words.plain import plain
 from learners.spec import MOVES

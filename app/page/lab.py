@@ -1,32 +1,31 @@
 """The live page: one session, many browsers, and the loop that draws.
 
-Only this loop touches scene handles and sets widgets; it draws the latest moment there is and
-never queues any. Views belong to a browser, learning to the session.
+Only this loop touches scene handles and widgets: it does what people asked for since it last looked
+into the inbox, and draws the latest moment there is, of which it never queues any. Views belong to
+a browser, learning to the session.
 """
 
 import functools
-import html
 import logging
 import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import viser
 
-from app.documents.tree import PresetError
 from app.explain.cell import moment_of, policy_of
 from app.live.session import Begin, Request, Session, Status
 from app.live.snapshot import Snapshot
+from app.page.browser import Browser
+from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
-from app.page.panels.experiments import Experimenter
-from app.page.panels.inspection import Inspector
-from app.page.panels.readings import Readings, Texts, clock_html
-from app.page.panels.results import ResultsPanel
-from app.page.panels.schedule import Planner, PresetButtons, show_problems
-from app.page.panels.steering import saved_state
+from app.page.panels.experiments import ExperimentsPanel
+from app.page.panels.readings import clock_html
+from app.page.panels.schedule import SchedulePanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
 from app.picture.layer import Extras, SuccessMap
@@ -37,10 +36,10 @@ from app.server.callbacks import guarded
 from app.server.calls import Calls
 from app.server.notices import tell
 from app.server.origin import Authority
-from app.server.pulse import Drawing, Pulse, send
+from app.server.pulse import Drawing, send
 from app.server.server import addresses_of, close_server, is_serving, open_server
-from app.server.stage import Stage
 from app.util.background import Maker
+from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
 from learners.spec import RunSpec
@@ -75,76 +74,6 @@ def success_of(snapshot: Snapshot, wanted: Callable[[], bool]) -> SuccessMap | N
     return None if outcomes is None else SuccessMap(outcomes, snapshot.trial, snapshot.generation)
 
 
-class Browser:
-    """What one connected browser is shown."""
-
-    def __init__(self, lab: "Lab", client: viser.ClientHandle, status: Status) -> None:
-        self.client = client
-        self._lab = lab
-        self.readings = Readings(client, status)
-        self.pulse = Pulse(lab.server, client.client_id)
-        self._look = self.readings.look
-        self._stage: Stage | None = None
-        self._seen = 0
-        self._inspector = Inspector(client, self.readings.inspect_tab, wake=lab.wake)
-        with self.readings.file_tab:
-            PresetButtons(client, lab.session, lab.ask, lab.save_dir)
-            save = client.gui.add_button("Save tables", icon=viser.Icon.DEVICE_FLOPPY)
-            self._load_experiment = client.gui.add_upload_button(
-                "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
-            )
-        self.results = ResultsPanel(client, lab.calls, lab.bench, lab.ask_for, lab.wake)
-        self._load_experiment.on_upload(guarded(self._take_experiment))
-        save.on_click(
-            guarded(
-                lambda _: client.send_file_download(
-                    *saved_state(lab.snapshot), save_immediately=True
-                )
-            )
-        )
-        client.scene.on_click()(guarded(self._clicked))
-        client.scene.on_click(modifier="shift")(guarded(self._clicked))
-        self._read_at = 0.0
-
-    def _clicked(self, event: viser.SceneClickEvent) -> None:
-        board = self._lab.gallery.board(self._look)
-        if board is None:
-            return
-        place = board.place_under(event.ray_origin, event.ray_direction)
-        if place is not None:
-            self._inspector.take_click(place, shift=event.modifier == "shift")
-
-    def _take_experiment(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
-        file = event.target.value
-        try:
-            name = self._lab.experimenter.take(file.content, file.name)
-        except PresetError as error:
-            title = "This experiment cannot be run; nothing has changed"
-            show_problems(self.client, title, error, file)
-            return
-        body = f"{name} is chosen under Experiments."
-        tell(self.client, "Loaded", body, auto_close_seconds=6.0)
-
-    def frame(self, stage: Stage, look: Look) -> bytes | None:
-        """What this browser has not been sent yet of what it wants to see; None if nothing is."""
-        if stage is not self._stage:
-            self._stage, self._look, self._seen = stage, look, 0
-        frame, self._seen = stage.frame_since(self._seen), stage.now
-        return frame
-
-    def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:
-        """Show a moment beside the board: what was asked for at once, the rest now and then."""
-        success = texts.extras.success
-        outcomes = None
-        if success is not None and success.generation == texts.status.snapshot.generation:
-            outcomes = success.outcomes
-        self._inspector.update(texts.status.snapshot, texts.look, outcomes)
-        self.results.update(now_s)
-        if now_s - self._read_at >= every_s:
-            self.readings.update(texts, clock)
-            self._read_at = now_s
-
-
 class Lab:
     """A session with its page."""
 
@@ -171,13 +100,13 @@ class Lab:
         self.session = session
         self.save_dir = save_dir
         self.calls = Calls()
-        self.bench = Workbench(results)
+        self.service = Workbench(results)
         self._waits = waits
         self._browsers: dict[int, Browser] = {}
-        self._left_early: set[int] = set()
-        """Browsers that went away before their welcome was over."""
-        self._lock = threading.Lock()
+        self._ticket = 0
+        """Of the last request that was made here."""
         self._wake = threading.Event()
+        self.inbox = Inbox(self._wake.set)
         self._due_s = -math.inf
         """When the next frame is to be drawn, on the clock of ``time.perf_counter``."""
         self._closed = False
@@ -201,17 +130,19 @@ class Lab:
             label="pounce",
             names=names,
             access=self.access,
-            on_refused=self._tell,
+            on_refused=lambda page, reason: self.inbox.put(partial(self._tell, page, reason)),
             on_call=self.calls.take,
+            workers=self.inbox,
         )
         self.gallery = Gallery(self.server)
         self._dress_server()
-        self._controls = Controls(self.server.gui, session, presets)
+        gui = self.server.gui
+        self._controls = Controls(gui, session, presets, self.ask)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
-            self.experimenter = Experimenter(
-                self.server.gui, session, self.bench, self.ask, self._show_results
+            self.experiments = ExperimentsPanel(
+                gui, session, self.service, self.ask, self.inbox.work, self._show_results
             )
-        self._planner = Planner(self.server.gui, self.ask, session)
+        self._schedule = SchedulePanel(gui, self.ask, session)
         self._tab_title = self.server.gui.add_html("")
         self._tab_preset = ""
         session.call_when_answered(self._wake.set)
@@ -234,13 +165,16 @@ class Lab:
         """The latest moment."""
         return self.session.status.snapshot
 
-    def ask(self, event: viser.GuiEvent, request: Request) -> int:
-        """Enqueue a request of a browser; returns its ticket."""
-        return self._controls.ask(event, request)
+    def ask(self, client: viser.ClientHandle, request: Request) -> None:
+        """Enqueue a request of a browser, which means the run that is shown.
 
-    def ask_for(self, client: viser.ClientHandle, request: Request) -> int:
-        """Enqueue a request of a browser that no event of viser's tells of."""
-        return self._controls.ask_for(client, request)
+        The browser is told if it cannot be carried out.
+        """
+
+        def refused(reason: str) -> None:
+            tell(client, "That cannot be done now", reason, auto_close_seconds=6)
+
+        self._ticket = self.session.submit(request, refused, self.session.status.run)
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""
@@ -252,10 +186,13 @@ class Lab:
         self._at_rest.clear()
         try:
             while not self._closed and self.failure is None:
+                self.inbox.drain()
+                self._controls.settle(time.monotonic())
                 started, status = time.perf_counter(), self.session.status
                 with self._drawing:
                     # What answers a click comes first, and does not wait for the next frame.
-                    self._controls.update(status)
+                    if self._is_true(status):
+                        self._controls.update(status)
                     if started >= self._due_s:
                         self._due_s = math.inf
                         self._draw(status, started)
@@ -282,15 +219,19 @@ class Lab:
         self._wake.set()
         # Not while a frame is being sent over the connections that this takes away.
         self._at_rest.wait(timeout=_FAREWELL_S)
-        self.bench.close()
+        self.service.close()
         self.session.stop()
         self._success.stop()
         close_server(self.server)
 
+    def _is_true(self, status: Status) -> bool:
+        """Whether a moment knows of all that was asked for; widgets show nothing older."""
+        return status.answered >= self._ticket
+
     def _name_tab(self, preset: str) -> None:
         """Call the browser's tab after the preset; a script of the page's own reads this."""
         if preset != self._tab_preset:
-            title = html.escape(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
+            title = escaped(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
             self._tab_title.content = f'<span hidden data-tab-title="{title}"></span>'
             self._tab_preset = preset
 
@@ -303,9 +244,9 @@ class Lab:
         return "the learner has ended" if self.session.is_gone else None
 
     @property
-    def n_viewers(self) -> int:
-        """Browsers that are connected."""
-        return len(self._browsers)
+    def browsers(self) -> tuple[Browser, ...]:
+        """Those that are connected, in the order in which they came."""
+        return tuple(self._browsers.values())
 
     def _dress_server(self) -> None:
         server = self.server
@@ -322,43 +263,34 @@ class Lab:
         camera.fov = _FOV_RADIANS
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        browser = Browser(self, client, self.session.status)
-        with self._lock:
-            if client.client_id not in self._left_early:
-                self._browsers[client.client_id] = browser
-            else:
-                browser.results.leave()
-            self._left_early.discard(client.client_id)
-            begins, self._waits = self._waits, False
-        if begins:
+        # It may have gone away before its turn came.
+        if client.client_id in self.server.get_clients():
+            self._browsers[client.client_id] = Browser(self, client)
+        if self._waits:
+            self._waits = False
             self.session.submit(Begin())
 
     def _forget(self, client: viser.ClientHandle) -> None:
-        with self._lock:
-            browser = self._browsers.pop(client.client_id, None)
-            if browser is None:
-                self._left_early.add(client.client_id)
+        browser = self._browsers.pop(client.client_id, None)
         if browser is not None:
             browser.results.leave()
         self._has_garbage = True
 
     def _show_results(self, client: viser.ClientHandle) -> None:
-        with self._lock:
-            browser = self._browsers.get(client.client_id)
+        browser = self._browsers.get(client.client_id)
         if browser is not None:
             browser.results.open()
 
     def _tell(self, client_id: int, reason: str) -> None:
-        with self._lock:
-            browser = self._browsers.get(client_id)
+        browser = self._browsers.get(client_id)
         if browser is not None:
             tell(browser.client, "Not accepted", reason, color="red")
 
     def _draw(self, status: Status, now_s: float) -> None:
-        with self._lock:
-            browsers = list(self._browsers.values())
-        self._planner.update(status)
-        self.experimenter.update(status)
+        browsers = self.browsers
+        if self._is_true(status):
+            self._schedule.update(status)
+        self.experiments.update(status)
         success = self._success.found
         extras = Extras(success if isinstance(success, SuccessMap) else None)
         looks = {browser: browser.readings.look for browser in browsers}

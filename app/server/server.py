@@ -47,6 +47,7 @@ def open_server(
     access: Access | None = None,
     on_refused: OnRefused | None = None,
     on_call: OnCall | None = None,
+    workers: Workers | None = None,
     max_clients: int = 64,
     max_upload_bytes: int = 256 * 1024,
 ) -> viser.ViserServer:
@@ -59,7 +60,7 @@ def open_server(
     whether it took the call (see `Calls`). It runs there too and must return at once.
     `host` "0.0.0.0" or "::" opens the lab to the network; then it answers to any IP address and to
     the machine's own names. It answers to `names` besides, and takes pages of theirs for its own.
-    With `access` it lets in only who has the token.
+    With `access` it lets in only who has the token. Callbacks are run by `workers`.
 
     Raises:
         ValueError: `port` is not a port number.
@@ -92,7 +93,7 @@ def open_server(
     server._websock_server.unregister_handler(wire.ShareUrlDisconnect)
     server.gui.configure_theme(show_share_button=False)
     make_safe(server)
-    _employ(Workers(), server)
+    _employ(workers or Workers(), server)
     door.open_for(server)
     return server
 

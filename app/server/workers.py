@@ -26,13 +26,17 @@ class Workers(ThreadPoolExecutor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """As an executor does; viser hands each callback its event as the only argument."""
-        client_id = _client_of(args[0]) if args else None
         future = super().submit(fn, *args, **kwargs)
+        self.count(future, *args)
+        return future
+
+    def count(self, future: Future[Any], *args: Any) -> None:
+        """Count a call with these arguments as under way until its future is done."""
+        client_id = _client_of(args[0]) if args else None
         if client_id is not None:
             with self._counting:
                 self._under_way[client_id] += 1
             future.add_done_callback(lambda _: self._count_down(client_id))
-        return future
 
     def is_free_for(self, client_id: int) -> bool:
         """Whether a page may have another callback run."""

@@ -17,7 +17,7 @@ from app.explain.cell import HEADING_NAMES, OUTCOME_NAMES
 from app.explain.chain import action_text, chain_of, ending_text, sum_text
 from app.live.session import OpenRun, StartAgain, Status, StepOnce
 from app.live.snapshot import Snapshot
-from app.page import widgets
+from app.page import number_field, widgets
 from app.page.panels import steering
 from app.page.panels.controls import slider_of
 from app.picture.layer import Extras, Layer, SuccessMap
@@ -353,7 +353,7 @@ def test_a_drag_is_one_change_that_can_be_undone(
     begin: Begin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # So long that no machine is too slow to make the moves of one drag.
-    monkeypatch.setattr(steering, "_REST_S", 1.0)
+    monkeypatch.setattr(number_field, "_SLIDER_REST_S", 1.0)
     live, screen = begin("hierarchical_2", trial=LEARNED)
     former = now_of(live).spec.learner.epsilon
     screen.turn_to("Steer")

@@ -17,7 +17,8 @@ from app.documents import experiments
 from app.documents.experiments import Experiment
 from app.experiments import task
 from app.experiments.store import COLUMNS
-from app.live.session import Opened, Play, SetSpeed
+from app.live.held import Opened
+from app.live.session import Play, SetSpeed
 from app.page.panels.experiments import THIS_SESSION
 from learners.commands import Introduce
 from tests.support.live import SMALL, LiveLab, preset_of, small_experiment
@@ -211,7 +212,7 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) ->
     screen.click("Pause")
     expect(said("long: paused, 1 of 2 runs done.")).to_be_visible()
     expect(screen.button("Pause")).to_have_count(0)
-    paused = live.lab.bench.standing
+    paused = live.lab.service.standing
     assert paused is not None
     assert paused.paused
     screen.click("Go on")

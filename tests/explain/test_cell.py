@@ -9,7 +9,6 @@ import contextlib
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -32,6 +31,7 @@ from app.explain.cell import (
 from app.explain.chain import Chain, Link, action_text, chain_html, chain_of, ending_text, sum_text
 from app.live import snapshot
 from app.live.snapshot import Snapshot
+from app.page.panels import inspection
 from app.page.panels.inspection import Inspector, board_points, cell_under, ring_radius
 from app.picture.look import OF_TRIAL, Look
 from app.picture.theme import DARK, LIGHT
@@ -640,17 +640,32 @@ def test_cells_off_the_grid_change_nothing(
     assert not person.reads("from (")
 
 
-def test_requests_do_not_pile_up(inspector: Inspector, behind: Snapshot) -> None:
+def test_requests_do_not_pile_up(
+    person: Watcher, inspector: Inspector, behind: Snapshot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, real = 0, inspection.hunts_from
+
+    def hunts(snapshot: Snapshot, starts: list[tuple[int, int]], *rest: Any) -> Any:
+        nonlocal made
+        made += len(starts)
+        return real(snapshot, starts, *rest)
+
+    monkeypatch.setattr(inspection, "hunts_from", hunts)
     for _ in range(10_000):
         hunt_from(inspector, 6, 10)
-    assert len(inspector._requests) == 32
     inspector.update(behind, Look())
-    assert len(inspector._hunts) == 16
+    assert made == 32
+    assert person.reads("16 hunts")
+    assert len(person.points("ends")) == 1 + 16
 
 
-def test_a_change_by_the_program_is_no_request(inspector: Inspector, behind: Snapshot) -> None:
-    inspector._toggled(SimpleNamespace(client=None))  # type: ignore[arg-type]
-    assert not inspector._requests
+def test_a_change_by_the_program_is_no_request(
+    person: Watcher, inspector: Inspector, behind: Snapshot
+) -> None:
+    choose(inspector, 3, 10)
+    person.widget("Why this value?").value = True
+    inspector.update(behind, Look())
+    assert "<ol" not in person.html
 
 
 def test_the_themes_colours_are_used(

@@ -9,7 +9,8 @@ from app.documents import presets
 from app.explain import sentence
 from app.explain.sentence import RECENT_REACH_TRIALS, Front
 from app.live import snapshot
-from app.live.session import Opened, Session, Status
+from app.live.held import Opened
+from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from learners.commands import Explore, FreezeSelection, Introduce, StopExploring
 from learners.measures import Endings

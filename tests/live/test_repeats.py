@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from app.documents import presets
 from app.live import snapshot
 from app.live.session import (
-    MOST_WAITING,
     Begin,
     Pause,
     Play,
@@ -23,7 +22,8 @@ from app.live.session import (
     TrialOnce,
 )
 from app.live.snapshot import Snapshot
-from app.page.panels import readings
+from app.live.worker import MOST_WAITING
+from app.page.panels import curve
 from app.picture.timeline import timeline_svg
 from app.schedule.blocks import MAX_PAST, Past, blocks_of
 from learners.commands import (
@@ -252,9 +252,9 @@ def test_timeline_draws_the_newest_and_says_how_many_more(shaken: Run) -> None:
 
 
 def test_curve_says_how_many_marks_it_leaves_out(shaken: Run) -> None:
-    at, _ = readings.curve_marks(moment(shaken))
-    assert len(at) + readings.marks_left_out(moment(shaken)) == 800
-    assert readings.marks_left_out(moment(Run(SPEC, SEED))) == 0
+    marks = curve.marks_of(moment(shaken))
+    assert len(marks.at) + marks.left_out == 800
+    assert curve.marks_of(moment(Run(SPEC, SEED))).left_out == 0
 
 
 @settings(max_examples=30, deadline=None)

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from app.documents import presets
+from app.live import held as held_module
 from app.live import session as session_module
 from app.live import snapshot
+from app.live import worker as worker_module
+from app.live.held import Opened
 from app.live.session import (
-    FULL_SPEED,
+    OWN,
     GoBack,
-    Opened,
     OpenRun,
     Pause,
     Play,
@@ -29,6 +31,7 @@ from app.live.session import (
     TrialOnce,
 )
 from app.live.snapshot import Snapshot
+from app.live.worker import FULL_SPEED
 from learners import run as run_module
 from learners.commands import (
     Explore,
@@ -165,7 +168,7 @@ def test_a_run_ends_after_its_trials_and_goes_on_for_as_many_again(session_of: S
 def test_after_all_the_trials_there_can_be_play_is_refused(
     session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (session_module, run_module):
+    for module in (session_module, held_module, run_module):
         monkeypatch.setattr(module, "MAX_TRIALS", 800)
     session = session_of(spec_of("trials=500"), playing=True)
     session.wait_for(lambda status: status.finished, PATIENCE_S)
@@ -252,13 +255,13 @@ def test_on_any_machine_the_worker_is_deaf_only_for_moments(
 
     monkeypatch.setattr(session_module, "Run", Machine)
     clocks = SimpleNamespace(perf_counter=lambda: now_s, thread_time=lambda: now_s)
-    monkeypatch.setattr(session_module, "time", clocks)
+    monkeypatch.setattr(worker_module, "time", clocks)
     session = Session(LONG, "timed", SEED, FULL_SPEED, playing=True)
     for _ in range(30):
         session._learn()
     began_s = now_s
     session._learn()
-    assert now_s - began_s == pytest.approx(session_module._SLICE_S, rel=0.3)
+    assert now_s - began_s == pytest.approx(worker_module.SLICE_S, rel=0.3)
 
 
 # Start again
@@ -397,7 +400,7 @@ def test_another_digest_is_told_and_the_state_is_kept(session_of: SessionOf) -> 
 def test_a_run_that_never_gets_to_its_step_is_not_the_same(
     session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (session_module, run_module):
+    for module in (session_module, held_module, run_module):
         monkeypatch.setattr(module, "MAX_TRIALS", 800)
     session = session_of()
     session.submit(OpenRun(spec_of("trials=500"), "timed", 3, FAR, "0" * 64, NAME))
@@ -561,7 +564,7 @@ def test_commands_given_live_are_in_the_journal_and_replay(session_of: SessionOf
         assert complaint(session, command) is None
     status = ask(session, Pause())
     session.stop()
-    run = session._run
+    run = session._held().run
     assert [command for _, command in run.journal] == commands
     steps = [step for step, _ in run.journal]
     assert steps[0] > 0
@@ -730,7 +733,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """The clock that paces sessions; all its readings here are exact as binary numbers."""
     clock = Clock()
     monkeypatch.setattr(
-        session_module, "time", SimpleNamespace(perf_counter=clock, thread_time=clock)
+        worker_module, "time", SimpleNamespace(perf_counter=clock, thread_time=clock)
     )
     return clock
 
@@ -886,3 +889,42 @@ def test_starting_again_lets_go_of_what_was_set_aside(session_of: SessionOf) -> 
     session.submit(opening(ended(spec_of("trials=300"))))
     assert arrived(session).aside is not None
     assert ask(session, StartAgain(spec_of(), "timed", SEED)).aside is None
+
+
+# Which run is meant
+
+
+def refusal(session: Session, request: Request, run: str) -> str | None:
+    """Why a request of a run was not carried out, None if it was."""
+    complaints: list[str] = []
+    ticket = session.submit(request, complaints.append, run)
+    session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    return complaints[0] if complaints else None
+
+
+def test_what_is_asked_of_a_run_is_done_with_that_run(session_of: SessionOf) -> None:
+    session = session_of()
+    assert ask(session, TrialOnce()).run == OWN
+    session.submit(opening(ended(spec_of("trials=300"))))
+    assert arrived(session).run == NAME
+    assert refusal(session, FreezeSelection(True), OWN) is None
+    assert not session.status.snapshot.control.selection_frozen
+    assert refusal(session, FreezeSkills(True), NAME) is None
+    assert session.status.snapshot.control.skills_frozen
+    control = ask(session, GoBack()).snapshot.control
+    assert (control.selection_frozen, control.skills_frozen) == (True, False)
+
+
+def test_what_is_asked_of_a_run_that_is_gone_is_refused(session_of: SessionOf) -> None:
+    session = session_of()
+    session.submit(opening(ended(spec_of("trials=300"))))
+    arrived(session)
+    ask(session, GoBack())
+    said = "the run that this was meant for is not here any more"
+    for request in (FreezeSelection(True), Play(), StepOnce()):
+        assert refusal(session, request, NAME) == said
+    status = ask(session, HARMLESS)
+    assert (status.playing, status.snapshot.step) == (False, 0)
+    # These are of the session.
+    assert refusal(session, SetSpeed(5.0), NAME) is None
+    assert refusal(session, StartAgain(LONG, "timed", 1), NAME) is None

@@ -2,18 +2,25 @@
 
 import io
 import sys
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
+import viser
 from viser import _messages as wire
 
 from app.documents import presets
-from app.live.session import Session
+from app.live.session import Session, SetSpeed
+from app.page import widgets
+from app.page.inbox import Intent
 from app.page.lab import Lab
+from app.server.workers import MOST_OF_ONE_PAGE
 from app.util.logs import LEVELS, sparing_log
+from tests.support.person import Person
 from tests.support.server import CAMERA, PATIENCE_S, Page, is_update
 
 SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
@@ -25,31 +32,153 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
     session = Session(SPEC, "timed", 7, 100.0, playing=False)
     lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, tmp_path / "results", waits=True)
     session.start()
+    drawing = threading.Thread(target=lab.serve)
+    drawing.start()
     yield lab
     lab.close()
+    drawing.join()
 
 
 def a_page(lab: Lab) -> Page:
     return Page(lab.server.get_port())
 
 
-def test_a_change_before_the_first_welcome_leaves_it_to_begin(
-    lab: Lab, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    speed: Any = lab._controls._speed
-    welcome = lab._welcome
+def speed_of(lab: Lab) -> Any:
+    """The slider for the speed."""
+    return Person(lab.server.gui).widget("100 steps/s")
+
+
+def test_a_change_before_the_first_welcome_leaves_it_to_begin(lab: Lab) -> None:
+    go_on = hold(lab)
     page = a_page(lab)
-
-    def slowly(client: Any) -> None:
-        page.set(speed, 5.0)
-        lab.session.wait_for(lambda status: status.answered > 0, PATIENCE_S)
-        welcome(client)
-
-    lab.server._client_connect_cb[:] = [slowly]
     page.send(CAMERA)
-    status = lab.session.wait_for(lambda status: status.playing, PATIENCE_S)
-    assert status.speed == 100_000.0
+    page.set(speed_of(lab), 5.0)
+    ticket = lab.session.submit(SetSpeed(2_000.0))
+    lab.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    assert not lab.session.status.playing
+    go_on.set()
+    status = lab.session.wait_for(lambda status: status.speed == 100_000.0, PATIENCE_S)
+    assert status.playing
     page.close()
+
+
+def hold(lab: Lab) -> threading.Event:
+    """Keep the render loop busy until this is set."""
+    busy, go_on = threading.Event(), threading.Event()
+    lab.inbox.put(lambda: (busy.set(), go_on.wait(PATIENCE_S)))
+    assert busy.wait(PATIENCE_S)
+    return go_on
+
+
+def test_what_a_page_does_is_done_in_order_and_all_of_it_by_one_thread(lab: Lab) -> None:
+    threads: set[int] = set()
+    done: dict[int, str] = {}
+
+    def do(client: viser.ClientHandle, place: str) -> None:
+        threads.add(threading.get_ident())
+        done[client.client_id] = done.get(client.client_id, "") + place
+
+    button = lab.server.gui.add_button_group("Do", tuple("0123"))
+    button.on_click(Intent(do))
+    pages = [a_page(lab) for _ in range(3)]
+    for page in pages:
+        page.send(CAMERA)
+    wait_until(lambda: len(lab.browsers) == 3)
+    go_on = hold(lab)
+    for page in pages:
+        for place in "0123":
+            page.set(button, place)
+    go_on.set()
+    wait_until(lambda: sum(map(len, done.values())) == 12)
+    assert [*done.values()] == ["0123"] * 3
+    assert len(threads) == 1
+    for page in pages:
+        page.close()
+
+
+def test_a_page_that_asks_faster_than_the_loop_draws_waits_and_the_others_are_heard(
+    lab: Lab,
+) -> None:
+    done: list[int] = []
+    button = lab.server.gui.add_button("Do")
+    button.on_click(Intent(lambda client, _: done.append(client.client_id)))
+    greedy, other = a_page(lab), a_page(lab)
+    for page in (greedy, other):
+        page.send(CAMERA)
+    wait_until(lambda: len(lab.browsers) == 2)
+    first, second = (browser.client.client_id for browser in lab.browsers)
+    go_on = hold(lab)
+    for _ in range(200):
+        greedy.set(button, True)
+    other.set(button, True)
+    wait_until(lambda: not lab.inbox.is_free_for(first))
+    go_on.set()
+    wait_until(lambda: second in done)
+    assert done.index(second) <= MOST_OF_ONE_PAGE * 3
+    wait_until(lambda: done.count(first) == 200)
+    for page in (greedy, other):
+        page.close()
+
+
+def test_what_an_intent_raises_is_told_to_its_page_alone_and_the_lab_goes_on(lab: Lab) -> None:
+    def fail(*_: object) -> None:
+        raise ValueError("no such thing")
+
+    button = lab.server.gui.add_button("Do")
+    button.on_click(Intent(fail))
+    pages = [a_page(lab), a_page(lab)]
+    for page in pages:
+        page.send(CAMERA)
+    wait_until(lambda: len(lab.browsers) == 2)
+    pages[0].set(button, True)
+    (*_, said) = pages[0].receive_until(
+        lambda message: (message.get("props") or {}).get("title") == "That did not work"
+    )
+    assert said["props"]["body"] == "ValueError: no such thing"
+    pages[0].set(speed_of(lab), 5.0)
+    lab.session.wait_for(lambda status: status.speed == 100_000.0, PATIENCE_S)
+    lab.browsers[1].client.add_notification("End", "")
+    told = [
+        message["props"]["title"]
+        for message in pages[1].receive_until(
+            lambda message: (message.get("props") or {}).get("title") == "End"
+        )
+        if message["type"] == "NotificationShowMessage"
+    ]
+    assert told == ["End"]
+    for page in pages:
+        page.close()
+
+
+def test_nothing_is_shown_before_the_latest_of_all_requests_is_answered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(widgets, "TOUCHED_S", -1.0)
+    # Its worker is not started, so nothing is answered.
+    session = Session(SPEC, "timed", 7, 100.0, playing=False)
+    lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, tmp_path / "results")
+    drawing = threading.Thread(target=lab.serve)
+    drawing.start()
+    try:
+        person = Person(lab.server.gui)
+        lab.inbox.put(lambda: person.check("Freeze selection"))
+        lab.inbox.put(lab.wake)
+        hold(lab).set()
+        assert person.value("Freeze selection"), "what was asked for may be true soon"
+        session.start()
+        session.wait_for(lambda status: status.snapshot.control.selection_frozen, PATIENCE_S)
+        hold(lab).set()
+        assert person.value("Freeze selection")
+    finally:
+        lab.close()
+        drawing.join()
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
 
 
 def test_a_lab_that_is_asked_to_tells_what_pages_do(
@@ -57,7 +186,7 @@ def test_a_lab_that_is_asked_to_tells_what_pages_do(
 ) -> None:
     terminal = io.StringIO()
     monkeypatch.setattr(sys, "stderr", terminal)
-    slider: Any = lab._controls._speed
+    slider = speed_of(lab)
     with sparing_log(LEVELS["debug"]):
         page = a_page(lab)
         page.send(CAMERA)
@@ -74,7 +203,7 @@ def test_nothing_of_a_page_reaches_the_terminal_raw(
     terminal = io.StringIO()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(sys, "stdout", terminal)
-    slider: Any = lab._controls._speed
+    slider = speed_of(lab)
     with sparing_log():
         page = a_page(lab)
         page.send(CAMERA)
@@ -94,12 +223,12 @@ def test_refused_messages_leave_one_notification(lab: Lab) -> None:
     page = a_page(lab)
     page.send(CAMERA)
     lab.session.wait_for(lambda status: status.playing, PATIENCE_S)
-    speed: Any = lab._controls._speed
+    speed = speed_of(lab)
     for _ in range(3_000):
         page.send(wire.ShareUrlRequest())
     page.set(speed, 2.0)
     lab.session.wait_for(lambda status: status.speed == 100.0, PATIENCE_S)
-    browser = next(iter(lab._browsers.values()))
+    (browser,) = lab.browsers
     browser.client.add_notification("End", "")
     standing: set[str] = set()
     for message in page.receive_until(

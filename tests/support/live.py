@@ -9,16 +9,8 @@ import numpy as np
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
-from app.live.session import (
-    MOST_WAITING,
-    Pause,
-    Request,
-    Session,
-    SetSpeed,
-    StartAgain,
-    Status,
-    TrialOnce,
-)
+from app.live.session import Pause, Request, Session, SetSpeed, StartAgain, Status, TrialOnce
+from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
@@ -81,7 +73,7 @@ class LiveLab:
         again = StartAgain(preset_of(preset, *settings), preset, SEED)
         # Where one was over or was opened, another plays at once; after that it begins paused.
         self.ask(again, Pause(), SetSpeed(speed), again)
-        self.results = self.lab.bench.root = results
+        self.results = self.lab.service.root = results
 
     def go_to_trial(self, trial: int) -> Status:
         """Learn, and stand still at the start of a trial."""
@@ -104,7 +96,7 @@ class LiveLab:
 
     def look_of(self, browser: int = 0) -> Look:
         """How the browser that came first, second, ... wants to see the board."""
-        return list(self.lab._browsers.values())[browser].readings.look
+        return self.lab.browsers[browser].readings.look
 
     def widget(self, label: str) -> Any:
         """What all browsers share, by its label, as the server has it."""
@@ -112,15 +104,15 @@ class LiveLab:
 
     def run_to_end(self, experiment: Experiment) -> Standing:
         """Run an experiment, and wait until it is over."""
-        self.lab.bench.start(experiment, workers=2)
+        self.lab.service.start(experiment, workers=2)
         return self.at_end()
 
     def at_end(self) -> Standing:
         """How an experiment stands once it is over."""
-        thread = self.lab.bench._thread
+        thread = self.lab.service._thread
         assert thread is not None
         thread.join(PATIENCE_S)
-        standing = self.lab.bench.standing
+        standing = self.lab.service.standing
         assert standing is not None
         assert not standing.running
         return standing

@@ -7,7 +7,7 @@ words.
 import asyncio
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from html import unescape
 from types import SimpleNamespace
 from typing import Any
@@ -20,15 +20,34 @@ def words(html: str) -> str:
     return " ".join(unescape(re.sub(r"<[^>]*>", "", html)).split())
 
 
+class Notification:
+    """What a page is told; if it stands there, it may be changed."""
+
+    def __init__(self, told: list[str], body: str) -> None:
+        self._told = told
+        self.title, self.color, self.auto_close_seconds = "", None, 0.0
+        self.body = body
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        super().__setattr__(name, value)
+        if name == "body":
+            self._told.append(value)
+
+    def remove(self) -> None:
+        pass
+
+
 class Person:
     """Uses the widgets that the panels of some servers and clients hold, and keeps what it is told.
 
     A label means the one widget that shows it now; none or several of that label fail the test, and
-    so does using one that cannot be used.
+    so does using one that cannot be used. ``"Folder > Label"`` means the one in that folder.
     """
 
     def __init__(self, *guis: viser.GuiApi) -> None:
         self._guis = guis
+        self.gui = guis[0]
+        """Where panels of their own go."""
         self.told: list[str] = []
         """Notifications, in order."""
         self.downloads: dict[str, bytes] = {}
@@ -36,8 +55,8 @@ class Person:
 
     # What a page is to those who serve it
 
-    def add_notification(self, title: str, body: str, **_: Any) -> None:
-        self.told.append(body)
+    def add_notification(self, title: str, body: str, **_: Any) -> "Notification":
+        return Notification(self.told, body)
 
     def send_file_download(self, filename: str, content: bytes, **_: Any) -> None:
         self.downloads[filename] = content
@@ -86,6 +105,14 @@ class Person:
         """Click on a button."""
         handle = self.widget(name)
         self.send(handle, name if name in _buttons(handle) else True)
+
+    def press(self, command: str) -> None:
+        """Press the key of a command."""
+        commands = [c for gui in self._guis for c in gui._command_handle_from_uuid.values()]
+        (handle,) = (found for found in commands if found.label == command)
+        person: Any = self
+        for callback in handle._impl.trigger_cb:
+            callback(viser.CommandEvent(client=person, client_id=0, target=handle))
 
     def choose(self, label: str, option: str) -> None:
         """Choose from a list."""
@@ -137,7 +164,24 @@ class Person:
         return [handle for gui in self._guis for handle in _all(gui) if _is_shown(handle)]
 
     def _found(self, label: str) -> list[Any]:
-        return [handle for handle in self._shown() if label in (_label(handle), *_buttons(handle))]
+        *folders, name = label.split(" > ")
+        return [
+            handle
+            for handle in self._shown()
+            if not isinstance(handle, viser.GuiFolderHandle)
+            and name in (_label(handle), *_buttons(handle))
+            and set(folders) <= {_label(above) for above in _above(handle)}
+        ]
+
+
+class AtOnce:
+    """Stands for the inbox: what is asked for is done at once."""
+
+    def put(self, act: Callable[[], object]) -> None:
+        act()
+
+    def work(self, _: object, make: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        then(make())
 
 
 def _all(gui: viser.GuiApi) -> Iterator[Any]:
@@ -159,14 +203,17 @@ def _buttons(handle: Any) -> tuple[str, ...]:
     return handle.options if isinstance(handle, viser.GuiButtonGroupHandle) else ()
 
 
-def _is_shown(handle: Any) -> bool:
-    """Whether a widget and all that it lies in are visible."""
+def _above(handle: Any) -> Iterator[Any]:
+    """A widget, and all that it lies in."""
     while hasattr(handle, "_impl"):
-        if not getattr(handle, "visible", True):
-            return False
+        yield handle
         gui, above = handle._impl.gui_api, handle._impl.parent_container_id
         handle = gui._resolve_container_handle(above)
-    return True
+
+
+def _is_shown(handle: Any) -> bool:
+    """Whether a widget and all that it lies in are visible."""
+    return all(getattr(above, "visible", True) for above in _above(handle))
 
 
 def drawn(scene: viser.SceneApi, name: str) -> Any:

@@ -149,7 +149,7 @@ def test_sigterm_ends_the_lab_as_ctrl_c_does() -> None:
             "the page's server has ended",
         ),
         ("SystemExit", "the_lab.session._answer_requests = fail", "the learner has ended"),
-        ("KeyError", "the_lab._controls.update = fail", "drawing failed"),
+        ("KeyError", "the_lab.experiments.update = fail", "drawing failed"),
     ],
     ids=["server", "learner", "drawing"],
 )

@@ -1,15 +1,11 @@
-"""The *Experiments* tab that all browsers share: choose, see the cost, start, pause, stop.
-
-As with the other controls, a callback asks and the render loop shows what is true.
-"""
+"""The *Experiments* tab that all browsers share: choose, see the cost, start, pause, stop."""
 
 import json
 import textwrap
-import threading
 import time
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import viser
 
@@ -22,12 +18,13 @@ from app.experiments.store import FolderError
 from app.explain.sentence import opened_run
 from app.live.session import GoBack, Session, Status
 from app.live.snapshot import Snapshot
+from app.page.inbox import Ask, Intent, Work
 from app.page.number_field import Limits, NumberField
-from app.page.panels.schedule import Ask, safe_name
-from app.page.widgets import assign, on_change
+from app.page.panels.file_tab import safe_name
+from app.page.widgets import Choice, assign
 from app.results.service import BusyError, Quote, Standing, Workbench
 from app.schedule import carried
-from app.server.callbacks import RefusedError, guarded
+from app.server.callbacks import RefusedError
 from app.util.background import Maker
 from app.util.html import escaped
 from app.util.machine import available_cores
@@ -173,16 +170,22 @@ class _Offer(NamedTuple):
         return now_s - self.made_s > _FRESH_S
 
 
-class Experimenter:
+class ExperimentsPanel:
     """The tab; the render loop calls :meth:`update`."""
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, bench: Workbench, ask: Ask, show: Show
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        service: Workbench,
+        ask: Ask,
+        work: Work,
+        show: Show,
     ) -> None:
         self._session = session
-        self._bench = bench
+        self._service = service
+        self._work = work
         self._show = show
-        self._lock = threading.Lock()
         self._loaded: dict[str, bytes] = {}
         shipped = {name: experiments.load(name) for name in experiments.shipped()}
         self._n_seeds = {name: len(experiment.seeds) for name, experiment in shipped.items()}
@@ -190,7 +193,9 @@ class Experimenter:
         self._offer: Maker[_Offer] = Maker()
         cores = available_cores()
         abouts = (f"{name}: {experiment.description}" for name, experiment in shipped.items())
-        self._choice: Any = gui.add_dropdown("Experiment", self._options(), hint=" ".join(abouts))
+        self._choice: Choice[str] = Choice(
+            gui, "Experiment", self._options(), self._choose, hint=" ".join(abouts)
+        )
         self._about = gui.add_html("")
         self._seeds = NumberField(
             gui, "Seeds", _N_SESSION_SEEDS, Limits(1, MOST_RUNS), "Runs of each variant"
@@ -213,35 +218,33 @@ class Experimenter:
             "Show results", icon=viser.Icon.CHART_DOTS, color="gray", visible=False
         )
         self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
-        # Before whatever is typed into the field of seeds next.
-        on_change(self._choice, self._choose)
-        self._start.on_click(guarded(self._begin))
-        self._pause.on_click(guarded(lambda _: self._pause_or_go_on()))
-        self._stop.on_click(guarded(lambda _: self._bench.stop()))
-        self._results.on_click(guarded(self._open))
-        self._back.on_click(guarded(lambda event: ask(event, GoBack())))
+        self._start.on_click(Intent(self._begin))
+        self._pause.on_click(Intent(self._pause_or_go_on))
+        self._stop.on_click(Intent(lambda _, __: service.stop()))
+        self._results.on_click(Intent(lambda client, _: show(client)))
+        self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
 
-    def take(self, data: bytes, name: str) -> str:
+    def take(self, found: Experiment, data: bytes, name: str) -> str:
         """Add an experiment that somebody loaded, and choose it; returns what it is called.
 
-        It may name shipped presets or hold presets of its own; no other file is looked at.
+        Args:
+            found: the experiment.
+            data: its file.
+            name: of the file.
 
         Raises:
-            ExperimentError: it cannot be run.
             RefusedError: there are too many.
         """
-        found = experiments.parse(data, name, None)
         # A folder is named after it, and two options of a list may not be called the same.
         label = safe_name(name)
         if label in experiments.shipped():
             label = f"{label}_loaded"
-        with self._lock:
-            if label not in self._loaded and len(self._loaded) >= MOST_LOADED:
-                raise RefusedError(f"{MOST_LOADED} experiments are loaded; more are not kept")
-            self._loaded[label] = data
-            self._n_seeds[label] = len(found.seeds)
-        self._choice.options = self._options()
-        self._choice.value = label
+        if label not in self._loaded and len(self._loaded) >= MOST_LOADED:
+            raise RefusedError(f"{MOST_LOADED} experiments are loaded; more are not kept")
+        self._loaded[label] = data
+        self._n_seeds[label] = len(found.seeds)
+        self._choice.offer(self._options())
+        self._choice.choose(label)
         self._seeds.put(len(found.seeds))
         return label
 
@@ -250,7 +253,7 @@ class Experimenter:
         self._show_cost(status)
         assign(self._back, "visible", status.aside is not None)
         assign(self._back, "label", f"Back to {status.aside}")
-        standing = self._bench.standing
+        standing = self._service.standing
         running = standing is not None and standing.running
         assign(self._start, "visible", not running and not self._is_shown_whole(standing))
         assign(self._pause, "visible", running)
@@ -276,11 +279,10 @@ class Experimenter:
         n_shown = len(standing.gatherer.gathering().runs)
         return quote.folder == standing.folder and quote.plan.done == quote.plan.runs == n_shown
 
-    def _options(self) -> tuple[str, ...]:
-        return (THIS_SESSION, *experiments.shipped(), *self._loaded)
+    def _options(self) -> dict[str, str]:
+        return {name: name for name in (THIS_SESSION, *experiments.shipped(), *self._loaded)}
 
-    def _experiment(self, snapshot: Snapshot) -> Experiment:
-        name, n_seeds = str(self._choice.value), int(self._seeds.read())
+    def _experiment(self, name: str, n_seeds: int, snapshot: Snapshot) -> Experiment:
         if name == THIS_SESSION:
             found = session_experiment(snapshot, n_seeds)
         else:
@@ -299,13 +301,13 @@ class Experimenter:
         """An experiment that was loaded, or a shipped one."""
         return _experiment_of(name, self._loaded.get(name), n_seeds)
 
-    def _choose(self, event: viser.GuiEvent, name: str) -> None:
-        self._seeds.put(self._n_seeds.get(name, _N_SESSION_SEEDS))
+    def _choose(self, client: viser.ClientHandle, name: str) -> None:
+        self._seeds.put(self._n_seeds[name])
 
     def _show_cost(self, status: Status) -> None:
         snapshot = status.snapshot
-        name, typed = str(self._choice.value), (self._seeds.text, self._workers.text)
-        standing = self._bench.standing
+        name, typed = self._choice.chosen, (self._seeds.text, self._workers.text)
+        standing = self._service.standing
         is_running = standing is not None and standing.running
         # What is made last may have begun and ended between two frames: its gatherer tells.
         made_last = None if standing is None else standing.gatherer
@@ -314,9 +316,9 @@ class Experimenter:
             of += _session_key(snapshot)
 
         def offer() -> _Offer:
-            experiment = self._experiment(snapshot)
+            experiment = self._experiment(name, int(self._seeds.read()), snapshot)
             lost = not_repeated(snapshot) if name == THIS_SESSION else ""
-            found = self._bench.quote(experiment, int(self._workers.read()))
+            found = self._service.quote(experiment, int(self._workers.read()))
             about = f"{experiment.description} {lost}"
             return _Offer(about, found, len(experiment.seeds), time.monotonic())
 
@@ -342,22 +344,21 @@ class Experimenter:
         assign(self._about, "content", small(about))
         assign(self._cost, "content", small(cost))
 
-    def _begin(self, event: viser.GuiEvent) -> None:
-        try:
-            experiment = self._experiment(self._session.status.snapshot)
-            self._bench.start(experiment, int(self._workers.read()))
-        except (BusyError, ExperimentError, FolderError) as error:
-            raise RefusedError(str(error)) from error
-        if event.client is not None:
-            self._show(event.client)
+    def _begin(self, client: viser.ClientHandle, _: object) -> None:
+        name, snapshot = self._choice.chosen, self._session.status.snapshot
+        n_seeds, workers = int(self._seeds.read()), int(self._workers.read())
 
-    def _pause_or_go_on(self) -> None:
-        standing = self._bench.standing
+        def begin() -> None:
+            try:
+                self._service.start(self._experiment(name, n_seeds, snapshot), workers)
+            except (BusyError, ExperimentError, FolderError) as error:
+                raise RefusedError(str(error)) from error
+
+        self._work(client, begin, lambda _: self._show(client))
+
+    def _pause_or_go_on(self, *_: object) -> None:
+        standing = self._service.standing
         if standing is not None and standing.paused:
-            self._bench.go_on()
+            self._service.go_on()
         else:
-            self._bench.pause()
-
-    def _open(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:
-            self._show(event.client)
+            self._service.pause()

@@ -1,8 +1,8 @@
 """Inspection in one browser: the panel about a cell, and what it draws on the board.
 
-Callbacks only leave requests; `Inspector.update`, which the render loop calls, carries them out,
-works out what is to be seen, and sends what has changed. Everything is drawn in the world's own
-orientation, as the board is: a folded picture is that of a prey facing east.
+What a person asks for waits for the next moment that this browser is shown, and is about that.
+Everything is drawn in the world's own orientation, as the board is: a folded picture is that of a
+prey facing east.
 """
 
 import math
@@ -25,11 +25,12 @@ from app.explain.cell import (
 )
 from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
-from app.page.scene.board import AWAY, BOARD_UNITS, in_linear_light, on_picture, segments
-from app.page.widgets import assign
+from app.page.inbox import Intent
+from app.page.scene.board import AWAY, in_linear_light
+from app.page.scene.outlines import BOARD_UNITS, on_picture, segments
+from app.page.widgets import Choice, assign
 from app.picture.look import Look, heading_shown
 from app.picture.theme import Colour, Theme
-from app.server.callbacks import guarded
 from app.words.plain import HEADING_NAMES
 from learners import hunts
 from sim.geometry import HEADINGS
@@ -39,7 +40,12 @@ from sim.world import World, board_xy
 RING_HUNTS = 16
 _REQUESTS_KEPT = 32
 """Requests between two updates beyond these are dropped, the oldest first."""
-_AS_SHOWN = "as on the board"
+_AS_SHOWN = -1
+"""In the place of a heading."""
+_FACINGS = {
+    "as on the board": _AS_SHOWN,
+    **{name: heading for heading, name in enumerate(HEADING_NAMES)},
+}
 
 _NO_LINE = np.full((1, 2, 3), AWAY, np.float32)
 """A handle must have something to draw."""
@@ -202,10 +208,7 @@ def _arrow(heading: int) -> np.ndarray:
 
 
 class Inspector:
-    """The inspection of one browser.
-
-    Anything but `update` and `remove` may be called from any thread and returns at once.
-    """
+    """The inspection of one browser."""
 
     def __init__(
         self, client: _Client, container: Any, wake: Callable[[], None] = lambda: None
@@ -230,18 +233,6 @@ class Inspector:
         self._hunts_key: tuple[object, ...] | None = None
         self._overlay = _Overlay(client.scene)
         self._build(client.gui, container)
-
-    def hunt_ring(self) -> None:
-        """Show hunts from all round the prey, in the place of those shown so far."""
-        self._ask(self._hunt_ring)
-
-    def explain(self, on: bool) -> None:
-        """Show why the chosen cell's value is what it is, or not."""
-        self._ask(partial(self._explain, on))
-
-    def clear(self) -> None:
-        """Forget the chosen cell and all hunts."""
-        self._ask(self._clear)
 
     def take_click(self, place: tuple[float, float], shift: bool) -> None:
         """Inspect the cell at a place; with shift hunt from it, the prey as in the picture.
@@ -274,11 +265,10 @@ class Inspector:
             handle.remove()
 
     def _build(self, gui: viser.GuiApi, container: Any) -> None:
-        headings = (_AS_SHOWN, *HEADING_NAMES)
         with container:
             self._reading = gui.add_html(nothing_chosen_html())
-            self._prey_faces = gui.add_dropdown(
-                "Prey faces", headings, hint="In the hunts that you ask for here"
+            self._prey_faces = Choice(
+                gui, "Prey faces", _FACINGS, hint="In the hunts that you ask for here"
             )
             self._here = gui.add_button(
                 "Hunt here",
@@ -293,29 +283,24 @@ class Inspector:
             )
             clear = gui.add_button("Clear", icon=viser.Icon.ERASER)
             self._results = gui.add_html("")
-            self._explained = gui.add_checkbox(
+            explained = gui.add_checkbox(
                 "Why this value?", False, hint="Follow the greedy backups to the reward"
             )
             self._reasons = gui.add_html("")
         self._widgets = (
             self._reading,
-            self._prey_faces,
+            self._prey_faces.handle,
             self._here,
             ring,
             clear,
             self._results,
-            self._explained,
+            explained,
             self._reasons,
         )
-        self._explained.on_update(guarded(self._toggled))
-        self._here.on_click(guarded(lambda _: self._ask(self._hunt_here)))
-        ring.on_click(guarded(lambda _: self.hunt_ring()))
-        clear.on_click(guarded(lambda _: self.clear()))
-
-    def _toggled(self, event: viser.GuiEvent) -> None:
-        # A change made by the program has no client.
-        if event.client is not None:
-            self.explain(bool(self._explained.value))
+        explained.on_update(Intent(lambda _, on: self._ask(partial(self._explain, on))))
+        self._here.on_click(Intent(lambda _, __: self._ask(self._hunt_here)))
+        ring.on_click(Intent(lambda _, __: self._ask(self._hunt_ring)))
+        clear.on_click(Intent(lambda _, __: self._ask(self._clear)))
 
     def _ask(self, request: _Request) -> None:
         self._requests.append(request)
@@ -350,10 +335,8 @@ class Inspector:
         self._hunts.clear()
 
     def _heading_asked(self, snapshot: Snapshot, look: Look) -> int:
-        asked = self._prey_faces.value
-        if asked == _AS_SHOWN:
-            return heading_shown(look, snapshot.heading)
-        return HEADING_NAMES.index(asked)
+        asked = self._prey_faces.chosen
+        return heading_shown(look, snapshot.heading) if asked == _AS_SHOWN else asked
 
     def _hunt(self, starts: Sequence[tuple[int, int]], heading: int, snapshot: Snapshot) -> None:
         self._hunts.extend(hunts_from(snapshot, starts, heading, self._hunts_made))

@@ -4,10 +4,7 @@ Everything here belongs to one browser, and so does how it wants to see things.
 """
 
 import math
-from collections.abc import Callable
-from functools import cached_property
-from html import escape
-from typing import Any, Literal, NamedTuple
+from functools import cached_property, partial
 
 import numpy as np
 import viser
@@ -17,36 +14,23 @@ from app.explain import sentence
 from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.page import keys
-from app.page.panels.steering import command_in_words
+from app.page.inbox import Intent
+from app.page.panels import curve
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
-from app.page.widgets import assign
-from app.picture.colours import css
+from app.page.widgets import Choice, assign
 from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
 from app.picture.look import FOLDED, OF_TRIAL, Look
 from app.picture.multiples import all_headings_png, small_multiples_html
 from app.picture.options import option_names
 from app.picture.shading import Scale
-from app.picture.theme import DARK, LIGHT, Theme
-from app.server.callbacks import guarded
+from app.picture.theme import DARK, LIGHT
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
-from app.util.html import element
-from app.words.numbers import counted, in_short, speed_in_words, ticks
-from app.words.placing import Room
+from app.util.html import element, escaped
+from app.words.numbers import counted, in_short, speed_in_words
 from app.words.plain import HEADING_NAMES, plain
 from learners import measures
-from learners.commands import (
-    Command,
-    Event,
-    Explore,
-    FreezeSelection,
-    FreezeSkills,
-    Introduce,
-    Remove,
-    SetParameter,
-    StopExploring,
-)
 from learners.measures import Curve
 
 _SCALES: dict[str, Scale] = {"Steps to capture": "steps", "Linear in value": "linear"}
@@ -60,18 +44,6 @@ _NUDGE = 0.01
 """Farther from where the camera is to be than viser takes to be there."""
 _SENTENCE_LINES = 6
 """What the longest of the usual sentences take: what stands below them never moves."""
-_MAX_MARKS = 8
-_SHORT = {"circle_clockwise": "circle", "circle_counterclockwise": "circle ccw"}
-_LONGEST_NAME = 21
-"""Characters of the name of a mark."""
-_MARK_FONT = "11px Arial, Helvetica, 'Liberation Sans', sans-serif"
-_CHARACTER_PX, _MARK_ROW_PX = 5.6, 15
-_PLOT_PX, _BESIDE_PLOT_PX = 215.0, 60.0
-"""Width of the curve, and of the axis to its left, over which a name may reach."""
-_MAX_MARK_ROWS = 3
-_MOST_TICKS = 4
-"""Numbered steps of the curve after 0."""
-
 # A scroll bar lies over what it scrolls.
 _LAYOUT = """<style>
 [data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
@@ -81,22 +53,22 @@ _LAYOUT = """<style>
 
 def _number(label: str, value: str, hint: str) -> str:
     return (
-        f'<div title="{escape(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
+        f'<div title="{escaped(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
         f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
     )
 
 
 def headline_html(status: Status) -> str:
     """Title, the one sentence in a space of its own, and where a run of an experiment is from."""
-    text = escape(sentence.sentence(status))
+    text = escaped(sentence.sentence(status))
     origin = ""
     if status.opened is not None:
         # A name may be long, and without a blank.
         origin = (
             '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
-            f"{escape(sentence.provenance(status.opened))}</div>"
+            f"{escaped(sentence.provenance(status.opened))}</div>"
         )
-    error = f"<b>{escape(status.error)}</b>" if status.error else ""
+    error = f"<b>{escaped(status.error)}</b>" if status.error else ""
     return (
         '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
         ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'
@@ -148,195 +120,6 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
     )
 
 
-def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
-    """Where a skill joined, and where something changed by hand.
-
-    A skill that is there from the start has no mark, nor has an exploration that the schedule
-    brings: it begins as the skill joins.
-    """
-    joins: list[Event] = []
-    others: list[Event] = []
-    for event in snapshot.control.history:
-        if event.undone or not _mark_name(event.command):
-            continue
-        if isinstance(event.command, Introduce):
-            if event.step > 0:
-                joins.append(event)
-        elif event.author == "hand":
-            others.append(event)
-    return joins, others
-
-
-def curve_marks(snapshot: Snapshot) -> tuple[tuple[float, ...], tuple[str, ...]]:
-    """Steps at which a skill joined or something changed by hand, and what it was."""
-    joins, others = _marked(snapshot)
-    # Of many, the joins stay: they are what the curve is looked at for.
-    joins = joins[-_MAX_MARKS:]
-    others = others[max(len(others) + len(joins) - _MAX_MARKS, 0) :]
-    shown = sorted([*joins, *others], key=lambda event: event.number)
-    return tuple(float(e.step) for e in shown), tuple(_mark_name(e.command) for e in shown)
-
-
-def marks_left_out(snapshot: Snapshot) -> int:
-    """How many marks the curve has no room for."""
-    return max(sum(map(len, _marked(snapshot))) - _MAX_MARKS, 0)
-
-
-class _Marks(NamedTuple):
-    at: tuple[float, ...]
-    names: tuple[str, ...]
-    left_out: int
-
-
-def _marks_of(snapshot: Snapshot) -> _Marks:
-    return _Marks(*curve_marks(snapshot), marks_left_out(snapshot))
-
-
-def _mark_name(command: Command) -> str:
-    """What a command is called at the curve, which is narrow; empty if it has no mark there."""
-
-    def short(skill: str) -> str:
-        return _SHORT.get(skill, plain(skill))
-
-    match command:
-        case Introduce(skill=skill):
-            name = short(skill)
-        case Explore(skill=skill):
-            name = f"explore {short(skill)}"
-        case StopExploring():
-            name = "stop exploring"
-        case Remove(skill=skill):
-            name = f"remove {short(skill)}"
-        case FreezeSelection(frozen=frozen):
-            name = f"{'freeze' if frozen else 'unfreeze'} selection"
-        case FreezeSkills(frozen=frozen):
-            name = f"{'freeze' if frozen else 'unfreeze'} skills"
-        case SetParameter():
-            name = command_in_words(command)
-        case _:
-            name = ""
-    return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
-
-
-def curve_data(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-    """Steps and mean reward of the learning curve, with at least two points."""
-    steps = snapshot.curve.steps.astype(np.float64)
-    reward = snapshot.curve.reward
-    keep = np.isfinite(reward)
-    steps, reward = steps[keep], reward[keep]
-    if len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]:
-        # A window that has just begun may hold a single trial, and would end the curve in a spike.
-        steps, reward = steps[:-1], reward[:-1]
-    if len(steps) < 2:
-        steps = np.array([0.0, max(float(snapshot.step), 1.0)])
-        reward = np.repeat(reward if len(reward) else [0.0], 2)[:2].astype(np.float64)
-    return steps, reward
-
-
-def _axes(snapshot: Snapshot, marks: _Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
-    ink = css(theme.ink)
-    grid = uplot.Axis_Grid(show=True, stroke=css(theme.lines))
-    at, names = marks.at, marks.names
-    splits = tuple(ticks(0, _last_step(snapshot), _MOST_TICKS))
-    axes = [
-        uplot.Axis(
-            scale="x",
-            size=30,
-            splits=splits,
-            values=tuple(f"{step / 1e6:g} M" for step in splits),
-            stroke=ink,
-            grid=grid,
-            label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
-            labelSize=16 if marks.left_out else 0,
-        ),
-        uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
-    ]
-    for number, row in enumerate(mark_rows(at, names, _last_step(snapshot))):
-        axes.append(
-            uplot.Axis(
-                scale="x",
-                side=0,
-                align=row.align,
-                size=_MARK_ROW_PX,
-                gap=2,
-                font=_MARK_FONT,
-                splits=at,
-                values=tuple(row.names),
-                stroke=ink,
-                # The lines of all marks, once.
-                grid=uplot.Axis_Grid(show=number == 0, stroke=ink, dash=(6.0, 4.0)),
-                ticks=uplot.Axis_Ticks(show=False),
-            )
-        )
-    return tuple(axes)
-
-
-class MarkRow:
-    """One row of names above the curve.
-
-    Args:
-        align: 1: names begin at their marks; 2: they end there.
-        n_marks: how many marks there are, whose names may be in other rows.
-    """
-
-    def __init__(self, align: Literal[1, 2], n_marks: int) -> None:
-        self.align: Literal[1, 2] = align
-        self.names = [""] * n_marks
-        """Of all marks; empty for those that have theirs in another row, or none."""
-        self._room = Room(-_BESIDE_PLOT_PX, _PLOT_PX)
-
-    def span_of(self, place: float, name: str) -> tuple[float, float]:
-        """Where a name at a place would lie in this row, in pixels."""
-        width = (len(name) + 1) * _CHARACTER_PX
-        return (place, place + width) if self.align == 1 else (place - width, place)
-
-    def takes(self, mark: int, place: float, name: str) -> bool:
-        """Put a name into this row, if it has room: within the chart, and beside the others."""
-        is_free = self._room.taken(*self.span_of(place, name))
-        if is_free:
-            self.names[mark] = name
-        return is_free
-
-
-def mark_rows(at: tuple[float, ...], names: tuple[str, ...], end: float) -> list[MarkRow]:
-    """Rows of names, the first next to the curve: none is cut, and none lies over another.
-
-    The newest marks come first; of many that are close, the oldest have no name.
-
-    Args:
-        at: steps of the marks.
-        names: their names.
-        end: last step of the axis, which begins at 0.
-    """
-    rows: list[MarkRow] = []
-    for mark, name in reversed(list(enumerate(names))):
-        fresh = [MarkRow(1, len(at)), MarkRow(2, len(at))] if len(rows) < _MAX_MARK_ROWS else []
-        place = _PLOT_PX * at[mark] / end
-        row = next((row for row in [*rows, *fresh] if row.takes(mark, place, name)), None)
-        if row in fresh:
-            rows.append(row)
-    return rows
-
-
-def _last_step(snapshot: Snapshot) -> float:
-    """Where the axis of steps ends."""
-    return max(float(snapshot.step), 1_000.0)
-
-
-def _line(theme: Theme) -> uplot.Series:
-    return uplot.Series(label="reward per trial", stroke=css(theme.capture), width=2, scale="y")
-
-
-def _scales(snapshot: Snapshot) -> dict[str, uplot.Scale]:
-    world = snapshot.spec.world
-    low, high = sorted((world.flight_reward, world.capture_reward))
-    return {
-        "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
-        # Room for the topmost label.
-        "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
-    }
-
-
 class Texts:
     """What is read of a moment by those who look alike: found when it is first asked for."""
 
@@ -353,7 +136,7 @@ class Texts:
         if former is not None and former.status.snapshot.control.history is history:
             self.marks = former.marks
         else:
-            self.marks = _marks_of(status.snapshot)
+            self.marks = curve.marks_of(status.snapshot)
         self.status = status
         self.look = look
         self.extras = extras
@@ -389,18 +172,18 @@ class Texts:
 
     @cached_property
     def curve(self) -> tuple[np.ndarray, np.ndarray]:
-        """The learning curve, as :func:`curve_data`."""
-        return curve_data(self.status.snapshot)
+        """The learning curve, as :func:`curve.data_of`."""
+        return curve.data_of(self.status.snapshot)
 
     @cached_property
     def axes(self) -> tuple[uplot.Axis, ...]:
         """Axes of the learning curve, with its marks."""
-        return _axes(self.status.snapshot, self.marks, self.look.theme)
+        return curve.axes_of(self.status.snapshot, self.marks, self.look.theme)
 
     @cached_property
     def scales(self) -> dict[str, uplot.Scale]:
         """Scales of the learning curve."""
-        return _scales(self.status.snapshot)
+        return curve.scales_of(self.status.snapshot)
 
 
 class Readings:
@@ -411,7 +194,8 @@ class Readings:
         self._gui = gui = client.gui
         self._curve_shown: Curve | None = None
         self._curve_key: tuple[object, ...] = ()
-        self._options: tuple[str, ...] = ()
+        self._names: tuple[str, ...] = ()
+        """What a layer may be of."""
         snapshot = status.snapshot
         panel = gui.add_panel()
         panel.dock_left()
@@ -420,15 +204,17 @@ class Readings:
             gui.add_html(_LAYOUT + keys.table_html())
             self._headline = gui.add_html(headline_html(status))
             self._numbers = gui.add_html(numbers_html(status))
-            self._layer = gui.add_dropdown("Layer", tuple(layer.title for layer in LAYERS.values()))
-            self._about: Any = gui.add_dropdown("of", ("approach",), visible=False)
+            layers = {layer.title: layer for layer in LAYERS.values()}
+            self._layer = Choice(gui, "Layer", layers)
+            self._about: Choice[str | None] = Choice(gui, "of", {})
+            self._about.handle.visible = False
             self._caption = gui.add_html("")
             self._legend = gui.add_html("")
             self._curve = gui.add_uplot(
-                curve_data(snapshot),
-                (uplot.Series(label="steps"), _line(LIGHT)),
-                axes=_axes(snapshot, _marks_of(snapshot), LIGHT),
-                scales=_scales(snapshot),
+                curve.data_of(snapshot),
+                curve.series_of(LIGHT),
+                axes=curve.axes_of(snapshot, curve.marks_of(snapshot), LIGHT),
+                scales=curve.scales_of(snapshot),
                 legend=uplot.Legend(show=False),
                 height=160,
             )
@@ -444,16 +230,16 @@ class Readings:
         # The first ten have keys.
         for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
-            command.on_trigger(guarded(self._chooser(layer.title)))
+            command.on_trigger(Intent(partial(self._choose_layer, layer)))
         gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
-            guarded(lambda _: self.aim_camera())
+            Intent(lambda _, __: self.aim_camera())
         )
         self._dress()
 
     def _build_view(self) -> None:
         gui = self._gui
-        self._frame = gui.add_dropdown("Frame", tuple(_FRAMES))
-        self._scale = gui.add_dropdown("Value as", tuple(_SCALES))
+        self._frame = Choice(gui, "Frame", _FRAMES)
+        self._scale = Choice(gui, "Value as", _SCALES)
         self._fitted = gui.add_checkbox("Fit colours", False, hint="limits from what is there")
         self._surface = gui.add_checkbox("Surface in 3-D", False)
         self._field = gui.add_checkbox("Visual field", True)
@@ -465,16 +251,16 @@ class Readings:
         self._dark = gui.add_checkbox("Dark", False)
         self._multiples = gui.add_checkbox("All headings", False)
         self._eight = gui.add_html("", visible=False)
-        self._dark.on_update(guarded(lambda _: self._dress()))
-        self._surface.on_update(guarded(lambda _: self.aim_camera()))
+        self._dark.on_update(Intent(lambda _, __: self._dress()))
+        self._surface.on_update(Intent(lambda _, __: self.aim_camera()))
 
     def _build_help(self) -> None:
         button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
-        button.on_click(guarded(lambda _: self.show_keys()))
+        button.on_click(Intent(lambda _, __: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
-        command.on_trigger(guarded(lambda _: self.show_keys()))
+        command.on_trigger(Intent(lambda _, __: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
-        closing.on_trigger(guarded(lambda _: self._close_newest_list()))
+        closing.on_trigger(Intent(lambda _, __: self._close_newest_list()))
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
@@ -482,7 +268,7 @@ class Readings:
         with modal:
             self._gui.add_html(keys.list_html())
             close = self._gui.add_button("Close")
-        close.on_click(guarded(lambda _: close_modal(modal)))
+        close.on_click(Intent(lambda _, __: close_modal(modal)))
 
     def _close_newest_list(self) -> None:
         # viser closes none by itself, and does not hand out those that are open.
@@ -490,27 +276,19 @@ class Readings:
         if lists:
             lists[-1].close()
 
-    def _chooser(self, title: str) -> Callable[[Any], None]:
-        def choose(_: Any) -> None:
-            self._layer.value = title
-
-        return choose
-
-    @property
-    def layer(self) -> Layer:
-        """The layer this browser looks at."""
-        return next(layer for layer in LAYERS.values() if layer.title == self._layer.value)
+    def _choose_layer(self, layer: Layer, *_: object) -> None:
+        self._layer.choose(layer)
 
     @property
     def look(self) -> Look:
         """How this browser wants to see the board."""
-        about = str(self._about.value)
+        about = self._about.chosen
         return Look(
             theme=DARK if self._dark.value else LIGHT,
-            layer=self.layer.key,
-            option=self._options.index(about) if about in self._options else 0,
-            frame=_FRAMES[str(self._frame.value)],
-            scale=_SCALES[str(self._scale.value)],
+            layer=self._layer.chosen.key,
+            option=self._names.index(about) if about in self._names else 0,
+            frame=self._frame.chosen,
+            scale=self._scale.chosen,
             fitted=bool(self._fitted.value),
             surface=bool(self._surface.value),
             field=bool(self._field.value),
@@ -553,15 +331,13 @@ class Readings:
         self._show_multiples(texts)
 
     def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
-        names = tuple(plain(name) for name in option_names(snapshot))
+        names = option_names(snapshot)
         if layer.about == "skill":
             names = tuple(plain(name) for name in snapshot.spec.learner.skills)
-        wanted = layer.about != "nothing" and bool(names)
-        if names and names != self._options:
-            self._about.options = names
-            self._options = names
-        if self._about.visible != wanted:
-            self._about.visible = wanted
+        if names:
+            self._names = names
+            self._about.offer({name: name for name in names})
+        assign(self._about.handle, "visible", layer.about != "nothing" and bool(names))
 
     def _show_multiples(self, texts: Texts) -> None:
         wanted = bool(self._multiples.value)
@@ -575,7 +351,7 @@ class Readings:
         if snapshot.curve is self._curve_shown and key == self._curve_key:
             return
         if key != self._curve_key:
-            self._curve.series = (uplot.Series(label="steps"), _line(theme))
+            self._curve.series = curve.series_of(theme)
         # Kept, and not its id, which another curve may have once this one is gone.
         self._curve_shown, self._curve_key = snapshot.curve, key
         self._curve.axes = texts.axes

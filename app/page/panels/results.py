@@ -1,8 +1,8 @@
 """The results of an experiment in one browser: chart, table, downloads, and the way to each run."""
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final, NamedTuple
 
 import viser
@@ -14,10 +14,12 @@ from app.charts.paper.drawing import missing_note
 from app.charts.view import Size, View, answer, first_view
 from app.experiments.store import FolderError, table_csv
 from app.live.session import OpenRun
+from app.page.inbox import Ask, Inbox
 from app.page.panels.experiments import progress_html
+from app.page.widgets import add_buttons
 from app.results.gather import Gatherer, Gathering, RunFact
 from app.results.service import Standing, Workbench
-from app.server.callbacks import RefusedError, guarded
+from app.server.callbacks import RefusedError
 from app.server.calls import Calls, address_of
 from app.util import csv_texts
 from app.util.background import Maker
@@ -49,12 +51,10 @@ _ON_SMALL_SCREENS: Final = f"""<style>@media (max-width: {_MIDDLE + _LEAST_WIDTH
 .pounce-window) {{
 left: max(0px, calc(100vw - {_DOCKED + _GAP + _LEAST_WIDTH:.0f}px)) !important; }} }}</style>"""
 _SAID = "padding:0.3em 0.9em 0"
+_SHEET: Final = "spreadsheet.csv"
 _REFRESH_S, _LATER_REFRESH_S, _LATER_S = 1.0, 3.0, 10.0
 """How often the content may be replaced, at first and later: a click is lost whose link is replaced
 beneath it."""
-_RUNS_CSV, _CHART_CSV, _CHART_PNG = "Runs as CSV", "Chart as CSV", "Chart as PNG"
-_RUNS_SHEET, _CHART_SHEET = "Runs for spreadsheets", "Chart for spreadsheets"
-_CLOSE = "Close"
 
 
 class _Wish(NamedTuple):
@@ -136,16 +136,17 @@ class ResultsPanel:
         self,
         client: viser.ClientHandle,
         calls: Calls,
-        bench: Workbench,
-        ask_for: Callable[[viser.ClientHandle, OpenRun], object],
+        service: Workbench,
+        ask: Ask,
+        inbox: Inbox,
         wake: Callable[[], object],
     ) -> None:
         """``wake`` lets the render loop draw at once."""
         self._client = client
         self._calls = calls
-        self._bench = bench
-        self._ask_for = ask_for
-        self._lock = threading.Lock()
+        self._service = service
+        self._ask = ask
+        self._inbox = inbox
         self._view: View | None = None
         self._of: Standing | None = None
         self._window = _USUAL_WINDOW
@@ -153,22 +154,27 @@ class ResultsPanel:
         self._wake = wake
         self._painted: Maker[_Painted] = Maker(made=wake)
         self._painted_at = self._since_s = 0.0
-        self._secret = calls.enter(self._called)
+        self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))
         gui = client.gui
         self._panel = gui.add_panel(visible=False)
         self._place()
         with self._panel.add_tab("Results", icon=viser.Icon.CHART_DOTS):
             self._said = gui.add_html("")
             self._content = gui.add_html("")
-            self._save = gui.add_button_group("", (_RUNS_CSV, _CHART_CSV, _CHART_PNG, _CLOSE))
-            self._save_sheet = gui.add_button_group(
-                "",
-                (_RUNS_SHEET, _CHART_SHEET),
-                hint="CSV that a spreadsheet opens with all characters, and no text as a formula",
-            )
+            plain = {
+                "Runs as CSV": partial(self._send_runs, "csv"),
+                "Chart as CSV": partial(self._send_chart, "csv"),
+                "Chart as PNG": partial(self._send_chart, "png"),
+                "Close": self._close,
+            }
+            sheets = {
+                "Runs for spreadsheets": partial(self._send_runs, _SHEET),
+                "Chart for spreadsheets": partial(self._send_chart, _SHEET),
+            }
+            hint = "CSV that a spreadsheet opens with all characters, and no text as a formula"
+            add_buttons(gui, "", plain, lambda _, act: act())
+            add_buttons(gui, "", sheets, lambda _, act: act(), hint=hint)
             gui.add_html(frame_html() + window_html(self._address))
-        self._save.on_click(guarded(self._clicked))
-        self._save_sheet.on_click(guarded(lambda _: self._answer(str(self._save_sheet.value))))
 
     def open(self) -> None:
         """Show the panel; one that is shown comes back to its place."""
@@ -184,7 +190,7 @@ class ResultsPanel:
 
     def update(self, now_s: float) -> None:
         """Show what is true, as long as it is to be seen."""
-        standing = self._bench.standing
+        standing = self._service.standing
         if standing is None or not self._panel.visible:
             return
         view = self._follow(standing, now_s)
@@ -240,84 +246,84 @@ class ResultsPanel:
 
     def _follow(self, standing: Standing, now_s: float) -> View:
         """What is looked at; of another experiment, what one looks at first."""
-        with self._lock:
-            of, view = self._of, self._view
-            if view is None or of is None or of.gatherer is not standing.gatherer:
-                self._view = view = first_view(standing.experiment)
-                self._since_s = now_s
-            self._of = standing
-            return view
+        of, view = self._of, self._view
+        if view is None or of is None or of.gatherer is not standing.gatherer:
+            self._view = view = first_view(standing.experiment)
+            self._since_s = now_s
+        self._of = standing
+        return view
 
     def _address(self, words: str) -> str:
         return address_of(self._secret, words)
 
     def _called(self, words: str) -> None:
-        """A link was clicked, or a window has its size; runs on the event loop, and at once."""
+        """A link was clicked, or a window has its size."""
         verb, _, key = words.partition("/")
         if verb in (_WIDE, _TALL):
             self._window = resized(self._window, verb, key)
             self._wake()
             return
-        with self._lock:
-            standing, view = self._of, self._view
-        if standing is None or view is None:
+        if self._of is None or self._view is None:
             return
         if verb == "open":
-            self._open_run(standing, key)
+            self._open_run(self._of, key)
             return
         rows = panel_size(self._window).rows
-        changed = answer(view, words, standing.gatherer.gathering(), rows)
-        with self._lock:
-            # Another experiment may have come in between.
-            if self._of is not None and self._of.gatherer is standing.gatherer:
-                self._view = changed
+        self._view = answer(self._view, words, self._of.gatherer.gathering(), rows)
         self._wake()
 
     def _open_run(self, standing: Standing, key: str) -> None:
         runs = standing.gatherer.gathering().runs
         fact = next((run for run in runs if run.key == key and run.digest), None)
         if fact is not None:
-            self._ask_for(self._client, opened(standing, fact))
-            self._panel.visible = False
+            self._ask(self._client, opened(standing, fact))
+            self._close()
 
-    def _clicked(self, event: viser.GuiEvent) -> None:
-        self._answer(str(self._save.value))
+    def _close(self) -> None:
+        self._panel.visible = False
 
-    def _answer(self, chosen: str) -> None:
-        """Do what a button says."""
-        if chosen == _CLOSE:
-            self._panel.visible = False
-            return
-        with self._lock:
-            # Another experiment may have begun that is not shown yet.
-            standing, view = self._of, self._view
-        if standing is None or view is None:
-            return
-        name, gatherer = as_text(standing.folder.name), standing.gatherer
-        gathering = gatherer.gathering()
-        if not gathering.runs:
-            raise RefusedError("no run is over yet")
-        if chosen in (_RUNS_CSV, _RUNS_SHEET):
-            is_sheet = chosen == _RUNS_SHEET
+    def _send_runs(self, ending: str) -> None:
+        folder = self._shown()[0].folder
+
+        def table() -> bytes:
             try:
-                text = table_csv(standing.folder, is_sheet)
+                return table_csv(folder, ending == _SHEET).encode()
             except FolderError as error:
                 raise RefusedError(str(error)) from error
-            self._send(f"{name}_runs.{'spreadsheet.csv' if is_sheet else 'csv'}", text.encode())
-            return
-        if chosen == _CHART_PNG:
-            drawing = drawing_of(gatherer, gathering, view)
-            self._send(f"{name}_chart_{view.chart}.png", drawing.png)
-            if drawing.missing:
-                note = missing_note(drawing.missing)
+
+        name = f"{as_text(folder.name)}_runs.{ending}"
+        self._inbox.work(self._client, table, partial(self._send, name))
+
+    def _send_chart(self, ending: str) -> None:
+        standing, view = self._shown()
+        gatherer = standing.gatherer
+        gathering = gatherer.gathering()
+
+        def draw() -> tuple[bytes, str]:
+            if ending == "png":
+                drawing = drawing_of(gatherer, gathering, view)
+                return drawing.png, missing_note(drawing.missing)
+            text_of = csv_texts.for_spreadsheets if ending == _SHEET else csv_texts.for_programs
+            return text_of(numbers_of(gatherer, gathering, view)).encode(), ""
+
+        def send(drawn: tuple[bytes, str]) -> None:
+            data, note = drawn
+            name = as_text(standing.folder.name)
+            self._send(f"{name}_chart_{view.chart}.{ending}", data)
+            if note:
                 self._client.add_notification("Saved, with boxes", note, auto_close_seconds=10.0)
-            return
-        ending, text_of = {
-            _CHART_CSV: ("csv", csv_texts.for_programs),
-            _CHART_SHEET: ("spreadsheet.csv", csv_texts.for_spreadsheets),
-        }[chosen]
-        text = text_of(numbers_of(gatherer, gathering, view))
-        self._send(f"{name}_chart_{view.chart}.{ending}", text.encode())
+
+        self._inbox.work(self._client, draw, send)
+
+    def _shown(self) -> tuple[Standing, View]:
+        """What is shown, of which another experiment may have taken the place that runs now.
+
+        Raises:
+            RefusedError: it has no run yet.
+        """
+        if self._of is None or self._view is None or not self._of.gatherer.gathering().runs:
+            raise RefusedError("no run is over yet")
+        return self._of, self._view
 
     def _send(self, name: str, data: bytes) -> None:
         self._client.send_file_download(name, data, save_immediately=True)

@@ -1,28 +1,22 @@
 """Steering while it learns: parameters, skills of one's own, removal, and undo.
 
-Shared by all browsers, like the other controls. Sliders ask only once they have come to rest, so
-that a drag is one change and one mark on the curve.
+Shared by all browsers, like the other controls.
 """
 
-import io
-import re
-import threading
-import time
-from collections.abc import Callable
-from html import escape
-from typing import Any, Final, NamedTuple
+from functools import partial
+from typing import Final, NamedTuple
 
-import numpy as np
 import viser
 from pydantic import TypeAdapter, ValidationError
 
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
+from app.page.inbox import Ask, Intent
 from app.page.number_field import DIALS_HTML, Dial, Limits
-from app.page.panels.schedule import Ask
-from app.page.widgets import NAME_HTML, assign
-from app.server.callbacks import RefusedError, guarded
+from app.page.widgets import NAME_HTML, Choice, assign
+from app.server.callbacks import RefusedError
 from app.server.notices import close_modal, open_modal
+from app.util.html import escaped
 from app.words.numbers import counted
 from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
@@ -47,8 +41,6 @@ from learners.spec import MAX_TRIALS, MOVES, SkillName, SkillWeights
 DEFAULT_FREEZE_TRIALS: Final = 300
 """Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
 
-_REST_S = 0.35
-"""A slider that has not moved for so long has come to rest."""
 _SHOWN_CHANGES = 6
 _MOST_CHANGES = 100
 """The latest changes by hand, which alone can be taken back here."""
@@ -152,23 +144,6 @@ def loss_of(snapshot: Snapshot, skill: str) -> str:
     )
 
 
-def saved_state(snapshot: Snapshot) -> tuple[str, bytes]:
-    """A name for a file and the tables in it, as NumPy's ``npz`` without pickles."""
-    buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer,
-        selection_q=np.where(np.isneginf(snapshot.selection_q), np.nan, snapshot.selection_q),
-        skill_q=snapshot.skill_q,
-        visits=snapshot.visits,
-        first_reach=snapshot.first_reach,
-        step=np.int64(snapshot.step),
-        trial=np.int64(snapshot.trial),
-        seed=np.int64(snapshot.seed),
-    )
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", snapshot.preset)
-    return f"{name}-seed{snapshot.seed}-trial{snapshot.trial}.npz", buffer.getvalue()
-
-
 class Steering:
     """The shared panel of what changes the learner while it learns."""
 
@@ -176,13 +151,8 @@ class Steering:
         self._gui = gui
         self._session = session
         self._ask = ask
-        self._lock = threading.Lock()
-        self._pending: dict[str, tuple[viser.GuiEvent, float, float]] = {}
-        self._open_changes: dict[str, int] = {}
         self._history: tuple[Event, ...] | None = None
         """As it was when the list of changes was made."""
-        self._others: dict[str, str] = {}
-        self._leavers: dict[str, str] = {}
         self._dials: dict[str, Dial] = {}
         self._build_parameters(session.status.snapshot)
         self._build_undo()
@@ -191,19 +161,14 @@ class Steering:
 
     def settle(self, now_s: float) -> None:
         """Ask for what parameters were set to that came to rest."""
-        with self._lock:
-            rested = [key for key, moved in self._pending.items() if now_s - moved[2] >= _REST_S]
-            # Taken out before anything is asked: what is set meanwhile is another change.
-            changes = [(key, *self._pending.pop(key)) for key in rested]
-        for key, event, value, _ in changes:
-            self._ask(event, SetParameter(key, value))
+        for dial in self._dials.values():
+            dial.settle(now_s)
 
     def update(self, status: Status) -> None:
         """Show what is true."""
         snapshot = status.snapshot
-        for slider in SLIDERS:
-            if slider.key not in self._pending:
-                self._dials[slider.key].show(value_of(snapshot.spec, slider.key))
+        for key, dial in self._dials.items():
+            dial.show(value_of(snapshot.spec, key))
         self._dials["learner.skill_alpha"].disable(not snapshot.spec.learner.skills)
         self._show_undo(snapshot)
         self._show_skills(snapshot)
@@ -220,27 +185,24 @@ class Steering:
                     slider.step,
                     f"{slider.key}, {slider.low:g} to {slider.high:g}; takes effect at the next"
                     " step",
-                    self._mover(slider.key),
+                    partial(self._set, slider.key),
                 )
 
-    def _mover(self, key: str) -> Callable[[viser.GuiEvent, float], None]:
-        def moved(event: viser.GuiEvent, value: float) -> None:
-            with self._lock:
-                self._pending[key] = (event, value, time.perf_counter())
-
-        return moved
+    def _set(self, key: str, client: viser.ClientHandle, value: float) -> None:
+        self._ask(client, SetParameter(key, value))
 
     def _build_undo(self) -> None:
         with self._gui.add_folder("Changes by hand"):
             self._changes = self._gui.add_html("")
-            self._chosen: Any = self._gui.add_dropdown("Take back", (_NOTHING,))
+            self._undoable: Choice[int | None] = Choice(
+                self._gui, "Take back", {}, nothing=_NOTHING
+            )
             self._undo = self._gui.add_button("Undo", icon=viser.Icon.ARROW_BACK_UP)
-        self._undo.on_click(guarded(self._undo_clicked))
+        self._undo.on_click(Intent(self._undo_clicked))
 
-    def _undo_clicked(self, event: viser.GuiEvent) -> None:
-        number = self._open_changes.get(str(self._chosen.value))
-        if number is not None:
-            self._ask(event, Undo(number))
+    def _undo_clicked(self, client: viser.ClientHandle, _: object) -> None:
+        if self._undoable.chosen is not None:
+            self._ask(client, Undo(self._undoable.chosen))
 
     def _show_undo(self, snapshot: Snapshot) -> None:
         history = snapshot.control.history
@@ -255,7 +217,7 @@ class Steering:
         }
         lines = [
             f"<span style='{'text-decoration:line-through;opacity:0.6' if e.undone else ''}'>"
-            f"{escape(names[e.number])}, trial {e.trial:,}</span>"
+            f"{escaped(names[e.number])}, trial {e.trial:,}</span>"
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
@@ -266,17 +228,14 @@ class Steering:
             self._changes, "content", f'<div style="padding:0 0.6em;font-size:0.8em">{body}</div>'
         )
         open_events = [e for e in undoable(history) if e.number in names]
-        self._open_changes = {names[e.number]: e.number for e in open_events}
-        options = tuple(self._open_changes) or (_NOTHING,)
-        if self._chosen.options != options:
-            self._chosen.options = options
-            self._chosen.value = options[0]
+        if self._undoable.offer({names[e.number]: e.number for e in open_events}) and open_events:
+            self._undoable.choose(open_events[0].number)
         assign(self._undo, "disabled", not open_events)
 
     def _build_skills(self) -> None:
         gui = self._gui
         with gui.add_folder("Other skills", expand_by_default=False) as folder:
-            self._other: Any = gui.add_dropdown("Skill", (_NO_OTHER,))
+            self._other: Choice[str | None] = Choice(gui, "Skill", {}, nothing=_NO_OTHER)
             self._add_other = gui.add_button("Add this skill now", icon=viser.Icon.PLUS)
             gui.add_html(
                 '<div style="padding:0 0.6em;font-size:0.85em">A skill of your own is rewarded for'
@@ -289,18 +248,17 @@ class Steering:
             }
             gui.add_html(NAME_HTML)
             self._name = gui.add_text("Own skill", "my_skill", hint="a name of small letters and _")
-            self._define = gui.add_button("Add my own skill now", icon=viser.Icon.SPARKLES)
+            define = gui.add_button("Add my own skill now", icon=viser.Icon.SPARKLES)
         self._skills_folder = folder
-        self._add_other.on_click(guarded(self._add_other_clicked))
-        self._define.on_click(guarded(self._define_clicked))
+        self._add_other.on_click(Intent(self._add_other_clicked))
+        define.on_click(Intent(self._define_clicked))
 
-    def _add_other_clicked(self, event: viser.GuiEvent) -> None:
-        skill = self._others.get(str(self._other.value))
-        if skill is None:
+    def _add_other_clicked(self, client: viser.ClientHandle, _: object) -> None:
+        if self._other.chosen is None:
             raise RefusedError("there is no such skill to add any more; choose one")
-        self._ask(event, introduction_of(self._session.status.snapshot, skill))
+        self._ask(client, introduction_of(self._session.status.snapshot, self._other.chosen))
 
-    def _define_clicked(self, event: viser.GuiEvent) -> None:
+    def _define_clicked(self, client: viser.ClientHandle, _: object) -> None:
         name = str(self._name.value)
         try:
             _SKILL_NAME.validate_python(name)
@@ -314,44 +272,42 @@ class Steering:
         weights = {skill: round(dial.read(), 3) for skill, dial in self._weights.items()}
         if not any(weights.values()):
             raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
-        self._ask(event, DefineSkill(name, SkillWeights(**weights)))
-        self._ask(event, Introduce(name, DEFAULT_FREEZE_TRIALS))
+        self._ask(client, DefineSkill(name, SkillWeights(**weights)))
+        self._ask(client, Introduce(name, DEFAULT_FREEZE_TRIALS))
 
     def _show_skills(self, snapshot: Snapshot) -> None:
         learner = snapshot.spec.learner
         assign(self._skills_folder, "visible", learner.options != MOVES)
         absent = (skill for skill in learner.known_skills if skill not in snapshot.present)
-        self._others, self._leavers = by_plain_name(absent), by_plain_name(snapshot.present)
-        assign(self._other, "options", tuple(self._others) or (_NO_OTHER,))
-        assign(self._add_other, "disabled", not self._others)
-        assign(self._leaver, "options", tuple(self._leavers) or (_NO_SKILL,))
+        self._other.offer(by_plain_name(absent))
+        assign(self._add_other, "disabled", self._other.chosen is None)
+        self._leaver.offer(by_plain_name(snapshot.present))
         assign(self._remove, "disabled", len(snapshot.present) < 2)
 
     def _build_removal(self) -> None:
         with self._skills_folder:
-            self._leaver: Any = self._gui.add_dropdown("To remove", (_NO_SKILL,))
+            self._leaver: Choice[str | None] = Choice(self._gui, "To remove", {}, nothing=_NO_SKILL)
             self._remove = self._gui.add_button(
                 "Remove this skill …",
                 icon=viser.Icon.TRASH,
                 hint="The learner keeps at least one skill",
             )
-        self._remove.on_click(guarded(self._confirm_removal))
+        self._remove.on_click(Intent(self._confirm_removal))
 
-    def _confirm_removal(self, event: viser.GuiEvent) -> None:
+    def _confirm_removal(self, client: viser.ClientHandle, _: object) -> None:
         """Say what is lost, and ask."""
-        client, snapshot = event.client, self._session.status.snapshot
-        skill = self._leavers.get(str(self._leaver.value))
-        if client is None or skill is None or skill not in snapshot.present:
+        snapshot, skill = self._session.status.snapshot, self._leaver.chosen
+        if skill is None or skill not in snapshot.present:
             return
         modal = open_modal(client, f"Remove {plain(skill)}?")
         with modal:
-            client.gui.add_markdown(escape(loss_of(snapshot, skill)))
+            client.gui.add_markdown(str(escaped(loss_of(snapshot, skill))))
             yes = client.gui.add_button(f"Remove {plain(skill)}", color="red")
             no = client.gui.add_button("Keep it")
 
-        def removed(_: viser.GuiEvent) -> None:
+        def removed(*_: object) -> None:
             close_modal(modal)
-            self._ask(event, Remove(skill))
+            self._ask(client, Remove(skill))
 
-        yes.on_click(guarded(removed))
-        no.on_click(guarded(lambda _: close_modal(modal)))
+        yes.on_click(Intent(removed))
+        no.on_click(Intent(lambda _, __: close_modal(modal)))

@@ -1,8 +1,7 @@
 """The board in one browser: the picture of a layer, prey, predator, trail, flashes, overlays.
 
 One class, ``create -> update(moment) -> remove``. Handles are made once and their properties
-assigned afterwards; only the render loop calls it. The board lies in the plane z = 0, twelve
-units wide whatever the grid, the prey at the origin.
+assigned afterwards; only the render loop calls it.
 """
 
 import functools
@@ -14,17 +13,16 @@ import viser
 from scipy import ndimage
 
 from app.live.snapshot import Snapshot, TrialEnd
+from app.page.scene import outlines
 from app.page.scene.names import BoardNames
+from app.page.scene.outlines import BOARD_UNITS, cell_centres, on_picture
 from app.page.widgets import assign
 from app.picture.colours import to_linear
 from app.picture.layer import Picture
 from app.picture.look import OF_TRIAL, Look, heading_shown
 from app.picture.theme import OUTCOME_SHAPES, Colour, Shape, Theme
-from sim import geometry
-from sim.spec import STANDARD_SIZE, WorldSpec
-from sim.world import World
+from sim.spec import WorldSpec
 
-BOARD_UNITS = 12.0
 SURFACE_UNITS = 2.4
 """Height of the largest value when the board is drawn as a surface."""
 
@@ -35,9 +33,6 @@ SURFACE_CAMERA = (0.0, -17.5, 12.5)
 SURFACE_TARGET = (0.0, -2.6, 0.0)
 
 _PREY_RADIUS, _PREDATOR_RADIUS, _HALO_RADIUS = 0.13, 0.13, 0.17
-_GRID_EVERY = 10
-_ARC_POINTS = 48
-_CIRCLE_POINTS = 73
 _RAY_POINTS = 400
 _FARTHEST = 1e6
 """Board units from the prey at which nothing is looked for any more."""
@@ -54,123 +49,6 @@ _LINES_EVERY_S = 1.0
 
 # Heights above the board, so that what matters lies on top.
 _Z_LINES, _Z_FIELD, _Z_TRAIL, _Z_FLASH, _Z_PREY, _Z_PREDATOR = 0.01, 0.02, 0.03, 0.035, 0.04, 0.05
-
-
-def on_picture(
-    world: World, cells: np.ndarray, heading: int | np.ndarray, shown: int
-) -> np.ndarray:
-    """Where cells of a trial lie in a picture whose prey faces another way.
-
-    Args:
-        world: the world.
-        cells: ``(n,)`` cells.
-        heading: the prey's heading in that trial.
-        shown: the heading in the picture.
-
-    Returns:
-        ``(n, 2) float64`` in board units.
-    """
-    width = int(world.width)
-    middle = world.size // 2
-    east = cells % width - 1 - middle
-    north = cells // width - 1 - middle
-    turn = (shown - np.asarray(heading)) * np.pi / 4
-    cos, sin = np.cos(turn), np.sin(turn)
-    unit = BOARD_UNITS / world.size
-    return np.stack([east * cos - north * sin, east * sin + north * cos], axis=-1) * unit
-
-
-def cell_centres(spec: WorldSpec) -> np.ndarray:
-    """Centres of all cells, ``(y * x, 3) float32`` in board units."""
-    east, north = geometry.offsets(spec)
-    flat = np.stack([east, north, np.zeros_like(east)], axis=-1).reshape(-1, 3)
-    return (flat * BOARD_UNITS / spec.size).astype(np.float32)
-
-
-def segments(points: np.ndarray) -> np.ndarray:
-    """A line through points ``(n, 2 or 3)`` as segments ``(n - 1, 2, 2 or 3)``."""
-    return np.stack([points[:-1], points[1:]], axis=1)
-
-
-def _edges(spec: WorldSpec) -> tuple[float, float]:
-    """West (south) and east (north) edge of the board in board units."""
-    unit = BOARD_UNITS / spec.size
-    middle = spec.size // 2
-    return (-0.5 - middle) * unit, (spec.size - 0.5 - middle) * unit
-
-
-def _border(spec: WorldSpec) -> np.ndarray:
-    low, high = _edges(spec)
-    return segments(np.array([[low, low], [high, low], [high, high], [low, high], [low, low]]))
-
-
-def _grid(spec: WorldSpec) -> np.ndarray:
-    low, high = _edges(spec)
-    step = _GRID_EVERY * BOARD_UNITS / spec.size
-    marks = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
-    lines = [np.array([[mark, low], [mark, high]]) for mark in marks]
-    lines += [np.array([[low, mark], [high, mark]]) for mark in marks]
-    return np.concatenate([segments(line) for line in lines])
-
-
-def _turned(points: np.ndarray, heading: int) -> np.ndarray:
-    """Points drawn for a prey that faces east, for one that faces another way."""
-    cos, sin = np.cos(heading * np.pi / 4), np.sin(heading * np.pi / 4)
-    return points @ np.array([[cos, sin], [-sin, cos]])
-
-
-def _visual_field(spec: WorldSpec, heading: int) -> np.ndarray:
-    radius = spec.vision_radius * BOARD_UNITS / STANDARD_SIZE
-    angles = np.linspace(-np.pi / 2, np.pi / 2, _ARC_POINTS)
-    arc = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    return segments(_turned(np.concatenate([arc, arc[:1]]), heading))
-
-
-def _arrow(heading: int) -> np.ndarray:
-    tip, wing, tail = 0.62, 0.2, 0.12
-    shaft = np.array([[tail, 0.0], [tip, 0.0]])
-    head = np.array([[tip - wing, wing], [tip, 0.0], [tip - wing, -wing]])
-    return np.concatenate([segments(_turned(part, heading)) for part in (shaft, head)])
-
-
-def _circle(radius: float) -> np.ndarray:
-    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS)
-    return segments(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
-
-
-def _within(parts: np.ndarray, spec: WorldSpec) -> np.ndarray:
-    """The segments ``(n, 2, 2)`` that lie on the board."""
-    low, high = _edges(spec)
-    return parts[((parts >= low) & (parts <= high)).all(axis=(1, 2))]
-
-
-def _sensors(spec: WorldSpec) -> np.ndarray:
-    """Rings, and sectors from the first ring outwards."""
-    unit = BOARD_UNITS / spec.size
-    edges = geometry.ring_edges(spec) * unit
-    parts = [_circle(edge) for edge in edges]
-    radii = np.linspace(edges[0], edges[-1], 40)
-    for sector in range(spec.n_directions):
-        angle = (sector + 0.5) * 2 * np.pi / spec.n_directions
-        parts.append(segments(radii[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))
-    return _within(np.concatenate(parts), spec)
-
-
-def _start_zone(spec: WorldSpec) -> np.ndarray:
-    unit = BOARD_UNITS / STANDARD_SIZE
-    return np.concatenate([_circle(radius * unit) for radius in spec.start_radius])
-
-
-def _arrows(picture: Picture, spec: WorldSpec) -> np.ndarray:
-    """The arrows of a picture as segments ``(3 n, 2, 2)`` in board units."""
-    if picture.arrows is None or not len(picture.arrows):
-        return np.zeros((0, 2, 2))
-    tails, heads = picture.arrows[:, 0], picture.arrows[:, 1]
-    back = 0.38 * (tails - heads)
-    left = heads + back @ np.array([[0.8, 0.6], [-0.6, 0.8]])
-    right = heads + back @ np.array([[0.8, -0.6], [0.6, 0.8]])
-    pairs = [np.stack(pair, axis=1) for pair in ((tails, heads), (heads, left), (heads, right))]
-    return np.concatenate(pairs) * (BOARD_UNITS / spec.size)
 
 
 @dataclass(frozen=True)
@@ -279,8 +157,8 @@ class BoardView:
         self._halo = self._dots("halo", theme.unknown, _HALO_RADIUS)
         self._predator = self._dots("predator", theme.predator, _PREDATOR_RADIUS)
         self._names = self._keep(BoardNames(self._scene))
-        self._set(self._border, "border", self._flat(_border(spec), _Z_LINES))
-        self._set(self._grid, "grid", self._flat(_grid(spec), _Z_LINES))
+        self._set(self._border, "border", self._flat(outlines.border(spec), _Z_LINES))
+        self._set(self._grid, "grid", self._flat(outlines.grid(spec), _Z_LINES))
 
     def _point_size(self) -> float:
         """Half the side of a cell; all of it on a surface, whose slopes would have holes."""
@@ -426,13 +304,15 @@ class BoardView:
         assign(self._zone, "visible", look.start_zone and flat)
         assign(self._field, "visible", look.field)
         if look.sensors:
-            self._set(self._sensors, "sensors", self._flat(_sensors(spec), _Z_LINES))
+            self._set(self._sensors, "sensors", self._flat(outlines.sensors(spec), _Z_LINES))
         if look.start_zone:
-            self._set(self._zone, "zone", self._flat(_start_zone(spec), _Z_FIELD))
-        self._set(self._field, "field", ground.draped(_visual_field(spec, shown), _Z_FIELD)[0])
-        self._set(self._arrow, "arrow", ground.draped(_arrow(shown), _Z_PREY)[0])
+            self._set(self._zone, "zone", self._flat(outlines.start_zone(spec), _Z_FIELD))
+        self._set(
+            self._field, "field", ground.draped(outlines.visual_field(spec, shown), _Z_FIELD)[0]
+        )
+        self._set(self._arrow, "arrow", ground.draped(outlines.arrow(shown), _Z_PREY)[0])
         self._set(self._prey, "prey", ground.lifted(np.zeros((1, 2)), _Z_PREY, _PREY_RADIUS))
-        self._set(self._flow, "flow", ground.draped(_arrows(picture, spec), _Z_FIELD)[0])
+        self._set(self._flow, "flow", ground.draped(outlines.arrows(picture, spec), _Z_FIELD)[0])
         self._names.show(picture, self._sent["cells"][0])
 
     def _show_predator(self, snapshot: Snapshot) -> None:
@@ -445,7 +325,7 @@ class BoardView:
         points = np.zeros((0, 2, 3), np.float32)
         colours = np.zeros((0, 2, 3), np.uint8)
         if self._look.trail and len(path) > 1:
-            steps = segments(path)[-_TRAIL_SEGMENTS:]
+            steps = outlines.segments(path)[-_TRAIL_SEGMENTS:]
             points, of = self._ground.draped(steps, _Z_TRAIL)
             colours = _fading(self._look.theme, len(steps))[of]
         self._set(self._trail, "trail", points, colours)
@@ -459,7 +339,7 @@ class BoardView:
         for path in snapshot.paths:
             chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
             points = on_picture(snapshot.world, path.cells[chosen], path.heading, shown)
-            part = _within(segments(points), self._spec)
+            part = outlines.within(outlines.segments(points), self._spec)
             parts.append(part)
             colour = in_linear_light(self._look.theme.of_outcome(path.outcome))
             colours.append(np.broadcast_to(colour, (len(part), 2, 3)))
@@ -489,7 +369,7 @@ class BoardView:
         places = on_picture(snapshot.world, cells, headings, shown).reshape(-1, 2)
         outcomes = np.array([end.outcome for end in ends], np.int64)
         # Turned by half a quarter, the corners of another trial's board lie outside this one.
-        low, high = _edges(self._spec)
+        low, high = outlines.edges(self._spec)
         inside = ((places >= low) & (places <= high)).all(axis=1)
         points = self._ground.lifted(places[inside], _Z_FLASH, 1.5 * _FLASH_RADIUS)
         for outcome, handle in self._flash.items():

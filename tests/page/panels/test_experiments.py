@@ -16,11 +16,11 @@ from app.experiments.cost import Plan
 from app.experiments.runner import Progress
 from app.experiments.store import FolderError
 from app.live import snapshot
-from app.live.session import Session, Status
+from app.live.session import GoBack, Request, Session, Status
 from app.live.snapshot import Snapshot
 from app.page.panels import experiments
 from app.page.panels.experiments import (
-    Experimenter,
+    ExperimentsPanel,
     cost_html,
     not_repeated,
     progress_html,
@@ -34,6 +34,7 @@ from app.util import background
 from app.util.background import Maker
 from learners.commands import Explore, Introduce, SetParameter
 from learners.run import Run
+from tests.support.person import AtOnce, Person
 
 
 def moment(run: Run, preset: str) -> Snapshot:
@@ -135,8 +136,8 @@ def test_how_it_stands_is_said_in_words() -> None:
 # The tab, on a real server that nobody looks at
 
 
-class Bench:
-    """A workbench on which experiments take no time."""
+class Service:
+    """What runs experiments, which take no time."""
 
     def __init__(self) -> None:
         self.standing: Standing | None = None
@@ -144,6 +145,8 @@ class Bench:
         self.trials = 0
         """Of the experiment whose cost was asked for last."""
         self.locked = False
+        self.started: list[tuple[str, int, int]] = []
+        """Name, seeds and workers."""
 
     def quote(self, experiment: Experiment, workers: int) -> Quote:
         self.quoted += 1
@@ -152,27 +155,47 @@ class Bench:
             raise FolderError("is in use by another pounce")
         return quote(done=0 if self.standing is None else 12)
 
+    def start(self, experiment: Experiment, workers: int) -> None:
+        if self.locked:
+            raise FolderError("is in use by another pounce")
+        self.started.append((experiment.name, len(experiment.seeds), workers))
+
 
 class Tab:
-    """The tab with a bench of that kind."""
+    """The tab, and somebody before it."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self.bench = Bench()
+        self.service = Service()
         self.session = Session(presets.load("timed"), "timed", 1, speed=1.0, playing=False)
-        bench: Any = self.bench
-        self.experimenter = Experimenter(
-            gui, self.session, bench, lambda event, request: 0, lambda client: None
-        )
+        service: Any = self.service
+        self.shown: list[object] = []
+        """Browsers in which the results were opened."""
+        self.requests: list[Request] = []
         self._made = threading.Event()
-        self.experimenter._offer = Maker(self._made.set)
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(experiments, "Maker", lambda: Maker(self._made.set))
+            self.panel = ExperimentsPanel(
+                gui, self.session, service, self.ask, AtOnce().work, self.shown.append
+            )
+        self.person = Person(gui)
 
-    def shown_cost(self, status: Status | None = None) -> str:
-        """What the tab says once it has found out what an experiment takes."""
+    def ask(self, client: object, request: Request) -> None:
+        self.requests.append(request)
+
+    def update(self, status: Status | None = None) -> None:
+        """Draw once, which may ask for the cost; without waiting for it."""
         self._made.clear()
-        self.experimenter.update(status or self.session.status)
+        self.panel.update(status or self.session.status)
+
+    def find_out(self) -> None:
+        """Wait until the cost that was asked for is known."""
         assert self._made.wait(30)
-        self.experimenter.update(status or self.session.status)
-        return self.experimenter._cost.content
+
+    def settle(self, status: Status | None = None) -> None:
+        """Draw until what an experiment takes is found out and shown."""
+        self.update(status)
+        self.find_out()
+        self.panel.update(status or self.session.status)
 
 
 @pytest.fixture
@@ -183,35 +206,36 @@ def tab() -> Iterator[Tab]:
 
 
 def test_an_experiment_that_no_frame_saw_running_changes_what_is_offered(tab: Tab) -> None:
-    assert "12 runs" in tab.shown_cost()
-    assert tab.experimenter._start.label == "Start"
-    tab.bench.standing = standing(running=False)
-    assert "All 12 runs are in" in tab.shown_cost()
-    assert tab.experimenter._start.label == "Show these runs"
+    tab.settle()
+    assert tab.person.reads("12 runs")
+    assert tab.person.sees("Start")
+    tab.service.standing = standing(running=False)
+    tab.settle()
+    assert tab.person.reads("All 12 runs are in")
+    assert tab.person.sees("Show these runs")
 
 
 def test_what_is_known_is_not_found_out_again(tab: Tab) -> None:
-    tab.shown_cost()
+    tab.settle()
     for _ in range(5):
-        tab.experimenter.update(tab.session.status)
-    assert tab.bench.quoted == 1
+        tab.update()
+    assert tab.service.quoted == 1
 
 
 def test_a_cost_is_measured_again_now_and_then_and_shown_meanwhile(
     tab: Tab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tab.shown_cost()
+    tab.settle()
     for quoted in (2, 3):
-        tab._made.clear()
         with monkeypatch.context() as later:
             later.setattr(experiments, "_FRESH_S", -math.inf)
-            tab.experimenter.update(tab.session.status)
-        assert "12 runs" in tab.experimenter._cost.content
-        assert tab._made.wait(30)
+            tab.update()
+        assert tab.person.reads("12 runs")
+        tab.find_out()
         for _ in range(3):
-            tab.experimenter.update(tab.session.status)
-            assert "12 runs" in tab.experimenter._cost.content
-        assert tab.bench.quoted == quoted
+            tab.update()
+            assert tab.person.reads("12 runs")
+        assert tab.service.quoted == quoted
 
 
 def test_a_session_that_becomes_longer_keeps_its_cost_in_sight_and_is_asked_for_now_and_then(
@@ -222,43 +246,69 @@ def test_a_session_that_becomes_longer_keeps_its_cost_in_sight_and_is_asked_for_
         replace(status, snapshot=replace(status.snapshot, trial=status.snapshot.spec.trials + more))
         for more in (500, 1_500, 2_500, 3_500)
     ]
-    tab.shown_cost(beyond[0])
+    tab.settle(beyond[0])
     for later in beyond:
-        tab.experimenter.update(later)
-        assert "12 runs" in tab.experimenter._cost.content
-    assert tab.bench.quoted == 1
+        tab.update(later)
+        assert tab.person.reads("12 runs")
+    assert tab.service.quoted == 1
     monkeypatch.setattr(experiments, "_FRESH_S", -math.inf)
-    assert "12 runs" in tab.shown_cost(beyond[-1])
-    assert tab.bench.trials == beyond[-1].snapshot.trial
+    tab.settle(beyond[-1])
+    assert tab.person.reads("12 runs")
+    assert tab.service.trials == beyond[-1].snapshot.trial
 
 
 def test_a_cost_is_not_measured_while_an_experiment_runs(
     tab: Tab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(experiments, "_FRESH_S", -math.inf)
-    tab.bench.standing = standing()
-    tab.shown_cost()
+    tab.service.standing = standing()
+    tab.settle()
     for _ in range(5):
-        tab.experimenter.update(tab.session.status)
-    assert tab.bench.quoted == 1
+        tab.update()
+    assert tab.service.quoted == 1
 
 
 def test_whose_schedule_would_be_run_is_said_while_an_opened_run_is_on_the_board(tab: Tab) -> None:
-    tab.shown_cost()
-    assert "on the board" not in tab.experimenter._about.content
+    tab.settle()
+    assert not tab.person.reads("on the board")
     status = tab.session.status
     opened = replace(status.snapshot, preset="figure_4_1: <b>", seed=7, generation=1)
-    tab.shown_cost(replace(status, snapshot=opened, aside="timed, trial 12"))
-    said = "This is the schedule of figure_4_1: &lt;b&gt;, seed 7, which is on the board, not timed"
-    assert said in tab.experimenter._about.content
+    tab.settle(replace(status, snapshot=opened, aside="timed, trial 12"))
+    said = "This is the schedule of figure_4_1: <b>, seed 7, which is on the board, not timed"
+    assert tab.person.reads(said)
+    assert "<b>, seed" not in tab.person.html
+    tab.person.click("Back to timed, trial 12")
+    assert tab.requests == [GoBack()]
 
 
 def test_a_folder_that_is_free_again_is_found_to_be(
     tab: Tab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(background, "_RETRY_S", math.inf)
-    tab.bench.locked = True
-    assert "Cannot be run: is in use" in tab.shown_cost()
-    tab.bench.locked = False
+    tab.service.locked = True
+    tab.settle()
+    assert tab.person.reads("Cannot be run: is in use")
+    tab.service.locked = False
     monkeypatch.setattr(background, "_RETRY_S", 0.0)
-    assert "12 runs" in tab.shown_cost()
+    tab.settle()
+    assert tab.person.reads("12 runs")
+
+
+def test_what_is_chosen_is_started_and_shown_to_whoever_started_it(tab: Tab) -> None:
+    tab.person.choose("Experiment", "figure_4_1")
+    tab.person.fill("Seeds", 3)
+    tab.person.fill("At a time", 2)
+    tab.person.click("Start")
+    assert tab.service.started == [("figure_4_1", 3, 2)]
+    assert tab.shown == [tab.person]
+
+
+def test_what_cannot_be_started_is_told_and_shown_to_nobody(tab: Tab) -> None:
+    tab.person.type("Seeds", "some")
+    tab.person.click("Start")
+    tab.person.fill("Seeds", 3)
+    tab.service.locked = True
+    tab.person.click("Start")
+    assert tab.person.told[0].startswith("Seeds: 'some' is not taken")
+    assert tab.person.told[1] == "is in use by another pounce"
+    assert tab.shown == []

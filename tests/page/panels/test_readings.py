@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from app.documents import presets
 from app.explain.sentence import provenance
 from app.live import snapshot
-from app.live.session import Opened, Session, Status
+from app.live.held import Opened
+from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
-from app.page.panels import readings
+from app.page.panels import curve, readings
 from app.page.panels.readings import Readings, Texts
 from app.picture.layer import Extras
 from app.picture.look import Look
@@ -153,53 +154,53 @@ def test_rates_are_short(rate: float, shown: str) -> None:
 # The curve
 
 
-def curve(steps: list[int], reward: list[float]) -> Curve:
+def learned(steps: list[int], reward: list[float]) -> Curve:
     """A learning curve."""
     return Curve(np.array(steps, np.int64), np.array(reward, np.float64))
 
 
 def test_a_curve_without_a_window_is_a_flat_line() -> None:
-    steps, reward = readings.curve_data(moment(curve=curve([], []), step=0))
+    steps, reward = curve.data_of(moment(curve=learned([], []), step=0))
     assert steps.tolist() == [0.0, 1.0]
     assert reward.tolist() == [0.0, 0.0]
 
 
 def test_a_curve_of_one_window_is_a_flat_line_at_its_height() -> None:
-    steps, reward = readings.curve_data(moment(curve=curve([700], [-12.5]), step=700))
+    steps, reward = curve.data_of(moment(curve=learned([700], [-12.5]), step=700))
     assert steps.tolist() == [0.0, 700.0]
     assert reward.tolist() == [-12.5, -12.5]
 
 
 def test_windows_in_which_no_trial_ended_are_left_out() -> None:
     nan = float("nan")
-    gaps = curve([1_000, 2_000, 3_000, 3_500], [nan, -50.0, nan, 100.0])
-    steps, reward = readings.curve_data(moment(curve=gaps, step=3_500))
+    gaps = learned([1_000, 2_000, 3_000, 3_500], [nan, -50.0, nan, 100.0])
+    steps, reward = curve.data_of(moment(curve=gaps, step=3_500))
     assert steps.tolist() == [2_000.0, 3_500.0]
     assert reward.tolist() == [-50.0, 100.0]
 
 
 def test_a_curve_of_nothing_but_gaps_is_a_flat_line() -> None:
-    gaps = curve([1_000, 2_000], [float("nan")] * 2)
-    steps, reward = readings.curve_data(moment(curve=gaps, step=2_000))
+    gaps = learned([1_000, 2_000], [float("nan")] * 2)
+    steps, reward = curve.data_of(moment(curve=gaps, step=2_000))
     assert steps.tolist() == [0.0, 2_000.0]
     assert np.isfinite(reward).all()
 
 
 @pytest.mark.parametrize(("last", "shown"), [(3_400, 3), (3_600, 4), (4_000, 4)])
 def test_a_window_that_has_just_begun_does_not_end_the_curve(last: int, shown: int) -> None:
-    spiked = curve([1_000, 2_000, 3_000, last], [10.0, 12.0, 11.0, 100.0])
-    _, reward = readings.curve_data(moment(curve=spiked, step=last))
+    spiked = learned([1_000, 2_000, 3_000, last], [10.0, 12.0, 11.0, 100.0])
+    _, reward = curve.data_of(moment(curve=spiked, step=last))
     assert len(reward) == shown
 
 
 def test_skills_are_marked_where_they_came_in_and_not_at_the_start() -> None:
     run = Run(spec_of(), seed=1)
-    assert readings.curve_marks(moment(run)) == ((), ())
+    assert curve.marks_of(moment(run))[:2] == ((), ())
     run.advance(max_steps=4_321)
     run.apply(Introduce("circle_clockwise", 10))
     run.advance(max_steps=1_000)
     run.apply(Introduce("avoid", 10))
-    assert readings.curve_marks(moment(run)) == (
+    assert curve.marks_of(moment(run))[:2] == (
         (4_321.0, 5_321.0),
         ("circle", "avoid"),
     )
@@ -218,9 +219,9 @@ def test_what_was_done_by_hand_is_marked_unless_it_is_undone(command: Command, n
     run = Run(spec_of(), seed=1)
     run.advance(max_steps=4_321)
     run.apply(command)
-    assert readings.curve_marks(moment(run)) == ((4_321.0,), (name,))
+    assert curve.marks_of(moment(run))[:2] == ((4_321.0,), (name,))
     run.apply(Undo(run.control.history[-1].number))
-    assert readings.curve_marks(moment(run)) == ((), ())
+    assert curve.marks_of(moment(run))[:2] == ((), ())
 
 
 def test_the_end_of_what_was_begun_by_hand_is_marked_too() -> None:
@@ -231,7 +232,7 @@ def test_the_end_of_what_was_begun_by_hand_is_marked_too() -> None:
     run.advance(max_steps=100)
     for command in (FreezeSelection(False), StopExploring("approach")):
         run.apply(command)
-    at, names = readings.curve_marks(moment(run))
+    at, names, _ = curve.marks_of(moment(run))
     assert at == (100.0, 100.0, 200.0, 200.0)
     assert names[2:] == ("unfreeze selection", "stop exploring"), "in the order they were given"
 
@@ -241,15 +242,15 @@ def test_a_join_keeps_its_mark_until_it_is_taken_back() -> None:
     run.advance(until_trial=10)
     for place in range(20):
         run.apply(SetParameter("learner.epsilon", place / 100))
-    _, names = readings.curve_marks(moment(run))
+    names = curve.marks_of(moment(run)).names
     assert names[0] == "circle"
     assert names[-1].endswith("0.19")
     assert len(names) == 8
     number = len(run.control.history)
     run.apply(Introduce("avoid", 0))
-    assert readings.curve_marks(moment(run))[1][-1] == "avoid"
+    assert curve.marks_of(moment(run)).names[-1] == "avoid"
     run.apply(Undo(number))
-    assert "avoid" not in readings.curve_marks(moment(run))[1]
+    assert "avoid" not in curve.marks_of(moment(run)).names
 
 
 def test_what_leaves_the_learning_alone_and_what_the_schedule_brings_is_not_marked() -> None:
@@ -257,12 +258,12 @@ def test_what_leaves_the_learning_alone_and_what_the_schedule_brings_is_not_mark
     run.advance(until_trial=10)
     run.apply(FollowSchedule(False))
     assert [e.skill for e in run.control.episodes] == ["circle_clockwise"]
-    _, names = readings.curve_marks(moment(run))
+    names = curve.marks_of(moment(run)).names
     assert names == ("circle",)
 
 
 shares = st.lists(st.floats(0, 1), min_size=1, max_size=8).map(sorted)
-words = st.text("aMWi ", min_size=1, max_size=readings._LONGEST_NAME)
+words = st.text("aMWi ", min_size=1, max_size=curve.LONGEST_NAME)
 
 
 @given(shares=shares, data=st.data())
@@ -271,16 +272,16 @@ def test_no_name_of_a_mark_is_cut_or_lies_over_another(
 ) -> None:
     names = tuple(data.draw(words) for _ in shares)
     at = tuple(share * 5_000 for share in shares)
-    rows = readings.mark_rows(at, names, 5_000)
+    rows = curve.mark_rows(at, names, 5_000)
     for row in rows:
         assert len(row.names) == len(at)
         spans = sorted(
-            row.span_of(share * readings._PLOT_PX, name)
+            row.span_of(share * curve.PLOT_PX, name)
             for share, name in zip(shares, row.names, strict=True)
             if name
         )
-        assert spans[0][0] >= -readings._BESIDE_PLOT_PX
-        assert spans[-1][1] <= readings._PLOT_PX
+        assert spans[0][0] >= -curve.BESIDE_PLOT_PX
+        assert spans[-1][1] <= curve.PLOT_PX
         assert all(one[1] <= other[0] for one, other in itertools.pairwise(spans))
     shown = [[row.names[mark] for row in rows if row.names[mark]] for mark in range(len(at))]
     assert all(found in ([], [name]) for found, name in zip(shown, names, strict=True))
@@ -288,16 +289,16 @@ def test_no_name_of_a_mark_is_cut_or_lies_over_another(
 
 
 def test_a_mark_at_the_right_edge_has_its_name_to_the_left() -> None:
-    (row,) = readings.mark_rows((5_000.0,), ("α of skills = 0.35",), 5_000)
+    (row,) = curve.mark_rows((5_000.0,), ("α of skills = 0.35",), 5_000)
     assert (row.align, row.names) == (2, ["α of skills = 0.35"])
-    (row,) = readings.mark_rows((0.0,), ("α of skills = 0.35",), 5_000)
+    (row,) = curve.mark_rows((0.0,), ("α of skills = 0.35",), 5_000)
     assert row.align == 1
 
 
 def test_skills_that_are_there_from_the_start_have_no_marks() -> None:
     run = Run(spec_of(preset="hierarchical_3"), seed=1)
     run.advance(max_steps=5_000)
-    assert readings.curve_marks(moment(run)) == ((), ())
+    assert curve.marks_of(moment(run))[:2] == ((), ())
 
 
 # The panel of a browser, on a real server that nobody looks at
@@ -315,14 +316,14 @@ def test_every_new_curve_is_drawn_though_the_former_ones_are_gone(panel: Reading
     base = status_of(moment())
     for number in range(50):
         # Nobody but the panel keeps the curve, so that another one may come to lie in its place.
-        taken = replace(base.snapshot, curve=curve([1_000, 2_000], [0.0, float(number)]))
+        taken = replace(base.snapshot, curve=learned([1_000, 2_000], [0.0, float(number)]))
         panel.update(Texts(replace(base, snapshot=taken), Look(), Extras(), 1), "")
         del taken
         assert panel._curve.data[1][-1] == number
 
 
 def test_a_curve_that_is_drawn_is_not_sent_again(panel: Readings) -> None:
-    status = status_of(moment(curve=curve([1_000, 2_000], [0.0, 1.0])))
+    status = status_of(moment(curve=learned([1_000, 2_000], [0.0, 1.0])))
     panel.update(Texts(status, Look(), Extras(), 1), "")
     sent = panel._curve.data
     panel.update(Texts(status, Look(), Extras(), 1), "")

@@ -2,16 +2,17 @@
 
 import codecs
 import re
+import secrets
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 from urllib.parse import quote, unquote
 
 import pytest
 import viser
+from viser._gui_handles import PanelHandle
 
 from app.charts.paper import fonts
 from app.documents.experiments import Experiment
@@ -21,6 +22,9 @@ from app.page.panels.results import ResultsPanel, panel_size, resized, window_ht
 from app.results.gather import Gatherer
 from app.results.service import Standing
 from app.server.calls import Calls
+from app.server.server import close_server, open_server
+from app.util.background import Maker
+from tests.support.person import AtOnce, Person
 from tests.support.runs import THESIS, experiment_of, fact, filled
 
 PATIENCE_S = 60.0
@@ -32,7 +36,7 @@ RUNS = [
 ]
 
 
-class Bench:
+class Service:
     """How an experiment stands, as a test says."""
 
     def __init__(self) -> None:
@@ -65,49 +69,65 @@ def add(gatherer: Gatherer, first: int, end: int) -> None:
 
 
 class Desk:
-    """A panel on a real server that nobody looks at; its frames come when a test says."""
+    """A panel on a real server, and somebody before it; its frames come when a test says."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
-        self.bench = Bench()
+    def __init__(self, server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.service = Service()
+        self.calls = Calls()
         self.made = threading.Event()
-        client: Any = server
-        bench: Any = self.bench
-        self.panel = ResultsPanel(client, Calls(), bench, lambda *_: None, wake=self.made.set)
+        self.wanted = False
+        self.person = Person(server.gui)
+        client: Any = self.person
+        service: Any = self.service
+        inbox: Any = AtOnce()
+        desk = self
+
+        class Watched(Maker[Any]):
+            def want(self, of: Any, make: Any) -> None:
+                desk.wanted = of != self.latest[0]
+                super().want(of, make)
+
+        monkeypatch.setattr(results, "Maker", Watched)
+        monkeypatch.setattr(secrets, "token_urlsafe", lambda _: "secret")
+        self.panel = ResultsPanel(
+            client, self.calls, service, lambda *_: None, inbox, self.made.set
+        )
         self.panel.open()
 
     def frame(self, now_s: float) -> None:
         """Draw, and draw again once what the first frame asked for is there, if it asked."""
         self.made.clear()
+        self.wanted = False
         self.panel.update(now_s)
-        if self.panel._painted._busy:
+        if self.wanted:
             assert self.made.wait(PATIENCE_S)
         self.panel.update(now_s)
 
     @property
     def counts(self) -> tuple[int, int, int]:
         """Runs that are done and that failed, as it says, and the runs of its table."""
-        said = re.search(r"(\d+) of \d+ runs done(?:, (\d+) failed)?", self.panel._said.content)
+        said = re.search(r"(\d+) of \d+ runs done(?:, (\d+) failed)?", self.person.html)
         assert said is not None
-        listed = re.search(r"of (\d+)</span>", self.panel._content.content)
+        listed = re.search(r"of (\d+)</span>", self.person.html)
         return int(said[1]), int(said[2] or 0), 0 if listed is None else int(listed[1])
 
 
 @pytest.fixture
-def desk() -> Iterator[Desk]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield Desk(server)
-    server.stop()
+def desk(monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+    server = open_server(port=0)
+    yield Desk(server, monkeypatch)
+    close_server(server)
 
 
 def test_while_runs_come_the_headline_counts_those_that_are_shown(desk: Desk) -> None:
-    desk.bench.begin(EXPERIMENT, 0)
+    desk.service.begin(EXPERIMENT, 0)
     desk.frame(0.0)
     assert desk.counts == (0, 0, 0)
-    assert "No run is over yet." in desk.panel._content.content
-    desk.bench.come(0, 3)
+    assert "No run is over yet." in desk.person.html
+    desk.service.come(0, 3)
     desk.frame(0.1)
     assert desk.counts == (3, 0, 3)
-    desk.bench.come(3, 6)
+    desk.service.come(3, 6)
     desk.frame(0.2)
     assert desk.counts == (3, 0, 3), "a link would be replaced beneath a click"
     desk.frame(5.0)
@@ -115,27 +135,27 @@ def test_while_runs_come_the_headline_counts_those_that_are_shown(desk: Desk) ->
 
 
 def test_the_last_run_and_the_end_are_shown_at_once(desk: Desk) -> None:
-    desk.bench.begin(EXPERIMENT, 11)
+    desk.service.begin(EXPERIMENT, 11)
     desk.frame(0.0)
     assert desk.counts == (11, 0, 11)
-    desk.bench.come(11, 12)
+    desk.service.come(11, 12)
     desk.frame(0.1)
     assert desk.counts == (11, 1, 12)
-    desk.bench.note(running=False)
+    desk.service.note(running=False)
     desk.panel.update(0.2)
-    assert "1 running" not in desk.panel._said.content
-    assert "Stopped" not in desk.panel._said.content
+    assert "1 running" not in desk.person.html
+    assert "Stopped" not in desk.person.html
 
 
 def test_an_experiment_that_is_over_is_not_called_stopped_before_its_last_run_is_shown(
     desk: Desk,
 ) -> None:
-    desk.bench.begin(EXPERIMENT, 11)
+    desk.service.begin(EXPERIMENT, 11)
     desk.frame(0.0)
-    desk.bench.come(11, 12)
-    desk.bench.note(running=False)
+    desk.service.come(11, 12)
+    desk.service.note(running=False)
     desk.panel.update(0.1)
-    assert "Stopped" not in desk.panel._said.content
+    assert "Stopped" not in desk.person.html
     desk.frame(0.2)
     assert desk.counts == (11, 1, 12)
 
@@ -147,74 +167,68 @@ def test_an_experiment_that_is_over_is_not_called_stopped_before_its_last_run_is
 def test_a_pause_and_a_stop_are_said_with_all_runs_at_once(
     changes: dict[str, bool], words: str, desk: Desk
 ) -> None:
-    desk.bench.begin(EXPERIMENT, 3)
+    desk.service.begin(EXPERIMENT, 3)
     desk.frame(0.0)
-    desk.bench.come(3, 6)
-    desk.bench.note(**changes)
+    desk.service.come(3, 6)
+    desk.service.note(**changes)
     desk.frame(0.1)
-    assert words in desk.panel._said.content
+    assert words in desk.person.html
     assert desk.counts == (6, 0, 6)
 
 
 def test_another_experiment_with_as_many_runs_is_shown_in_its_place(desk: Desk) -> None:
-    desk.bench.begin(EXPERIMENT, 4)
+    desk.service.begin(EXPERIMENT, 4)
     desk.frame(0.0)
     other = experiment_of("presets: [hierarchical_3, timed]\nseeds: 6")
-    desk.bench.begin(other, 0)
-    second = desk.bench.standing
+    desk.service.begin(other, 0)
+    second = desk.service.standing
     assert second is not None
     add(second.gatherer, 0, 2)
     add(second.gatherer, 4, 6)
     desk.panel.update(0.1)
-    assert "standard_q" not in desk.panel._content.content
+    assert "standard_q" not in desk.person.html
     desk.frame(0.2)
-    assert "standard_q" not in desk.panel._content.content
-    assert "hierarchical_3" in desk.panel._content.content
+    assert "standard_q" not in desk.person.html
+    assert "hierarchical_3" in desk.person.html
 
 
-def test_a_file_is_of_the_experiment_that_is_shown_though_another_has_begun(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sent: list[tuple[str, bytes]] = []
-    monkeypatch.setattr(
-        desk.panel._client, "send_file_download", lambda name, data, **_: sent.append((name, data))
-    )
-    monkeypatch.setattr(desk.panel, "_save", SimpleNamespace(value=results._CHART_CSV))
-    event: Any = None
-    desk.bench.begin(EXPERIMENT, 4)
+def test_a_file_is_of_the_experiment_that_is_shown_though_another_has_begun(desk: Desk) -> None:
+    desk.service.begin(EXPERIMENT, 4)
     desk.frame(0.0)
-    desk.panel._clicked(event)
-    desk.bench.begin(experiment_of("presets: [timed]\nseeds: 6"), 0)
-    desk.panel._clicked(event)
-    first, second = sent
-    assert second == first
+    desk.person.click("Chart as CSV")
+    first = desk.person.downloads.copy()
+    assert first
+    desk.person.downloads.clear()
+    desk.service.begin(experiment_of("presets: [timed]\nseeds: 6"), 0)
+    desk.person.click("Chart as CSV")
+    assert desk.person.downloads == first
+
+
+def test_before_a_run_is_over_there_is_no_file(desk: Desk) -> None:
+    desk.service.begin(EXPERIMENT, 0)
+    desk.frame(0.0)
+    desk.person.click("Chart as PNG")
+    desk.person.click("Runs as CSV")
+    assert desk.person.told == ["no run is over yet"] * 2
+    assert desk.person.downloads == {}
 
 
 def test_a_spreadsheet_is_sent_and_boxes_in_a_picture_are_said(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sent: dict[str, bytes] = {}
-    said: list[str] = []
-    client = desk.panel._client
-    monkeypatch.setattr(
-        client, "send_file_download", lambda name, data, **_: sent.update({name: data})
-    )
-    monkeypatch.setattr(
-        client, "add_notification", lambda _, note, **__: said.append(note), raising=False
-    )
     monkeypatch.setattr(fonts, "system_fonts", lambda: ())
     text = "presets:\n- {preset: timed, label: =先}\n- standard_q\n"
-    desk.bench.begin(experiment_of(text), 2)
+    desk.service.begin(experiment_of(text), 2)
     desk.frame(0.0)
     for words in ("Chart as CSV", "Chart for spreadsheets", "Chart as PNG"):
-        desk.panel._answer(words)
+        desk.person.click(words)
     endings = ("csv", "spreadsheet.csv", "png")
-    assert [*sent] == [f"results_chart_curves.{ending}" for ending in endings]
-    plain, sheet, _ = sent.values()
+    assert [*desk.person.downloads] == [f"results_chart_curves.{ending}" for ending in endings]
+    plain, sheet, _ = desk.person.downloads.values()
     assert ",=先,".encode() in plain
     assert sheet.startswith(codecs.BOM_UTF8)
     assert ",'=先,".encode() in sheet
-    (note,) = said
+    (note,) = desk.person.told
     assert note.startswith("No font of this machine has 先: ")
 
 
@@ -260,13 +274,13 @@ def test_what_is_shown_comes_back_to_its_place_when_it_is_asked_for(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     placed: list[Any] = []
-    monkeypatch.setattr(desk.panel._panel, "float", lambda **where: placed.append(where))
-    desk.bench.begin(EXPERIMENT, 4)
+    monkeypatch.setattr(PanelHandle, "float", lambda _, **where: placed.append(where))
+    desk.service.begin(EXPERIMENT, 4)
     desk.frame(0.0)
     assert not placed, "where somebody has moved it"
     desk.panel.open()
     usual = panel_size(results._USUAL_WINDOW)
     assert [(where["width"], where["height"]) for where in placed] == [(usual.width, usual.height)]
-    desk.panel._called("wide/1920")
+    assert desk.calls.take("secret/wide/1920")
     desk.frame(0.1)
     assert placed[1]["width"] == 1236

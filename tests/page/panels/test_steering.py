@@ -11,9 +11,9 @@ import viser
 
 from app.documents import presets
 from app.live import snapshot
-from app.live.session import Request, Session, Status
+from app.live.session import Request, Session
+from app.page import widgets
 from app.page.panels.steering import DEFAULT_FREEZE_TRIALS, SLIDERS, Steering, introduction_of
-from app.server.callbacks import RefusedError
 from app.server.server import close_server, open_server
 from app.words.plain import PARAMETER_NAMES
 from learners.commands import (
@@ -29,10 +29,10 @@ from learners.commands import (
 )
 from learners.run import Run
 from learners.spec import MAX_TRIALS, SkillWeights
+from tests.support.person import Person
 
-NOBODY: Any = SimpleNamespace(client=None)
-"""An event of no browser."""
 OWN = SkillWeights(approach=1.0)
+ALPHA = PARAMETER_NAMES["learner.alpha"]
 
 
 def run_of(*settings: str) -> Run:
@@ -40,26 +40,26 @@ def run_of(*settings: str) -> Run:
 
 
 class Desk:
-    """The panel over a run, and what it has asked for."""
+    """The panel over a run, what it has asked for, and somebody before it."""
 
     def __init__(self, gui: viser.GuiApi, run: Run) -> None:
         session = Session(run.preset, "timed", 1, speed=100.0, playing=False)
         taken = snapshot.take(run, "timed", 0)
-        status = replace(session.status, snapshot=taken)
+        self.status = replace(session.status, snapshot=taken)
         self.requests: list[Request] = []
-        seen: Any = SimpleNamespace(status=status)
+        seen: Any = SimpleNamespace(status=self.status)
         self.steering = Steering(gui, seen, self.ask)
-        self.status: Status = status
-        self.steering.update(status)
+        self.steering.update(self.status)
+        self.person = Person(gui)
 
-    def ask(self, event: object, request: Request) -> int:
+    def ask(self, client: object, request: Request) -> None:
+        assert client is self.person
         self.requests.append(request)
-        return len(self.requests)
 
     def define(self, name: str) -> None:
-        self.steering._name.value = name
-        self.steering._weights["avoid"].field.put(1.0)
-        self.steering._define_clicked(NOBODY)
+        self.person.send(self.person.widget("Own skill"), name)
+        self.person.fill("\N{MULTIPLICATION SIGN} avoid as a number", 1)
+        self.person.click("Add my own skill now")
 
 
 @pytest.fixture
@@ -93,8 +93,8 @@ def test_an_own_skill_that_is_gone_does_not_join_in_the_place_of_another(
 ) -> None:
     run = after(DefineSkill("mine", OWN), Introduce("mine", 300), Remove("mine"))
     desk = Desk(server.gui, run)
-    with pytest.raises(RefusedError, match="there is a skill named 'mine'"):
-        desk.define("mine")
+    desk.define("mine")
+    assert desk.person.told == ["there is a skill named 'mine'; allowed: another name"]
     assert desk.requests == []
 
 
@@ -103,8 +103,8 @@ def test_what_is_no_name_is_refused_with_what_is_allowed(
     server: viser.ViserServer, name: str
 ) -> None:
     desk = Desk(server.gui, after())
-    with pytest.raises(RefusedError, match="allowed: a name of up to 32 characters"):
-        desk.define(name)
+    desk.define(name)
+    assert "allowed: a name of up to 32 characters" in desk.person.told[0]
     assert desk.requests == []
 
 
@@ -126,11 +126,9 @@ def test_a_skill_that_the_schedule_does_not_bring_is_frozen_as_in_the_thesis() -
 def test_another_skill_is_added_by_its_name_in_the_list(server: viser.ViserServer) -> None:
     run = run_of("schedule.skills.avoid={at: 3000, freeze: 20}")
     desk = Desk(server.gui, run)
-    assert "circle counterclockwise" in desk.steering._other.options
-    desk.steering._other.value = "circle counterclockwise"
-    desk.steering._add_other_clicked(NOBODY)
-    desk.steering._other.value = "avoid"
-    desk.steering._add_other_clicked(NOBODY)
+    for skill in ("circle counterclockwise", "avoid"):
+        desk.person.choose("Skill", skill)
+        desk.person.click("Add this skill now")
     assert desk.requests == [
         Introduce("circle_counterclockwise", DEFAULT_FREEZE_TRIALS),
         Introduce("avoid", 20),
@@ -142,9 +140,8 @@ def test_another_skill_is_added_by_its_name_in_the_list(server: viser.ViserServe
 
 def test_a_slider_is_asked_for_once_it_has_come_to_rest(server: viser.ViserServer) -> None:
     desk = Desk(server.gui, after())
-    moved = desk.steering._mover("learner.alpha")
-    moved(NOBODY, 0.3)
-    moved(NOBODY, 0.4)
+    desk.person.move(ALPHA, 0.3)
+    desk.person.move(ALPHA, 0.4)
     desk.steering.settle(-math.inf)
     assert desk.requests == []
     desk.steering.settle(math.inf)
@@ -152,19 +149,25 @@ def test_a_slider_is_asked_for_once_it_has_come_to_rest(server: viser.ViserServe
     assert desk.requests == [SetParameter("learner.alpha", 0.4)]
 
 
+def test_a_number_that_is_finished_is_asked_for_without_a_rest(server: viser.ViserServer) -> None:
+    desk = Desk(server.gui, after())
+    desk.person.fill(f"{ALPHA} as a number", 0.4)
+    desk.steering.settle(0.0)
+    assert desk.requests == [SetParameter("learner.alpha", 0.4)]
+
+
 def test_what_a_slider_is_set_to_while_it_is_asked_for_is_not_lost(
-    server: viser.ViserServer,
+    server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     desk = Desk(server.gui, after())
-    moved = desk.steering._mover("learner.alpha")
 
-    def ask(event: object, request: Request) -> int:
+    def ask(client: object, request: Request) -> None:
         if not desk.requests:
-            moved(NOBODY, 0.7)
-        return desk.ask(event, request)
+            desk.person.move(ALPHA, 0.7)
+        desk.requests.append(request)
 
-    desk.steering._ask = ask
-    moved(NOBODY, 0.3)
+    monkeypatch.setattr(desk.steering, "_ask", ask)
+    desk.person.move(ALPHA, 0.3)
     desk.steering.settle(math.inf)
     desk.steering.settle(math.inf)
     assert desk.requests == [
@@ -173,11 +176,23 @@ def test_what_a_slider_is_set_to_while_it_is_asked_for_is_not_lost(
     ]
 
 
+def test_what_is_true_is_not_shown_over_what_has_not_been_asked_for_yet(
+    server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(widgets, "TOUCHED_S", -1.0)
+    desk = Desk(server.gui, after())
+    desk.person.move(ALPHA, 0.3)
+    desk.steering.update(desk.status)
+    assert desk.person.value(ALPHA) == 0.3
+    desk.steering.settle(math.inf)
+    desk.steering.update(desk.status)
+    assert desk.person.value(ALPHA) == 0.1
+
+
 def test_a_slider_and_its_number_show_what_is_true(server: viser.ViserServer) -> None:
     desk = Desk(server.gui, after(SetParameter("learner.alpha", 0.123)))
-    dial = desk.steering._dials["learner.alpha"]
-    assert dial.field.handle.value == "0.123"
-    assert dial._slider.value == pytest.approx(0.123, abs=0.01)
+    assert desk.person.value(f"{ALPHA} as a number") == "0.123"
+    assert desk.person.value(ALPHA) == pytest.approx(0.123, abs=0.01)
     assert {slider.key for slider in SLIDERS} == set(PARAMETER_NAMES)
 
 
@@ -195,14 +210,14 @@ def test_changes_by_hand_are_counted_from_one_whatever_the_schedule_did(
     run.apply(Explore("approach", 100, 0.5))
     run.apply(FreezeSelection(True))
     desk = Desk(server.gui, run)
-    assert list(desk.steering._chosen.options) == [
+    assert desk.person.options("Take back") == [
         "4: selection frozen",
         "3: approach explored at 50%",
         "1: α of skills = 0.3",
     ]
-    assert "2: skills frozen, trial 10" in desk.steering._changes.content
-    desk.steering._chosen.value = "3: approach explored at 50%"
-    desk.steering._undo_clicked(NOBODY)
+    assert desk.person.reads("2: skills frozen, trial 10")
+    desk.person.choose("Take back", "3: approach explored at 50%")
+    desk.person.click("Undo")
     (undo,) = desk.requests
     assert isinstance(undo, Undo)
     assert run.control.history[undo.number].command == Explore("approach", 100, 0.5)

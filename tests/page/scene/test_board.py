@@ -11,13 +11,8 @@ import viser
 from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.page.scene.board import (
-    BOARD_UNITS,
-    SURFACE_UNITS,
-    BoardView,
-    cell_centres,
-    in_linear_light,
-)
+from app.page.scene.board import SURFACE_UNITS, BoardView, in_linear_light
+from app.page.scene.outlines import BOARD_UNITS, cell_centres
 from app.picture.layer import Picture
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT

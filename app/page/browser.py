@@ -1,0 +1,67 @@
+"""What one connected browser is shown; what it steers is shared by all, in the lab."""
+
+from typing import TYPE_CHECKING
+
+import viser
+
+from app.page.inbox import Intent
+from app.page.panels.file_tab import FileTab
+from app.page.panels.inspection import Inspector
+from app.page.panels.readings import Readings, Texts
+from app.page.panels.results import ResultsPanel
+from app.picture.look import Look
+from app.server.pulse import Pulse
+from app.server.stage import Stage
+
+if TYPE_CHECKING:
+    from app.page.lab import Lab
+
+
+class Browser:
+    """The panels of one browser, and which frame of which board it was sent last."""
+
+    def __init__(self, lab: "Lab", client: viser.ClientHandle) -> None:
+        self.client = client
+        self._gallery = lab.gallery
+        self.readings = Readings(client, lab.session.status)
+        self.pulse = Pulse(lab.server, client.client_id)
+        self._look = self.readings.look
+        self._stage: Stage | None = None
+        self._seen = 0
+        self._inspector = Inspector(client, self.readings.inspect_tab, lab.wake)
+        with self.readings.file_tab:
+            FileTab(
+                client, lab.session, lab.ask, lab.inbox.work, lab.experiments.take, lab.save_dir
+            )
+        self.results = ResultsPanel(client, lab.calls, lab.service, lab.ask, lab.inbox, lab.wake)
+        clicked = Intent(self._clicked)
+        client.scene.on_click()(clicked)
+        client.scene.on_click(modifier="shift")(clicked)
+        self._read_at = 0.0
+
+    def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
+        board = self._gallery.board(self._look)
+        if board is None:
+            return
+        place = board.place_under(event.ray_origin, event.ray_direction)
+        if place is not None:
+            self._inspector.take_click(place, shift=event.modifier == "shift")
+
+    def frame(self, stage: Stage, look: Look) -> bytes | None:
+        """What this browser has not been sent yet of what it wants to see; None if nothing is."""
+        if stage is not self._stage:
+            self._stage, self._look, self._seen = stage, look, 0
+        frame, self._seen = stage.frame_since(self._seen), stage.now
+        return frame
+
+    def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:
+        """Show a moment beside the board: what was asked for at once, the rest now and then."""
+        success = texts.extras.success
+        outcomes = None
+        if success is not None and success.generation == texts.status.snapshot.generation:
+            outcomes = success.outcomes
+        self._inspector.update(texts.status.snapshot, texts.look, outcomes)
+        self.results.update(now_s)
+        if now_s - self._read_at >= every_s:
+            self.readings.update(texts, clock)
+            self._read_at = now_s

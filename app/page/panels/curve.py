@@ -1,0 +1,227 @@
+"""The learning curve beside the board: its points, its axes, and the names of its marks."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from viser import uplot
+
+from app.live.snapshot import Snapshot
+from app.page.panels.steering import command_in_words
+from app.picture.colours import css
+from app.picture.theme import Theme
+from app.words.numbers import counted, ticks
+from app.words.placing import Room
+from app.words.plain import plain
+from learners.commands import (
+    Command,
+    Event,
+    Explore,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    Remove,
+    SetParameter,
+    StopExploring,
+)
+
+_MAX_MARKS = 8
+_SHORT = {"circle_clockwise": "circle", "circle_counterclockwise": "circle ccw"}
+LONGEST_NAME = 21
+"""Characters of the name of a mark."""
+_MARK_FONT = "11px Arial, Helvetica, 'Liberation Sans', sans-serif"
+_CHARACTER_PX, _MARK_ROW_PX = 5.6, 15
+PLOT_PX, BESIDE_PLOT_PX = 215.0, 60.0
+"""Width of the curve, and of the axis to its left, over which a name may reach."""
+_MAX_MARK_ROWS = 3
+_MOST_TICKS = 4
+"""Numbered steps of the curve after 0."""
+
+
+def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
+    """Where a skill joined, and where something changed by hand.
+
+    A skill that is there from the start has no mark, nor has an exploration that the schedule
+    brings: it begins as the skill joins.
+    """
+    joins: list[Event] = []
+    others: list[Event] = []
+    for event in snapshot.control.history:
+        if event.undone or not _mark_name(event.command):
+            continue
+        if isinstance(event.command, Introduce):
+            if event.step > 0:
+                joins.append(event)
+        elif event.author == "hand":
+            others.append(event)
+    return joins, others
+
+
+class Marks(NamedTuple):
+    """Dashed lines across the curve."""
+
+    at: tuple[float, ...]
+    """Steps."""
+    names: tuple[str, ...]
+    left_out: int
+    """How many more there are than there is room for."""
+
+
+def marks_of(snapshot: Snapshot) -> Marks:
+    """Where a skill joined or something changed by hand, and what it was."""
+    joins, others = _marked(snapshot)
+    left_out = max(len(joins) + len(others) - _MAX_MARKS, 0)
+    # Of many, the joins stay: they are what the curve is looked at for.
+    joins = joins[-_MAX_MARKS:]
+    others = others[max(len(others) + len(joins) - _MAX_MARKS, 0) :]
+    shown = sorted([*joins, *others], key=lambda event: event.number)
+    at, names = (float(e.step) for e in shown), (_mark_name(e.command) for e in shown)
+    return Marks(tuple(at), tuple(names), left_out)
+
+
+def _mark_name(command: Command) -> str:
+    """What a command is called at the curve, which is narrow; empty if it has no mark there."""
+
+    def short(skill: str) -> str:
+        return _SHORT.get(skill, plain(skill))
+
+    match command:
+        case Introduce(skill=skill):
+            name = short(skill)
+        case Explore(skill=skill):
+            name = f"explore {short(skill)}"
+        case StopExploring():
+            name = "stop exploring"
+        case Remove(skill=skill):
+            name = f"remove {short(skill)}"
+        case FreezeSelection(frozen=frozen):
+            name = f"{'freeze' if frozen else 'unfreeze'} selection"
+        case FreezeSkills(frozen=frozen):
+            name = f"{'freeze' if frozen else 'unfreeze'} skills"
+        case SetParameter():
+            name = command_in_words(command)
+        case _:
+            name = ""
+    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+
+
+def data_of(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Steps and mean reward of the learning curve, with at least two points."""
+    steps = snapshot.curve.steps.astype(np.float64)
+    reward = snapshot.curve.reward
+    keep = np.isfinite(reward)
+    steps, reward = steps[keep], reward[keep]
+    if len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]:
+        # A window that has just begun may hold a single trial, and would end the curve in a spike.
+        steps, reward = steps[:-1], reward[:-1]
+    if len(steps) < 2:
+        steps = np.array([0.0, max(float(snapshot.step), 1.0)])
+        reward = np.repeat(reward if len(reward) else [0.0], 2)[:2].astype(np.float64)
+    return steps, reward
+
+
+def axes_of(snapshot: Snapshot, marks: Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
+    """Axes of steps and of rewards; above the curve, the names of the marks."""
+    ink = css(theme.ink)
+    grid = uplot.Axis_Grid(show=True, stroke=css(theme.lines))
+    at, names = marks.at, marks.names
+    splits = tuple(ticks(0, _last_step(snapshot), _MOST_TICKS))
+    axes = [
+        uplot.Axis(
+            scale="x",
+            size=30,
+            splits=splits,
+            values=tuple(f"{step / 1e6:g} M" for step in splits),
+            stroke=ink,
+            grid=grid,
+            label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
+            labelSize=16 if marks.left_out else 0,
+        ),
+        uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
+    ]
+    for number, row in enumerate(mark_rows(at, names, _last_step(snapshot))):
+        axes.append(
+            uplot.Axis(
+                scale="x",
+                side=0,
+                align=row.align,
+                size=_MARK_ROW_PX,
+                gap=2,
+                font=_MARK_FONT,
+                splits=at,
+                values=tuple(row.names),
+                stroke=ink,
+                # The lines of all marks, once.
+                grid=uplot.Axis_Grid(show=number == 0, stroke=ink, dash=(6.0, 4.0)),
+                ticks=uplot.Axis_Ticks(show=False),
+            )
+        )
+    return tuple(axes)
+
+
+class MarkRow:
+    """One row of names above the curve.
+
+    Args:
+        align: 1: names begin at their marks; 2: they end there.
+        n_marks: how many marks there are, whose names may be in other rows.
+    """
+
+    def __init__(self, align: Literal[1, 2], n_marks: int) -> None:
+        self.align: Literal[1, 2] = align
+        self.names = [""] * n_marks
+        """Of all marks; empty for those that have theirs in another row, or none."""
+        self._room = Room(-BESIDE_PLOT_PX, PLOT_PX)
+
+    def span_of(self, place: float, name: str) -> tuple[float, float]:
+        """Where a name at a place would lie in this row, in pixels."""
+        width = (len(name) + 1) * _CHARACTER_PX
+        return (place, place + width) if self.align == 1 else (place - width, place)
+
+    def takes(self, mark: int, place: float, name: str) -> bool:
+        """Put a name into this row, if it has room: within the chart, and beside the others."""
+        is_free = self._room.taken(*self.span_of(place, name))
+        if is_free:
+            self.names[mark] = name
+        return is_free
+
+
+def mark_rows(at: tuple[float, ...], names: tuple[str, ...], end: float) -> list[MarkRow]:
+    """Rows of names, the first next to the curve: none is cut, and none lies over another.
+
+    The newest marks come first; of many that are close, the oldest have no name.
+
+    Args:
+        at: steps of the marks.
+        names: their names.
+        end: last step of the axis, which begins at 0.
+    """
+    rows: list[MarkRow] = []
+    for mark, name in reversed(list(enumerate(names))):
+        fresh = [MarkRow(1, len(at)), MarkRow(2, len(at))] if len(rows) < _MAX_MARK_ROWS else []
+        place = PLOT_PX * at[mark] / end
+        row = next((row for row in [*rows, *fresh] if row.takes(mark, place, name)), None)
+        if row in fresh:
+            rows.append(row)
+    return rows
+
+
+def _last_step(snapshot: Snapshot) -> float:
+    """Where the axis of steps ends."""
+    return max(float(snapshot.step), 1_000.0)
+
+
+def series_of(theme: Theme) -> tuple[uplot.Series, ...]:
+    """The curve as a line."""
+    reward = uplot.Series(label="reward per trial", stroke=css(theme.capture), width=2, scale="y")
+    return uplot.Series(label="steps"), reward
+
+
+def scales_of(snapshot: Snapshot) -> dict[str, uplot.Scale]:
+    """What the axes reach to."""
+    world = snapshot.spec.world
+    low, high = sorted((world.flight_reward, world.capture_reward))
+    return {
+        "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
+        # Room for the topmost label.
+        "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
+    }
