@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from pydantic import ValidationError
 
@@ -142,16 +142,15 @@ def parse(
         problems.append(root.problem(message))
     if problems:
         raise ExperimentError(in_order(dict.fromkeys(problems)))
-    return Experiment.model_construct(
-        **{
-            **dict(asked),
-            "name": folder_name(Path(source).stem),
-            "text": data.encode() if isinstance(data, str) else data,
-            "variants": variants,
-            "seeds": seeds,
-            "own_seeds": own_seeds,
-        }
-    )
+    found: dict[str, Any] = {
+        **dict(asked),
+        "name": folder_name(Path(source).stem),
+        "text": data.encode() if isinstance(data, str) else data,
+        "variants": variants,
+        "seeds": seeds,
+        "own_seeds": own_seeds,
+    }
+    return Experiment.model_construct(**found)
 
 
 def _asked(tree: Node, problems: list[PresetProblem]) -> tuple[ExperimentSpec, Node]:
