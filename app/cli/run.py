@@ -103,8 +103,8 @@ def obey(command: Run) -> int:
 
     from app.documents.sources import called
     from app.experiments import seeds as runs
+    from app.experiments.crews import CrewError, Threads
     from app.experiments.output import OutputError
-    from app.experiments.runner import CrewError, Threads
     from app.experiments.task import prepare
 
     prepare()

@@ -37,7 +37,7 @@ _PILOT_STEPS: Final = 45_000_000
 a tenth, with 30 million to within a quarter."""
 _PILOT_S: Final = 0.8
 """Processor time after which a thread of pilots ends in any case."""
-_BUSY_S: Final = 2.0
+_BUSY_S: Final = 4.0
 """Time after which it does where the machine is busy with something else."""
 _SLICE_STEPS: Final = 50_000
 _LATE: Final = 0.1

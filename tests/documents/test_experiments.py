@@ -24,8 +24,9 @@ from app.documents import experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import runner, store, task
-from app.experiments.record import gist
-from app.experiments.runner import Outcome, Switch, Threads, run_experiment
+from app.experiments.crews import Switch, Threads
+from app.experiments.record import Record, gist
+from app.experiments.runner import Outcome, run_experiment
 from app.experiments.seeds import run_seeds
 from app.experiments.store import Folder, FolderError
 from app.experiments.task import made_run
@@ -887,11 +888,11 @@ def test_resume_after_a_crash_between_arrays_and_row(
     experiment, path = small(), tmp_path / "a"
     write, written = Folder.write, []
 
-    def crash(self: Folder, row: dict[str, Any]) -> None:
+    def crash(self: Folder, record: Record) -> None:
         if len(written) == 3:
             raise Stopped
-        written.append(row["key"])
-        write(self, row)
+        written.append(record.key)
+        write(self, record)
 
     monkeypatch.setattr(Folder, "write", crash)
     with pytest.raises(Stopped):

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from app.documents.experiments import parse
-from app.experiments.runner import Threads, run_experiment
+from app.experiments.crews import Threads
+from app.experiments.runner import run_experiment
 from app.experiments.store import Folder
 from app.report import report
 from app.results import read
