@@ -43,7 +43,10 @@ class ExperimentError(PresetError):
 
 
 class Experiment(ExperimentSpec):
-    """Everything that is asked for and all the runs that it comes to. Equal to itself alone."""
+    """Everything that is asked for and all the runs that it comes to. Equal to itself alone.
+
+    It is made of values that have been looked at, without looking again: ``model_construct``.
+    """
 
     name: str
     text: bytes
@@ -51,7 +54,7 @@ class Experiment(ExperimentSpec):
     variants: tuple[Variant, ...]
     source: str = ""
     """How it was named where it can be named again; empty if it was given as a text."""
-    own_seeds: Mapping[str, Sequence[int]]
+    own_seeds: Mapping[str, Sequence[int]] = {}
     """Of each variant by its label, where starts are not shared."""
 
     def __eq__(self, other: object) -> bool:
