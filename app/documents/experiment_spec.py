@@ -5,7 +5,7 @@ of them is said of the variants that are made of them (:mod:`app.documents.varia
 """
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, Final, Self, cast
 
 from pydantic import (
     AfterValidator,
@@ -45,7 +45,7 @@ def key_of(name: str) -> Key:
 
 
 def _values(value: Any) -> list[Any] | Linear | Logarithmic:
-    return value if isinstance(value, list) and value else range_of(value)
+    return cast("list[Any]", value) if isinstance(value, list) and value else range_of(value)
 
 
 def _share(value: Any) -> Any:
@@ -68,14 +68,14 @@ def _metrics(names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
-def _each_once(items: Any) -> Any:
-    if isinstance(items, list):
-        first = {repr(item): index for index, item in reversed(list(enumerate(items)))}
+def _each_once(stated: object) -> object:
+    items = cast("list[object]", stated) if isinstance(stated, list) else []
+    first = {repr(item): index for index, item in reversed(list(enumerate(items)))}
+    twice = [(index, item) for index, item in enumerate(items) if first[repr(item)] != index]
+    if twice:
         message = "is there twice; allowed: each once"
-        twice = [(index, item) for index, item in enumerate(items) if first[repr(item)] != index]
-        if twice:
-            raise ProblemsError([Problem((index,), item, message) for index, item in twice])
-    return items
+        raise ProblemsError([Problem((index,), item, message) for index, item in twice])
+    return cast("object", stated)
 
 
 _Seed = Annotated[int, Field(ge=0, le=MAX_SEED)]
@@ -99,7 +99,7 @@ class Choice(Spec):
 
     @model_validator(mode="after")
     def _has_keys(self) -> Self:
-        problems = []
+        problems: list[Problem] = []
         for name, value in (self.model_extra or {}).items():
             try:
                 key_of(name)
@@ -139,8 +139,8 @@ class PresetItem(Spec):
 
     @model_validator(mode="before")
     @classmethod
-    def _by_name(cls, value: Any) -> Any:
-        return value if isinstance(value, dict) else {"preset": value}
+    def _by_name(cls, value: object) -> object:
+        return cast("object", value) if isinstance(value, dict) else {"preset": value}
 
 
 class Stop(Spec):

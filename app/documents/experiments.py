@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from pydantic import ValidationError
 
@@ -43,7 +43,10 @@ class ExperimentError(PresetError):
 
 
 class Experiment(ExperimentSpec):
-    """Everything that is asked for and all the runs that it comes to. Equal to itself alone."""
+    """Everything that is asked for and all the runs that it comes to. Equal to itself alone.
+
+    It is made of values that have been looked at, without looking again: ``model_construct``.
+    """
 
     name: str
     text: bytes
@@ -51,7 +54,7 @@ class Experiment(ExperimentSpec):
     variants: tuple[Variant, ...]
     source: str = ""
     """How it was named where it can be named again; empty if it was given as a text."""
-    own_seeds: Mapping[str, Sequence[int]]
+    own_seeds: Mapping[str, Sequence[int]] = {}
     """Of each variant by its label, where starts are not shared."""
 
     def __eq__(self, other: object) -> bool:
@@ -142,16 +145,15 @@ def parse(
         problems.append(root.problem(message))
     if problems:
         raise ExperimentError(in_order(dict.fromkeys(problems)))
-    return Experiment.model_construct(
-        **{
-            **dict(asked),
-            "name": folder_name(Path(source).stem),
-            "text": data.encode() if isinstance(data, str) else data,
-            "variants": variants,
-            "seeds": seeds,
-            "own_seeds": own_seeds,
-        }
-    )
+    found: dict[str, Any] = {
+        **dict(asked),
+        "name": folder_name(Path(source).stem),
+        "text": data.encode() if isinstance(data, str) else data,
+        "variants": variants,
+        "seeds": seeds,
+        "own_seeds": own_seeds,
+    }
+    return Experiment.model_construct(**found)
 
 
 def _asked(tree: Node, problems: list[PresetProblem]) -> tuple[ExperimentSpec, Node]:

@@ -16,6 +16,7 @@ from typing import (
     NamedTuple,
     TypeGuard,
     Union,
+    cast,
     get_args,
     get_origin,
 )
@@ -30,6 +31,7 @@ from app.documents.tree import (
     Node,
     PresetProblem,
     Refused,
+    children,
     descend,
     plain,
     quoted,
@@ -259,7 +261,7 @@ def faults_of(
 
 def _was_not_read(value: object, as_a_whole: bool) -> bool:
     if as_a_whole and isinstance(value, list):
-        return any(isinstance(item, Refused) for item in value)
+        return any(isinstance(item, Refused) for item in cast("list[object]", value))
     return isinstance(value, Refused)
 
 
@@ -303,13 +305,12 @@ def without_nulls(tree: Node, model: type[BaseModel], at: Key = ()) -> Node:
     """
     match tree.value:
         case list():
-            items = [
-                without_nulls(child, model, (*at, index)) for index, child in enumerate(tree.value)
-            ]
+            items = [without_nulls(child, model, (*at, index)) for index, child in children(tree)]
             return tree._replace(value=items)
         case dict():
-            kept, has_free_keys = {}, _is_mapping(slot_of(model, at))
-            for name, child in tree.value.items():
+            kept: dict[str | int, Node] = {}
+            has_free_keys = _is_mapping(slot_of(model, at))
+            for name, child in children(tree):
                 slot = slot_of(model, (*at, name))
                 if child.value is not None:
                     kept[name] = without_nulls(child, model, (*at, name))

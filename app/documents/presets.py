@@ -34,6 +34,7 @@ from app.documents.tree import (
     Refused,
     UnusableError,
     built,
+    children,
     descend,
     document_of,
     in_order,
@@ -117,12 +118,12 @@ def _with_setting(tree: Node, setting: str, problems: list[PresetProblem]) -> No
 # --- From a tree to a run ------------------------------------------------------------------------
 
 
-def _entries(tree: Node, key: Key) -> Mapping[str, Node] | None:
+def _entries(tree: Node, key: Key) -> Mapping[Any, Node] | None:
     """The mapping at a key, empty if it is not given; None if something else is there."""
     node, rest = descend(tree, key)
     if not isinstance(node.value, dict):
         return None
-    return {} if rest else node.value
+    return {} if rest else dict(children(node))
 
 
 def _validated(tree: Node, complete: bool, problems: list[PresetProblem]) -> RunSpec:

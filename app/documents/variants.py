@@ -17,7 +17,7 @@ from functools import lru_cache
 from itertools import islice, product
 from pathlib import Path
 from sys import intern
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 from app.documents import presets
 from app.documents.experiment_spec import MAX_RUNS, ExperimentSpec, key_of
@@ -149,9 +149,9 @@ def _with_key(node: Node, key: Key) -> Node:
     """The same value, and all within it, under another key."""
     match node.value:
         case dict():
-            value = {name: _with_key(inner, (*key, name)) for name, inner in node.value.items()}
+            value = {name: _with_key(inner, (*key, name)) for name, inner in children(node)}
         case list():
-            value = [_with_key(inner, (*key, index)) for index, inner in enumerate(node.value)]
+            value = [_with_key(inner, (*key, index)) for index, inner in children(node)]
         case _:
             value = node.value
     return node._replace(key=key, value=value)
@@ -183,12 +183,13 @@ class Expansion:
         self._refuse_twice(axes, ())
         if "trials" in entries:
             fixed.append(entries["trials"])
-        items = entries["presets"].value if "presets" in entries else []
+        items: list[Node] = entries["presets"].value if "presets" in entries else []
         plans = (self._plan(item, fixed, axes) for item in items)
         return [plan for plan in plans if plan is not None]
 
     def _plan(self, item: Node, fixed: list[Node], axes: list[_Axis]) -> Plan | None:
-        entries = item.value if isinstance(item.value, dict) else {"preset": item}
+        is_mapping = isinstance(item.value, dict)
+        entries: dict[Any, Node] = dict(children(item)) if is_mapping else {"preset": item}
         own_fixed, own_axes = self._varied(entries)
         self._refuse_twice(own_axes, axes)
         preset, written = entries.get("preset"), entries.get("label")
@@ -325,7 +326,7 @@ def _column(name: str, node: Node) -> _Column:
     """The values of a key, out of what states them."""
     key = key_of(name)
     if isinstance(node.value, list):
-        return [_with_key(value, key) for value in node.value]
+        return [_with_key(value, key) for _, value in children(node)]
     return _Range(node._replace(key=key), range_of(plain(node)))
 
 
@@ -475,6 +476,6 @@ def _written(value: object) -> str:
         case str():
             return value
         case list():
-            return f"[{', '.join(map(_written, value))}]"
+            return f"[{', '.join(map(_written, cast('list[object]', value)))}]"
         case _:
             return quoted(value)

@@ -76,7 +76,9 @@ def run_seeds(
         CrewError: there is nobody to make them.
     """
     variant = Variant("run", "run", spec, {})
-    experiment = Experiment("run", b"", "", (variant,), seeds, metrics=_METRICS)
+    experiment = Experiment.model_construct(
+        name="run", text=b"", variants=(variant,), seeds=seeds, metrics=_METRICS
+    )
     found: dict[int, Result] = {}
     failed: list[Record] = []
 
