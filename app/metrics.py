@@ -106,8 +106,16 @@ def steps_to(outcomes: np.ndarray, steps: np.ndarray, success: float) -> int | N
     return int(np.sum(steps[: there[0] + window], dtype=np.int64)) if there.size else None
 
 
+def _steps(run: Run) -> int:
+    return run.step
+
+
+def _trials(run: Run) -> int:
+    return measures.trials_done(run.state)
+
+
 def _final_reward(run: Run) -> float | None:
-    return measures.mean_reward(run.state) if measures.trials_done(run.state) else None
+    return measures.mean_reward(run.state) if _trials(run) else None
 
 
 def _final_success(run: Run) -> float | None:
@@ -115,8 +123,16 @@ def _final_success(run: Run) -> float | None:
     return final.captures / sum(final) if sum(final) else None
 
 
+def _area(run: Run) -> float | None:
+    return area_under(measures.curve(run.state))
+
+
+def _switches_per_step(run: Run) -> float:
+    return measures.switches_per_step(run.state)
+
+
 def _mean_hunt_length(run: Run) -> float | None:
-    done = measures.trials_done(run.state)
+    done = _trials(run)
     steps = run.state.log_steps[max(done - FINAL_TRIALS, 0) : done]
     return float(steps.mean()) if done else None
 
@@ -125,7 +141,7 @@ def _ending_in(outcome: int) -> Callable[[Run], int]:
     """How many trials ended so."""
 
     def measure(run: Run) -> int:
-        done = measures.trials_done(run.state)
+        done = _trials(run)
         return int(np.count_nonzero(run.state.log_outcome[:done] == outcome))
 
     return measure
@@ -135,7 +151,7 @@ def _reaching(success: float) -> Callable[[Run], int | None]:
     """Steps until a share of captures was reached."""
 
     def measure(run: Run) -> int | None:
-        done = measures.trials_done(run.state)
+        done = _trials(run)
         return steps_to(run.state.log_outcome[:done], run.state.log_steps[:done], success)
 
     return measure
@@ -150,33 +166,14 @@ _REGISTRY: Final[Sequence[Metric]] = (
     Metric("final_reward", "final reward", _PER_TRIAL, "performance", _final_reward),
     Metric("final_success", "final success as learned", _CAPTURES, "performance", _final_success),
     Metric("greedy_success", "greedy success", "share of captures", "performance", greedy_success),
-    Metric(
-        "area",
-        "area under the curve",
-        _ALL_STEPS,
-        "performance",
-        lambda run: area_under(measures.curve(run.state)),
-    ),
+    Metric("area", "area under the curve", _ALL_STEPS, "performance", _area),
     Metric("captures", "captures", "", "endings", _ending_in(CAPTURE), whole=True),
     Metric("flights", "flights", "", "endings", _ending_in(FLIGHT), whole=True),
     Metric("timeouts", "time-outs", "", "endings", _ending_in(TIMEOUT), whole=True),
     Metric("mean_hunt_length", "mean hunt", "steps", "behaviour", _mean_hunt_length),
-    Metric(
-        "switches_per_step",
-        "option switches",
-        "per step",
-        "behaviour",
-        lambda run: measures.switches_per_step(run.state),
-    ),
-    Metric("steps", "run length", "steps", "length", lambda run: run.step, whole=True),
-    Metric(
-        "trials",
-        "run length",
-        "trials",
-        "length",
-        lambda run: measures.trials_done(run.state),
-        whole=True,
-    ),
+    Metric("switches_per_step", "option switches", "per step", "behaviour", _switches_per_step),
+    Metric("steps", "run length", "steps", "length", _steps, whole=True),
+    Metric("trials", "run length", "trials", "length", _trials, whole=True),
     Metric("steps_to_50", "steps to 50 % success", "", "milestone", _reaching(0.5), whole=True),
     Metric("steps_to_70", "steps to 70 % success", "", "milestone", _reaching(0.7), whole=True),
 )

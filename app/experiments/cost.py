@@ -202,7 +202,7 @@ def _chosen(experiment: Experiment) -> list[Variant]:
     groups = list(by_preset.values())
     if len(groups) > _PILOTS:
         groups = [[variant for group in groups for variant in group]]
-    found = []
+    found: list[Variant] = []
     for group in groups:
         n = math.ceil(_PILOTS * len(group) / len(experiment.variants))
         n = min(n, len(group))

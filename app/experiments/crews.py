@@ -144,7 +144,7 @@ class Threads:
         self.busy += 1
 
     def finished(self, wait_s: float) -> list[Finished]:
-        found = []
+        found: list[Finished] = []
         with contextlib.suppress(queue.Empty):
             over = self._over.get(timeout=wait_s)
             while True:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import dropwhile
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 from app.documents.experiment_spec import Stop
 from app.documents.experiments import Experiment
@@ -178,7 +178,7 @@ def _mapping(text: str) -> Mapping[str, Any]:
     found = json.loads(text)
     if not isinstance(found, dict):
         raise ValueError("settings are not a mapping")
-    return found
+    return cast("Mapping[str, Any]", found)
 
 
 def _whole(value: float) -> int:

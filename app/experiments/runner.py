@@ -59,7 +59,7 @@ def run_experiment(
     folder: Folder | None,
     crew: Crew,
     on_progress: Callable[[Progress], object] = lambda _: None,
-    on_over: Callable[[Record, Finished], object] = lambda *_: None,
+    on_over: Callable[[Record, Finished], object] | None = None,
     kept: Kept = "results",
 ) -> Outcome:
     """Make all runs of an experiment that its folder does not hold yet.
@@ -182,7 +182,7 @@ class _Ledger:
         self,
         experiment: Experiment,
         folder: Folder | None,
-        on_over: Callable[[Record, Finished], object],
+        on_over: Callable[[Record, Finished], object] | None,
         kept: Kept,
     ) -> None:
         self.total = experiment.n_runs
@@ -190,7 +190,7 @@ class _Ledger:
         self._origin = origin_of(experiment, Path()) if folder is None else folder.origin
         self._on_over = on_over
         self._kept: Kept = kept
-        self._finished = set() if folder is None else folder.finished()
+        self._finished: set[str] = set() if folder is None else folder.finished()
         self._work, self._done_before = _Work(experiment), 0
         wanted = {task.key for _, task in tasks_of(experiment)} & self._finished
         for record in () if folder is None or not wanted else folder.records():
@@ -232,7 +232,8 @@ class _Ledger:
         self._steps += record.steps
         # A run that ended early, or failed, leaves no work behind.
         self._work.add(record)
-        self._on_over(record, finished)
+        if self._on_over is not None:
+            self._on_over(record, finished)
 
     def tick(self, paused: bool) -> None:
         """Let the clock go on, unless it stands."""
