@@ -84,5 +84,5 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         made.append(of.key)
         return perform(of, *others)
 
-    monkeypatch.setattr("app.experiments.runner.perform", count)
+    monkeypatch.setattr("app.experiments.crews.perform", count)
     return made

@@ -36,7 +36,8 @@ from app.words.numbers import counted, duration, in_short, megabytes
 
 if TYPE_CHECKING:
     from app.documents import experiments
-    from app.experiments.runner import Crew, Outcome, Progress
+    from app.experiments.crews import Crew
+    from app.experiments.runner import Outcome, Progress
     from app.experiments.store import Folder
 
 EXAMPLES = (
@@ -125,10 +126,11 @@ def _check(command: Experiment) -> None:
 def _wanted(command: Experiment) -> "experiments.Experiment":
     """The experiment that is asked for."""
     from app.documents import experiments
+    from app.documents.experiment_spec import MAX_RUNS
 
     n_seeds = None
     if command.seeds is not None:
-        n_seeds = whole_number("--seeds", command.seeds, 1, experiments.MAX_RUNS)
+        n_seeds = whole_number("--seeds", command.seeds, 1, MAX_RUNS)
     if not command.experiment:
         names = ", ".join(experiments.shipped())
         raise UsageError(f"EXPERIMENT is missing; allowed: {names}, or a file")
@@ -146,7 +148,8 @@ def _prepare(experiment: "experiments.Experiment") -> None:
 
 def _carry_out(command: Experiment, experiment: "experiments.Experiment", crew: "Crew") -> int:
     """Make all runs, showing the progress on a terminal; returns the exit code."""
-    from app.experiments.runner import CrewError, run_experiment
+    from app.experiments.crews import CrewError
+    from app.experiments.runner import run_experiment
     from app.experiments.store import FolderError
 
     with _folder_of(command, experiment) as folder:
@@ -194,7 +197,7 @@ def _is_address(text: str) -> bool:
 
 def _crew_of(address: str | None, workers: int) -> "Crew":
     """Those who make the runs: so many threads of this machine, or the cluster at an address."""
-    from app.experiments.runner import ClusterError, Threads
+    from app.experiments.crews import ClusterError, Threads
 
     if address is None:
         return Threads(workers)

@@ -17,7 +17,7 @@ from typing import Any, Final, Self
 
 from distributed import Client, Future, Security, rpc
 
-from app.experiments.runner import ClusterError, Switch, UnderWay
+from app.experiments.crews import ClusterError, Switch, UnderWay
 from app.experiments.store import version
 from app.experiments.task import Finished, Task, failed, perform
 

@@ -16,7 +16,8 @@ from concurrent.futures import ThreadPoolExecutor
 from statistics import median
 from typing import Final, NamedTuple
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.task import tasks_of
 from app.util.machine import available_cores
 from learners.run import Run
@@ -36,7 +37,7 @@ _PILOT_STEPS: Final = 45_000_000
 a tenth, with 30 million to within a quarter."""
 _PILOT_S: Final = 0.8
 """Processor time after which a thread of pilots ends in any case."""
-_BUSY_S: Final = 2.0
+_BUSY_S: Final = 4.0
 """Time after which it does where the machine is busy with something else."""
 _SLICE_STEPS: Final = 50_000
 _LATE: Final = 0.1

@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import unpacked
+from app.experiments.crews import Crew
 from app.experiments.record import Record
-from app.experiments.runner import Crew, Progress, run_experiment
+from app.experiments.runner import Progress, run_experiment
 from app.experiments.task import Finished
 from app.util import csv_texts
 from learners import measures

@@ -355,8 +355,9 @@ def _columns(database: sqlite3.Connection) -> list[str]:
         sqlite3.DatabaseError: they are not those of a table of results.
     """
     found = [name for _, name, *_ in database.execute("PRAGMA table_info(runs)")]
-    if not {*_ALL} - _LATER <= {*found} <= {*_ALL}:
-        raise sqlite3.DatabaseError("the table runs has other columns than a table of results")
+    strange = sorted({*found} - {*_ALL} | {*_ALL} - _LATER - {*found})
+    if strange:
+        raise sqlite3.DatabaseError(f"its columns are not those of this pounce: {strange}")
     return [*(name for name in found if name != _SEAL), _SEAL]
 
 

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, Generic, TypeVar
 
 import viser
-from markupsafe import Markup
 
 from app.page.inbox import Act, Intent
 
@@ -20,11 +19,9 @@ NAME_HTML: Final = '<div class="pounce-name"></div>'
 
 def assign(handle: Any, name: str, value: object) -> None:
     """Set a property only if it differs, so that nothing is sent for nothing."""
-    if isinstance(value, Markup):
-        # The library sends no texts but plain ones.
-        value = str(value)
     if getattr(handle, name) != value:
-        setattr(handle, name, value)
+        # viser sends plain texts alone, and no markup.
+        setattr(handle, name, str(value) if isinstance(value, str) else value)
 
 
 class Input:

@@ -14,8 +14,9 @@ from app.documents.experiments import Experiment
 from app.experiments.archive import ArchiveError
 from app.experiments.claims import FolderError, is_free
 from app.experiments.cost import Plan, longest_run, plan
+from app.experiments.crews import Switch, Threads
 from app.experiments.record import Record
-from app.experiments.runner import Progress, Switch, Threads, run_experiment
+from app.experiments.runner import Progress, run_experiment
 from app.experiments.store import Folder, finished_in, goes_on
 from app.experiments.task import Finished, tasks_of
 from app.results.gather import Gatherer

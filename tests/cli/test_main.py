@@ -19,7 +19,7 @@ from app.cli import main
 from app.cli.words import EXIT_PIPE_CLOSED, whole_number
 from app.documents import presets
 from app.experiments import seeds, task
-from app.experiments.runner import Threads
+from app.experiments.crews import Threads
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec

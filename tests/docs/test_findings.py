@@ -20,7 +20,8 @@ import pytest
 from app.analysis import estimates
 from app.analysis.estimates import Estimate
 from app.documents import experiments
-from app.experiments.runner import Threads, run_experiment
+from app.experiments.crews import Threads
+from app.experiments.runner import run_experiment
 from app.experiments.store import Folder
 from app.results import findings, read, thesis
 from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding

@@ -20,12 +20,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import main
-from app.documents import experiments, presets
+from app.documents import experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import runner, store, task
-from app.experiments.record import gist
-from app.experiments.runner import Outcome, Switch, Threads, run_experiment
+from app.experiments.crews import Switch, Threads
+from app.experiments.record import Record, gist
+from app.experiments.runner import Outcome, run_experiment
 from app.experiments.seeds import run_seeds
 from app.experiments.store import Folder, FolderError
 from app.experiments.task import made_run
@@ -625,9 +626,9 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     if n_settings:
         lines.append(f"settings: [{entries(n_settings, '{label: c#, learner.alpha: 0.#}')}]")
     n_made = 0
-    iterated = experiments._Range.__iter__
+    iterated = variants._Range.__iter__
 
-    def counted(values: experiments._Range) -> Iterator[Node]:
+    def counted(values: variants._Range) -> Iterator[Node]:
         nonlocal n_made
         for node in iterated(values):
             n_made += 1
@@ -635,8 +636,8 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
 
     with pytest.MonkeyPatch.context() as patch:
         for name, limit in (("MAX_VARIANTS", 99), ("MAX_RUNS", 990), ("MAX_VALUES", 3_000)):
-            patch.setattr(experiments, name, limit)
-        patch.setattr(experiments._Range, "__iter__", counted)
+            patch.setattr(variants, name, limit)
+        patch.setattr(variants._Range, "__iter__", counted)
         made = variants_made(patch)
         try:
             experiment = parse("\n".join(lines), "my.yaml")
@@ -887,11 +888,11 @@ def test_resume_after_a_crash_between_arrays_and_row(
     experiment, path = small(), tmp_path / "a"
     write, written = Folder.write, []
 
-    def crash(self: Folder, row: dict[str, Any]) -> None:
+    def crash(self: Folder, record: Record) -> None:
         if len(written) == 3:
             raise Stopped
-        written.append(row["key"])
-        write(self, row)
+        written.append(record.key)
+        write(self, record)
 
     monkeypatch.setattr(Folder, "write", crash)
     with pytest.raises(Stopped):

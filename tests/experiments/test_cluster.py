@@ -23,10 +23,12 @@ from distributed import Client, Future
 
 from app import __version__
 from app.cli import main
-from app.documents.experiments import Experiment, Variant, parse
+from app.documents.experiments import Experiment, parse
+from app.documents.variants import Variant
 from app.experiments import cluster, runner
 from app.experiments.cluster import Cluster, perform_same
-from app.experiments.runner import Switch, Threads, run_experiment
+from app.experiments.crews import Switch, Threads
+from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, version
 from app.experiments.task import tasks_of
 from tests.support.folders import rows

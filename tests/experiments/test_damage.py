@@ -19,8 +19,9 @@ from app.cli import main
 from app.documents.experiments import Experiment, parse
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
+from app.experiments.crews import Threads
 from app.experiments.record import Record
-from app.experiments.runner import Threads, run_experiment
+from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.results import read, thesis
 from app.results.gather import Curve, RunFact

@@ -23,12 +23,13 @@ import pytest
 from app.cli import main
 from app.documents.experiments import parse
 from app.experiments import output, store
+from app.experiments.crews import CrewError, Threads
 from app.experiments.output import Output
-from app.experiments.runner import CrewError, Threads, run_experiment
+from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.experiments.table import read, reader
 from app.report.page import Page
-from app.report.report import _write_all
+from app.report.write import _write_all
 from app.results.read import ResultsError, read_folder
 from app.util import interrupts, leftovers
 from app.util.files import write_whole
@@ -416,7 +417,7 @@ def test_whatever_ends_the_work_of_a_thread_the_run_is_noted(
     def end(*_: object) -> None:
         raise SystemExit("enough")
 
-    monkeypatch.setattr("app.experiments.runner.perform", end)
+    monkeypatch.setattr("app.experiments.crews.perform", end)
     experiment = parse(TEXT, "a.yaml")
     with Folder(tmp_path / "a", experiment, False, False) as folder:
         outcome = run_experiment(experiment, folder, Threads(1))

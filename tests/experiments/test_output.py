@@ -13,8 +13,8 @@ import pytest
 from app.documents import presets
 from app.experiments import output as files
 from app.experiments.archive import packed
+from app.experiments.crews import Threads
 from app.experiments.output import Output, OutputError
-from app.experiments.runner import Threads
 from app.experiments.seeds import curves_csv, run_seeds, summary
 from learners.kernel.state import tables
 from learners.run import Run

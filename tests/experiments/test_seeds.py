@@ -14,7 +14,8 @@ from app.analysis.estimates import PHASE_STEPS, PHASES
 from app.documents import presets
 from app.documents.experiments import parse
 from app.experiments import task
-from app.experiments.runner import Progress, Threads, run_experiment
+from app.experiments.crews import Threads
+from app.experiments.runner import Progress, run_experiment
 from app.experiments.seeds import SeedFailedError, curves_csv, run_seeds, summary
 from app.experiments.store import Folder
 from app.results import thesis

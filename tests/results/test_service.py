@@ -13,8 +13,9 @@ import pytest
 from app.documents import experiments
 from app.documents.experiments import Experiment, parse
 from app.experiments import store, task
+from app.experiments.crews import Crew, Threads
 from app.experiments.record import Record, origin_of
-from app.experiments.runner import Crew, Progress, Threads, record_of, run_experiment
+from app.experiments.runner import Progress, record_of, run_experiment
 from app.experiments.store import Folder, FolderError, table_csv
 from app.experiments.task import Finished
 from app.results.gather import Gatherer
