@@ -4,12 +4,19 @@ A run is a function of a :class:`RunSpec`, a seed, and the commands given while 
 """
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Annotated, Final, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from learners.kernel.rows import MAX_ACTIONS
 from learners.skills import SKILLS, LocalReward
@@ -96,6 +103,17 @@ def _truth(value: object) -> object:
     return value
 
 
+Truth = Annotated[bool, BeforeValidator(_truth)]
+
+
+def _of_ones_own(skills: dict[str, SkillWeights]) -> dict[str, SkillWeights]:
+    built_in = [name for name in skills if name in SKILLS]
+    if built_in:
+        message = "is the name of a built-in skill; allowed: another"
+        raise ProblemsError([Problem((name,), name, message) for name in built_in])
+    return skills
+
+
 def _plain_zero(value: float) -> float:
     # There are two zeros, and which of them is the larger is up to each program.
     return value if np.float32(value) else 0.0
@@ -120,18 +138,13 @@ class LearnerSpec(Spec):
     """Chance of a random choice, at both levels."""
     initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6), AfterValidator(_plain_zero)] = 0.0
     """Value of everything not yet tried, at both levels."""
-    custom_skills: dict[SkillName, SkillWeights] = Field(default_factory=dict)
+    custom_skills: Annotated[dict[SkillName, SkillWeights], AfterValidator(_of_ones_own)] = Field(
+        default_factory=dict
+    )
     """Skills of one's own, by name; those among the options are learned."""
 
     @model_validator(mode="after")
     def _skills_are_known(self) -> Self:
-        problems = [
-            Problem(
-                ("custom_skills", name), name, "is the name of a built-in skill; allowed: another"
-            )
-            for name in self.custom_skills
-            if name in SKILLS
-        ]
         known = self.known_skills
         unknown = [
             f"{name[:40]!r}{did_you_mean(name, known)}" for name in self.skills if name not in known
@@ -141,15 +154,13 @@ class LearnerSpec(Spec):
                 f"names no skill with {', '.join(unknown)};"
                 f" allowed: {MOVES}, or a list of skills from {listed(known)}"
             )
-            problems.append(Problem(("options",), self.options, message))
-        if problems:
-            raise ProblemsError(problems)
+            raise ProblemsError([Problem(("options",), self.options, message)])
         return self
 
     @property
     def known_skills(self) -> tuple[str, ...]:
         """Every skill that the options may name: the built-in ones and one's own."""
-        return (*SKILLS, *(name for name in self.custom_skills if name not in SKILLS))
+        return (*SKILLS, *self.custom_skills)
 
     def reward_of(self, skill: str) -> LocalReward:
         """Local reward of a skill by its name."""
@@ -183,7 +194,7 @@ class EpisodeSpec(Spec):
 class ScheduleSpec(Spec):
     """Skill timers and exploration episodes. A skill without a timer is present from trial 0."""
 
-    safe_introduction: Annotated[bool, BeforeValidator(_truth)] = True
+    safe_introduction: Truth = True
     """Whether a skill joins without changing the utility of any state (section 3.3.4)."""
     skills: dict[SkillName, SkillTimer] = Field(default_factory=dict)
     episodes: Annotated[tuple[EpisodeSpec, ...], Field(strict=False)] = ()
@@ -214,70 +225,71 @@ class RunSpec(Spec):
     schedule: ScheduleSpec = Field(default_factory=ScheduleSpec)
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
 
-    @model_validator(mode="after")
-    def _schedule_fits_the_learner(self) -> Self:
-        problems = [*self._unknown_skills(), *self._no_first_skill(), *self._misplaced_episodes()]
+    @field_validator("schedule")
+    @classmethod
+    def _fits_the_learner(cls, schedule: ScheduleSpec, info: ValidationInfo) -> ScheduleSpec:
+        # Compared as soon as these two are sound, whatever is wrong with the rest.
+        learner = info.data.get("learner")
+        problems = [] if learner is None else list(_misfits(schedule, learner))
         if problems:
             raise ProblemsError(problems)
-        return self
+        return schedule
 
-    def _unknown_skills(self) -> list[Problem]:
-        allowed = ", ".join(self.learner.skills) or "none, because the options are moves"
-        known = self.learner.known_skills
-        named: list[tuple[tuple[str | int, ...], str]] = [
-            *((("schedule", "skills", skill), skill) for skill in self.schedule.skills),
-            *(
-                (("schedule", "episodes", index, "skill"), episode.skill)
-                for index, episode in enumerate(self.schedule.episodes)
-            ),
-        ]
-        problems = []
-        for key, skill in named:
-            if skill not in self.learner.skills:
-                hint = "" if skill in known else did_you_mean(skill, known)
-                message = f"is not among the learner's options{hint}; allowed: {allowed}"
-                problems.append(Problem(key, skill, message))
-        return problems
 
-    def _no_first_skill(self) -> list[Problem]:
-        skills = self.learner.skills
-        if not skills or any(self.schedule.introduced_at(skill) == 0 for skill in skills):
-            return []
-        earliest = min(skills, key=self.schedule.introduced_at)
-        return [
-            Problem(
-                ("schedule", "skills", earliest, "at"),
-                self.schedule.introduced_at(earliest),
-                "leaves nothing to do before it; allowed: 0 for at least one skill",
+def _misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    """What does not go together in a schedule with the learner it is for."""
+    yield from _unknown_skills(schedule, learner)
+    yield from _no_first_skill(schedule, learner.skills)
+    yield from _misplaced_episodes(schedule)
+
+
+def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    allowed = ", ".join(learner.skills) or "none, because the options are moves"
+    named: list[tuple[tuple[str | int, ...], str]] = [
+        *((("skills", skill), skill) for skill in schedule.skills),
+        *(
+            (("episodes", index, "skill"), episode.skill)
+            for index, episode in enumerate(schedule.episodes)
+        ),
+    ]
+    for key, skill in named:
+        if skill not in learner.skills:
+            known = learner.known_skills
+            hint = "" if skill in known else did_you_mean(skill, known)
+            message = f"is not among the learner's options{hint}; allowed: {allowed}"
+            yield Problem(key, skill, message)
+
+
+def _no_first_skill(schedule: ScheduleSpec, skills: Sequence[str]) -> Iterator[Problem]:
+    earliest = min(skills, key=schedule.introduced_at, default=None)
+    if earliest is not None and schedule.introduced_at(earliest) > 0:
+        yield Problem(
+            ("skills", earliest, "at"),
+            schedule.introduced_at(earliest),
+            "leaves nothing to do before it; allowed: 0 for at least one skill",
+        )
+
+
+def _misplaced_episodes(schedule: ScheduleSpec) -> Iterator[Problem]:
+    taken: dict[str, list[tuple[int, int]]] = {}
+    for index, episode in enumerate(schedule.episodes):
+        key = ("episodes", index, "at")
+        first = schedule.starts_at(episode)
+        joins = schedule.introduced_at(episode.skill)
+        if first < joins:
+            yield Problem(
+                key,
+                episode.at,
+                f"starts before {episode.skill} joins; allowed: {joins} or later,"
+                f" or {INTRODUCTION}",
             )
-        ]
-
-    def _misplaced_episodes(self) -> list[Problem]:
-        problems = []
-        taken: dict[str, list[tuple[int, int]]] = {}
-        for index, episode in enumerate(self.schedule.episodes):
-            key = ("schedule", "episodes", index, "at")
-            first = self.schedule.starts_at(episode)
-            joins = self.schedule.introduced_at(episode.skill)
-            if first < joins:
-                problems.append(
-                    Problem(
-                        key,
-                        episode.at,
-                        f"starts before {episode.skill} joins; allowed: {joins} or later,"
-                        f" or {INTRODUCTION}",
-                    )
+        for other_first, other_end in taken.get(episode.skill, []):
+            if first < other_end and other_first < first + episode.duration:
+                yield Problem(
+                    key,
+                    episode.at,
+                    f"overlaps the episode of {episode.skill} from trial {other_first}"
+                    f" to {other_end}; allowed: one at a time for each skill",
                 )
-            for other_first, other_end in taken.get(episode.skill, []):
-                if first < other_end and other_first < first + episode.duration:
-                    problems.append(
-                        Problem(
-                            key,
-                            episode.at,
-                            f"overlaps the episode of {episode.skill} from trial {other_first}"
-                            f" to {other_end}; allowed: one at a time for each skill",
-                        )
-                    )
-                    break
-            taken.setdefault(episode.skill, []).append((first, first + episode.duration))
-        return problems
+                break
+        taken.setdefault(episode.skill, []).append((first, first + episode.duration))

@@ -60,4 +60,4 @@ def in_short(experiment: Experiment) -> tuple[Experiment, str]:
     named = tuple(
         replace(variant, label=name) for variant, name in zip(variants, found.of, strict=True)
     )
-    return replace(experiment, variants=named), BETWEEN.join(found.what)
+    return experiment.model_copy(update={"variants": named}), BETWEEN.join(found.what)

@@ -69,7 +69,7 @@ def obey(command: Bench) -> int:
         UsageError: the words make no sense.
     """
     from app.documents import presets
-    from app.documents.tree import called
+    from app.documents.sources import called
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}

@@ -268,7 +268,7 @@ def _cache() -> Finding:
 
 
 def _fonts() -> Finding:
-    from app.charts.fonts import fonts_for, system_fonts
+    from app.charts.paper.fonts import fonts_for, system_fonts
 
     missing = fonts_for("".join(SCRIPTS.values())).missing
     lacking = [script for script, character in SCRIPTS.items() if character in missing]

@@ -126,10 +126,11 @@ def _check(command: Experiment) -> None:
 def _wanted(command: Experiment) -> "experiments.Experiment":
     """The experiment that is asked for."""
     from app.documents import experiments
+    from app.documents.experiment_spec import MAX_RUNS
 
     n_seeds = None
     if command.seeds is not None:
-        n_seeds = whole_number("--seeds", command.seeds, 1, experiments.MAX_RUNS)
+        n_seeds = whole_number("--seeds", command.seeds, 1, MAX_RUNS)
     if not command.experiment:
         names = ", ".join(experiments.shipped())
         raise UsageError(f"EXPERIMENT is missing; allowed: {names}, or a file")

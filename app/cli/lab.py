@@ -90,7 +90,7 @@ def obey(command: Lab) -> int:
     token = _token(command)
     spec = spec_of(command.preset)
     from app.documents import presets
-    from app.documents.tree import called
+    from app.documents.sources import called
     from app.page.serving import BrokenLabError, ListenError, run_lab
 
     try:

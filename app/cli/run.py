@@ -101,7 +101,7 @@ def obey(command: Run) -> int:
         raise UsageError("PRESET is missing; allowed: a shipped preset (pounce presets) or a file")
     spec = spec_of(command.preset, _settings(command))
 
-    from app.documents.tree import called
+    from app.documents.sources import called
     from app.experiments import seeds as runs
     from app.experiments.crews import CrewError, Threads
     from app.experiments.output import OutputError
@@ -135,7 +135,7 @@ def seeds_of(command: Run) -> Sequence[int]:
     Raises:
         UsageError: the options that name them are wrong.
     """
-    from app.documents.experiments import MAX_RUNS
+    from app.documents.experiment_spec import MAX_RUNS
     from sim.rng import MAX_SEED
 
     if command.seed_list is None:
@@ -182,7 +182,7 @@ def _output(command: Run, seeds: Sequence[int]) -> "Iterator[Output | None]":
         return
     if not command.out:
         raise UsageError("--out: '' is not allowed; allowed: a folder")
-    from app.documents.tree import STDIN, STDIN_NAME
+    from app.documents.sources import STDIN, STDIN_NAME
     from app.experiments.output import Output, OutputError
 
     name = STDIN_NAME if command.preset == STDIN else Path(command.preset).stem

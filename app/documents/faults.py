@@ -1,24 +1,48 @@
-"""What the models allow at each place in a preset, and what they fault, in a preset's own words."""
+"""What models allow at each place in a document, and what they fault, in a document's own words.
 
-from collections.abc import Collection, Iterable, Iterator
+The one place that knows what pydantic says. A model is read (:func:`faults_of`) for presets as for
+experiments, and whatever it faults becomes a problem with a file, a line, a key, a value and what
+would be allowed. What is allowed is found in the model itself, so that a setting is stated once.
+"""
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import lru_cache
 from types import UnionType
-from typing import Annotated, Any, Final, Literal, NamedTuple, Union, get_args, get_origin
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Literal,
+    NamedTuple,
+    TypeGuard,
+    Union,
+    get_args,
+    get_origin,
+)
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from app.documents.tree import EXTENDS, Key, quoted
+from app.documents.tree import (
+    EXTENDS,
+    Key,
+    Node,
+    PresetProblem,
+    Refused,
+    descend,
+    plain,
+    quoted,
+)
 from app.words import typed
 from learners.spec import RunSpec, did_you_mean, listed
 from sim.spec import ProblemsError
 
-# --- What the models allow -----------------------------------------------------------------------
+# --- What models allow ---------------------------------------------------------------------------
 
 
 class Slot(NamedTuple):
-    """What the models say of one place in a preset."""
+    """What the models say of one place in a document."""
 
     kind: Any
     """Type, without its annotations."""
@@ -26,22 +50,18 @@ class Slot(NamedTuple):
     text: str | None = None
     """What is allowed, where the model says so itself."""
     optional: bool = False
-    in_item: bool = False
-    """Is an item of a list, or part of one."""
-
-    @property
-    def is_union(self) -> bool:
-        """Whether its value may be of several types, which say different things."""
-        return get_origin(self.kind) in (Union, UnionType)
+    """Whether a document may do without it: a default, an item of a list, an entry of a mapping."""
+    is_item: bool = False
+    """Whether it is an item of a list."""
 
 
 @lru_cache(maxsize=1024)  # Not more: a mapping of free keys has no end of places.
-def slot_of(key: Key) -> Slot | None:
-    """The slot at a key, or None if the models have no such place."""
-    slot: Slot | None = Slot(RunSpec)
-    for part in key:
-        slot = None if slot is None else _inner(slot, part)
-    return slot
+def slot_of(model: type[BaseModel], key: Key) -> Slot | None:
+    """The slot at a key of a model, or None if there is no such place."""
+    if not key:
+        return Slot(model)
+    above = slot_of(model, key[:-1])
+    return None if above is None else _inner(above, key[-1])
 
 
 def _inner(slot: Slot, part: str | int) -> Slot | None:
@@ -49,30 +69,24 @@ def _inner(slot: Slot, part: str | int) -> Slot | None:
         field = slot.kind.model_fields.get(part)
         if field is None:
             return None
-        optional = not field.is_required()
-        limits = tuple(field.metadata)
-        return Slot(field.annotation, limits, field.description, optional, slot.in_item)
+        found = _of_type(field.annotation, optional=not field.is_required())
+        limits = (*found.limits, *field.metadata)
+        return found._replace(limits=limits, text=field.description or found.text)
     arguments = get_args(slot.kind)
-    if get_origin(slot.kind) is dict:
-        return _of_type(arguments[1], optional=True)
-    if get_origin(slot.kind) is tuple and isinstance(part, int):
-        if arguments[-1] is Ellipsis:
-            return _of_type(arguments[0], optional=True, in_item=True)
+    if _is_union(slot.kind):
+        inner = (_inner(_of_type(argument), part) for argument in arguments)
+        return next((found for found in inner if found is not None), None)
+    if get_origin(slot.kind) is dict and isinstance(part, str):
+        return _of_type(arguments[1], optional=not slot.is_item)
+    if get_origin(slot.kind) in (tuple, Sequence) and isinstance(part, int):
+        if get_origin(slot.kind) is Sequence or arguments[-1] is Ellipsis:
+            return _of_type(arguments[0], optional=True)._replace(is_item=True)
         if part < len(arguments):
             return _of_type(arguments[part], slot.text)
     return None
 
 
-def _name_of(mapping: Slot | None) -> Slot | None:
-    """The slot of the keys of a mapping in which they are free."""
-    if mapping is None or get_origin(mapping.kind) is not dict:
-        return None
-    return _of_type(get_args(mapping.kind)[0])
-
-
-def _of_type(
-    annotation: Any, text: str | None = None, optional: bool = False, in_item: bool = False
-) -> Slot:
+def _of_type(annotation: Any, text: str | None = None, optional: bool = False) -> Slot:
     limits: list[Any] = []
     if get_origin(annotation) is Annotated:
         annotation, *metadata = get_args(annotation)
@@ -82,14 +96,28 @@ def _of_type(
                 text = text or item.description
             else:
                 limits.append(item)
-    return Slot(annotation, tuple(limits), text, optional, in_item)
+    if _is_union(annotation):
+        others = [kind for kind in get_args(annotation) if kind is not type(None)]
+        if len(others) == 1:  # Null is not stated but left out.
+            found = _of_type(others[0], text, optional)
+            return found._replace(limits=(*limits, *found.limits))
+    return Slot(annotation, tuple(limits), text, optional)
 
 
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def names_of(slot: Slot | None) -> tuple[str, ...]:
+def _is_union(kind: Any) -> bool:
+    return get_origin(kind) in (Union, UnionType)
+
+
+def _is_mapping(slot: Slot | None) -> TypeGuard[Slot]:
+    """Whether it is a mapping whose keys are free."""
+    return slot is not None and get_origin(slot.kind) is dict
+
+
+def _names_of(slot: Slot | None) -> tuple[str, ...]:
     """Keys that a mapping may have; none where there is no mapping, or keys are free."""
     if slot is None or not _is_model(slot.kind):
         return ()
@@ -118,16 +146,16 @@ def _range(limits: Iterable[Any]) -> str:
 
 
 def _allowed(slot: Slot) -> str:
-    """What a place in a preset allows, in words."""
+    """What a place in a document allows, in words."""
     arguments = get_args(slot.kind)
     origin = get_origin(slot.kind)
     if slot.text:
         return slot.text
-    if names := names_of(slot):
+    if names := _names_of(slot):
         return f"the keys {', '.join(names)}"
     if origin is Literal:
         return ", ".join(map(str, arguments))
-    if slot.is_union:
+    if _is_union(slot.kind):
         return ", or ".join(_allowed(_of_type(argument)) for argument in arguments)
     if origin is tuple and arguments[-1] is Ellipsis:
         return f"a list, each item {_allowed(_of_type(arguments[0]))}"
@@ -140,7 +168,7 @@ def _allowed(slot: Slot) -> str:
     return _range(slot.limits) or {int: "a whole number", float: "a number"}.get(slot.kind, "")
 
 
-# --- What the models fault -----------------------------------------------------------------------
+# --- What models fault ---------------------------------------------------------------------------
 
 _WRONG: Final = {
     "missing": "is missing",
@@ -162,34 +190,95 @@ _WRONG: Final = {
     "less_than": "must be less than {lt}",
     "multiple_of": "must be a multiple of {multiple_of}",
 }
-"""What a kind of error of pydantic means, in the words of a preset."""
+"""What a kind of error of pydantic means, in the words of a document."""
 
 
 class Fault(NamedTuple):
-    """Something that the models say is wrong."""
+    """Something that a model says is wrong."""
 
     key: Key
     message: str
     value: str | None = None
-    """What the models took the value to be, for where the preset states none."""
-    is_missing: bool = False
+    """What the model took the value to be, for where the document states none."""
+    is_lacking: bool = False
+    """Whether something is not there: a key, or the items of a list."""
+    is_compared: bool = False
+    """Whether values that are each well-formed do not go together."""
+    is_noted: bool = False
+    """Whether the value could not even be read, which is a problem already."""
+
+    def problem(self, tree: Node) -> PresetProblem:
+        """The fault where it stands in the tree that was judged."""
+        node, rest = descend(tree, self.key)
+        value = self.value if rest else quoted(plain(node))
+        return node._replace(key=(*node.key, *rest)).problem(self.message, value)
 
 
-def faults_of(error: ValidationError, skills: Collection[str]) -> Iterator[Fault]:
-    """What the models say, with hints at the skills that a tree knows."""
+def faults_of(
+    error: ValidationError, model: type[BaseModel], names: Collection[str] = ()
+) -> Iterator[Fault]:
+    """All that a model faults.
+
+    Args:
+        error: what it said.
+        model: which one.
+        names: skills that a schedule may have meant, for hints.
+    """
     for found in error.errors(include_url=False):
         key: Key = found["loc"]
+        if found["type"] == "too_short" and found["input"]:
+            continue  # Items that are wrong are not counted, and each is faulted itself.
         cause = found.get("ctx", {}).get("error")
+        slot, is_name = slot_of(model, key), False
+        if key[-1:] == ("[key]",) and _is_mapping(mapping := slot_of(model, key[:-2])):
+            key, slot, is_name = key[:-1], _of_type(get_args(mapping.kind)[0]), True
         if isinstance(cause, ProblemsError):
-            for problem in cause.problems:
-                yield Fault((*key, *problem.key), problem.message, quoted(problem.value))
-        elif cause is not None:
+            for said in cause.problems:
+                yield Fault(
+                    (*key, *said.key),
+                    said.message,
+                    quoted(said.value),
+                    is_compared=True,
+                    is_noted=isinstance(said.value, Refused),
+                )
+            continue
+        if cause is not None:
             text = str(cause)
-            yield Fault(key, f"cannot be used; {text}" if text.startswith("allowed:") else text)
+            message = f"cannot be used; {text}" if text.startswith("allowed:") else text
         elif found["type"] == "extra_forbidden":
-            yield Fault(key, unknown_key(key[-1], names_of(slot_of(key[:-1]))))
+            message = unknown_key(key[-1], _names_of(slot_of(model, key[:-1])))
         else:
-            yield _malformed(found, skills)
+            message = _malformed(found, slot, names if key[0] == "schedule" else (), is_name)
+        yield Fault(
+            key,
+            message,
+            is_lacking=found["type"] in ("missing", "too_short"),
+            is_noted=_was_not_read(found["input"], as_a_whole=cause is not None),
+        )
+
+
+def _was_not_read(value: object, as_a_whole: bool) -> bool:
+    if as_a_whole and isinstance(value, list):
+        return any(isinstance(item, Refused) for item in value)
+    return isinstance(value, Refused)
+
+
+def _malformed(
+    found: ErrorDetails, slot: Slot | None, names: Collection[str], is_name: bool
+) -> str:
+    kind, word = found["type"], found["input"]
+    limits = found.get("ctx", {}).items()
+    numbers = {name: typed.plain(x) for name, x in limits if isinstance(x, int | float)}
+    message = _WRONG.get(kind, "cannot be used").format_map(numbers)
+    if is_name:
+        message = "is not a possible key"
+    if kind.startswith("string_") and isinstance(word, str):
+        message += did_you_mean(word, names)
+    allowed = "" if slot is None else _allowed(slot)
+    message = f"{message}; allowed: {allowed}" if allowed else message
+    if kind in ("int_type", "float_type"):
+        message += written_so(word, decimals=kind == "float_type")
+    return message
 
 
 def unknown_key(name: str | int, names: Collection[str]) -> str:
@@ -197,26 +286,48 @@ def unknown_key(name: str | int, names: Collection[str]) -> str:
     return f"is not a known key{did_you_mean(name, names)}; allowed: {listed(names)}"
 
 
-def _malformed(found: ErrorDetails, skills: Collection[str]) -> Fault:
-    kind, word, key = found["type"], found["input"], found["loc"]
-    limits = found.get("ctx", {}).items()
-    numbers = {name: typed.plain(x) for name, x in limits if isinstance(x, int | float)}
-    message = _WRONG.get(kind, "cannot be used").format_map(numbers)
-    slot = slot_of(key)
-    if kind.startswith("string_"):
-        if key[-1] == "[key]":
-            message, key = "is not a possible key", key[:-1]
-            slot = _name_of(slot_of(key[:-1]))
-        if key[0] == "schedule" and isinstance(word, str):
-            message += did_you_mean(word, skills)
-    allowed = "" if slot is None else _allowed(slot)
-    message = f"{message}; allowed: {allowed}" if allowed else message
-    if kind in ("int_type", "float_type"):
-        message += written_so(word, decimals=kind == "float_type")
-    return Fault(key, message, None, kind == "missing")
-
-
 def written_so(word: object, decimals: bool) -> str:
     """How a file writes a number that somebody wrote as people do; empty if it is none."""
     found = typed.rewritten(word, decimals) if isinstance(word, str) else None
     return "" if found is None else f"; in a file it is written {found}"
+
+
+# --- What is left without it ---------------------------------------------------------------------
+
+
+def without_nulls(tree: Node, model: type[BaseModel], at: Key = ()) -> Node:
+    """A tree in which a key that is null is as if it had not been given.
+
+    Only where the model has such a key and does without it. What holds settings of other documents
+    is kept as it is: there null is a value, and takes a setting away in its turn.
+    """
+    match tree.value:
+        case list():
+            items = [
+                without_nulls(child, model, (*at, index)) for index, child in enumerate(tree.value)
+            ]
+            return tree._replace(value=items)
+        case dict():
+            kept, has_free_keys = {}, _is_mapping(slot_of(model, at))
+            for name, child in tree.value.items():
+                slot = slot_of(model, (*at, name))
+                if child.value is not None:
+                    kept[name] = without_nulls(child, model, (*at, name))
+                elif (
+                    slot is None
+                    or not slot.optional
+                    or (has_free_keys and not _is_model(slot.kind))
+                ):
+                    kept[name] = child
+            return tree._replace(value=kept)
+        case _:
+            return tree
+
+
+def may_be_left_out(key: Key, model: type[BaseModel]) -> Key:
+    """The least part of a document that holds what is at a key and that the rest can do without."""
+    for length in range(len(key), 1, -1):
+        slot = slot_of(model, key[:length])
+        if slot is None or slot.optional:
+            return key[:length]
+    return key[:1]

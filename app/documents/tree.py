@@ -6,11 +6,8 @@ it has been looked at. How large, deep and long anything may be is bounded here.
 
 import codecs
 import re
-import stat
-import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import yaml
@@ -29,14 +26,8 @@ MAX_SHOWN: Final = 80
 MAX_NAME: Final = 1_024
 """Characters of a file's name or of a setting that a problem is said to be in."""
 
-STDIN: Final = "-"
-"""Given in the place of a file, standard input."""
-STDIN_NAME: Final = "stdin"
-"""What is read from there is called."""
 EXTENDS: Final = "extends"
 """The key under which a preset names the one it starts from."""
-
-NO_PATH: Final = "is not a path: it contains a NUL character or half a character"
 
 Key = tuple[str | int, ...]
 
@@ -185,6 +176,22 @@ def descend(tree: Node, key: Key) -> tuple[Node, Key]:
     return tree, ()
 
 
+def without(node: Node, keys: Collection[Key], at: Key = ()) -> Node:
+    """A tree without what is at these keys."""
+    kept = {
+        part: without(child, keys, (*at, part))
+        for part, child in children(node)
+        if (*at, part) not in keys
+    }
+    match node.value:
+        case dict():
+            return node._replace(value=kept)
+        case list():
+            return node._replace(value=list(kept.values()))
+        case _:
+            return node
+
+
 def merged(base: Node, top: Node) -> Node:
     """Mappings are merged; a list or any other value replaces what is below it."""
     if not isinstance(base.value, dict) or not isinstance(top.value, dict):
@@ -193,15 +200,6 @@ def merged(base: Node, top: Node) -> Node:
     for name, child in top.value.items():
         value[name] = merged(value[name], child) if name in value else child
     return top._replace(value=value)
-
-
-def as_tree(value: Any, key: Key, place: Place) -> Node:
-    """A value as a tree, all of it from one place."""
-    if isinstance(value, dict):
-        value = {name: as_tree(inner, (*key, name), place) for name, inner in value.items()}
-    elif isinstance(value, list):
-        value = [as_tree(inner, (*key, index), place) for index, inner in enumerate(value)]
-    return Node(key, value, place)
 
 
 def placed(node: Node, path: Key, top: Node) -> Node:
@@ -458,36 +456,3 @@ def is_same_text(first: bytes, second: bytes) -> bool:
         return _text(first).rstrip("\n") == _text(second).rstrip("\n")
     except UnusableError:
         return False
-
-
-def file_of(path: Path) -> bytes:
-    """What a file holds, if it is one and small: both are seen before anything is read."""
-    status = path.stat()
-    if stat.S_ISDIR(status.st_mode):
-        raise UnusableError("is a directory; allowed: a file")
-    if not stat.S_ISREG(status.st_mode):
-        raise UnusableError("is not a regular file; allowed: a file")
-    if status.st_size > MAX_BYTES:
-        message = f"is too large, {status.st_size} bytes; allowed: at most {MAX_BYTES} bytes"
-        raise UnusableError(message)
-    with path.open("rb") as file:
-        return file.read(MAX_BYTES + 1)
-
-
-def standard_input() -> bytes:
-    """What standard input holds, as far as it may be a document; raises `UnusableError` alone."""
-    if sys.stdin is None:
-        raise UnusableError("is closed; allowed: a text, or a file instead of -")
-    try:
-        if sys.stdin.isatty():
-            sys.stderr.write("reading from the terminal; Ctrl-D on a line of its own ends it\n")
-        return sys.stdin.buffer.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:  # A closed one is a ValueError.
-        raise UnusableError(f"cannot be read: {error}") from None
-
-
-def called(name_or_path: str) -> str:
-    """What a document is called that was named so on the command line."""
-    if name_or_path == STDIN:
-        return STDIN_NAME
-    return printable(name_or_path, MAX_NAME) or "''"

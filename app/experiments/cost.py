@@ -16,7 +16,8 @@ from concurrent.futures import ThreadPoolExecutor
 from statistics import median
 from typing import Final, NamedTuple
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.task import tasks_of
 from app.util.machine import available_cores
 from learners.run import Run

@@ -3,13 +3,14 @@
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from itertools import dropwhile
 from pathlib import Path
 from typing import Any, Final, NamedTuple, cast
 
-from app.documents.experiments import Experiment, Stop
+from app.documents.experiment_spec import Stop
+from app.documents.experiments import Experiment
 from app.metrics import BY_COLUMN, MILESTONES
 
 DONE: Final = "done"
@@ -88,7 +89,7 @@ class Record:
         """What it is a function of, as a text."""
         settings = {key: self.settings[key] for key in self.settings if key != "description"}
         stop = self.origin.stop
-        ending = [self.origin.limited, stop and asdict(stop)]
+        ending = [self.origin.limited, stop and stop.model_dump()]
         return json.dumps([self.preset_name, settings, *ending, self.seed], sort_keys=True)
 
 

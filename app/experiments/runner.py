@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import checksum
 from app.experiments.crews import Crew
 from app.experiments.record import Origin, Record, all_values, origin_of

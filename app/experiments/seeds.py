@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
-from app.documents.experiments import Experiment, Variant
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import unpacked
 from app.experiments.crews import Crew
 from app.experiments.record import Record
@@ -75,7 +76,9 @@ def run_seeds(
         CrewError: there is nobody to make them.
     """
     variant = Variant("run", "run", spec, {})
-    experiment = Experiment("run", b"", "", (variant,), seeds, metrics=_METRICS)
+    experiment = Experiment.model_construct(
+        name="run", text=b"", variants=(variant,), seeds=seeds, metrics=_METRICS, own_seeds={}
+    )
     found: dict[int, Result] = {}
     failed: list[Record] = []
 

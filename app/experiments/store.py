@@ -11,13 +11,13 @@ import json
 import shutil
 import sqlite3
 from collections.abc import Container, Iterable, Iterator, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Self
 
 from app import __version__
 from app.documents.experiments import Experiment
-from app.documents.tree import UnusableError, file_of, is_same_text
+from app.documents.sources import file_of
+from app.documents.tree import UnusableError, is_same_text
 from app.experiments import archive, table
 from app.experiments.claims import (
     PASSING,
@@ -276,7 +276,7 @@ def _about(experiment: Experiment) -> dict[str, str]:
         "common_starts": json.dumps(experiment.common_starts),
         "source": experiment.source,
         "steps": json.dumps(experiment.steps),
-        "stop": json.dumps(None if experiment.stop is None else asdict(experiment.stop)),
+        "stop": json.dumps(None if experiment.stop is None else experiment.stop.model_dump()),
         "metrics": json.dumps(experiment.metrics),
         "version": version(),
         "seeds": json.dumps(list(experiment.seeds)),

@@ -16,7 +16,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from app.documents.experiments import Experiment, Stop, Variant
+from app.documents.experiment_spec import Stop
+from app.documents.experiments import Experiment
+from app.documents.variants import Variant
 from app.experiments.archive import packed
 from app.metrics import greedy_success, measured
 from learners import measures

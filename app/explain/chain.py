@@ -77,7 +77,8 @@ def chain_of(
         ValueError: the cell is off the grid.
     """
     policy, initial_q = policy_of(snapshot), np.float32(snapshot.spec.learner.initial_q)
-    cells, links = [cell_at(snapshot.world, x, y)], []
+    cells = [cell_at(snapshot.world, x, y)]
+    links: list[Link] = []
     been = {cells[0]}
     ending: Ending = "limit"
     while len(links) < limit:

@@ -5,6 +5,7 @@ never queues any. Views belong to a browser, learning to the session.
 """
 
 import functools
+import html
 import logging
 import math
 import threading
@@ -40,7 +41,6 @@ from app.server.pulse import Drawing, Pulse, send
 from app.server.server import addresses_of, close_server, is_serving, open_server
 from app.server.stage import Stage
 from app.util.background import Maker
-from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
 from learners.spec import RunSpec
@@ -290,7 +290,7 @@ class Lab:
     def _name_tab(self, preset: str) -> None:
         """Call the browser's tab after the preset; a script of the page's own reads this."""
         if preset != self._tab_preset:
-            title = escaped(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
+            title = html.escape(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
             self._tab_title.content = f'<span hidden data-tab-title="{title}"></span>'
             self._tab_preset = preset
 

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import viser
-from markupsafe import Markup
 
 from app.server.callbacks import guarded
 
@@ -18,11 +17,9 @@ NAME_HTML: Final = '<div class="pounce-name"></div>'
 
 def assign(handle: Any, name: str, value: object) -> None:
     """Set a property only if it differs, so that nothing is sent for nothing."""
-    if isinstance(value, Markup):
-        # The library sends no texts but plain ones.
-        value = str(value)
     if getattr(handle, name) != value:
-        setattr(handle, name, value)
+        # viser sends plain texts alone, and no markup.
+        setattr(handle, name, str(value) if isinstance(value, str) else value)
 
 
 def show(handle: Any, value: object) -> None:

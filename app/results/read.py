@@ -5,7 +5,7 @@ import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -15,7 +15,7 @@ from app.analysis import estimates
 from app.analysis.estimates import Axis
 from app.analysis.sweeps import BETWEEN, short_names
 from app.documents import experiments
-from app.documents.experiments import Stop
+from app.documents.experiment_spec import Stop
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
@@ -188,7 +188,7 @@ def groups_of(rows: Iterable[Record]) -> list[Group]:
     for run in rows:
         if not run.error:
             settings = {**run.settings, "description": ""}
-            ending = run.origin.limited, run.origin.stop and asdict(run.origin.stop)
+            ending = run.origin.limited, run.origin.stop and run.origin.stop.model_dump()
             parts = [run.variant, run.preset_name, run.overrides, settings, ending]
             group = Group(run.variant, run.preset_name, run.overrides)
             found.setdefault(json.dumps(parts, sort_keys=True), group).runs.append(run)

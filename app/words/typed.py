@@ -97,7 +97,7 @@ def decimal(text: str, low: float, high: float, share: bool = False) -> float:
 
 def plain(number: float) -> str:
     """A number as messages write it: in a way that is taken, with no more digits than it has."""
-    return f"{number:.0f}" if number == int(number) and abs(number) < 1e21 else f"{number:.12g}"
+    return f"{int(number)}" if number == int(number) and abs(number) < 1e21 else f"{number:.12g}"
 
 
 def rewritten(text: str, decimals: bool) -> str | None:

@@ -129,7 +129,7 @@ def test_a_cache_that_is_still_empty_is_told(
 
 
 def test_scripts_without_a_font_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.charts.fonts.system_fonts", lambda: ())
+    monkeypatch.setattr("app.charts.paper.fonts.system_fonts", lambda: ())
     finding = found("fonts")
     assert finding.state == "warning"
     assert "Chinese" in finding.found

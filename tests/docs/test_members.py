@@ -139,12 +139,11 @@ def test_every_key_of_a_preset_in_an_experiment_is_documented() -> None:
 
 def test_every_number_of_the_results_has_a_title_and_a_unit() -> None:
     rows = [row for row in rows_of("presets/experiments/README.md", "## Results") if len(row) == 4]
-    assert [quoted(row) for row in rows[1:]] == list(metrics.NAMES)
-    titles = {metric.column: metric.title for metric in metrics.METRICS} | dict(metrics.MILESTONES)
-    units = {metric.column: metric.unit for metric in metrics.METRICS if metric.unit}
-    for name, title, unit, meaning in rows[1:]:
-        assert title == titles[name.strip("`")]
-        assert unit == units.get(name.strip("`"), unit) != ""
+    assert [quoted(row) for row in rows[1:]] == list(metrics.BY_COLUMN)
+    for (_, title, unit, meaning), metric in zip(rows[1:], metrics.BY_COLUMN.values(), strict=True):
+        assert title == metric.title
+        # What a page need not say of a count, a table of columns does.
+        assert unit == (metric.unit or unit) != ""
         assert meaning.endswith(".")
 
 

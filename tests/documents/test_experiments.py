@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import main
-from app.documents import experiments, presets
+from app.documents import experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import runner, store, task
@@ -626,9 +626,9 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     if n_settings:
         lines.append(f"settings: [{entries(n_settings, '{label: c#, learner.alpha: 0.#}')}]")
     n_made = 0
-    iterated = experiments._Range.__iter__
+    iterated = variants._Range.__iter__
 
-    def counted(values: experiments._Range) -> Iterator[Node]:
+    def counted(values: variants._Range) -> Iterator[Node]:
         nonlocal n_made
         for node in iterated(values):
             n_made += 1
@@ -636,8 +636,8 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
 
     with pytest.MonkeyPatch.context() as patch:
         for name, limit in (("MAX_VARIANTS", 99), ("MAX_RUNS", 990), ("MAX_VALUES", 3_000)):
-            patch.setattr(experiments, name, limit)
-        patch.setattr(experiments._Range, "__iter__", counted)
+            patch.setattr(variants, name, limit)
+        patch.setattr(variants._Range, "__iter__", counted)
         made = variants_made(patch)
         try:
             experiment = parse("\n".join(lines), "my.yaml")

@@ -492,23 +492,26 @@ def test_a_wrong_skill_is_still_one(skills: str) -> None:
 
 
 @pytest.mark.parametrize("options", ["3", "[]", "[orbt]", "*mine", "[*mine]", "[approach, *mine]"])
-def test_wrong_options_do_not_make_the_timers_of_known_skills_wrong(options: str) -> None:
+def test_a_schedule_is_compared_with_options_that_are_sound(options: str) -> None:
     names = ["orbit", *(f"s{index}" for index in range(MAX_ACTIONS + 5))]
     timed = ["orbit", *names[6:16]]
-    text = with_custom_skills(
+    parts = (
         f"{{{', '.join(f'{name}: {{}}' for name in names)}}}",
         options,
         f"{{skills: {{{', '.join(f'{name}: {{at: 5}}' for name in timed)}, orbti: {{at: 5}}}},"
         " episodes: [{skill: avoid, duration: 5, probability: 1},"
         " {skill: avod, duration: 5, probability: 1}]}",
     )
-    first, second, third = complaints(text)
-    assert first.startswith("4: learner.options")
-    assert second.startswith(
+    ((line, key),) = wrong_places(with_custom_skills(*parts))
+    assert line == 4
+    assert key.startswith("learner.options")
+    sound = f"[{', '.join(['avoid', *timed])}]"
+    first, second = complaints(with_custom_skills(parts[0], sound, parts[2]))
+    assert first.startswith(
         "6: schedule.skills.orbti: value {'at': 5}: is not among the learner's options"
         " (did you mean orbit?); allowed: "
     )
-    assert third.startswith(
+    assert second.startswith(
         "6: schedule.episodes.1.skill: value 'avod': is not among the learner's options"
         " (did you mean avoid?); allowed: "
     )
@@ -571,10 +574,14 @@ def test_many_skills_that_are_not_known_are_compared_with_a_few_names_each(
 
     monkeypatch.setattr(difflib, "get_close_matches", count)
     skills = ", ".join(f"s{index:04}_of_my_own: {{}}" for index in range(600))
-    for value, n_timers in (("{at: 5}", 650), ("null", 1_200)):
+    for options, value, n_timers, n_problems in (
+        ("[s_of]", "{at: 5}", 650, 1),
+        ("[avoid]", "{at: 5}", 650, 650),
+        ("[s_of]", "null", 1_200, 1 + 1_200),
+    ):
         timers = ", ".join(f"t{index:04}_of_my_own: {value}" for index in range(n_timers))
-        error = refusal(with_custom_skills(f"{{{skills}}}", "[s_of]", f"{{skills: {{{timers}}}}}"))
-        assert len(error.problems) == 1 + n_timers
+        error = refusal(with_custom_skills(f"{{{skills}}}", options, f"{{skills: {{{timers}}}}}"))
+        assert len(error.problems) == n_problems
         assert max(map(len, str(error).splitlines())) < 2_000
     # Each name that is not known is compared with a few of the 600, not with all of them.
     assert 0 < max(compared) < 100
@@ -613,40 +620,88 @@ trials: many
 """
 
 
-def test_everything_wrong_is_reported_at_once() -> None:
+def test_every_wrong_value_is_reported_at_once() -> None:
     assert wrong_places(FULL_OF_ERRORS) == [
         (1, "description"),
         (3, "world.size"),
         (4, "world.n_direction"),
         (5, "world.vision_radius"),
-        (6, "world.start_radius"),
         (9, "learner.alpha"),
         (10, "learner.gamma"),
         (12, "learner.custom_skills.orbit.avoid"),
         (12, "learner.custom_skills.orbit.aproach"),
         (13, "learner.custom_skills.Orbit"),  # a capital
-        (14, "learner.custom_skills.avoid"),  # built in
         (17, "schedule.skills.approach.freeze"),
-        (17, "schedule.skills.approach.at"),  # nothing to do before trial 100
-        (19, "schedule.skills.circle_clockwise"),  # not an option
         (20, "schedule.skills.avoid"),  # twice
         (23, "schedule.episodes.1.duration"),
-        (24, "schedule.episodes.2.at"),  # overlaps the first; the one between them is left out
-        (25, "schedule.episodes.3.at"),  # before avoid joins
-        (26, "schedule.episodes.4.skill"),  # not an option
         (27, "trials"),
     ]
 
 
+NO_WRONG_VALUE = """\
+world:
+  size: 20
+  start_radius: [70, 80]
+learner:
+  options: [approach, avoid]
+  alpha: 1
+schedule:
+  skills:
+    approach: {at: 100}
+    avoid: {at: 200}
+    circle_clockwise: {at: 300}
+  episodes:
+    - {skill: avoid, at: 300, duration: 100, probability: 1}
+    - {skill: avoid, at: 399, duration: 100, probability: 1}
+    - {skill: avoid, at: 150, duration: 10, probability: 1}
+    - {skill: circle_clockwise, at: 399, duration: 100, probability: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("trials", "more"),
+    [
+        ("trials: 10", []),
+        ("trials: many", [(17, "trials")]),  # has no part in what is compared
+        ("", [(1, "trials")]),
+    ],
+)
+def test_all_that_does_not_go_together_is_reported_at_once(
+    trials: str, more: list[tuple[int, str]]
+) -> None:
+    assert wrong_places(NO_WRONG_VALUE + trials) == sorted(
+        [
+            *more,
+            (3, "world.start_radius"),
+            (9, "schedule.skills.approach.at"),  # nothing to do before trial 100
+            (11, "schedule.skills.circle_clockwise"),  # not an option
+            (14, "schedule.episodes.1.at"),  # overlaps the first
+            (15, "schedule.episodes.2.at"),  # before avoid joins
+            (16, "schedule.episodes.3.skill"),  # not an option
+        ]
+    )
+
+
+def test_a_skill_named_like_a_built_in_one_is_a_wrong_value() -> None:
+    text = with_custom_skills("{avoid: {}, Orbit: {}}", "3")
+    assert wrong_places(text) == [
+        (3, "learner.custom_skills.Orbit"),
+        (4, "learner.options"),
+    ]
+    text = with_custom_skills("{avoid: {}}", "3")
+    assert wrong_places(text) == [(3, "learner.custom_skills.avoid"), (4, "learner.options")]
+
+
 @pytest.mark.parametrize("wrong", ["options: 3, alpha: 0.1", "options: [avoid]", "alpha: 0.1", ""])
-def test_a_wrong_learner_does_not_hide_what_is_wrong_with_its_schedule(wrong: str) -> None:
-    places = wrong_places(
-        f"learner: {{{wrong}}}\ntrials: 10\nschedule:\n  episodes:\n"
+def test_a_schedule_is_compared_with_a_learner_that_is_sound(wrong: str) -> None:
+    schedule = (
+        "trials: 10\nschedule:\n  episodes:\n"
         "  - {skill: avoid, at: 5, duration: 5, probability: 1}\n"
         "  - {skill: avoid, at: 7, duration: 5, probability: 1}\n"
     )
-    assert places[0][0] == 1
-    assert places[-1] == (6, "schedule.episodes.1.at")
+    assert {line for line, _ in wrong_places(f"learner: {{{wrong}}}\n{schedule}")} == {1}
+    text = f"learner: {{options: [avoid], alpha: 0.1}}\n{schedule}"
+    assert wrong_places(text) == [(6, "schedule.episodes.1.at")]
 
 
 def test_a_wrong_timer_does_not_make_its_episodes_wrong() -> None:
@@ -1423,11 +1478,6 @@ def test_a_setting_is_read_or_refused(setting: str) -> None:
     result = outcome("timed", setting)
     if isinstance(result, PresetError):
         assert all(str(problem).isprintable() for problem in result.problems)
-
-
-def test_what_nothing_can_stand_in_for_ends_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(presets, "_STAND_INS", {})
-    assert set(wrong_places("trials: 0")) == {(1, "trials"), (1, "learner")}
 
 
 # --- The reference page --------------------------------------------------------------------------

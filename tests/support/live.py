@@ -78,7 +78,9 @@ class LiveLab:
 
     def begin(self, preset: str, *settings: str, speed: float, results: Path) -> None:
         """Another run from its beginning, in which nothing was done; paused."""
-        self.ask(StartAgain(preset_of(preset, *settings), preset, SEED), Pause(), SetSpeed(speed))
+        again = StartAgain(preset_of(preset, *settings), preset, SEED)
+        # Where one was over or was opened, another plays at once; after that it begins paused.
+        self.ask(again, Pause(), SetSpeed(speed), again)
         self.results = self.lab.bench.root = results
 
     def go_to_trial(self, trial: int) -> Status:

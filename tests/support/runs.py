@@ -195,7 +195,7 @@ def _record(run: RunFact, experiment: Experiment) -> Record:
 
 def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
     """A gatherer that has taken these runs in."""
-    gatherer = Gatherer(experiment, 10_000_000)
+    gatherer = Gatherer(experiment, 240 * _N_TRIALS)
     for run in runs:
         gatherer.add(_record(run, experiment), ARRAYS)
     return gatherer

@@ -131,7 +131,7 @@ def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
     cells = (
         shown_number(run.value, "#.4g"),
         "–" if math.isnan(run.success) else f"{100 * run.success:.0f} %",
-        _reached(run.steps_to_70),
+        shown_number(run.steps_to_70 / 1e6, ".2f"),
         f"{run.steps / 1e6:.2f}",
         "–" if math.isnan(run.seconds) else f"{run.seconds:.1f}",
         escaped(run.digest[:8]),
@@ -143,13 +143,6 @@ def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
     ]
     others = "".join(f"<td>{content}</td>" for content in links)
     return f'<tr><td class="text">{opened}</td>{others}</tr>'
-
-
-def _reached(steps: float) -> str:
-    """Steps in millions; where it was not measured, a dash."""
-    if math.isnan(steps):
-        return "–"
-    return "never" if math.isinf(steps) else f"{steps / 1e6:.2f}"
 
 
 def _pager(n_runs: int, page: int, address: Address, rows: int) -> str:

@@ -5,7 +5,6 @@ imported when the first one is.
 """
 
 import functools
-import html
 import io
 import re
 import warnings
@@ -20,7 +19,7 @@ from app.charts.paper.plane import hints_of, plane_figure
 from app.charts.paper.points import effects_figure, points_figure
 from app.charts.paper.values import values_figure
 from app.util import csv_texts
-from app.util.texts import written
+from app.util.html import escaped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -137,7 +136,7 @@ def _as_element(name: str, document: str, hints: Mapping[str, str]) -> str:
         found = re.sub(r'(\bid="|href="#|url\(#)([^")]+)("|\))', renamed, match[0])
         found = re.sub(r"font-family: [^;\"]*(; )?", "", found)
         part = re.fullmatch(r'<g id="([^"]+)">', match[0])
-        title = html.escape(written(hints.get(part[1], "")), quote=False) if part else ""
+        title = escaped(hints.get(part[1], "")) if part else ""
         return found + (f"<title>{title}</title>" if title else "")
 
     element = tag.sub(changed, element)

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import viser
@@ -35,7 +36,6 @@ from app.page.panels.steering import Steering, introduction_of
 from app.page.widgets import assign, on_change, show
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import tell
-from app.util.html import escaped
 from app.words.numbers import counted, speed_in_words
 from app.words.plain import by_plain_name, plain
 from learners.commands import (
@@ -195,7 +195,7 @@ class Controls:
         for handle in (self._whose, self._back):
             assign(handle, "visible", status.aside is not None)
         assign(self._back, "label", f"Back to {status.aside}")
-        opened = escaped(sentence.opened_run(status.snapshot))
+        opened = escape(sentence.opened_run(status.snapshot))
         assign(
             self._whose,
             "content",
@@ -300,13 +300,13 @@ class Controls:
     def _show_skills(self, status: Status) -> None:
         for row in self._rows:
             present = row.skill in status.snapshot.present
-            state = escaped(skill_state(status, row.skill))
+            state = escape(skill_state(status, row.skill))
             dot = "&#9679;" if present else "&#9675;"
             assign(
                 row.text,
                 "content",
                 f'<div style="padding:0 0.6em;font-size:0.85em">{dot}'
-                f" <b>{escaped(plain(row.skill))}</b>: {state}</div>",
+                f" <b>{escape(plain(row.skill))}</b>: {state}</div>",
             )
             assign(row.add, "visible", not present)
 
@@ -358,7 +358,7 @@ class Controls:
         label = "Stop exploring" if ending is None else f"Stop exploring {plain(ending)}"
         assign(self._end, "label", label)
         lines = [
-            f"{escaped(plain(e.skill))} at {e.probability:.0%}:"
+            f"{escape(plain(e.skill))} at {e.probability:.0%}:"
             f" {counted(e.until_trial - snapshot.trial, 'trial')} left"
             for e in snapshot.control.episodes
             if e.until_trial > snapshot.trial

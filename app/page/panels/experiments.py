@@ -14,7 +14,8 @@ from typing import Any, Final, NamedTuple
 import viser
 
 from app.documents import experiments
-from app.documents.experiments import MAX_LABEL, Experiment, ExperimentError
+from app.documents.experiment_spec import MAX_LABEL
+from app.documents.experiments import Experiment, ExperimentError
 from app.documents.presets import dump
 from app.experiments.runner import Progress
 from app.experiments.store import FolderError

@@ -6,6 +6,7 @@ Everything here belongs to one browser, and so does how it wants to see things.
 import math
 from collections.abc import Callable
 from functools import cached_property
+from html import escape
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from app.picture.theme import DARK, LIGHT, Theme
 from app.server.callbacks import guarded
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
-from app.util.html import element, escaped
+from app.util.html import element
 from app.words.numbers import counted, in_short, speed_in_words, ticks
 from app.words.placing import Room
 from app.words.plain import HEADING_NAMES, plain
@@ -80,22 +81,22 @@ _LAYOUT = """<style>
 
 def _number(label: str, value: str, hint: str) -> str:
     return (
-        f'<div title="{escaped(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
+        f'<div title="{escape(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
         f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
     )
 
 
 def headline_html(status: Status) -> str:
     """Title, the one sentence in a space of its own, and where a run of an experiment is from."""
-    text = escaped(sentence.sentence(status))
+    text = escape(sentence.sentence(status))
     origin = ""
     if status.opened is not None:
         # A name may be long, and without a blank.
         origin = (
             '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
-            f"{escaped(sentence.provenance(status.opened))}</div>"
+            f"{escape(sentence.provenance(status.opened))}</div>"
         )
-    error = f"<b>{escaped(status.error)}</b>" if status.error else ""
+    error = f"<b>{escape(status.error)}</b>" if status.error else ""
     return (
         '<div style="padding:0.1em 0.7em"><div style="font-size:1.25em;font-weight:700">pounce'
         ' <span style="font-weight:400;font-size:0.62em;opacity:0.7">the timing of skills changes'
@@ -559,7 +560,8 @@ class Readings:
         if names and names != self._options:
             self._about.options = names
             self._options = names
-        assign(self._about, "visible", wanted)
+        if self._about.visible != wanted:
+            self._about.visible = wanted
 
     def _show_multiples(self, texts: Texts) -> None:
         wanted = bool(self._multiples.value)

@@ -9,6 +9,7 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -27,7 +28,6 @@ from app.schedule.blocks import Block, Past
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import close_modal, open_modal, tell
 from app.util.files import write_whole
-from app.util.html import escaped
 from app.words.numbers import counted
 from app.words.plain import plain
 from learners.commands import SetSchedule
@@ -502,7 +502,7 @@ class PresetButtons:
         self._say([] if safe else [_NAME_RULE])
 
     def _say(self, sentences: Iterable[str]) -> None:
-        lines = "".join(f"<div>{escaped(sentence)}</div>" for sentence in sentences)
+        lines = "".join(f"<div>{escape(sentence)}</div>" for sentence in sentences)
         assign(
             self._said,
             "content",
@@ -564,7 +564,7 @@ def show_problems(
     mistaken = _mistaken(file, error)
     sentences = list(map(str, error.problems)) if mistaken is None else [mistaken]
     lines = "".join(
-        f'<div style="margin-bottom:0.5em">{escaped(sentence)}</div>' for sentence in sentences
+        f'<div style="margin-bottom:0.5em">{escape(sentence)}</div>' for sentence in sentences
     )
     modal = open_modal(client, title)
     with modal:

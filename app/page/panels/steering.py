@@ -9,6 +9,7 @@ import re
 import threading
 import time
 from collections.abc import Callable
+from html import escape
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -22,7 +23,6 @@ from app.page.panels.schedule import Ask
 from app.page.widgets import NAME_HTML, assign
 from app.server.callbacks import RefusedError, guarded
 from app.server.notices import close_modal, open_modal
-from app.util.html import escaped
 from app.words.numbers import counted
 from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
@@ -255,7 +255,7 @@ class Steering:
         }
         lines = [
             f"<span style='{'text-decoration:line-through;opacity:0.6' if e.undone else ''}'>"
-            f"{escaped(names[e.number])}, trial {e.trial:,}</span>"
+            f"{escape(names[e.number])}, trial {e.trial:,}</span>"
             for e in changes[-_SHOWN_CHANGES:]
         ]
         body = "<br>".join(lines) or "Nothing has been changed by hand."
@@ -345,7 +345,7 @@ class Steering:
             return
         modal = open_modal(client, f"Remove {plain(skill)}?")
         with modal:
-            client.gui.add_markdown(str(escaped(loss_of(snapshot, skill))))
+            client.gui.add_markdown(escape(loss_of(snapshot, skill)))
             yes = client.gui.add_button(f"Remove {plain(skill)}", color="red")
             no = client.gui.add_button("Keep it")
 
