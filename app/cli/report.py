@@ -57,7 +57,7 @@ def obey(command: Report) -> int:
         command = replace(command, folders=() if latest is None else (str(latest),))
     _check(command)
     # Here, so that the lab starts without the libraries that draw.
-    from app.report.report import write_report
+    from app.report.write import write_report
     from app.results.read import DamagedError, ResultsError
 
     out = None if command.out is None else Path(command.out)

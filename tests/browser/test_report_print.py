@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page
 
 from app.documents import presets
-from app.report import report
+from app.report import write
 from sim.world import CAPTURE
 from tests.support.folders import add_run, new_folder, seal
 
@@ -44,7 +44,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
             label = f"{number} {'long ' * 8}{'unbreakable' * 4}"
             add_run(folder, seed, variant=label, overrides={"x": number}, **values, **counts)
     seal(folder)
-    return report.write_report([folder], None, False).page
+    return write.write_report([folder], None, False).page
 
 
 @pytest.fixture

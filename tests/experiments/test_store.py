@@ -20,7 +20,7 @@ from app.experiments import claims, store, table
 from app.experiments.crews import Switch, Threads
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, FolderError, finished_if_claimed, finished_in, goes_on
-from app.report.report import default_place, write_report
+from app.report.write import default_place, write_report
 from app.results.read import read_folder
 from app.results.service import folder_for
 from tests.support.folders import KILLED_IN_A_COMMIT, seal

@@ -28,7 +28,7 @@ from app.documents import presets
 from app.experiments.record import Origin, Record
 from app.experiments.store import REPORT_PAGE
 from app.experiments.table import connect, note
-from app.report import parts, report
+from app.report import parts, write
 from app.report.page import FIGURE_FILES
 from app.report.sections.compare import pairs_of
 from app.results.read import Group, ResultsError
@@ -169,11 +169,11 @@ def test_the_command_of_a_page_makes_this_very_page(tmp_path: Path) -> None:
         add_run(folder, 0)
     out = tmp_path / "of mine.html"
     for compare in (False, True):
-        page = report.write_report(folders, out, compare).page.read_text(encoding="utf-8")
+        page = write.write_report(folders, out, compare).page.read_text(encoding="utf-8")
         (line,) = (code for code in codes_of(page) if code.startswith("pounce report"))
         command = tyro.cli(Report, args=shlex.split(line)[2:])
         assert command == Report(tuple(map(str, folders)), compare, str(out))
-    page = report.write_report(folders, None, False).page.read_text(encoding="utf-8")
+    page = write.write_report(folders, None, False).page.read_text(encoding="utf-8")
     assert f"pounce report {folders[0]} {folders[1]}" in codes_of(page)
 
 
@@ -626,7 +626,7 @@ def test_a_page_on_an_unfinished_experiment_says_so_wherever_it_is_looked_at(
     for seed in range(2):
         add_run(folder, seed)
     add_run(folder, 2, status="failed", error="out of luck")
-    written = report.write_report([folder], None, False)
+    written = write.write_report([folder], None, False)
     said = "Unfinished: 3 of 6 runs."
     assert written.warnings == [said]
     assert said in text_of(written.page.read_text(encoding="utf-8"))
@@ -658,7 +658,7 @@ def test_it_is_told_what_is_being_done(folder: Path) -> None:
         add_run(folder, seed)
     add_run(folder, 3, status="failed", error="out of luck")
     told: list[str] = []
-    report.write_report([folder], None, False, told.append)
+    write.write_report([folder], None, False, told.append)
     assert told[0] == "reading tables of results"
     assert [text for text in told if text.startswith("reading logs")] == [
         "reading logs: 1 run",
@@ -845,7 +845,7 @@ def test_folders_without_a_variant_in_common_are_refused(tmp_path: Path) -> None
     add_run(first, 0, variant="x=1", overrides={"x": 1})
     add_run(second, 0, variant="x=2", overrides={"x": 2})
     with pytest.raises(ResultsError, match="no variant in common"):
-        report.write_report([first, second], None, True)
+        write.write_report([first, second], None, True)
 
 
 def test_variants_that_only_share_a_label_are_compared_and_their_settings_told(
@@ -979,11 +979,11 @@ def test_a_page_on_several_folders_takes_the_place_of_none_of_their_own(tmp_path
     for folder in folders:
         for seed in range(3):
             add_run(folder, seed)
-    own = [report.write_report([folder], None, False).page for folder in folders]
+    own = [write.write_report([folder], None, False).page for folder in folders]
     assert own == [folder / "report.html" for folder in folders]
     before = [page.read_bytes() for page in own]
     for compare, name in ((True, "compare_a_b"), (False, "report_a_b")):
-        page = report.write_report(folders, None, compare).page
+        page = write.write_report(folders, None, compare).page
         assert page == tmp_path / "results" / name / "report.html"
         assert (page.parent / "report_figures").is_dir()
     assert [page.read_bytes() for page in own] == before
@@ -1004,13 +1004,13 @@ def test_the_place_of_a_page_that_was_not_told(
 ) -> None:
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    found = report.default_place([Path(folder) for folder in folders], False)
+    found = write.default_place([Path(folder) for folder in folders], False)
     assert found == Path(expected.replace("TMP", str(tmp_path)))
 
 
 def test_the_name_of_a_page_on_many_folders_is_one_that_file_systems_take(tmp_path: Path) -> None:
     folders = [tmp_path / f"{number}{'a' * 50}" for number in range(20)]
-    name = report.default_place(folders, False).parent.name
+    name = write.default_place(folders, False).parent.name
     assert name == f"report_0{'a' * 50}_and_19_more"
 
 
@@ -1020,7 +1020,7 @@ def test_the_name_of_a_page_on_many_folders_is_one_that_file_systems_take(tmp_pa
 def test_results_without_a_run_that_is_over_are_refused(folder: Path) -> None:
     add_run(folder, 0, status="failed", error="out of luck")
     with pytest.raises(ResultsError, match="no run is over"):
-        report.write_report([folder], None, False)
+        write.write_report([folder], None, False)
 
 
 def test_a_failed_write_leaves_the_old_page_and_nothing_else(
@@ -1035,7 +1035,7 @@ def test_a_failed_write_leaves_the_old_page_and_nothing_else(
 
     monkeypatch.setattr("os.replace", full)
     with pytest.raises(ResultsError, match="No space left"):
-        report.write_report([folder], None, False)
+        write.write_report([folder], None, False)
     assert (folder / "report.html").read_text(encoding="utf-8") == old
     assert sorted(path.name for path in folder.iterdir()) == before
     assert not list((folder / "report_figures").glob(".*"))

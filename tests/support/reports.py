@@ -4,13 +4,13 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from app.experiments.store import REPORT_PAGE
-from app.report import report
+from app.report import write
 
 
 def page_of(*folders: Path, compare: bool = False) -> str:
     """A page on folders, kept in the first of them with its pictures."""
     out = folders[0] / REPORT_PAGE if len(folders) > 1 else None
-    return report.write_report(folders, out, compare).page.read_text(encoding="utf-8")
+    return write.write_report(folders, out, compare).page.read_text(encoding="utf-8")
 
 
 def text_of(page: str) -> str:

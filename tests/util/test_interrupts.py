@@ -97,7 +97,7 @@ def done(
         ("app.experiments.seeds", "run timed"),
         ("a compilation", "run timed --out runs"),
         ("a compilation", "experiment ablation"),
-        ("app.report.report", "report ."),
+        ("app.report.write", "report ."),
         ("benchmarks", "bench"),
         ("app.page.lab", "lab --no-browser"),
         ("a compilation", "lab --no-browser"),

@@ -11,7 +11,7 @@ from app.documents.experiments import parse
 from app.experiments.crews import Threads
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder
-from app.report import report
+from app.report import write
 from app.results import read
 from sim.world import CAPTURE, FLIGHT
 from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, seal
@@ -112,6 +112,6 @@ def test_an_experiment_may_ask_for_the_length_of_its_runs(tmp_path: Path) -> Non
     rows = read.read_folder(tmp_path / "small").rows
     assert [row.trials for row in rows] == [200, 200]
     assert all(row.steps > 200 for row in rows)
-    page = report.write_report([tmp_path / "small"], None, False).page
+    page = write.write_report([tmp_path / "small"], None, False).page
     (row,) = table_of(page.read_text(encoding="utf-8"), "run length (trials)")
     assert row["run length (trials)"] == "200 [200, 200]"

@@ -1,0 +1,241 @@
+"""Sections of a report on variants as they come: curves, numbers, and each beside the first."""
+
+import math
+from collections.abc import Callable, Sequence
+
+from app.analysis import estimates
+from app.analysis.estimates import Axis, Comparison, bootstrap_rng
+from app.charts.model import NOTHING, Dot, Dots, Panel, RunDot, with_clear_marks
+from app.charts.paper.drawing import drawn
+from app.charts.read import line_of
+from app.charts.styles import style_of
+from app.charts.wording import shown_estimate
+from app.metrics import MILESTONES, Metric
+from app.report.page import Page, details, table
+from app.report.parts import (
+    DIFFERENCES_RULE,
+    MEANS_RULE,
+    MOST_LINES,
+    MOST_ROWS,
+    REACHED_RULE,
+    STEPS_DIFFERENCES_RULE,
+    Shown,
+    bars_note,
+    chance_cell,
+    compared_steps,
+    curve_pictures,
+    difference_cell,
+    left_out,
+    mean_cell,
+    minor_text,
+    pairing_cell,
+    reached_cell,
+    scalar_cell,
+)
+from app.results.read import (
+    Group,
+    Reader,
+    measured,
+)
+from app.util.html import Markup, element, joined
+
+_MOST_OPEN_ROWS = 16
+
+
+def write_curves(
+    page: Page, reader: Reader, groups: Sequence[Group], metric: Metric, naming: str
+) -> None:
+    """Curves of all variants, or of the best where they are too many for a picture."""
+    shown = _best(groups, metric)
+
+    def panels(axis: Axis) -> list[Panel]:
+        lines = [
+            line_of(reader, group.label, group.runs, axis, style_of(index))
+            for index, group in enumerate(shown)
+        ]
+        return [Panel("", with_clear_marks(lines))]
+
+    caption, notes = "Reward of each variant", [naming] if naming else []
+    if len(shown) < len(groups):
+        extreme = "lowest" if metric.kind == "length" else "highest"
+        which = f"the {len(shown)} of {len(groups)} variants with the {extreme} {metric.title}"
+        caption = f"Reward of {which}"
+        notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
+    curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
+    page.say("Learning curves", curves, minor_text(naming))
+
+
+def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
+    """As many variants as a picture takes, those that did best in the mean, in their own order."""
+    # A run that a stop condition ended is the better, the shorter it is.
+    sign = -1 if metric.kind == "length" else 1
+
+    def merit(place: int) -> float:
+        values = [v for v in groups[place].values(metric.column) if math.isfinite(v)]
+        return sign * sum(values) / len(values) if values else -math.inf
+
+    best = sorted(range(len(groups)), key=merit, reverse=True)[:MOST_LINES]
+    return [groups[place] for place in sorted(best)]
+
+
+def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
+    """Numbers of all variants, averaged over their runs."""
+    page.tell("averaging scalars")
+    there = [metric for metric in shown.every if measured(groups, metric.column)]
+    milestones = [name for name in MILESTONES if any(group.milestones(name) for group in groups)]
+    rule = f"{MEANS_RULE} {REACHED_RULE}" if milestones else MEANS_RULE
+    how_well, how, endings, length = (
+        [metric for metric in there if metric.kind == kind]
+        for kind in ("performance", "behaviour", "endings", "length")
+    )
+    some = groups[:MOST_ROWS]
+    tables = joined(
+        [
+            _scalar_table(some, how_well, scalar_cell, ()),
+            _scalar_table(some, how, mean_cell, milestones),
+            _scalar_table(some, endings, mean_cell, ()),
+            _scalar_table(some, length, mean_cell, ()),
+            left_out(len(groups)),
+        ]
+    )
+    if len(groups) > _MOST_OPEN_ROWS:
+        tables = details(f"The scalars of {len(some)} variants", tables)
+    page.say("Scalars", element("p", f"{rule} {naming}".strip()), tables)
+
+
+def _scalar_table(
+    groups: Sequence[Group],
+    metrics: Sequence[Metric],
+    cell: Callable[[Sequence[float]], Markup],
+    milestones: Sequence[str],
+) -> Markup:
+    """Numbers of each variant; nothing where none of them was measured."""
+    titles = [*(MILESTONES[name] for name in milestones), *(metric.label for metric in metrics)]
+    if not titles:
+        return Markup()
+    rows = [
+        (
+            group.label,
+            len(group.runs),
+            *(reached_cell([*group.milestones(name).values()]) for name in milestones),
+            *(cell(group.values(metric.column)) for metric in metrics),
+        )
+        for group in groups
+    ]
+    return table(("variant", "n", *titles), rows)
+
+
+def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
+    """Variants beside the first one."""
+    page.tell("setting variants beside one another")
+    base, *others = groups[:MOST_ROWS]
+    metric = shown.first
+    first = base.by_seed(metric.column)
+    found = [
+        (group, estimates.compare(group.by_seed(metric.column), first, bootstrap_rng()))
+        for group in others
+    ]
+    difference = f"{metric.title}: difference to {base.label}"
+    page.say(
+        "Variants beside one another",
+        _ablation_picture(page, base, found, metric, difference, naming),
+        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {naming}".strip()),
+        _ablation_table(base, found, metric, difference),
+        _other_differences(base, others, shown),
+        left_out(len(groups)),
+    )
+
+
+def _other_differences(base: Group, others: Sequence[Group], shown: Shown) -> Markup:
+    """How far variants differ from the first one in what is not drawn."""
+    some = others[:_MOST_OPEN_ROWS]
+    rows: list[Sequence[object]] = []
+    for metric in shown.every:
+        first = base.by_seed(metric.column)
+        if metric != shown.first and any(map(math.isfinite, first.values())):
+            for group in some:
+                found = estimates.compare(group.by_seed(metric.column), first, bootstrap_rng())
+                rows.append((metric.label, group.label, *_difference_cells(found)))
+    for name, title in MILESTONES.items():
+        first = base.milestones(name)
+        for group in some:
+            steps = group.milestones(name)
+            if first and steps:
+                found = compared_steps(steps, first)
+                rows.append((title, group.label, *_difference_cells(found)))
+    if not rows:
+        return Markup()
+    header = (
+        "quantity",
+        "variant",
+        f"difference to {base.label} [95 %]",
+        "P(variant higher)",
+        "n",
+        "paired",
+    )
+    rule = element("p", STEPS_DIFFERENCES_RULE)
+    fewer = f" of the first {len(some)} variants" if len(some) < len(others) else ""
+    summary = f"Differences{fewer} in the other quantities"
+    return details(summary, joined([rule, table(header, rows)]))
+
+
+def _difference_cells(found: Comparison) -> Sequence[object]:
+    estimate = found.difference
+    return shown_estimate(estimate), chance_cell(found), estimate.n, pairing_cell(found)
+
+
+def _ablation_picture(
+    page: Page,
+    base: Group,
+    others: Sequence[tuple[Group, Comparison]],
+    metric: Metric,
+    difference: str,
+    naming: str,
+) -> Markup:
+    every = [base, *(group for group, _ in others)]
+    columns = {
+        metric.label: [_dot_of(group, metric.column) for group in every],
+        difference: [
+            Dot(base.label, NOTHING),
+            *(Dot(group.label, compared.difference) for group, compared in others),
+        ],
+    }
+    small = page.small_print(
+        f"Mean over n runs (seeds). {bars_note(dot.estimate for dot in columns[metric.label])} Pale"
+        " dots: single runs. Differences are to"
+        f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
+    )
+    drawing = drawn("variants", Dots(columns, differences=[difference]), small)
+    return page.picture("variants", f"{metric.label} of each variant", drawing)
+
+
+def _dot_of(group: Group, column: str) -> Dot:
+    mean = estimates.mean(group.values(column), bootstrap_rng())
+    return Dot(group.label, mean, [RunDot(run.values[column], run.seed) for run in group.runs])
+
+
+def _ablation_table(
+    base: Group, others: Sequence[tuple[Group, Comparison]], metric: Metric, difference: str
+) -> Markup:
+    column = metric.column
+    header = (
+        "variant",
+        f"{metric.label} [95 %]",
+        f"{difference} [95 %]",
+        "P(variant higher)",
+        "n of the difference",
+        "paired",
+    )
+    rows = [
+        (
+            group.label,
+            scalar_cell(group.values(column)),
+            difference_cell(group, base, column, compared.difference),
+            chance_cell(compared),
+            compared.difference.n,
+            pairing_cell(compared),
+        )
+        for group, compared in others
+    ]
+    of_base = (base.label, scalar_cell(base.values(column)), "–", "–", "–", "–")
+    return table(header, [of_base, *rows])
