@@ -77,7 +77,7 @@ def run_seeds(
     """
     variant = Variant("run", "run", spec, {})
     experiment = Experiment.model_construct(
-        name="run", text=b"", variants=(variant,), seeds=seeds, metrics=_METRICS
+        name="run", text=b"", variants=(variant,), seeds=seeds, metrics=_METRICS, own_seeds={}
     )
     found: dict[int, Result] = {}
     failed: list[Record] = []

@@ -24,13 +24,13 @@ from distributed import Client, Future
 from app import __version__
 from app.cli import main
 from app.documents.experiments import Experiment, parse
-from app.documents.variants import Variant
 from app.experiments import cluster, runner
 from app.experiments.cluster import Cluster, perform_same
 from app.experiments.crews import Switch, Threads
+from app.experiments.record import Record
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, version
-from app.experiments.task import tasks_of
+from app.experiments.task import Finished, tasks_of
 from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -202,9 +202,9 @@ def test_a_worker_that_dies_changes_no_result(dask: Dask, tmp_path: Path) -> Non
         (victim,) = (where for where, about in there.items() if about["name"] == "victim")
         assert crew.size == 2
 
-        def note(variant: Variant, row: dict[str, Any], kept: bytes) -> None:
-            assert kept
-            written[row["key"]] += 1
+        def note(record: Record, finished: Finished) -> None:
+            assert finished.arrays
+            written[record.key] += 1
 
         def look(progress: runner.Progress) -> None:
             if written and not taken:
