@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Self
 
 from app.util import leftovers
-from app.util.folders import make_folders, remove_folders
+from app.util.files import make_folders, remove_folders
 
 _STAGING = leftovers.NAME + "[a-z0-9_]" * 8
 """What folders are called that Python makes up a name for, after the same beginning."""

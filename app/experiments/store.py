@@ -41,8 +41,7 @@ from app.experiments.table import (
 )
 from app.experiments.task import identity_of, key_of, settings_of
 from app.util import csv_texts, leftovers
-from app.util.files import write_whole
-from app.util.folders import make_folders, remove_folders
+from app.util.files import make_folders, remove_folders, write_whole
 from sim.sources import SOURCE_DIGEST
 
 REPORT_PAGE: Final = "report.html"

@@ -193,7 +193,7 @@ def _without_copies(tables: Iterable[Sequence[Record]]) -> list[list[Record]]:
     Within a folder nothing is a copy: two of its variants may well come to the same settings.
     """
     seen: set[tuple[str, str]] = set()
-    found = []
+    found: list[list[Record]] = []
     for rows in tables:
         keyed = [((row.identity, row.digest or row.key), row) for row in rows]
         found.append([row for key, row in keyed if key not in seen])

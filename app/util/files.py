@@ -1,8 +1,9 @@
-"""Writing a file so that whoever looks finds it whole, or as it was before."""
+"""Files that whoever looks finds whole, or as they were before; folders that leave no trace."""
 
 import contextlib
 import os
 import secrets
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -43,3 +44,25 @@ def _is_written(path: Path, data: bytes) -> bool:
             passing.unlink(missing_ok=True)
         raise
     return True
+
+
+def make_folders(folder: Path) -> list[Path]:
+    """Make a folder and those above it; returns the ones that were not there, the lowest first.
+
+    Raises:
+        OSError: it cannot be made; nothing is left of those above it.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        remove_folders(missing)
+        raise
+    return missing
+
+
+def remove_folders(folders: Iterable[Path]) -> None:
+    """Remove folders from the lowest up, as far as they are empty."""
+    for folder in folders:
+        with contextlib.suppress(OSError):
+            folder.rmdir()

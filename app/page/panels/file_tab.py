@@ -253,7 +253,7 @@ def read_file(
 def _mistaken(file: viser.UploadedFile, error: PresetError) -> str | None:
     """Which file of the other kind, of presets and experiments, this is; None if of neither."""
     tree = document_of(file.content, "", [])
-    keys = set() if tree is None else set(tree.value)
+    keys: set[str] = set() if tree is None else set(tree.value)
     name = printable(file.name)
     if not isinstance(error, ExperimentError) and _EXPERIMENT_KEY in keys:
         return f"{name} is an experiment, not a preset: Load experiment takes it."
