@@ -212,6 +212,32 @@ def test_of_two_requests_the_first_answer_is_not_enough(unanswered: Lab) -> None
     assert (person.value("Freeze selection"), person.value("Freeze skills")) == (False, False)
 
 
+def test_the_schedule_shows_nothing_before_the_own_request_is_answered(unanswered: Lab) -> None:
+    person, session = Person(unanswered.server.gui), unanswered.session
+    do(unanswered, lambda: person.choose("Change", "avoid: joins"))
+    at = int(person.value("At trial").replace(",", ""))
+    for _ in range(2):
+        # The second goes on from what the first has asked for.
+        do(unanswered, lambda: person.click("+500"))
+        assert person.value("At trial") == f"{at:,}"
+        assert person.value("Change") == "avoid: joins"
+    session.start()
+    session.wait_for(lambda status: status.answered == 2, PATIENCE_S)
+    do(unanswered, lambda: None)
+    assert person.value("At trial") == f"{at + 1_000:,}"
+
+
+def test_a_new_exploration_stays_chosen_until_it_is_there(unanswered: Lab) -> None:
+    person, session = Person(unanswered.server.gui), unanswered.session
+    do(unanswered, lambda: person.choose("Change", "approach: new exploration"))
+    do(unanswered, lambda: person.click("Add"))
+    assert person.value("Change") == "approach: new exploration"
+    session.start()
+    session.wait_for(lambda status: status.answered == 1, PATIENCE_S)
+    do(unanswered, lambda: None)
+    assert person.value("Change") == "approach: exploration"
+
+
 def wait_until(condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + PATIENCE_S
     while not condition():
