@@ -17,7 +17,9 @@ from viser import _messages as wire
 
 from app.documents import presets
 from app.live.session import Session, SetSpeed
+from app.page import lab as page_lab
 from app.page import widgets
+from app.page.browser import Browser
 from app.page.inbox import Intent
 from app.page.lab import Lab
 from app.server.workers import MOST_OF_ONE_PAGE
@@ -157,6 +159,36 @@ def test_what_an_intent_raises_is_told_to_its_page_alone_and_the_lab_goes_on(lab
     assert told == ["End"]
     for page in pages:
         page.close()
+
+
+def test_a_browser_that_leaves_while_it_is_welcomed_is_forgotten(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    welcoming = threading.Event()
+    drawn: list[int] = []
+
+    class Hesitant(Browser):
+        """Sets itself up only once the first page has left."""
+
+        def __init__(self, *about: Any) -> None:
+            welcoming.set()
+            wait_until(lambda: 0 not in lab.server.get_clients())
+            super().__init__(*about)
+
+        def update(self, *moment: Any) -> None:
+            drawn.append(self.client.client_id)
+
+    monkeypatch.setattr(page_lab, "Browser", Hesitant)
+    hasty, patient = a_page(lab), a_page(lab)
+    hasty.send(CAMERA)
+    assert welcoming.wait(PATIENCE_S)
+    hasty.close()
+    patient.send(CAMERA)
+    wait_until(lambda: [browser.client.client_id for browser in lab.browsers] == [1])
+    drawn.clear()
+    wait_until(lambda: len(drawn) > 3)
+    assert {*drawn} == {1}
+    patient.close()
 
 
 class Unanswered(Session):
