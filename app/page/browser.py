@@ -14,7 +14,7 @@ from app.page.panels.readings import Readings, Texts
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
 from app.picture.look import Look
-from app.results.service import Workbench
+from app.results.service import Service
 from app.server.calls import Calls
 from app.server.pulse import Pulse
 from app.server.stage import Stage
@@ -27,7 +27,7 @@ class Shared(NamedTuple):
     session: Session
     gallery: Gallery
     calls: Calls
-    service: Workbench
+    service: Service
     inbox: Inbox
     ask: Ask
     wake: Callable[[], None]

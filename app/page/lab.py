@@ -30,7 +30,7 @@ from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
 from app.picture.layer import Extras, SuccessMap
 from app.picture.look import Look
-from app.results.service import Workbench
+from app.results.service import Service
 from app.server.access import Access
 from app.server.callbacks import guarded
 from app.server.calls import Calls
@@ -98,7 +98,7 @@ class Lab:
         """
         share_among_threads()
         self.session = session
-        self.service = Workbench(results)
+        self.service = Service(results)
         self._waits = waits
         self._browsers: dict[int, Browser] = {}
         self._ticket = 0
