@@ -9,7 +9,7 @@ import viser
 from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.file_tab import FileTab, TakeExperiment
-from app.page.panels.inspection import Inspector
+from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings, Texts
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
@@ -49,7 +49,7 @@ class Browser:
         self._look = self.readings.look
         self._stage: Stage | None = None
         self._seen = 0
-        self._inspector = Inspector(client, self.readings.inspect_tab, wake)
+        self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
                 client, shared.session, ask, inbox.work, shared.take_experiment, shared.save_dir
@@ -66,7 +66,7 @@ class Browser:
             return
         place = board.place_under(event.ray_origin, event.ray_direction)
         if place is not None:
-            self._inspector.take_click(place, shift=event.modifier == "shift")
+            self._inspection.take_click(place, shift=event.modifier == "shift")
 
     def frame(self, stage: Stage, look: Look) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
@@ -81,7 +81,7 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == texts.status.snapshot.generation:
             outcomes = success.outcomes
-        self._inspector.update(texts.status.snapshot, texts.look, outcomes)
+        self._inspection.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)

@@ -31,8 +31,8 @@ from app.explain.cell import (
 from app.explain.chain import Chain, Link, action_text, chain_html, chain_of, ending_text, sum_text
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.page.panels import inspection
-from app.page.panels.inspection import Inspector, board_points, cell_under, ring_radius
+from app.page.panels import inspection as panel
+from app.page.panels.inspection import Inspection, board_points, cell_under, ring_radius
 from app.picture.look import OF_TRIAL, Look
 from app.picture.theme import DARK, LIGHT
 from app.server.server import close_server, open_server
@@ -459,7 +459,7 @@ def test_the_ring_goes_through_the_chosen_cell_or_the_start_zone(behind: Snapsho
     assert ring_radius(world, None) == pytest.approx(35 * 20 / 120)
 
 
-# The inspector, with the widgets of a server to which no browser is connected
+# The panel, with the widgets of a server to which no browser is connected
 
 
 class Watcher(Person):
@@ -492,126 +492,128 @@ def person() -> Iterator[Watcher]:
 
 
 @pytest.fixture
-def inspector(person: Watcher) -> Inspector:
+def inspection(person: Watcher) -> Inspection:
     client: Any = person
-    return Inspector(client, person.gui.add_folder("Inspect"), person.wake)
+    return Inspection(client, person.gui.add_folder("Inspect"), person.wake)
 
 
 def place_of(x: int, y: int) -> tuple[float, float]:
     return (x - 10) * 0.6, (y - 10) * 0.6
 
 
-def choose(inspector: Inspector, x: int, y: int) -> None:
+def choose(inspection: Inspection, x: int, y: int) -> None:
     """Click on a cell."""
-    inspector.take_click(place_of(x, y), shift=False)
+    inspection.take_click(place_of(x, y), shift=False)
 
 
-def hunt_from(inspector: Inspector, x: int, y: int) -> None:
+def hunt_from(inspection: Inspection, x: int, y: int) -> None:
     """Click on a cell with shift held."""
-    inspector.take_click(place_of(x, y), shift=True)
+    inspection.take_click(place_of(x, y), shift=True)
 
 
-def test_a_click_shows_its_cell(person: Watcher, inspector: Inspector, behind: Snapshot) -> None:
-    inspector.take_click(place_of(6, 10), shift=False)
+def test_a_click_shows_its_cell(person: Watcher, inspection: Inspection, behind: Snapshot) -> None:
+    inspection.take_click(place_of(6, 10), shift=False)
     assert person.woken == 1
     assert person.reads("Click a cell")
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert person.reads("Cell (6, 10)")
     assert "<ol" not in person.html
     assert person.can_use("Hunt here")
-    inspector.take_click((99.0, 0.0), shift=False)
-    inspector.update(behind, Look())
+    inspection.take_click((99.0, 0.0), shift=False)
+    inspection.update(behind, Look())
     assert person.reads("Cell (6, 10)")
 
 
 def test_why_is_shown_when_it_is_asked_for(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    choose(inspector, 3, 10)
+    choose(inspection, 3, 10)
     person.check("Why this value?")
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert len(re.findall(r"<li\b", person.html)) == 7
     chain = person.points("chain/line")
     assert len(chain) == 1 + 7
     np.testing.assert_allclose(chain[1, 0, :2], [-7 * 0.6, 0], atol=1e-6)
     np.testing.assert_allclose(chain[-1, 1, :2], [0, 0], atol=1e-6)
     person.check("Why this value?", False)
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert "<ol" not in person.html
     assert len(person.points("chain/line")) == 1
 
 
 def test_nothing_is_sent_when_nothing_has_changed(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    choose(inspector, 6, 10)
+    choose(inspection, 6, 10)
     person.click("Sixteen hunts from a ring")
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     sent = person.sent
     for _ in range(3):
-        inspector.update(behind, Look())
+        inspection.update(behind, Look())
     assert person.sent == sent
-    inspector.update(replace(behind, step=behind.step + 1), Look())
+    inspection.update(replace(behind, step=behind.step + 1), Look())
     assert person.sent == sent + 1
-    inspector.update(replace(behind, step=behind.step + 1), Look(theme=DARK))
+    inspection.update(replace(behind, step=behind.step + 1), Look(theme=DARK))
     assert person.sent == sent + 3
 
 
-def test_shift_hunts_from_the_cell(person: Watcher, inspector: Inspector, behind: Snapshot) -> None:
-    inspector.take_click(place_of(6, 10), shift=True)
-    inspector.update(behind, Look())
+def test_shift_hunts_from_the_cell(
+    person: Watcher, inspection: Inspection, behind: Snapshot
+) -> None:
+    inspection.take_click(place_of(6, 10), shift=True)
+    inspection.update(behind, Look())
     assert person.reads("Cell (6, 10)")
     assert person.reads("capture after 4 steps")
     assert len(person.points("hunts/line")) == 1 + 4
-    hunt_from(inspector, 14, 10)
-    inspector.update(behind, Look())
+    hunt_from(inspection, 14, 10)
+    inspection.update(behind, Look())
     assert person.reads("flight after 1 step")
     assert len(person.points("ends")) == 1 + 2
 
 
 def test_the_heading_is_that_of_the_look(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    choose(inspector, 6, 10)
-    inspector.update(behind, Look())
+    choose(inspection, 6, 10)
+    inspection.update(behind, Look())
     assert person.reads("prey facing east")
-    inspector.update(behind, Look(frame=NORTH))
+    inspection.update(behind, Look(frame=NORTH))
     assert person.reads("prey facing north")
-    inspector.update(replace(behind, heading=WEST), Look(frame=OF_TRIAL))
+    inspection.update(replace(behind, heading=WEST), Look(frame=OF_TRIAL))
     assert person.reads("prey facing west")
 
 
 def test_a_hunt_of_another_heading_shows_where_its_prey_faces(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
     person.choose("Prey faces", "north")
-    choose(inspector, 6, 10)
-    inspector.update(behind, Look())
+    choose(inspection, 6, 10)
+    inspection.update(behind, Look())
     person.click("Hunt here")
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert person.reads("prey facing north")
     assert len(person.points("facing/line")) == 1 + 3
-    inspector.update(behind, Look(frame=NORTH))
+    inspection.update(behind, Look(frame=NORTH))
     assert len(person.points("facing/line")) == 1
 
 
 def test_a_ring_takes_the_place_of_the_hunts_before(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    hunt_from(inspector, 6, 10)
+    hunt_from(inspection, 6, 10)
     person.click("Sixteen hunts from a ring")
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert person.reads("16 hunts")
     assert len(person.points("ends")) == 1 + 16
 
 
 def test_clearing_forgets_everything(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look())
+    hunt_from(inspection, 6, 10)
+    inspection.update(behind, Look())
     person.click("Clear")
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert person.reads("Click a cell")
     assert not person.reads("from (")
     assert not person.can_use("Hunt here")
@@ -620,70 +622,70 @@ def test_clearing_forgets_everything(
 
 
 def test_another_run_clears_the_hunts_and_keeps_the_cell(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look())
-    inspector.update(replace(behind, generation=2), Look())
+    hunt_from(inspection, 6, 10)
+    inspection.update(behind, Look())
+    inspection.update(replace(behind, generation=2), Look())
     assert not person.reads("from (")
     assert person.reads("Cell (6, 10)")
 
 
 def test_cells_off_the_grid_change_nothing(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
     for x, y in [(-1, 3), (20, 3), (10**9, 0)]:
-        choose(inspector, x, y)
-        hunt_from(inspector, x, y)
-    inspector.update(behind, Look())
+        choose(inspection, x, y)
+        hunt_from(inspection, x, y)
+    inspection.update(behind, Look())
     assert person.reads("Click a cell")
     assert not person.reads("from (")
 
 
 def test_requests_do_not_pile_up(
-    person: Watcher, inspector: Inspector, behind: Snapshot, monkeypatch: pytest.MonkeyPatch
+    person: Watcher, inspection: Inspection, behind: Snapshot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made, real = 0, inspection.hunts_from
+    made, real = 0, panel.hunts_from
 
     def hunts(snapshot: Snapshot, starts: list[tuple[int, int]], *rest: Any) -> Any:
         nonlocal made
         made += len(starts)
         return real(snapshot, starts, *rest)
 
-    monkeypatch.setattr(inspection, "hunts_from", hunts)
+    monkeypatch.setattr(panel, "hunts_from", hunts)
     for _ in range(10_000):
-        hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look())
+        hunt_from(inspection, 6, 10)
+    inspection.update(behind, Look())
     assert made == 32
     assert person.reads("16 hunts")
     assert len(person.points("ends")) == 1 + 16
 
 
 def test_a_change_by_the_program_is_no_request(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    choose(inspector, 3, 10)
+    choose(inspection, 3, 10)
     person.widget("Why this value?").value = True
-    inspector.update(behind, Look())
+    inspection.update(behind, Look())
     assert "<ol" not in person.html
 
 
 def test_the_themes_colours_are_used(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look(theme=LIGHT))
+    hunt_from(inspection, 6, 10)
+    inspection.update(behind, Look(theme=LIGHT))
     assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == LIGHT.capture
-    inspector.update(behind, Look(theme=DARK))
+    inspection.update(behind, Look(theme=DARK))
     assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == DARK.capture
 
 
 def test_removing_takes_everything_away(
-    person: Watcher, inspector: Inspector, behind: Snapshot
+    person: Watcher, inspection: Inspection, behind: Snapshot
 ) -> None:
-    choose(inspector, 6, 10)
-    inspector.update(behind, Look())
-    inspector.remove()
+    choose(inspection, 6, 10)
+    inspection.update(behind, Look())
+    inspection.remove()
     assert person.html == ""
     with pytest.raises(KeyError):
         person.points("cell/line")
