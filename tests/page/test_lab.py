@@ -22,6 +22,7 @@ from app.page import widgets
 from app.page.browser import Browser
 from app.page.inbox import Intent
 from app.page.lab import Lab
+from app.server import admission
 from app.server.workers import MOST_OF_ONE_PAGE
 from app.util.logs import LEVELS, sparing_log
 from tests.support.person import Person
@@ -297,6 +298,7 @@ def test_nothing_of_a_page_reaches_the_terminal_raw(
     lab: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     terminal = io.StringIO()
+    monkeypatch.setattr(admission, "GRACE_S", 0.0)
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(sys, "stdout", terminal)
     slider = speed_of(lab)
