@@ -104,7 +104,7 @@ def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int)
     if command.json:
         say(json.dumps(found))
         return EXIT_OK
-    say(f"Rate of {preset} beside the page, as a share of its headless rate:")
+    say(f"Rate of {preset} beside the page, as a share of its rate without a page:")
     for n_clients, ratio in found["clients"].items():
         say(f"  {n_clients} browsers  {ratio:.2f}")
     return EXIT_OK
