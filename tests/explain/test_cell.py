@@ -47,7 +47,6 @@ from tests.support.person import Person, drawn
 
 EAST, NORTH, WEST = 0, 2, 4
 APPROACH, CIRCLE = 0, 1
-N_STATES = 8 * 4 * 8
 
 
 def move_towards(heading: int) -> int:

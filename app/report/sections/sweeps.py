@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from app.analysis import estimates
 from app.analysis.axles import Axle, grouped
@@ -33,8 +33,6 @@ _WIDE = 0.1
 """A wide margin, as a share of the range of a quantity; the thesis's findings have the same."""
 _CLOSE = _WIDE / 3
 """Below it, a difference is close."""
-
-_T = TypeVar("_T")
 
 
 class _Swept(NamedTuple):
