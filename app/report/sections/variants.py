@@ -38,6 +38,7 @@ from app.results.read import (
     measured,
 )
 from app.util.html import Markup, element, joined
+from app.words.numbers import NONE
 
 _MOST_OPEN_ROWS = 16
 
@@ -237,5 +238,5 @@ def _ablation_table(
         )
         for group, compared in others
     ]
-    of_base = (base.label, scalar_cell(base.values(column)), "–", "–", "–", "–")
+    of_base = (base.label, scalar_cell(base.values(column)), NONE, NONE, NONE, NONE)
     return table(header, [of_base, *rows])
