@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from app.cli import terminal
-from app.cli.words import (
+from app.cli.answers import (
     EXIT_FAILED,
     EXIT_OK,
     Flag,

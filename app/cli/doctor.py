@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, NamedTuple
 from tyro.conf import arg
 
 from app import __version__
-from app.cli.words import EXIT_FAILED, EXIT_OK, RESULTS, Flag, UsageError, say, shown
+from app.cli.answers import EXIT_FAILED, EXIT_OK, RESULTS, Flag, UsageError, say, shown
 from app.util.machine import available_cores, memory_mb
-from app.util.opening import CHROMIUM_ADVICE, chosen_browser, find_chromium
+from app.util.web_browser import CHROMIUM_ADVICE, chosen_browser, find_chromium
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement

@@ -11,7 +11,7 @@ from app.charts.model import Curves, Panel
 from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.metrics import Metric
-from app.report.page import Page, details, minor
+from app.report.document import Page, details, minor
 from app.results.read import Group, Reader, Widths
 from app.util.html import Markup, element, joined
 from app.words.numbers import NONE, counted, in_short, shown_number

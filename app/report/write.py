@@ -15,7 +15,7 @@ from app.charts.paper.drawing import missing_note
 from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
 from app.metrics import AREA, FINAL_REWARD, METRICS, shown_first
-from app.report.page import FIGURE_FILES, Page, document, table
+from app.report.document import FIGURE_FILES, Page, document, table
 from app.report.parts import (
     Shown,
 )

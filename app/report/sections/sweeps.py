@@ -24,7 +24,7 @@ from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.documents import presets
 from app.metrics import AREA, FINAL_REWARD, Metric
-from app.report.page import Page, details, table
+from app.report.document import Page, details, table
 from app.report.parts import NO_INTERVAL, Shown, bars_note
 from app.results.read import Group, measured
 from app.util.html import Markup, element

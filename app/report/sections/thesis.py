@@ -10,7 +10,7 @@ from app.charts.paper.drawing import drawn
 from app.charts.read import line_of, value_maps_of
 from app.charts.styles import THESIS_STYLES
 from app.charts.wording import shown_estimate
-from app.report.page import Page, details, table
+from app.report.document import Page, details, table
 from app.report.parts import curve_pictures
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding
