@@ -58,7 +58,7 @@ def results_html(
         address: what a link refers to, to call the lab with words.
         size: of the page's panel.
     """
-    gathering, what = live.in_short(gathering)
+    gathering, what = live.with_short_names(gathering)
     parts = [_choices(gathering.experiment, view, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
