@@ -48,3 +48,8 @@ def by_plain_name(skills: Iterable[str]) -> dict[str, str]:
 def joined_by_and(names: Sequence[str]) -> str:
     """One name or more as a sentence lists them."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def shortened(text: str, characters: int) -> str:
+    """A text that fits, if need be without its end; of at least 1 character."""
+    return text if len(text) <= characters else f"{text[: characters - 1]}…"

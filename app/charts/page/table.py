@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from app.charts.live import trials_of
 from app.charts.page.svg import Address, link
 from app.charts.view import Column, Size, View, listed, n_pages
-from app.charts.wording import shortened
+from app.charts.wording import short_label
 from app.metrics import final_trials
 from app.results.gather import Gathering, RunFact
 from app.util.html import escaped
@@ -110,7 +110,7 @@ _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 
 def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
-    name = escaped(shortened(label, max(int(label_px / _CHARACTER_PX), 8)))
+    name = escaped(short_label(label, max(int(label_px / _CHARACTER_PX), 8)))
     hint = escaped(label)
     if run.error:
         error, whole_error = (
