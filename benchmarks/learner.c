@@ -1,6 +1,6 @@
 /*
- * The learning of learners/kernel.py in C, draw for draw and bit for bit: the yardstick that the
- * compiled loop is measured by. It keeps no record of the run but how the trials ended.
+ * The learning of learners/kernel/loop.py in C, draw for draw and bit for bit: the yardstick that
+ * the compiled loop is measured by. It keeps no record of the run but how the trials ended.
  *
  *     cc -O3 -march=native -o learner learner.c -lm
  *     ./learner --seed 1 --trials 24000          (all settings: see usage)
@@ -83,8 +83,8 @@ typedef struct {
 
 /* ------------------------------------------------------------------ tables */
 
-/* One line of the cache, as in learners/rows.py: the values, the largest of them, an upper bound
-   of all but the largest, and the set of actions that have the largest. */
+/* One line of the cache, as in learners/kernel/rows.py: the values, the largest of them, an upper
+   bound of all but the largest, and the set of actions that have the largest. */
 typedef struct {
     float q[MAX_ACTIONS];
     float best, second;

@@ -1,7 +1,7 @@
 """What the live page costs the learner: its rate with no browser, one and five, as ratios.
 
-The browsers read every frame and draw nothing. Each rate is compared with a headless run of the
-same length, measured right before and after in the same process.
+The browsers read every frame and draw nothing. Each rate is compared with that of a run of the
+same length without a page, measured right before and after in the same process.
 """
 
 import statistics
@@ -26,7 +26,7 @@ TRIALS = 400_000
 _CONNECT_S = 30.0
 
 
-def headless_rate(spec: RunSpec, seed: int) -> float:
+def rate_alone(spec: RunSpec, seed: int) -> float:
     """Steps per second of a run without a page, over its full number of trials."""
     run = Run(spec, seed)
     started = time.perf_counter()
@@ -117,12 +117,12 @@ def compare_page(
     repetitions: int,
     progress: Callable[[str], None],
 ) -> dict[str, dict[str, float]]:
-    """Ratio of the learner's rate beside a page to its headless rate, by number of clients.
+    """Ratio of the learner's rate beside a page to its rate alone, by number of clients.
 
     Returns:
         ``{"clients": {"0": ratio, "1": ratio, "5": ratio}}``, medians over the repetitions.
     """
-    headless_rate(spec.model_copy(update={"trials": 10}), 0)
+    rate_alone(spec.model_copy(update={"trials": 10}), 0)
     spec = spec.model_copy(update={"trials": TRIALS})
     ratios: dict[str, float] = {}
     for n_clients in CLIENTS:
@@ -133,9 +133,9 @@ def compare_page(
             measured = []
             for repetition in range(repetitions):
                 progress(f"{n_clients} clients: {repetition + 1} of {repetitions}")
-                before = headless_rate(spec, 0)
+                before = rate_alone(spec, 0)
                 beside = page_rate(session, spec, preset, 0)
-                after = headless_rate(spec, 0)
+                after = rate_alone(spec, 0)
                 measured.append(beside / ((before + after) / 2))
         ratios[str(n_clients)] = statistics.median(measured)
     return {"clients": ratios}

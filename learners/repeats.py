@@ -45,7 +45,7 @@ def in_its_place(control: Control, event: Event, since: Control) -> Control | No
     void = _overruled(control.history, event)
     if void is None:
         return None
-    history = _without(control.history, void)
+    history = _history_without(control.history, void)
     is_earlier = len(since.history) <= void
     before = as_if(control, history, event.trial, since if is_earlier else None)
     after = evolve(before, replace(event, number=len(history)))
@@ -74,7 +74,7 @@ def _overruled(history: Sequence[Event], event: Event) -> int | None:
     return None
 
 
-def _without(history: tuple[Event, ...], number: int) -> tuple[Event, ...]:
+def _history_without(history: tuple[Event, ...], number: int) -> tuple[Event, ...]:
     """A history without one of its events; the later ones move up."""
     later = (replace(event, number=event.number - 1) for event in history[number + 1 :])
     return (*history[:number], *later)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import settings
 
 from app.experiments import task
-from app.util.opening import find_chromium
+from app.util.web_browser import find_chromium
 from tests.support.browser import BROWSER_ARGS, advice
 
 HARMLESS_WARNINGS = (

@@ -15,13 +15,13 @@ _MOST_ROWS: Final = 60
 
 def numbers_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Rows:
     """The numbers of what a browser looks at; variants are called as they are there."""
-    gathering, _ = live.in_short(gathering)
+    gathering, _ = live.with_short_names(gathering)
     return _on_paper(live.chart_of(gatherer, gathering, view), gatherer).numbers
 
 
 def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
     """What a browser looks at, on paper; variants are called as they are there."""
-    gathering, what = live.in_short(gathering)
+    gathering, what = live.with_short_names(gathering)
     chart = live.chart_of(gatherer, gathering, view)
     experiment = gathering.experiment
     has_means = max(Counter(run.variant for run in gathering.runs).values(), default=0) > 1

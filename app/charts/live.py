@@ -34,12 +34,12 @@ LiveChart = Curves | Dots | Plane | Points
 """Each of one panel, one quantity, or one series."""
 
 
-def in_short(gathering: Gathering) -> tuple[Gathering, str]:
+def with_short_names(gathering: Gathering) -> tuple[Gathering, str]:
     """What there is, with short names of variants, and what these are made of (else nothing).
 
     The number that is charted is called as it is of runs as long as these.
     """
-    experiment, what = variants.in_short(gathering.experiment)
+    experiment, what = variants.with_short_names(gathering.experiment)
     metric = gathering.metric.of_runs(*trials_of(experiment))
     return replace(gathering, experiment=experiment, metric=metric), what
 

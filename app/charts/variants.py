@@ -42,7 +42,7 @@ def own_setting(experiment: Experiment) -> int | None:
 
 
 @lru_cache(maxsize=2)
-def in_short(experiment: Experiment) -> tuple[Experiment, str]:
+def with_short_names(experiment: Experiment) -> tuple[Experiment, str]:
     """An experiment whose variants have short labels, and what these are made of.
 
     Variants that set the same keys are told apart by the values of those that differ; the preset

@@ -6,6 +6,7 @@ from typing import Final
 
 from app.analysis.estimates import LEAST_RUNS, Estimate
 from app.words.numbers import shown_number
+from app.words.plain import shortened
 
 PADDED: Final = "#.3g"
 """The form of a number with three digits, also where they are zero."""
@@ -32,7 +33,7 @@ def described(label: str, estimate: Estimate) -> str:
 
 def short_title(label: str) -> str:
     """A label in a hint."""
-    return shortened(label, _TITLE_CHARACTERS)
+    return short_label(label, _TITLE_CHARACTERS)
 
 
 def few_in_words(counts: Iterable[int]) -> str:
@@ -48,7 +49,7 @@ def few_in_words(counts: Iterable[int]) -> str:
     )
 
 
-def shortened(text: str, characters: int) -> str:
+def short_label(text: str, characters: int) -> str:
     """A text that fits; of ``name, key=value``, as variants are called, the values stay."""
     if len(text) <= characters:
         return text
@@ -70,7 +71,6 @@ def shortened(text: str, characters: int) -> str:
 
 def _cut(part: str, characters: int) -> str:
     """Part of a label without the beginning of its key; a name without its end."""
-    if len(part) <= characters:
-        return part
-    kept = characters - 1
-    return f"…{part[len(part) - kept :]}" if "=" in part else f"{part[:kept]}…"
+    if "=" not in part or len(part) <= characters:
+        return shortened(part, characters)
+    return f"…{part[len(part) - characters + 1 :]}"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from app.cli import terminal
-from app.cli.words import (
+from app.cli.answers import (
     EXIT_FAILED,
     EXIT_OK,
     Flag,
@@ -104,7 +104,7 @@ def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int)
     if command.json:
         say(json.dumps(found))
         return EXIT_OK
-    say(f"Rate of {preset} beside the page, as a share of its headless rate:")
+    say(f"Rate of {preset} beside the page, as a share of its rate without a page:")
     for n_clients, ratio in found["clients"].items():
         say(f"  {n_clients} browsers  {ratio:.2f}")
     return EXIT_OK

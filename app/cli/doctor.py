@@ -13,7 +13,7 @@ import textwrap
 import time
 import tomllib
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, NamedTuple
 from tyro.conf import arg
 
 from app import __version__
-from app.cli.words import EXIT_FAILED, EXIT_OK, RESULTS, Flag, UsageError, say, shown
+from app.cli.answers import EXIT_FAILED, EXIT_OK, RESULTS, Flag, UsageError, say, shown
 from app.util.machine import available_cores, memory_mb
-from app.util.opening import CHROMIUM_ADVICE, chosen_browser, find_chromium
+from app.util.web_browser import CHROMIUM_ADVICE, chosen_browser, find_chromium
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
@@ -269,19 +269,16 @@ def _cache() -> Finding:
 
 def _fonts() -> Finding:
     from app.charts.paper.fonts import fonts_for, system_fonts
+    from app.words.plain import joined_by_and
 
     missing = fonts_for("".join(SCRIPTS.values())).missing
     lacking = [script for script, character in SCRIPTS.items() if character in missing]
     n_fonts = len(system_fonts())
     if lacking:
-        found = f"{n_fonts} installed, with none for {_listed(lacking)}"
+        found = f"{n_fonts} installed, with none for {joined_by_and(lacking)}"
         remedy = "only for labels in them in PNG figures: install fonts, such as Noto"
         return Finding("fonts", "warning", found, remedy)
-    return Finding("fonts", "ok", f"{n_fonts} installed; have {_listed(list(SCRIPTS))}")
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+    return Finding("fonts", "ok", f"{n_fonts} installed; have {joined_by_and(list(SCRIPTS))}")
 
 
 def _cores() -> Finding:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from app.cli.words import (
+from app.cli.answers import (
     EXIT_FAILED,
     HIDDEN_HINT,
     RESULTS,

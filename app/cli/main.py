@@ -20,13 +20,7 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 
 from app import __version__
 from app.cli import bench, doctor, experiment, lab, report, run
-from app.cli.bench import Bench
-from app.cli.doctor import Doctor
-from app.cli.experiment import Experiment
-from app.cli.lab import Lab
-from app.cli.report import Report
-from app.cli.run import Run
-from app.cli.words import (
+from app.cli.answers import (
     EXIT_FAILED,
     EXIT_OK,
     EXIT_PIPE_CLOSED,
@@ -39,6 +33,12 @@ from app.cli.words import (
     say,
     shown,
 )
+from app.cli.bench import Bench
+from app.cli.doctor import Doctor
+from app.cli.experiment import Experiment
+from app.cli.lab import Lab
+from app.cli.report import Report
+from app.cli.run import Run
 from app.util import interrupts
 from app.util.interrupts import as_interrupts, ended_by
 

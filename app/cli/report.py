@@ -7,7 +7,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from app.cli import terminal
-from app.cli.words import (
+from app.cli.answers import (
     EXIT_FAILED,
     EXIT_OK,
     HIDDEN_HINT,

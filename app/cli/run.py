@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction, arg
 
 from app.cli import terminal
-from app.cli.words import (
+from app.cli.answers import (
     EXIT_FAILED,
     EXIT_OK,
     HIDDEN_HINT,
@@ -30,6 +30,7 @@ from app.cli.words import (
     workers_of,
 )
 from app.util import interrupts
+from app.words.numbers import counted
 
 if TYPE_CHECKING:
     from app.experiments.output import Output
@@ -222,7 +223,7 @@ def _report(preset: str, results: "Sequence[Result]") -> str:
             for record in (result.record for result in results)
         ],
     )
-    seeds = "1 seed" if len(results) == 1 else f"{len(results)} seeds"
+    seeds = counted(len(results), "seed")
     return (
         f"{preset}: reward is the mean of the last 2,000 trials\n\n{runs}\n\n"
         f"Mean reward per trial in windows of steps, over {seeds}:\n\n{_windows(results)}"

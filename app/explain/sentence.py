@@ -7,7 +7,7 @@ import numpy as np
 from app.live.held import Opened
 from app.live.session import Status
 from app.live.snapshot import Snapshot
-from app.words.plain import plain
+from app.words.plain import joined_by_and, plain
 from learners.spec import MOVES
 from sim import geometry
 from sim.spec import WorldSpec
@@ -59,10 +59,6 @@ def front(world: WorldSpec, first_reach: np.ndarray, trial: int) -> Front:
     )
 
 
-def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 def _repertoire(snapshot: Snapshot) -> str:
     if snapshot.spec.learner.options == MOVES:
         return "Nine moves, no skills"
@@ -70,7 +66,7 @@ def _repertoire(snapshot: Snapshot) -> str:
     count = {1: "One skill", 2: "Two skills", 3: "Three skills"}.get(
         len(names), f"{len(names)} skills"
     )
-    return f"{count}, {_listed(names)}"
+    return f"{count}, {joined_by_and(names)}"
 
 
 def success_share(snapshot: Snapshot) -> float:

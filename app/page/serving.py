@@ -12,7 +12,7 @@ from app.server.origin import Authority
 from app.server.server import addresses_of
 from app.util.ending import watched
 from app.util.logs import sparing_log
-from app.util.opening import open_in_browser
+from app.util.web_browser import open_in_browser
 from learners.spec import RunSpec
 
 log = logging.getLogger(__name__)

@@ -10,7 +10,7 @@ from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, described
 from app.util.html import escaped
 from app.words.numbers import in_short, ticks
 from app.words.placing import Room
-from app.words.plain import plain
+from app.words.plain import plain, shortened
 
 _FONT_PX = 12
 _CHARACTER_PX = 6.6
@@ -114,10 +114,6 @@ def _share(number: float) -> str:
     return f"{100 * number:.3f}%"
 
 
-def _shortened(text: str, characters: int) -> str:
-    return text if len(text) <= characters else text[: max(characters - 1, 1)] + "…"
-
-
 def _colours(theme: Theme) -> str:
     return ";".join(f"--{role}:{css(getattr(theme, name))}" for role, name in _ROLES.items())
 
@@ -153,7 +149,7 @@ class _Picture:
 
     @property
     def _lane_characters(self) -> int:
-        return int((self._left * self._width - 12) / _CHARACTER_PX)
+        return max(int((self._left * self._width - 12) / _CHARACTER_PX), 2)
 
     def _x(self, trial: float) -> float:
         """Place of a trial, as a share of the width."""
@@ -187,7 +183,7 @@ class _Picture:
                 f'<line x1="0" x2="{_share(_RIGHT)}" y1="{top}" y2="{top}" stroke="var(--line)"/>'
                 f'<text x="4" y="{middle:g}" dominant-baseline="central">'
                 f"<title>{escaped(name)}</title>"
-                f"{escaped(_shortened(name, self._lane_characters))}</text>"
+                f"{escaped(shortened(name, self._lane_characters))}</text>"
             )
 
     def _add_axis(self) -> None:
@@ -422,7 +418,7 @@ class _Picture:
         """The whole picture."""
         height = self._bottom + _AXIS_PX
         colours = "" if theme is None else _colours(theme)
-        characters = int((self._width - 300) / _CHARACTER_PX)
+        characters = max(int((self._width - 300) / _CHARACTER_PX), 2)
         title = f"<title>{escaped(caption)}</title>" if len(caption) > characters else ""
         return (
             '<svg xmlns="http://www.w3.org/2000/svg" class="pounce-timeline" role="img"'
@@ -430,6 +426,6 @@ class _Picture:
             f' font-size="{_FONT_PX}" font-family="system-ui, sans-serif" fill="var(--ink)"'
             f' style="display:block;{colours}">'
             f"{_PAGE_STYLE if theme is None else ''}"
-            f'<text x="4" y="12">{title}{escaped(_shortened(caption, characters))}</text>'
+            f'<text x="4" y="12">{title}{escaped(shortened(caption, characters))}</text>'
             f"{self._legend()}{''.join(self._parts)}</svg>"
         )

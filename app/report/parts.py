@@ -11,10 +11,10 @@ from app.charts.model import Curves, Panel
 from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.metrics import Metric
-from app.report.page import Page, details, minor
+from app.report.document import Page, details, minor
 from app.results.read import Group, Reader, Widths
 from app.util.html import Markup, element, joined
-from app.words.numbers import counted, in_short
+from app.words.numbers import NONE, counted, in_short, shown_number
 
 MOST_LINES = 8
 """Curves in a picture."""
@@ -132,7 +132,7 @@ def reached_cell(steps: Sequence[float | None]) -> Markup:
         steps: of each run of which it was measured; None for never.
     """
     if not steps:
-        return Markup("–")
+        return Markup(NONE)
     found = estimates.reached(steps, bootstrap_rng())
     median = found.median
     value, low, high = (_steps(value) for value in (median.value, median.low, median.high))
@@ -162,7 +162,7 @@ def _below(cell: str, *notes: str) -> Markup:
 
 def chance_cell(found: Comparison) -> str:
     """The chance that a run of the first group has more than one of the second."""
-    return "–" if math.isnan(found.improvement) else f"{found.improvement:.2f}"
+    return shown_number(found.improvement, ".2f")
 
 
 def pairing_cell(found: Comparison) -> str:

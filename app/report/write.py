@@ -15,7 +15,7 @@ from app.charts.paper.drawing import missing_note
 from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
 from app.metrics import AREA, FINAL_REWARD, METRICS, shown_first
-from app.report.page import FIGURE_FILES, Page, document, table
+from app.report.document import FIGURE_FILES, Page, document, table
 from app.report.parts import (
     Shown,
 )
@@ -32,9 +32,9 @@ from app.results.read import (
     ResultsError,
     folder_names,
     groups_of,
-    in_short,
     read_folder,
     widths_of,
+    with_short_names,
 )
 from app.util import leftovers
 from app.util.files import PASSING, write_whole
@@ -169,7 +169,7 @@ def _shown(folder: Folder, rows: Iterable[Record]) -> Shown:
 
 
 def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown) -> None:
-    groups, naming = in_short(found)
+    groups, naming = with_short_names(found)
     write_stops(page, reader, groups)
     placed = thesis.placed_of(groups)
     # One learner alone in a world replicates nothing; it is a variant like any other.

@@ -217,7 +217,7 @@ def folder_names(folders: Iterable[Path]) -> dict[Path, str]:
     return {path: as_text(name if counts[name] == 1 else path) for path, name in names.items()}
 
 
-def in_short(groups: Sequence[Group]) -> tuple[Sequence[Group], str]:
+def with_short_names(groups: Sequence[Group]) -> tuple[Sequence[Group], str]:
     """Variants with short labels, and a sentence on what these are made of.
 
     Variants that set the same keys are told apart by the values of those that differ. Where

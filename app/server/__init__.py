@@ -19,8 +19,8 @@ its callbacks run (`workers`), how much waits to be sent to it (`outbox`) and wh
 (`notices`). What many browsers see alike is drawn and packed once (`stage`), and sent to each as
 fast as it takes it in (`pulse`).
 
-The page that it serves is viser's with scripts of our own in it (`page`, `app/web`), which among
-other things say in words why there is no connection (`refusals`).
+The page that it serves is viser's with scripts of our own in it (`web_files`, `app/web`), which
+among other things say in words why there is no connection (`refusals`).
 
 The door is also a way back out of HTML (`calls`), which viser does not have.
 

@@ -18,8 +18,8 @@ from urllib.parse import parse_qsl, quote_plus
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from app.server.page import response
 from app.server.refusals import Refusal
+from app.server.web_files import response
 from app.util.html import escaped
 
 MIN_TOKEN_CHARACTERS: Final = 12

@@ -11,7 +11,7 @@ import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from app.server import page
+from app.server import web_files
 from app.server.access import WITHOUT_TOKEN, Access, token_form
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
@@ -90,10 +90,10 @@ class Door:
         if self.server is None:
             # A page left open reconnects as soon as the port answers, before viser is complete.
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "The lab is starting.\n")
-        asks_why = page.path_of(request) == _WHY_PATH
+        asks_why = web_files.path_of(request) == _WHY_PATH
         # A page behind a proxy has to get what it needs to say that it is refused; some browsers
         # send an origin with scripts.
-        is_harmless = asks_why or page.is_own_file(request)
+        is_harmless = asks_why or web_files.is_own_file(request)
         origins = () if is_harmless else request.headers.get_all("Origin")
         refusal = self._stranger(request, origins)
         if refusal is not None:
@@ -103,7 +103,7 @@ class Door:
         if self._access is not None:
             address = str(connection.remote_address[0])
             if self._access.brings_token(request, address):
-                if page.is_page(request):
+                if web_files.is_page(request):
                     return self._access.welcome(request, self._port)
             elif not self._access.knows(request, self._port):
                 refusal = self._access.refusal(request, address)
@@ -113,15 +113,15 @@ class Door:
         return self._show(viser_answer, connection, request)
 
     def _show(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
-        if page.is_own_file(request):
-            return page.own_file(request)
+        if web_files.is_own_file(request):
+            return web_files.own_file(request)
         try:
             answer = viser_answer(connection, request)
         except (OSError, ValueError):
             # No file can have such a name.
             return connection.respond(HTTPStatus.NOT_FOUND, "Not found.\n")
         if answer is not None:
-            return page.dress(answer, self._title) if page.is_page(request) else answer
+            return web_files.dress(answer, self._title) if web_files.is_page(request) else answer
         refusal = self._crowded(connection)
         return None if refusal is None else refuse(connection, request, refusal)
 

@@ -7,7 +7,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from app.server.page import response
+from app.server.web_files import response
 from app.util.html import escaped
 
 _STYLE = (

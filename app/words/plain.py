@@ -1,6 +1,6 @@
 """How skills, parameters and moves are said where people read of them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from sim import geometry
@@ -43,3 +43,13 @@ def named(skill: str) -> str:
 def by_plain_name(skills: Iterable[str]) -> dict[str, str]:
     """Skills by their plain names, which a list offers to choose from."""
     return {plain(skill): skill for skill in skills}
+
+
+def joined_by_and(names: Sequence[str]) -> str:
+    """One name or more as a sentence lists them."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def shortened(text: str, characters: int) -> str:
+    """A text that fits, if need be without its end; of at least 1 character."""
+    return text if len(text) <= characters else f"{text[: characters - 1]}…"

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from playwright.sync_api import expect, sync_playwright
 
 from app.documents import experiments, presets
-from app.util.opening import find_chromium
+from app.util.web_browser import find_chromium
 from tests.support.browser import BROWSER_ARGS
 from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.charts.downloads import drawing_of
 from app.charts.page.results import results_html
-from app.charts.variants import in_short, swept
+from app.charts.variants import swept, with_short_names
 from app.charts.view import Column, Size, View, answer, first_view
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
@@ -447,7 +447,7 @@ def test_what_was_swept_is_called_by_its_values_and_the_presets_own_place_is_fra
 
 def test_names_that_were_given_stay_and_others_are_made_of_what_differs() -> None:
     labels = {
-        name: [variant.label for variant in in_short(load(name, 1))[0].variants]
+        name: [variant.label for variant in with_short_names(load(name, 1))[0].variants]
         for name in ("figure_4_1", "figure_4_2", "figure_4_3", "freeze")
     }
     assert labels["figure_4_1"][:2] == ["standard_q", "hierarchical_3"]

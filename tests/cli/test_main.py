@@ -16,7 +16,7 @@ import pytest
 
 from app import __version__
 from app.cli import main
-from app.cli.words import EXIT_PIPE_CLOSED, whole_number
+from app.cli.answers import EXIT_PIPE_CLOSED, whole_number
 from app.documents import presets
 from app.experiments import seeds, task
 from app.experiments.crews import Threads

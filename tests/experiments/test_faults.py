@@ -28,7 +28,7 @@ from app.experiments.output import Output
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.experiments.table import read, reader
-from app.report.page import Page
+from app.report.document import Page
 from app.report.write import _write_all
 from app.results.read import ResultsError, read_folder
 from app.util import interrupts, leftovers

@@ -529,23 +529,23 @@ def test_start_again_after_its_end_plays(session_of: SessionOf) -> None:
 @pytest.mark.parametrize("speed", [FULL_SPEED, 20_000.0, 5_000.0])
 def test_a_run_is_the_same_at_any_speed(session_of: SessionOf, speed: float) -> None:
     spec = spec_of("trials=60", "schedule.skills.circle_clockwise.at=30")
-    headless = Run(spec, SEED)
-    headless.advance()
+    alone = Run(spec, SEED)
+    alone.advance()
     session = session_of(spec, speed=speed, playing=True)
     status = session.wait_for(lambda status: status.finished, PATIENCE_S)
-    assert headless.control.introductions[-1].trial == 30
-    assert shows(status, headless)
+    assert alone.control.introductions[-1].trial == 30
+    assert shows(status, alone)
 
 
 def test_a_run_is_the_same_with_its_speed_changed_all_the_time(session_of: SessionOf) -> None:
     spec = spec_of("trials=400")
-    headless = Run(spec, SEED)
-    headless.advance()
+    alone = Run(spec, SEED)
+    alone.advance()
     session = session_of(spec, speed=2_000.0, playing=True)
     for number in range(20):
         ask(session, SetSpeed(3_000.0 + 100 * number), StepOnce(), Play())
     ask(session, SetSpeed(FULL_SPEED))
-    assert shows(session.wait_for(lambda status: status.finished, PATIENCE_S), headless)
+    assert shows(session.wait_for(lambda status: status.finished, PATIENCE_S), alone)
 
 
 def test_commands_given_live_are_in_the_journal_and_replay(session_of: SessionOf) -> None:

@@ -29,7 +29,7 @@ from app.experiments.record import Origin, Record
 from app.experiments.store import REPORT_PAGE
 from app.experiments.table import connect, note
 from app.report import parts, write
-from app.report.page import FIGURE_FILES
+from app.report.document import FIGURE_FILES
 from app.report.sections.compare import pairs_of
 from app.results.read import Group, ResultsError
 from tests.support.folders import N_TRIALS, add_arrays, add_run, new_folder, pictures, seal

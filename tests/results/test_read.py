@@ -170,11 +170,11 @@ def test_short_names_are_for_variants_that_nobody_has_named(folder: Path) -> Non
         sets = {"learner.alpha": alpha, "x": trials, "same": 0}
         label = f"timed, learner.alpha={alpha}, x={trials}, same=0"
         add_run(folder, 0, variant=label, overrides=sets)
-    groups, naming = read.in_short(groups_in(folder))
+    groups, naming = read.with_short_names(groups_in(folder))
     assert [group.label for group in groups] == ["0.1, 1", "0.2, 2"]
     assert naming == "Variants are named by their values of learner.alpha, x."
     add_run(folder, 0, variant="mine", overrides={"learner.alpha": 0.3, "x": 1, "same": 0})
-    groups, naming = read.in_short(groups_in(folder))
+    groups, naming = read.with_short_names(groups_in(folder))
     assert groups[0].label == "mine"
     assert groups[1].label == "timed, learner.alpha=0.1, x=1, same=0"
     assert naming == ""

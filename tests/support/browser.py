@@ -2,7 +2,7 @@
 
 import os
 
-from app.util.opening import CHROMIUM_ADVICE
+from app.util.web_browser import CHROMIUM_ADVICE
 
 BROWSER_ARGS = (
     "--no-sandbox",

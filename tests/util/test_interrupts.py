@@ -36,7 +36,7 @@ sys.exit(main())
 EXECUTED = """
 import sys
 from app.util import interrupts
-from app.cli.words import complain
+from app.cli.answers import complain
 
 interrupts.end_the_program()
 try:

@@ -11,7 +11,7 @@ from app.charts.page import svg
 from app.charts.page.colours import colour_of
 from app.charts.page.svg import Frame, Scale
 from app.charts.styles import Style
-from app.charts.wording import few_in_words, shortened
+from app.charts.wording import few_in_words, short_label
 from app.util.html import escaped
 from app.words.numbers import counted, labelled_ticks
 
@@ -108,7 +108,7 @@ def _marks_in_words(lines: Sequence[Line]) -> str:
     """What the marks are, and whose if they are not everybody's."""
     whose = [line.label for line in lines if line.marks]
     if len(whose) in (1, 2) and len(whose) < len(lines):
-        names = " and ".join(shortened(label, 40) for label in whose)
+        names = " and ".join(short_label(label, 40) for label in whose)
         return f"Dashed: a skill joins in {names}."
     return "Dashed: a skill joins."
 
@@ -132,7 +132,7 @@ def _marks_drawn(marks: Sequence[Mark], plot: _Plot) -> str:
             + svg.text(
                 at - 4 if is_late else at + 4,
                 high - 2,
-                shortened(name, int(_NAME_ROOM_PX / svg.SMALL_CHARACTER_PX)),
+                short_label(name, int(_NAME_ROOM_PX / svg.SMALL_CHARACTER_PX)),
                 "end" if is_late else "start",
                 svg.SMALL + svg.DIM,
             )
@@ -227,7 +227,7 @@ def _legend(frame: Frame, lines: Sequence[Line]) -> str:
     width = frame.width
     characters = int((width / 2 - _SAMPLE_PX - 20) / svg.CHARACTER_PX) - len(_COUNT)
     entries = [_legend_entry(frame, line, characters) for line in lines]
-    names = [shortened(line.label, characters) for line in lines]
+    names = [short_label(line.label, characters) for line in lines]
     widths = [_SAMPLE_PX + 18 + len(name + _COUNT) * svg.CHARACTER_PX for name in names]
     columns = f' style="grid-template-columns:repeat(auto-fill,minmax({max(widths):.0f}px,1fr))"'
     # Characters are narrower than allowed for, and if some are not, a second line does no harm.
@@ -242,7 +242,7 @@ def _legend_entry(frame: Frame, line: Line, characters: int) -> str:
         f' stroke="{look.colour}" stroke-width="{look.width}" stroke-opacity="{look.opacity:g}"'
         f"{look.dashed(look.width)}/></svg>"
     )
-    name = escaped(shortened(line.label, characters))
+    name = escaped(short_label(line.label, characters))
     runs = counted(line.n, "run")
     text = f'<span><span class="name">{name}</span> ({runs})</span>'
     title = f' title="{escaped(line.label)}: choose"'

@@ -14,7 +14,7 @@ from app.charts.wording import (
     PADDED,
     described,
     few_in_words,
-    shortened,
+    short_label,
 )
 from app.util.html import escaped
 from app.words.numbers import counted, labelled_ticks, shown_number
@@ -35,7 +35,7 @@ def plane_html(chart: Plane, frame: Frame) -> str:
     across, up = chart.axles
     estimates = {at: chart.cells.get(at, NOTHING) for at in chart.choices}
     low, high = _ends_of([estimate.value for estimate in estimates.values()])
-    names_up = [shortened(grouped(value), 16) for value in up.values]
+    names_up = [short_label(grouped(value), 16) for value in up.values]
     grid = _grid_for(len(across.values), names_up, svg.gutter(low, high), frame)
     cells: list[str] = []
     frames: list[str] = []
@@ -111,9 +111,9 @@ def _axes(chart: Plane, names_up: Sequence[str], grid: _Grid, width: float) -> s
     """What the map is of, the names of both settings, and their values."""
     across, up = chart.axles
     most = int(width / svg.CHARACTER_PX)
-    what = shortened(chart.what, most)
-    up_label = shortened(up.label, int(grid.right / svg.CHARACTER_PX))
-    across_label = shortened(across.label, most - 2)
+    what = short_label(chart.what, most)
+    up_label = short_label(up.label, int(grid.right / svg.CHARACTER_PX))
+    across_label = short_label(across.label, most - 2)
     middle = (grid.left + grid.right) / 2
     values_up = (
         svg.text(grid.left - 7, grid.bottom - grid.tall * (j + 0.5), name, "end", svg.DIM)
@@ -178,7 +178,7 @@ def _names_across(axle: Axle, left: float, wide: float, y: float) -> str:
     """Values of cells in a row; only as many as have room."""
     names = [grouped(value) for value in axle.values]
     room = max(int(3 * wide / svg.CHARACTER_PX), 4)
-    names = [shortened(name, max(room, 8)) for name in names]
+    names = [short_label(name, max(room, 8)) for name in names]
     every = math.ceil(max(len(name) * svg.CHARACTER_PX + 6 for name in names) / wide)
     texts = (
         svg.text(left + wide * (i + 0.5), y, name, "middle", svg.DIM)

@@ -9,7 +9,7 @@ from app.charts.model import NOTHING, Choice, Points
 from app.charts.page import svg
 from app.charts.page.colours import LINK
 from app.charts.page.svg import Frame, Scale
-from app.charts.wording import described, few_in_words, shortened
+from app.charts.wording import described, few_in_words, short_label
 from app.util.html import escaped
 from app.words.numbers import labelled_ticks
 from app.words.placing import Room
@@ -88,7 +88,7 @@ def _names_of(axle: Axle, x: Scale) -> list[tuple[float, str]]:
     room = Room(-math.inf, math.inf)
     named: list[tuple[float, str]] = []
     for at, value in zip(axle.places, axle.values, strict=True):
-        name = shortened(grouped(value), 14)
+        name = short_label(grouped(value), 14)
         half = len(name) * svg.CHARACTER_PX / 2 + 3
         if room.taken(x.at(at) - half, x.at(at) + half):
             named.append((at, name))

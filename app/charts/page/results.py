@@ -14,7 +14,7 @@ from app.charts.page.runs import runs_html
 from app.charts.page.svg import Address, Frame, link
 from app.charts.page.table import table_html
 from app.charts.view import Size, View
-from app.charts.wording import shortened
+from app.charts.wording import short_label
 from app.documents.experiments import Experiment
 from app.results.gather import Gatherer, Gathering
 from app.util.html import escaped
@@ -58,7 +58,7 @@ def results_html(
         address: what a link refers to, to call the lab with words.
         size: of the page's panel.
     """
-    gathering, what = live.in_short(gathering)
+    gathering, what = live.with_short_names(gathering)
     parts = [_choices(gathering.experiment, view, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
@@ -110,7 +110,7 @@ def _choices(experiment: Experiment, view: View, address: Address) -> str:
             ' class="cross" title="choose none" aria-label="choose none"',
         )
         parts.append(
-            f'<span title="{escaped(label)}">chosen: <b>{escaped(shortened(label, 50))}</b>'
+            f'<span title="{escaped(label)}">chosen: <b>{escaped(short_label(label, 50))}</b>'
             f" {cross}</span>"
         )
     return f'<div class="bar">{"".join(parts)}</div>'

@@ -15,8 +15,8 @@ from app.charts.wording import (
     PADDED,
     described,
     few_in_words,
+    short_label,
     short_title,
-    shortened,
     shown_estimate,
 )
 from app.util.html import escaped
@@ -117,7 +117,7 @@ def _row(rows: _Rows, place: int, dot: Dot, frame: Frame) -> str:
     name = svg.text(
         x.start - 10,
         middle + 4,
-        shortened(dot.label, int((x.start - 14) / _BOLD_PX)),
+        short_label(dot.label, int((x.start - 14) / _BOLD_PX)),
         "end",
         f' fill="{LINK}"' + (' font-weight="700"' if place == frame.chosen else ""),
         title=dot.label,

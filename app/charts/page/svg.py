@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple
 
-from app.charts.wording import shortened
+from app.charts.wording import short_label
 from app.util.html import escaped
 from app.words.numbers import labelled_ticks
 
@@ -98,7 +98,7 @@ def x_axis(
         f'<path d="M{scale.start:.1f} {bottom:.1f}H{scale.end:.1f}" stroke="currentColor"'
         ' stroke-opacity="0.6"/>'
         f'<g class="x-ticks"{DIM}>{names}</g>'
-        + text(middle, bottom + 31, shortened(label, most), "middle", DIM)
+        + text(middle, bottom + 31, short_label(label, most), "middle", DIM)
     )
 
 
@@ -126,7 +126,7 @@ def upwards(low: float, high: float, tall: float, top: float = _TOP_PX) -> Scale
 
 def quantity(what: str, width: float) -> str:
     """The name of what a chart shows, above its upper left corner."""
-    label = shortened(what, int(width / CHARACTER_PX))
+    label = short_label(what, int(width / CHARACTER_PX))
     return text(2, 11, label, "start", DIM)
 
 

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 from app.charts.live import trials_of
 from app.charts.page.svg import Address, link
 from app.charts.view import Column, Size, View, listed, n_pages
-from app.charts.wording import shortened
+from app.charts.wording import short_label
 from app.metrics import final_trials
 from app.results.gather import Gathering, RunFact
 from app.util.html import escaped
-from app.words.numbers import shown_number
+from app.words.numbers import NONE, shown_number
 
 
 class _Head(NamedTuple):
@@ -110,7 +110,7 @@ _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 
 def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
-    name = escaped(shortened(label, max(int(label_px / _CHARACTER_PX), 8)))
+    name = escaped(short_label(label, max(int(label_px / _CHARACTER_PX), 8)))
     hint = escaped(label)
     if run.error:
         error, whole_error = (
@@ -130,10 +130,10 @@ def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
     opens = link(address, words, "open ▸", f'{again} title="open this run in the lab"')
     cells = (
         shown_number(run.value, "#.4g"),
-        "–" if math.isnan(run.success) else f"{100 * run.success:.0f} %",
+        NONE if math.isnan(run.success) else f"{100 * run.success:.0f} %",
         shown_number(run.steps_to_70 / 1e6, ".2f"),
         f"{run.steps / 1e6:.2f}",
-        "–" if math.isnan(run.seconds) else f"{run.seconds:.1f}",
+        NONE if math.isnan(run.seconds) else f"{run.seconds:.1f}",
         escaped(run.digest[:8]),
     )
     links = [

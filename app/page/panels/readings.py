@@ -28,7 +28,7 @@ from app.picture.theme import DARK, LIGHT
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
 from app.util.html import element, escaped
-from app.words.numbers import counted, in_short, speed_in_words
+from app.words.numbers import NONE, counted, in_short, speed_in_words
 from app.words.plain import HEADING_NAMES, plain
 from learners import measures
 from learners.measures import Curve
@@ -90,7 +90,7 @@ def numbers_html(status: Status, viewers: int = 1) -> str:
         _number("Steps/s", in_short(status.steps_per_s), "Learning steps in the last second"),
         _number(
             "Success",
-            "&ndash;" if math.isnan(caught) else f"{caught:.0%}",
+            NONE if math.isnan(caught) else f"{caught:.0%}",
             f"Share of the last {measures.RECENT_TRIALS} trials that ended in capture",
         ),
         _number(

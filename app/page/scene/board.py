@@ -312,7 +312,9 @@ class BoardView:
         )
         self._set(self._arrow, "arrow", ground.draped(outlines.arrow(shown), _Z_PREY)[0])
         self._set(self._prey, "prey", ground.lifted(np.zeros((1, 2)), _Z_PREY, _PREY_RADIUS))
-        self._set(self._flow, "flow", ground.draped(outlines.arrows(picture, spec), _Z_FIELD)[0])
+        self._set(
+            self._flow, "flow", ground.draped(outlines.arrow_lines(picture, spec), _Z_FIELD)[0]
+        )
         self._names.show(picture, self._sent["cells"][0])
 
     def _show_predator(self, snapshot: Snapshot) -> None:

@@ -127,7 +127,7 @@ def start_zone(spec: WorldSpec) -> np.ndarray:
     return np.concatenate([_circle(radius * unit) for radius in spec.start_radius])
 
 
-def arrows(picture: Picture, spec: WorldSpec) -> np.ndarray:
+def arrow_lines(picture: Picture, spec: WorldSpec) -> np.ndarray:
     """The arrows of a picture as segments ``(3 n, 2, 2)`` in board units."""
     if picture.arrows is None or not len(picture.arrows):
         return np.zeros((0, 2, 2))

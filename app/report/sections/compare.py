@@ -16,7 +16,7 @@ from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
 from app.metrics import MILESTONES, Metric
-from app.report.page import Page, table
+from app.report.document import Page, table
 from app.report.parts import (
     DIFFERENCES_RULE,
     MEANS_RULE,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from app.documents.experiment_spec import Stop
-from app.report.page import Page, table
+from app.report.document import Page, table
 from app.report.parts import MOST_ROWS, REACHED_RULE, left_out, reached_cell
 from app.results.read import Group, Reader, Trace
 from app.util.html import element

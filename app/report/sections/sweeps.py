@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from app.analysis import estimates
 from app.analysis.axles import Axle, grouped
@@ -24,17 +24,16 @@ from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.documents import presets
 from app.metrics import AREA, FINAL_REWARD, Metric
-from app.report.page import Page, details, table
+from app.report.document import Page, details, table
 from app.report.parts import NO_INTERVAL, Shown, bars_note
 from app.results.read import Group, measured
 from app.util.html import Markup, element
+from app.words.numbers import NONE
 
 _WIDE = 0.1
 """A wide margin, as a share of the range of a quantity; the thesis's findings have the same."""
 _CLOSE = _WIDE / 3
 """Below it, a difference is close."""
-
-_T = TypeVar("_T")
 
 
 class _Swept(NamedTuple):
@@ -435,7 +434,7 @@ def _intervals(plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:
     for place, cell in sorted(cells.items()):
         found = plane.differences.get(place)
         values = (grouped(axle.values[k]) for axle, k in zip(plane.axles, place, strict=True))
-        difference = "–" if found is None else shown_estimate(found.estimate)
+        difference = NONE if found is None else shown_estimate(found.estimate)
         rows.append((*values, shown_estimate(cell), cell.n, difference))
     against = f"difference to {plane.reference.name} [95 %]"
     return table((across.label, up.label, f"{plane.metric.label} [95 %]", "n", against), rows)
@@ -453,4 +452,4 @@ def _counts(of: Iterable[Estimate]) -> str:
 
 
 def _share(n: int, of: Sequence[Estimate]) -> str:
-    return f"{100 * n / len(of):.0f} %" if of else "–"
+    return f"{100 * n / len(of):.0f} %" if of else NONE

@@ -10,13 +10,14 @@ from app.charts.paper.drawing import drawn
 from app.charts.read import line_of, value_maps_of
 from app.charts.styles import THESIS_STYLES
 from app.charts.wording import shown_estimate
-from app.report.page import Page, details, table
+from app.report.document import Page, details, table
 from app.report.parts import curve_pictures
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding
 from app.results.read import Reader, Trace
 from app.results.thesis import Placed
 from app.util.html import element
+from app.words.numbers import NONE, counted
 
 
 def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
@@ -91,13 +92,13 @@ _CLASSES = {
 def _paired(finding: Finding, effect: Contrast) -> str:
     """Whether the runs of a difference were paired; a quantity on its own has none to pair."""
     if len(finding.terms) == 1:
-        return "–"
+        return NONE
     return "by seed" if effect.paired else "no"
 
 
 def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
     found = findings.verdict(finding, effect.estimate)
-    words = f"{found} at {effect.estimate.n} seed{'s' if effect.estimate.n != 1 else ''}"
+    words = f"{found} at {counted(effect.estimate.n, 'seed')}"
     return (
         finding.claim,
         finding.topic,

@@ -11,7 +11,7 @@ from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
 from app.metrics import MILESTONES, Metric
-from app.report.page import Page, details, table
+from app.report.document import Page, details, table
 from app.report.parts import (
     DIFFERENCES_RULE,
     MEANS_RULE,
@@ -38,6 +38,7 @@ from app.results.read import (
     measured,
 )
 from app.util.html import Markup, element, joined
+from app.words.numbers import NONE
 
 _MOST_OPEN_ROWS = 16
 
@@ -237,5 +238,5 @@ def _ablation_table(
         )
         for group, compared in others
     ]
-    of_base = (base.label, scalar_cell(base.values(column)), "–", "–", "–", "–")
+    of_base = (base.label, scalar_cell(base.values(column)), NONE, NONE, NONE, NONE)
     return table(header, [of_base, *rows])

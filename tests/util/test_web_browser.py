@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app.util.opening import chosen_browser, open_in_browser
+from app.util.web_browser import chosen_browser, open_in_browser
 
 PATIENCE_S = 20.0
 
