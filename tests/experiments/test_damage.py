@@ -83,8 +83,7 @@ def page_of(root: Path) -> Standing:
     """How the experiment stands that the page has gone on with, or begun."""
     bench = Workbench(root)
     bench.start(small(), workers=2)
-    assert bench._thread is not None
-    bench._thread.join(PATIENCE_S)
+    bench.wait(PATIENCE_S)
     standing = bench.standing
     assert standing is not None
     assert not standing.running

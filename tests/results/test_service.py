@@ -36,8 +36,7 @@ def small(n_seeds: int | None = None, text: str = TEXT) -> Experiment:
 
 def over(bench: Workbench) -> Standing:
     """How an experiment stands once it is over."""
-    assert bench._thread is not None
-    bench._thread.join(PATIENCE_S)
+    bench.wait(PATIENCE_S)
     assert bench.standing is not None
     assert not bench.standing.running
     return bench.standing
@@ -131,8 +130,10 @@ def test_another_begins_as_soon_as_one_is_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run, is_over, let_go = Workbench._run, threading.Event(), threading.Event()
+    lingering: list[threading.Thread] = []
 
     def run_and_linger(bench: Workbench, *about: Any) -> None:
+        lingering.append(threading.current_thread())
         run(bench, *about)
         is_over.set()
         let_go.wait(PATIENCE_S)
@@ -142,12 +143,11 @@ def test_another_begins_as_soon_as_one_is_over(
     bench.start(small(1), workers=1)
     assert is_over.wait(PATIENCE_S)
     monkeypatch.undo()
-    first = bench._thread
+    (first,) = lingering
     bench.start(small(2), workers=1)
     assert len(over(bench).gatherer.gathering().runs) == 4
     second = bench.standing
     let_go.set()
-    assert first is not None
     first.join(PATIENCE_S)
     assert bench.standing is second
 
