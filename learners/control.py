@@ -333,6 +333,10 @@ def _check(control: Control, event: Event) -> None:
             _check_spec(control.spec.model_dump() | {"schedule": schedule.model_dump()})
         case Undo(number=number):
             _check_undoing(control, number, event.trial)
+        case FreezeSelection() | FreezeSkills() | FollowSchedule():
+            pass
+        case _:
+            assert_never(event.command)
 
 
 def _check_introduction(control: Control, command: Introduce) -> None:

@@ -1,1 +1,1 @@
-"""What is asked for: presets and experiments, from YAML to values, with every fault at once."""
+"""What is asked for: presets and experiments, from YAML to values, or to all that is wrong."""

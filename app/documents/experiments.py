@@ -1,4 +1,4 @@
-"""Experiments: from a file to all the runs it asks for, with every error at once.
+"""Experiments: from a file to all the runs it asks for, or to all that is wrong with it.
 
 An experiment names presets and says what is varied in them (:mod:`app.documents.experiment_spec`).
 A *variant* is one preset with one choice of values (:mod:`app.documents.variants`); each variant is

@@ -1,4 +1,4 @@
-"""Presets: from a name, a file or a text to a validated run, with every error at once.
+"""Presets: from a name, a file or a text to a validated run, or to all that is wrong with it.
 
 A preset passes through four stages, each of which notes what is wrong and carries on:
 

@@ -161,7 +161,7 @@ def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
     for key, layer in zip("1234567890", LAYERS.values(), strict=False):
         screen.page.keyboard.press(key)
         seen.append(expect_layer(screen, live, layer, extras).tobytes())
-    assert len(set(seen)) == len(LAYERS)
+    assert len(set(seen)) == min(len(LAYERS), 10)
     for layer in LAYERS.values():
         screen.choose("Layer", layer.title)
         expect_layer(screen, live, layer, extras)

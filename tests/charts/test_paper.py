@@ -34,6 +34,7 @@ from app.charts.model import (
     ValueMaps,
 )
 from app.charts.paper import fonts
+from app.charts.paper.curves import curves_figure
 from app.charts.paper.drawing import Drawing, _saved, drawn, missing_note
 from app.charts.paper.plane import scale_around_zero
 from app.charts.paper.values import value_colours
@@ -299,6 +300,25 @@ def test_chinese_labels_have_the_room_that_they_need(figures: list[Any]) -> None
             box = text.get_window_extent()
             assert box.x0 >= sheet.x0
             assert box.x1 <= sheet.x1
+
+
+def test_a_curve_and_its_marks_lie_where_their_numbers_are() -> None:
+    starts = np.array([0, 100_000, 200_000, 300_000])
+    mean = np.array([10.0, -20.0, 60.0, 55.0])
+    band = Band(starts, starts + 100_000, mean, mean - 3, mean + 4, np.array([3, 3, 2, 1]))
+    line = Line("a", band, style_of(0), 3, [Mark(250_000, "avoid")])
+    (axes,) = curves_figure(Curves("steps", [Panel("", [line])]), "small print").axes
+    curves = [drawn for drawn in axes.lines if drawn.get_zorder() == 3]
+    whole, rest = (np.asarray(drawn.get_xydata()) for drawn in curves)
+    assert whole == pytest.approx(np.array([[0.05, 10.0], [0.15, -20.0]]))
+    assert rest == pytest.approx(np.array([[0.15, -20.0], [0.25, 60.0], [0.35, 55.0]]))
+    (mark,) = (drawn.get_xdata() for drawn in axes.lines if drawn.is_dashed())
+    assert list(mark) == pytest.approx([0.25, 0.25])
+    (shade,) = (area.get_paths()[0].vertices for area in axes.collections)
+    for x, low, high in zip(band.middle * 1e-6, band.low, band.high, strict=True):
+        at = np.asarray(shade)[np.isclose(np.asarray(shade)[:, 0], x), 1]
+        assert (at.min(), at.max()) == (low, high)
+    assert axes.get_xlabel() == "simulation steps (millions)"
 
 
 @pytest.mark.parametrize("n_panels", [1, 3])
