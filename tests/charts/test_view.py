@@ -15,6 +15,7 @@ from app.charts.variants import in_short, swept
 from app.charts.view import COLUMNS, Size, View, answer, first_view
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
+from app.metrics import IN_TABLE
 from app.results.gather import Gathering, PlacedRun
 from tests.support.runs import (
     HOSTILE,
@@ -325,9 +326,7 @@ def test_every_column_orders_both_ways(column: str) -> None:
             place,
             seed=place,
             value=10.0 * place,
-            final_success=0.1 * place,
-            steps_to_70=1_000 * place if place else 5,
-            steps=60_000 * (place + 1),
+            **{metric.column: 60_000.0 * (place + 1) for metric in IN_TABLE},
             seconds=1.0 + place,
             digest=f"{place}abcdefgh",
         )
