@@ -48,7 +48,7 @@ baseline: .venv/.installed-test
 	@git --no-pager diff --stat .basedpyright
 
 # Chromium from the system's package manager, where that is allowed; tests say so where it is not.
-browser:
+browser: .venv/.installed
 	@sh .ci/browser
 
 .venv/bin/python:

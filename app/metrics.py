@@ -7,11 +7,13 @@ say in ``presets/experiments/README.md`` what it is.
 Success is a share, 0 to 1. What is *final* is of the last 2,000 trials.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from app.words.numbers import NONE, shown_number
 from learners import hunts, measures
 from learners.kernel.state import tables
 from learners.measures import FINAL_TRIALS
@@ -46,6 +48,17 @@ def final_trials(fewest: int, most: int) -> str:
 _FINAL = final_trials(FINAL_TRIALS, FINAL_TRIALS)
 
 
+class InTable(NamedTuple):
+    """How the page's table of runs shows a metric."""
+
+    title: str
+    hint: str
+    width: int
+    """In pixels."""
+    text: Callable[[float], str]
+    """Of a value: NaN where there is none, infinite for a milestone that was never reached."""
+
+
 class Metric(NamedTuple):
     """A number that the table of results holds for each run."""
 
@@ -57,6 +70,8 @@ class Metric(NamedTuple):
     """Finds it in a run that is over; None where there is nothing to say, or it was not reached."""
     whole: bool = False
     """Whether it is a whole number."""
+    in_table: InTable | None = None
+    """How the page's table of runs shows it; None if it has no column there of its own."""
 
     @property
     def label(self) -> str:
@@ -64,8 +79,12 @@ class Metric(NamedTuple):
         return f"{self.title} ({self.unit})" if self.unit else self.title
 
     def of_runs(self, fewest: int, most: int) -> "Metric":
-        """The same, its unit as it is of runs of so many trials (see :func:`final_trials`)."""
-        return self._replace(unit=self.unit.replace(_FINAL, final_trials(fewest, most)))
+        """The same, its words as they are of runs of so many trials (see :func:`final_trials`)."""
+        final, table = final_trials(fewest, most), self.in_table
+        return self._replace(
+            unit=self.unit.replace(_FINAL, final),
+            in_table=table and table._replace(hint=table.hint.replace(_FINAL, final)),
+        )
 
 
 # --- How each is measured ------------------------------------------------------------------------
@@ -157,6 +176,30 @@ def _reaching(success: float) -> Callable[[Run], int | None]:
     return measure
 
 
+# --- How the table of runs shows some ------------------------------------------------------------
+
+
+def _per_cent(share: float) -> str:
+    return NONE if math.isnan(share) else f"{100 * share:.0f} %"
+
+
+def _millions(steps: float) -> str:
+    return NONE if math.isnan(steps) else f"{steps / 1e6:.2f}"
+
+
+def _millions_or_never(steps: float) -> str:
+    return shown_number(steps / 1e6, ".2f")
+
+
+_SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
+_LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
+_TO_70 = InTable(
+    "M steps to 70\N{NO-BREAK SPACE}%",
+    "steps until 70 % of the last 500 trials end in a capture, in millions",
+    82,
+    _millions_or_never,
+)
+
 # --- The registry --------------------------------------------------------------------------------
 
 _PER_TRIAL, _CAPTURES = f"mean per trial, {_FINAL}", f"share of captures, {_FINAL}"
@@ -164,7 +207,14 @@ _ALL_STEPS = "mean reward per trial over all steps"
 
 _REGISTRY: Final[Sequence[Metric]] = (
     Metric("final_reward", "final reward", _PER_TRIAL, "performance", _final_reward),
-    Metric("final_success", "final success as learned", _CAPTURES, "performance", _final_success),
+    Metric(
+        "final_success",
+        "final success as learned",
+        _CAPTURES,
+        "performance",
+        _final_success,
+        in_table=_SUCCESS,
+    ),
     Metric("greedy_success", "greedy success", "share of captures", "performance", greedy_success),
     Metric("area", "area under the curve", _ALL_STEPS, "performance", _area),
     Metric("captures", "captures", "", "endings", _ending_in(CAPTURE), whole=True),
@@ -172,10 +222,18 @@ _REGISTRY: Final[Sequence[Metric]] = (
     Metric("timeouts", "time-outs", "", "endings", _ending_in(TIMEOUT), whole=True),
     Metric("mean_hunt_length", "mean hunt", "steps", "behaviour", _mean_hunt_length),
     Metric("switches_per_step", "option switches", "per step", "behaviour", _switches_per_step),
-    Metric("steps", "run length", "steps", "length", _steps, whole=True),
+    Metric("steps", "run length", "steps", "length", _steps, whole=True, in_table=_LENGTH),
     Metric("trials", "run length", "trials", "length", _trials, whole=True),
     Metric("steps_to_50", "steps to 50 % success", "", "milestone", _reaching(0.5), whole=True),
-    Metric("steps_to_70", "steps to 70 % success", "", "milestone", _reaching(0.7), whole=True),
+    Metric(
+        "steps_to_70",
+        "steps to 70 % success",
+        "",
+        "milestone",
+        _reaching(0.7),
+        whole=True,
+        in_table=_TO_70,
+    ),
 )
 """All metrics, those of a kind in the order in which they are shown."""
 
@@ -194,6 +252,12 @@ MILESTONES: Final[Mapping[str, str]] = {
 NAMES: Final = (*(metric.column for metric in METRICS), *MILESTONES)
 """All columns that an experiment may ask for."""
 BY_COLUMN: Final[Mapping[str, Metric]] = {metric.column: metric for metric in _REGISTRY}
+IN_TABLE: Final = tuple(
+    metric
+    for metric in of_kind("performance", "endings", "behaviour", "milestone", "length")
+    if metric.in_table is not None
+)
+"""Those that have a column of the page's table of runs, in its order."""
 FINAL_REWARD: Final = BY_COLUMN["final_reward"]
 AREA: Final = BY_COLUMN["area"]
 

@@ -24,7 +24,7 @@ def drawing_of(gatherer: Gatherer, gathering: Gathering, view: View) -> Drawing:
     gathering, what = live.with_short_names(gathering)
     chart = live.chart_of(gatherer, gathering, view)
     experiment = gathering.experiment
-    has_means = max(Counter(run.variant for run in gathering.runs).values(), default=0) > 1
+    has_means = max(Counter(place for place, _ in gathering.runs).values(), default=0) > 1
     small = [
         f"{experiment.name}: {len(gathering.runs):,} of {experiment.n_runs:,} runs are over;",
         "n runs (seeds) each; 95 % bootstrap intervals over runs."

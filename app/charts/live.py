@@ -74,8 +74,9 @@ def left_out(gathering: Gathering, chart: LiveChart) -> str:
         n_others = len(gathering.experiment.variants) - len(chart.panels[0].lines)
         words = f"{n_others:,} other variants are not drawn; choose any of them in another chart."
         return words if n_others else ""
-    failed = sum(1 for run in gathering.runs if run.error)
-    without = sum(1 for run in gathering.runs if not run.error and math.isnan(run.value))
+    done = [run for _, run in gathering.runs if not run.error]
+    failed = len(gathering.runs) - len(done)
+    without = sum(1 for run in done if math.isnan(run.values[gathering.metric.column]))
     said = {"failed": failed, "without a value": without}
     return " ".join(f"{counted(n, 'run')} {what}." for what, n in said.items() if n)
 
@@ -102,9 +103,10 @@ def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:
     """Every run that has a value, by variant."""
     every = gathering.experiment.variants
     dots: Mapping[int, list[RunDot]] = defaultdict(list)
-    for run in gathering.runs:
-        if not run.error and math.isfinite(run.value):
-            dots[run.variant].append(RunDot(run.value, run.seed, run.key))
+    for place, run in gathering.runs:
+        value = run.values[gathering.metric.column]
+        if not run.error and math.isfinite(value):
+            dots[place].append(RunDot(value, run.seed, run.key))
     if len(every) <= variants.MOST_CELLS:
         estimates = [gatherer.estimate(place) for place in range(len(every))]
     else:  # The intervals of so many take seconds.

@@ -11,7 +11,8 @@ from typing import Final, Literal, NamedTuple, get_args
 from app.analysis.estimates import Axis
 from app.charts.variants import swept
 from app.documents.experiments import Experiment
-from app.results.gather import MOST_CURVES, Gathering, RunFact
+from app.metrics import IN_TABLE
+from app.results.gather import MOST_CURVES, Gathering, PlacedRun
 
 _USUAL_HEIGHT: Final = 752.0
 """In pixels, for which the heights below hold."""
@@ -46,7 +47,12 @@ class Size(NamedTuple):
 
 
 Chart = Literal["curves", "runs", "plane"]
-Column = Literal["variant", "seed", "value", "success", "steps_to_70", "steps", "seconds", "digest"]
+COLUMNS: Final = (
+    *("variant", "seed", "value"),
+    *(metric.column for metric in IN_TABLE),
+    *("seconds", "digest"),
+)
+"""Of the table of runs, whose value is that of the metric that is charted."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,8 @@ class View:
     """What curves are drawn against."""
     variant: int | None = None
     """Place of the one that is chosen: it stands out in charts, and the table lists its runs."""
-    order: Column = "variant"
+    order: str = "variant"
+    """The one of :data:`COLUMNS` by which the table is sorted."""
     descending: bool = False
     page: int = 0
     """Of the table, from 0."""
@@ -111,12 +118,9 @@ def _with_variant(view: View, what: str, n_variants: int) -> View:
 
 
 def _with_order(view: View, what: str) -> View:
-    column = next((column for column in get_args(Column) if column == what), None)
-    if column is None:
+    if what not in COLUMNS:
         return view
-    return replace(
-        view, order=column, descending=column == view.order and not view.descending, page=0
-    )
+    return replace(view, order=what, descending=what == view.order and not view.descending, page=0)
 
 
 _LONGEST_PLACE = 9
@@ -130,11 +134,11 @@ def _place(text: str, n: int) -> int | None:
     return int(text) if int(text) < n else None
 
 
-def listed(gathering: Gathering, view: View) -> Sequence[RunFact]:
+def listed(gathering: Gathering, view: View) -> Sequence[PlacedRun]:
     """Runs in the table: those of the chosen variant, if one is."""
     if view.variant is None:
         return gathering.runs
-    return [run for run in gathering.runs if run.variant == view.variant]
+    return [(place, run) for place, run in gathering.runs if place == view.variant]
 
 
 def n_pages(n_runs: int, rows: int) -> int:

@@ -1,4 +1,4 @@
-"""What the page knows of the runs of an experiment: every run in a line, and curves of variants.
+"""What the page knows of an experiment: the record of every run, and curves of variants.
 
 Runs are added as they are over; a :class:`Gathering` is what there is at a moment. Averages and
 intervals are found when somebody wants to see them, and then only for what has changed.
@@ -28,24 +28,8 @@ _TRIALS_WINDOW: Final = 2_000
 _RESAMPLES: Final = 999
 
 
-class RunFact(NamedTuple):
-    """One run that is over, in a line."""
-
-    key: str
-    variant: int
-    """Place of its variant in the experiment."""
-    seed: int
-    error: str
-    """Last line of what it said when it failed; empty if it is done."""
-    value: float
-    """Of the metric that is charted; NaN where there is none."""
-    success: float
-    """Share of captures in the last 2,000 trials; NaN where there is none."""
-    steps_to_70: float
-    """Infinite for never, NaN where it was not measured."""
-    steps: int
-    seconds: float
-    digest: str
+PlacedRun = tuple[int, Record]
+"""A run that is over, after the place of its variant in the experiment."""
 
 
 class Moment(NamedTuple):
@@ -73,7 +57,7 @@ class Gathering:
 
     experiment: Experiment
     metric: Metric
-    runs: Sequence[RunFact]
+    runs: Sequence[PlacedRun]
     """In the order in which they came."""
     low: float
     """The lowest mean reward there can be, and the highest."""
@@ -109,7 +93,7 @@ class Gatherer:
             "trials": estimates.window_width(longest_trials, _TRIALS_WINDOW, _WINDOWS),
         }
         self._lock = threading.Lock()
-        self._runs: list[RunFact] = []
+        self._runs: list[PlacedRun] = []
         self._logs = [_Log({"steps": [], "trials": []}, [], []) for _ in experiment.variants]
         self._curves: dict[tuple[int, Axis], Curve] = {}
         self._estimates: dict[int, Estimate] = {}
@@ -123,10 +107,9 @@ class Gatherer:
             ArchiveError: these cannot be read; nothing was taken in.
         """
         place = self._places[record.variant]
-        fact = _fact(place, record, self._metric)
         if record.error:
             with self._lock:
-                self._runs.append(fact)
+                self._runs.append((place, record))
             return
         found = unpacked(arrays, record.trials, record.steps)
         world = self._experiment.variants[place].spec.world
@@ -136,12 +119,12 @@ class Gatherer:
             for axis, width in self._widths.items()
         }
         with self._lock:
-            self._runs.append(fact)
+            self._runs.append((place, record))
             log = self._logs[place]
             for axis, curve in windowed.items():
                 log.curves[axis].append(curve)
             log.joined.append(found.joined)
-            log.values.append(fact.value)
+            log.values.append(record.values[self._metric.column])
 
     def gathering(self) -> Gathering:
         """What there is."""
@@ -183,18 +166,3 @@ def _rewards(spec: RunSpec) -> tuple[float, float]:
     """The lowest and the highest mean reward there can be."""
     ends = (0.0, spec.world.flight_reward, spec.world.capture_reward)
     return min(ends), max(ends)
-
-
-def _fact(place: int, record: Record, metric: Metric) -> RunFact:
-    return RunFact(
-        key=record.key,
-        variant=place,
-        seed=record.seed,
-        error=record.gist,
-        value=record.values[metric.column],
-        success=record.values["final_success"],
-        steps_to_70=record.values["steps_to_70"],
-        steps=record.steps,
-        seconds=record.seconds,
-        digest=record.digest,
-    )

@@ -122,12 +122,20 @@ class Service:
         """End the experiment; what is finished is kept, and starting it again goes on there."""
         self._switch.end()
 
+    def wait(self, timeout_s: float | None = None) -> None:
+        """Wait until the latest experiment is over and its thread has ended; at once if none began.
+
+        Args:
+            timeout_s: the longest to wait, in seconds; None for as long as it takes.
+        """
+        thread = self._thread
+        if thread is not None:
+            thread.join(timeout_s)
+
     def close(self) -> None:
         """End the experiment and wait until it has."""
         self._switch.end()
-        thread = self._thread
-        if thread is not None:
-            thread.join()
+        self.wait()
 
     def _note(self, **changes: Any) -> None:
         with self._lock:

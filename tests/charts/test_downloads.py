@@ -13,12 +13,12 @@ from app.charts.downloads import drawing_of, numbers_of
 from app.charts.paper.drawing import Drawing
 from app.charts.view import View
 from app.documents.experiments import Experiment
-from app.results.gather import RunFact
+from app.results.gather import PlacedRun
 from app.util import csv_texts
-from tests.support.runs import PLANE, THESIS, experiment_of, filled, some_runs
+from tests.support.runs import PLANE, THESIS, experiment_of, filled, reward, some_runs
 
 
-def rows_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> list[dict[str, str]]:
+def rows_of(experiment: Experiment, runs: Sequence[PlacedRun], view: View) -> list[dict[str, str]]:
     """The numbers of the chart, which are those of its drawing."""
     gatherer = filled(experiment, runs)
     drawing = drawing_of(gatherer, gatherer.gathering(), view)
@@ -55,7 +55,7 @@ def test_every_run_is_a_dot_beside_its_mean(asked: list[Asked]) -> None:
     (dots,) = asked[0].chart.columns.values()
     assert [dot.label for dot in dots] == [v.label for v in experiment.variants]
     assert [[run.value for run in dot.runs] for dot in dots] == [
-        [run.value for run in runs if run.variant == place] for place in range(4)
+        [reward(run) for run in runs if run[0] == place] for place in range(4)
     ]
 
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import get_args
 from urllib.parse import quote
 
 import pytest
@@ -13,10 +12,11 @@ from hypothesis import strategies as st
 from app.charts.downloads import drawing_of
 from app.charts.page.results import results_html
 from app.charts.variants import swept, with_short_names
-from app.charts.view import Column, Size, View, answer, first_view
+from app.charts.view import COLUMNS, Size, View, answer, first_view
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
-from app.results.gather import Gathering, RunFact
+from app.metrics import IN_TABLE
+from app.results.gather import Gathering, PlacedRun
 from tests.support.runs import (
     HOSTILE,
     ONE_SETTING,
@@ -29,21 +29,21 @@ from tests.support.runs import (
     fact,
     filled,
     gathering_of,
+    reward,
     some_runs,
 )
 
 SIZE = Size(684)
 ROWS = SIZE.rows
-COLUMNS: Sequence[Column] = get_args(Column)
 NOTHING = math.nan
 
 
-def html_of(experiment: Experiment, runs: Sequence[RunFact], view: View) -> str:
+def html_of(experiment: Experiment, runs: Sequence[PlacedRun], view: View) -> str:
     gatherer = filled(experiment, runs)
     return results_html(gatherer, gatherer.gathering(), view, address, SIZE)
 
 
-def shown(experiment: Experiment, runs: Sequence[RunFact], view: View) -> Shown:
+def shown(experiment: Experiment, runs: Sequence[PlacedRun], view: View) -> Shown:
     return Shown(html_of(experiment, runs, view))
 
 
@@ -164,10 +164,10 @@ def test_choosing_again_unchooses() -> None:
 
 
 def test_ordering_again_turns_round() -> None:
-    once = answer(VIEW, "order/success", GATHERING, ROWS)
-    twice = answer(once, "order/success", GATHERING, ROWS)
+    once = answer(VIEW, "order/final_success", GATHERING, ROWS)
+    twice = answer(once, "order/final_success", GATHERING, ROWS)
     assert (once.descending, twice.descending) == (False, True)
-    assert answer(twice, "order/success", GATHERING, ROWS) == once
+    assert answer(twice, "order/final_success", GATHERING, ROWS) == once
     assert not answer(twice, "order/steps", GATHERING, ROWS).descending
 
 
@@ -213,7 +213,7 @@ def test_every_link_is_understood() -> None:
         page = Shown(results_html(gatherer, gathering, view, address, SIZE))
         for words in words_of(page):
             if words.startswith("open/"):
-                assert words.removeprefix("open/") in {run.key for run in runs}
+                assert words.removeprefix("open/") in {run.key for _, run in runs}
             else:
                 assert answer(view, words, gathering, ROWS) != view
 
@@ -222,18 +222,20 @@ def test_every_link_is_understood() -> None:
 
 
 def test_a_row_says_all_of_a_run_and_opens_it() -> None:
-    run = fact(2, 7, 80.125, success=0.856, steps_to_70=1_057_691, steps=5_670_000, seconds=0.44)
-    page = shown(experiment_of(THESIS), [run], View("runs"))
+    placed = fact(
+        2, 7, 80.125, final_success=0.856, steps_to_70=1_057_691, steps=5_670_000, seconds=0.44
+    )
+    page = shown(experiment_of(THESIS), [placed], View("runs"))
     assert rows_of(page) == [
         ["timed", "7", "80.12", "86 %", "1.06", "5.67", "0.4", "01234567", "open ▸"]
     ]
-    assert opened_in_table(page) == [address(f"open/{run.key}")]
+    assert opened_in_table(page) == [address(f"open/{placed[1].key}")]
 
 
 def test_a_click_anywhere_in_a_row_opens_its_run_and_one_stop_of_the_keyboard_does() -> None:
     runs = [fact(2, seed, 80.0) for seed in range(2)]
     (body,) = shown(experiment_of(THESIS), runs, View("runs")).all("tbody")
-    for run, row in zip(runs, body.iter("tr"), strict=True):
+    for (_, run), row in zip(runs, body.iter("tr"), strict=True):
         for cell in row.iter("td"):
             # Nothing of a cell lies beside its link, which fills it.
             (link,) = cell
@@ -287,11 +289,11 @@ values = st.one_of(st.floats(-50, 100), st.just(NOTHING))
     st.booleans(),
 )
 def test_every_run_is_on_exactly_one_page(
-    made: list[tuple[int, float, bool]], order: Column, descending: bool
+    made: list[tuple[int, float, bool]], order: str, descending: bool
 ) -> None:
     experiment = experiment_of(THESIS)
     runs = [
-        fact(variant, seed, value, "" if done else "broke", success=value)
+        fact(variant, seed, value, "" if done else "broke", final_success=value)
         for seed, (variant, value, done) in enumerate(made)
     ]
     gathering = gathering_of(experiment, runs)
@@ -308,25 +310,23 @@ def test_every_run_is_on_exactly_one_page(
         first = page * ROWS
         assert f"{first + 1}–{first + len(rows)} of {len(runs)}" in found.text
     assert sorted(seeds) == list(range(len(runs)))
-    if order in ("value", "success"):
-        column = [runs[seed].value for seed in seeds if not runs[seed].error]
+    if order in ("value", "final_success"):
+        column = [reward(runs[seed]) for seed in seeds if not runs[seed][1].error]
         there = [value for value in column if not math.isnan(value)]
         assert there == sorted(there, reverse=descending)
-        is_missing = [bool(runs[s].error) or math.isnan(runs[s].value) for s in seeds]
+        is_missing = [bool(runs[s][1].error) or math.isnan(reward(runs[s])) for s in seeds]
         assert is_missing == sorted(is_missing)
 
 
 @pytest.mark.parametrize("column", COLUMNS)
-def test_every_column_orders_both_ways(column: Column) -> None:
+def test_every_column_orders_both_ways(column: str) -> None:
     experiment = experiment_of(THESIS)
     runs = [
         fact(
             place,
             seed=place,
             value=10.0 * place,
-            success=0.1 * place,
-            steps_to_70=1_000 * place if place else 5,
-            steps=60_000 * (place + 1),
+            **{metric.column: 60_000.0 * (place + 1) for metric in IN_TABLE},
             seconds=1.0 + place,
             digest=f"{place}abcdefgh",
         )
@@ -335,7 +335,7 @@ def test_every_column_orders_both_ways(column: Column) -> None:
     mixed = [runs[2], runs[0], runs[3], runs[1]]
     for descending in (False, True):
         page = shown(experiment, mixed, View("runs", order=column, descending=descending))
-        wanted = [address(f"open/{run.key}") for run in runs]
+        wanted = [address(f"open/{run.key}") for _, run in runs]
         assert opened_in_table(page) == (wanted[::-1] if descending else wanted)
         heads = [head for head in page.all("th") if head.get("aria-sort")]
         assert [head.get("aria-sort") for head in heads] == [
@@ -382,8 +382,8 @@ def test_ten_thousand_runs_are_light(chart: str, variant: int | None) -> None:
     )
     gatherer = filled(experiment, [fact(place, 0, float(place)) for place in range(100)])
     runs = [
-        run._replace(key=f"timed-circle-clockwise-avoid-{run.key}-0123456789abcdef")
-        for run in some_runs(experiment, 100)
+        (place, replace(run, key=f"timed-circle-clockwise-avoid-{run.key}-0123456789abcdef"))
+        for place, run in some_runs(experiment, 100)
     ]
     gathering = replace(gatherer.gathering(), runs=runs)
     view = View(chart, variant=variant, order="value")  # type: ignore[arg-type]

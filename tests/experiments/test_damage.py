@@ -5,7 +5,7 @@ import io
 import shutil
 import sqlite3
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from app.experiments.record import Record
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.results import read, thesis
-from app.results.gather import Curve, RunFact
+from app.results.gather import Curve
 from app.results.read import DamagedError, Reader, ResultsError
 from app.results.service import Service, Standing
 from tests.support.folders import seal
@@ -83,18 +83,26 @@ def page_of(root: Path) -> Standing:
     """How the experiment stands that the page has gone on with, or begun."""
     service = Service(root)
     service.start(small(), workers=2)
-    assert service._thread is not None
-    service._thread.join(PATIENCE_S)
+    service.wait(PATIENCE_S)
     standing = service.standing
     assert standing is not None
     assert not standing.running
     return standing
 
 
-def shown_by(standing: Standing) -> tuple[dict[str, RunFact], list[Curve]]:
+Shown = tuple[int, int, str, str, dict[str, float]]
+"""What the page shows of a run: place, seed, error, digest and values."""
+
+
+def rounded(values: Mapping[str, float]) -> dict[str, float]:
+    """Values that can be compared: what was not measured is not equal to itself."""
+    return {name: -1.0 if value != value else round(value, 9) for name, value in values.items()}
+
+
+def shown_by(standing: Standing) -> tuple[dict[str, Shown], list[Curve]]:
     runs = {
-        run.key: run._replace(seconds=0.0, value=round(run.value, 9))
-        for run in standing.gatherer.gathering().runs
+        run.key: (place, run.seed, run.gist, run.digest, rounded(run.values))
+        for place, run in standing.gatherer.gathering().runs
     }
     return runs, [standing.gatherer.curve(variant, "trials") for variant in (0, 1)]
 
@@ -103,7 +111,7 @@ class Whole(NamedTuple):
     path: Path
     rows: dict[str, dict[str, Any]]
     report: Report
-    page: tuple[dict[str, RunFact], list[Curve]]
+    page: tuple[dict[str, Shown], list[Curve]]
 
 
 @pytest.fixture(scope="module")

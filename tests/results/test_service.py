@@ -36,8 +36,7 @@ def small(n_seeds: int | None = None, text: str = TEXT) -> Experiment:
 
 def over(service: Service) -> Standing:
     """How an experiment stands once it is over."""
-    assert service._thread is not None
-    service._thread.join(PATIENCE_S)
+    service.wait(PATIENCE_S)
     assert service.standing is not None
     assert not service.standing.running
     return service.standing
@@ -104,10 +103,10 @@ def test_runs_are_gathered_as_they_come(tmp_path: Path) -> None:
     service.start(small(), workers=2)
     standing = over(service)
     runs = standing.gatherer.gathering().runs
-    assert {run.key: run.digest for run in runs} == rows(standing.folder)
-    assert {(run.variant, run.seed) for run in runs} == {(v, s) for v in (0, 1) for s in (0, 1, 2)}
+    assert {run.key: run.digest for _, run in runs} == rows(standing.folder)
+    assert {(place, run.seed) for place, run in runs} == {(v, s) for v in (0, 1) for s in (0, 1, 2)}
     for variant in (0, 1):
-        values = [run.value for run in runs if run.variant == variant]
+        values = [run.values["final_reward"] for place, run in runs if place == variant]
         estimate = standing.gatherer.estimate(variant)
         assert estimate.value == pytest.approx(np.mean(values))
         assert estimate.low <= estimate.value <= estimate.high
@@ -131,8 +130,10 @@ def test_another_begins_as_soon_as_one_is_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run, is_over, let_go = Service._run, threading.Event(), threading.Event()
+    lingering: list[threading.Thread] = []
 
     def run_and_linger(service: Service, *about: Any) -> None:
+        lingering.append(threading.current_thread())
         run(service, *about)
         is_over.set()
         let_go.wait(PATIENCE_S)
@@ -142,12 +143,11 @@ def test_another_begins_as_soon_as_one_is_over(
     service.start(small(1), workers=1)
     assert is_over.wait(PATIENCE_S)
     monkeypatch.undo()
-    first = service._thread
+    (first,) = lingering
     service.start(small(2), workers=1)
     assert len(over(service).gatherer.gathering().runs) == 4
     second = service.standing
     let_go.set()
-    assert first is not None
     first.join(PATIENCE_S)
     assert service.standing is second
 
@@ -176,13 +176,13 @@ def test_stopped_it_goes_on_where_it_was(tmp_path: Path, counted: list[str]) -> 
         path = service.start(small(40), workers=1)
         before = over(service).gatherer.gathering().runs
     assert 0 < len(before) < 80
-    assert rows(path).keys() == {run.key for run in before}
+    assert rows(path).keys() == {run.key for _, run in before}
 
     counted.clear()
     assert service.start(small(40), workers=1) == path
     after = over(service).gatherer.gathering().runs
     assert len(after) == len(rows(path)) == 80
-    assert not set(counted) & {run.key for run in before}
+    assert not set(counted) & {run.key for _, run in before}
 
 
 def test_fewer_seeds_of_what_is_there_are_shown_alone(tmp_path: Path) -> None:
@@ -190,7 +190,7 @@ def test_fewer_seeds_of_what_is_there_are_shown_alone(tmp_path: Path) -> None:
     service.start(small(4), workers=2)
     over(service)
     service.start(small(2), workers=2)
-    assert {run.seed for run in over(service).gatherer.gathering().runs} == {0, 1}
+    assert {run.seed for _, run in over(service).gatherer.gathering().runs} == {0, 1}
 
 
 def test_other_results_are_left_alone(tmp_path: Path) -> None:
@@ -243,7 +243,7 @@ def test_damaged_arrays_are_made_again(tmp_path: Path) -> None:
     sound = damaged.read_bytes()
     damaged.write_bytes(sound[: len(sound) // 2])
     service.start(small(), workers=2)
-    assert {run.key: run.digest for run in over(service).gatherer.gathering().runs} == before
+    assert {run.key: run.digest for _, run in over(service).gatherer.gathering().runs} == before
     assert damaged.read_bytes() == sound
 
 
@@ -261,7 +261,7 @@ def test_a_run_that_fails_is_listed_with_its_error(
     service = Service(tmp_path)
     service.start(small(), workers=2)
     runs = over(service).gatherer.gathering().runs
-    assert {run.seed: run.error for run in runs if run.error} == {1: "RuntimeError: no luck"}
+    assert {run.seed: run.gist for _, run in runs if run.error} == {1: "RuntimeError: no luck"}
     assert service.standing is not None
     assert service.standing.gatherer.estimate(0).n == 2
 

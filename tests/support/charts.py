@@ -13,17 +13,17 @@ from app.charts.live import LiveChart
 from app.charts.page.svg import Frame
 from app.charts.view import View
 from app.documents.experiments import Experiment
-from app.results.gather import Curve, RunFact
-from tests.support.runs import NOTHING, address, gathering_of
+from app.results.gather import Curve, PlacedRun
+from tests.support.runs import NOTHING, address, gathering_of, reward
 
 WIDTH = 684
 
 
-def estimates_of(experiment: Experiment, runs: Sequence[RunFact]) -> list[Estimate]:
+def estimates_of(experiment: Experiment, runs: Sequence[PlacedRun]) -> list[Estimate]:
     """Means with intervals of a sort."""
     found = []
     for place in range(len(experiment.variants)):
-        values = [r.value for r in runs if r.variant == place and not math.isnan(r.value)]
+        values = [reward(r) for r in runs if r[0] == place and not math.isnan(reward(r))]
         mean = float(np.mean(values)) if values else NOTHING
         ends = (min(values), max(values)) if len(values) > 1 else (NOTHING, NOTHING)
         found.append(Estimate(mean, *ends, len(values)))
@@ -50,7 +50,7 @@ class Averages:
 
 
 def chart_of(
-    experiment: Experiment, runs: Sequence[RunFact], view: View, curves: Sequence[Curve] = ()
+    experiment: Experiment, runs: Sequence[PlacedRun], view: View, curves: Sequence[Curve] = ()
 ) -> tuple[LiveChart, Frame]:
     """The chart of these runs with intervals of a sort, and what it is drawn for."""
     gathering = gathering_of(experiment, runs)

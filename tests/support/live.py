@@ -109,9 +109,7 @@ class LiveLab:
 
     def at_end(self) -> Standing:
         """How an experiment stands once it is over."""
-        thread = self.lab.service._thread
-        assert thread is not None
-        thread.join(PATIENCE_S)
+        self.lab.service.wait(PATIENCE_S)
         standing = self.lab.service.standing
         assert standing is not None
         assert not standing.running

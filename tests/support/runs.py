@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import quote, unquote
 from xml.etree import ElementTree
@@ -12,11 +13,12 @@ import numpy as np
 from app.documents import experiments
 from app.documents.experiments import Experiment
 from app.experiments.archive import packed
-from app.experiments.record import Record, origin_of
-from app.metrics import FINAL_REWARD
-from app.results.gather import Gatherer, Gathering, RunFact
+from app.experiments.record import Origin, Record, all_values, origin_of
+from app.metrics import FINAL_REWARD, NAMES
+from app.results.gather import Gatherer, Gathering, PlacedRun
 
 NOTHING = math.nan
+_N_TRIALS = 400
 HOSTILE = ('<script>alert("1")</script>', 'it\'s & "quoted"', "Füchse 🦊 \u202eelbat\x07")
 THESIS = "presets: [standard_q, hierarchical_3, timed, hierarchical_2]\nseeds: 3"
 ONE_SETTING = "presets: [timed]\ngrid: {learner.gamma: [0.5, 0.6, 0.8, 0.9]}"
@@ -49,29 +51,54 @@ def address(words: str) -> str:
     return f"call/secret/{quote(words, safe='')}"
 
 
-def fact(variant: int, seed: int, value: float, error: str = "", **others: object) -> RunFact:
-    """A run that is over."""
-    made = RunFact(
-        key=f"key-{variant}-{seed}",
-        variant=variant,
+def fact(
+    place: int,
+    seed: int,
+    value: float,
+    error: str = "",
+    *,
+    seconds: float = 1.5,
+    digest: str = "0123456789abcdef",
+    **values: float,
+) -> PlacedRun:
+    """A run that is over, of some experiment's variant, with its final reward and other values."""
+    found = {
+        "final_reward": value,
+        "final_success": 0.7,
+        "trials": _N_TRIALS,
+        "steps": 60_000,
+        "steps_to_70": math.inf,
+    }
+    run = Record(
+        key=f"key-{place}-{seed}",
+        variant="",
+        preset="",
+        overrides={},
+        settings={},
         seed=seed,
         error=error,
-        value=NOTHING if error else value,
-        success=NOTHING if error else 0.7,
-        steps_to_70=math.inf,
-        steps=60_000,
-        seconds=1.5,
-        digest="0123456789abcdef",
+        version="1",
+        digest=digest,
+        seconds=seconds,
+        ended_at="",
+        values=all_values({}, ()) if error else all_values({}, ()) | found | values,
+        arrays="",
+        origin=Origin(Path(), NAMES, limited=False, stop=None),
     )
-    return made._replace(**others)
+    return place, run
 
 
-def gathering_of(experiment: Experiment, runs: Sequence[RunFact]) -> Gathering:
+def reward(placed: PlacedRun) -> float:
+    """What is charted of a run that was made up here."""
+    return placed[1].values[FINAL_REWARD.column]
+
+
+def gathering_of(experiment: Experiment, runs: Sequence[PlacedRun]) -> Gathering:
     """What there is, if these runs are over."""
     return Gathering(experiment, FINAL_REWARD, runs, -50.0, 100.0)
 
 
-def some_runs(experiment: Experiment, n_seeds: int, seed: int = 0) -> list[RunFact]:
+def some_runs(experiment: Experiment, n_seeds: int, seed: int = 0) -> list[PlacedRun]:
     """Runs of all variants with values between 0 and 100."""
     rng = np.random.default_rng(seed)
     return [
@@ -142,9 +169,6 @@ class Shown:
         return lambda at: x + (at - a) / (b - a) * (y - x)
 
 
-_N_TRIALS = 400
-
-
 def _arrays() -> bytes:
     """The archive of a run."""
     rng = np.random.default_rng(0)
@@ -165,37 +189,12 @@ def _arrays() -> bytes:
 ARRAYS = _arrays()
 
 
-def _record(run: RunFact, experiment: Experiment) -> Record:
-    """The same run as its record."""
-    variant = experiment.variants[run.variant]
-    values = {
-        "final_reward": run.value,
-        "final_success": run.success,
-        "steps_to_70": run.steps_to_70,
-        "trials": _N_TRIALS,
-        "steps": run.steps,
-    }
-    return Record(
-        key=run.key,
-        variant=variant.label,
-        preset=variant.preset,
-        overrides=variant.overrides,
-        settings={},
-        seed=run.seed,
-        error=run.error,
-        version="1",
-        digest=run.digest,
-        seconds=run.seconds,
-        ended_at="",
-        values=values,
-        arrays="",
-        origin=origin_of(experiment, Path()),
-    )
-
-
-def filled(experiment: Experiment, runs: Sequence[RunFact]) -> Gatherer:
+def filled(experiment: Experiment, runs: Sequence[PlacedRun]) -> Gatherer:
     """A gatherer that has taken these runs in."""
     gatherer = Gatherer(experiment, 240 * _N_TRIALS)
-    for run in runs:
-        gatherer.add(_record(run, experiment), ARRAYS)
+    for place, run in runs:
+        variant = experiment.variants[place]
+        about = {"variant": variant.label, "preset": variant.preset}
+        origin = origin_of(experiment, Path())
+        gatherer.add(replace(run, **about, overrides=variant.overrides, origin=origin), ARRAYS)
     return gatherer

@@ -76,7 +76,7 @@ def results_html(
 def _chart(
     gatherer: Gatherer, gathering: Gathering, view: View, address: Address, size: Size
 ) -> str:
-    if all(run.error for run in gathering.runs):
+    if all(run.error for _, run in gathering.runs):
         return "<p>Every run that is over has failed.</p>"
     chart = live.chart_of(gatherer, gathering, view)
     left_out = live.left_out(gathering, chart)

@@ -1,15 +1,17 @@
 """The table of runs on the page, whose rows open them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from app.charts.live import trials_of
 from app.charts.page.svg import Address, link
-from app.charts.view import Column, Size, View, listed, n_pages
+from app.charts.view import Size, View, listed, n_pages
 from app.charts.wording import short_label
-from app.metrics import final_trials
-from app.results.gather import Gathering, RunFact
+from app.experiments.record import Record
+from app.metrics import IN_TABLE
+from app.results.gather import Gathering, PlacedRun
 from app.util.html import escaped
 from app.words.numbers import NONE, shown_number
 
@@ -17,30 +19,53 @@ from app.words.numbers import NONE, shown_number
 class _Head(NamedTuple):
     """A column of the table."""
 
-    column: Column
+    column: str
+    """One of :data:`app.charts.view.COLUMNS`."""
     title: str
     hint: str
     width: int
     """In pixels; the first has what the others leave."""
+    value: Callable[[Record], Any]
+    """What runs are sorted by."""
+    text: Callable[[Any], str]
+    """Of a value, as HTML."""
 
 
 def _heads(gathering: Gathering) -> Sequence[_Head]:
-    metric, final = gathering.metric, final_trials(*trials_of(gathering.experiment))
-    return (
-        _Head("variant", "variant", "", 0),
-        _Head("seed", "seed", "", 54),
-        _Head("value", metric.title, metric.label, 76),
-        _Head("success", "success", f"captures in per cent, {final}", 60),
-        _Head(
-            "steps_to_70",
-            "M steps to 70\N{NO-BREAK SPACE}%",
-            "steps until 70 % of the last 500 trials end in a capture, in millions",
-            82,
-        ),
-        _Head("steps", "M steps", "simulation steps in millions", 62),
-        _Head("seconds", "seconds", "that the run took", 60),
-        _Head("digest", "digest", "of the learned tables: equal ones learned the same", 70),
-    )
+    charted, trials = gathering.metric, trials_of(gathering.experiment)
+    value = _value_of(charted.column)
+    heads: list[_Head] = [
+        _Head("variant", "variant", "", 0, attrgetter("variant"), escaped),
+        _Head("seed", "seed", "", 54, attrgetter("seed"), str),
+        _Head("value", charted.title, charted.label, 76, value, _four_digits),
+    ]
+    for metric in IN_TABLE:
+        shown = metric.of_runs(*trials).in_table
+        assert shown is not None
+        value = _value_of(metric.column)
+        heads.append(_Head(metric.column, shown.title, shown.hint, shown.width, value, shown.text))
+    digest = "of the learned tables: equal ones learned the same"
+    heads += [
+        _Head("seconds", "seconds", "that the run took", 60, attrgetter("seconds"), _seconds),
+        _Head("digest", "digest", digest, 70, attrgetter("digest"), _start),
+    ]
+    return heads
+
+
+def _value_of(column: str) -> Callable[[Record], float]:
+    return lambda run: run.values[column]
+
+
+def _four_digits(value: float) -> str:
+    return shown_number(value, "#.4g")
+
+
+def _start(digest: str) -> str:
+    return escaped(digest[:8])
+
+
+def _seconds(value: float) -> str:
+    return NONE if math.isnan(value) else f"{value:.1f}"
 
 
 _MOST_STRETCH = 1.5
@@ -49,16 +74,16 @@ _MOST_STRETCH = 1.5
 
 def table_html(gathering: Gathering, view: View, address: Address, size: Size) -> str:
     """A page of the table, with the way to its other pages."""
-    shown = _in_order(listed(gathering, view), view)
-    page = min(view.page, n_pages(len(shown), size.rows) - 1)
-    first = page * size.rows
     stretch = min(max(size.width / Size().width, 1), _MOST_STRETCH)
     heads = [head._replace(width=round(head.width * stretch)) for head in _heads(gathering)]
+    shown = _in_order(listed(gathering, view), view, heads)
+    page = min(view.page, n_pages(len(shown), size.rows) - 1)
+    first = page * size.rows
     label_px = size.width - sum(head.width for head in heads) - _OPEN_PX
     head = "".join(_head(head, view, address) for head in heads)
     rows = "".join(
-        _row(run, gathering.experiment.variants[run.variant].label, address, label_px)
-        for run in shown[first : first + size.rows]
+        _row(run, heads, gathering.experiment.variants[place].label, address, label_px)
+        for place, run in shown[first : first + size.rows]
     )
     columns = "".join(f'<col style="width:{head.width}px"/>' for head in heads[1:])
     return (
@@ -68,29 +93,28 @@ def table_html(gathering: Gathering, view: View, address: Address, size: Size) -
     )
 
 
-def _in_order(runs: Sequence[RunFact], view: View) -> list[RunFact]:
+def _in_order(runs: Sequence[PlacedRun], view: View, heads: Sequence[_Head]) -> Sequence[PlacedRun]:
     """Runs by a column, and where that is the same by place and seed; without a value come last."""
-    by_place = sorted(runs, key=lambda run: (run.variant, run.seed, run.key))
+    by_place = sorted(runs, key=lambda placed: (placed[0], placed[1].seed, placed[1].key))
     if view.order == "variant":
         # As the experiment has them, which is an order of its values.
         if not view.descending:
             return by_place
-        return sorted(by_place, key=lambda run: -run.variant)
-    keyed = [(_sort_value(run, view.order), run) for run in by_place]
+        return sorted(by_place, key=lambda placed: -placed[0])
+    (head,) = (head for head in heads if head.column == view.order)
+    keyed = [(_sort_value(run, head), (place, run)) for place, run in by_place]
     there = [pair for pair in keyed if pair[0] is not None]
     there.sort(key=lambda pair: pair[0], reverse=view.descending)
     return [run for _, run in there] + [run for value, run in keyed if value is None]
 
 
-def _sort_value(run: RunFact, column: Column) -> Any:
+def _sort_value(run: Record, head: _Head) -> Any:
     """What a run is sorted by; None if it has nothing there."""
-    if column == "seed":
-        return run.seed
-    if run.error:
-        return None
-    value = getattr(run, column)
+    value = head.value(run)
+    if head.column == "seed":
+        return value
     is_missing = isinstance(value, float) and math.isnan(value)
-    return None if is_missing or value == "" else value
+    return None if run.error or is_missing or value == "" else value
 
 
 def _head(head: _Head, view: View, address: Address) -> str:
@@ -109,18 +133,20 @@ _CHARACTER_PX = 7.6
 _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 
-def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
+def _row(run: Record, heads: Sequence[_Head], label: str, address: Address, label_px: float) -> str:
     name = escaped(short_label(label, max(int(label_px / _CHARACTER_PX), 8)))
     hint = escaped(label)
     if run.error:
+        gist = run.gist
         error, whole_error = (
-            escaped(run.error if len(run.error) <= most else f"{run.error[:most]}…")
+            escaped(gist if len(gist) <= most else f"{gist[:most]}…")
             for most in (_LONGEST_ERROR, _LONGEST_HINT)
         )
         return (
             f'<tr class="failed"><td class="text" title="{hint}">{name}</td>'
             f'<td title="{run.seed}">{run.seed}</td>'
-            f'<td class="text" colspan="7" title="{whole_error}">failed: {error}</td></tr>'
+            f'<td class="text" colspan="{len(heads) - 1}" title="{whole_error}">'
+            f"failed: {error}</td></tr>"
         )
     words = f"open/{run.key}"
     opened = link(address, words, name, f' title="{hint}: open this run in the lab"')
@@ -128,14 +154,7 @@ def _row(run: RunFact, label: str, address: Address, label_px: float) -> str:
     again = ' tabindex="-1"'
     seed = link(address, words, str(run.seed), f'{again} class="plain" title="{run.seed}"')
     opens = link(address, words, "open ▸", f'{again} title="open this run in the lab"')
-    cells = (
-        shown_number(run.value, "#.4g"),
-        NONE if math.isnan(run.success) else f"{100 * run.success:.0f} %",
-        shown_number(run.steps_to_70 / 1e6, ".2f"),
-        f"{run.steps / 1e6:.2f}",
-        NONE if math.isnan(run.seconds) else f"{run.seconds:.1f}",
-        escaped(run.digest[:8]),
-    )
+    cells = [head.text(head.value(run)) for head in heads[2:]]
     links = [
         seed,
         *(link(address, words, cell, f'{again} class="plain"') for cell in cells),

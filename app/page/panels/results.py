@@ -17,7 +17,7 @@ from app.live.session import OpenRun
 from app.page.inbox import Ask, Inbox
 from app.page.panels.experiments import progress_html
 from app.page.widgets import add_buttons
-from app.results.gather import Gatherer, Gathering, RunFact
+from app.results.gather import Gatherer, Gathering, PlacedRun
 from app.results.service import Service, Standing
 from app.server.callbacks import RefusedError
 from app.server.calls import Calls, address_of
@@ -274,9 +274,9 @@ class ResultsPanel:
 
     def _open_run(self, standing: Standing, key: str) -> None:
         runs = standing.gatherer.gathering().runs
-        fact = next((run for run in runs if run.key == key and run.digest), None)
-        if fact is not None:
-            self._ask(self._client, opened(standing, fact))
+        found = next((placed for placed in runs if placed[1].key == key and placed[1].digest), None)
+        if found is not None:
+            self._ask(self._client, opened(standing, found))
             self._close()
 
     def _close(self) -> None:
@@ -333,20 +333,21 @@ def painted(
     gatherer: Gatherer, gathering: Gathering, view: View, address: Address, size: Size
 ) -> _Painted:
     """The results as they are shown."""
-    failed = sum(1 for run in gathering.runs if run.error)
+    failed = sum(1 for _, run in gathering.runs if run.error)
     content = results_html(gatherer, gathering, view, address, size)
     return _Painted(content, len(gathering.runs) - failed, failed)
 
 
-def opened(standing: Standing, fact: RunFact) -> OpenRun:
+def opened(standing: Standing, placed: PlacedRun) -> OpenRun:
     """The request that makes a run of an experiment again."""
-    variant = standing.experiment.variants[fact.variant]
-    name = f"{standing.experiment.name}: {variant.label}, seed {fact.seed}"
+    place, run = placed
+    variant = standing.experiment.variants[place]
+    name = f"{standing.experiment.name}: {variant.label}, seed {run.seed}"
     return OpenRun(
         variant.spec,
         f"{standing.experiment.name}: {variant.label}",
-        fact.seed,
-        fact.steps,
-        fact.digest,
+        run.seed,
+        run.steps,
+        run.digest,
         name,
     )

@@ -13,7 +13,7 @@ from app.charts.page.runs import runs_html
 from app.charts.view import View
 from app.charts.wording import PADDED
 from app.documents.experiments import Experiment
-from app.results.gather import RunFact
+from app.results.gather import PlacedRun
 from app.words.numbers import shown_number
 from tests.support.charts import chart_of, estimates_of, points_of
 from tests.support.runs import (
@@ -25,11 +25,14 @@ from tests.support.runs import (
     called,
     experiment_of,
     fact,
+    reward,
     some_runs,
 )
 
 
-def runs_shown(experiment: Experiment, runs: Sequence[RunFact], chosen: int | None = None) -> Shown:
+def runs_shown(
+    experiment: Experiment, runs: Sequence[PlacedRun], chosen: int | None = None
+) -> Shown:
     chart, frame = chart_of(experiment, runs, View("runs", variant=chosen))
     assert isinstance(chart, Dots)
     return Shown(runs_html(chart, frame))
@@ -40,16 +43,16 @@ def test_every_run_is_a_dot_at_its_value_that_opens_it() -> None:
     runs = some_runs(experiment, 5)
     shown = runs_shown(experiment, runs)
     x, links = shown.value_at("x"), shown.links("open")
-    assert set(links) == {run.key for run in runs}
-    for run in runs:
-        link = links[run.key]
+    assert set(links) == {run.key for _, run in runs}
+    for place, run in runs:
+        link, value = links[run.key], reward((place, run))
         (dot,) = link.iter("circle")
-        assert x(float(dot.get("cx", ""))) == pytest.approx(run.value, abs=0.3)
+        assert x(float(dot.get("cx", ""))) == pytest.approx(value, abs=0.3)
         (title,) = link.iter("title")
-        label = experiment.variants[run.variant].label
-        value = shown_number(run.value, PADDED)
+        label = experiment.variants[place].label
+        said = shown_number(value, PADDED)
         assert title.text == (
-            f"{label}, seed {run.seed}: {value} - click to open this run in the lab"
+            f"{label}, seed {run.seed}: {said} - click to open this run in the lab"
         )
 
 
@@ -76,11 +79,11 @@ def test_dots_lie_in_their_rows_and_the_same_way_each_time() -> None:
     runs = [fact(place, seed, 50.0) for place in range(4) for seed in range(20)]
     shown, again = runs_shown(experiment, runs), runs_shown(experiment, runs[::-1])
     heights = {}
-    for run in runs:
+    for place, run in runs:
         (dot,) = shown.links("open")[run.key].iter("circle")
         (twin,) = again.links("open")[run.key].iter("circle")
         assert dot.get("cy") == twin.get("cy")
-        heights.setdefault(run.variant, set()).add(float(dot.get("cy", "")))
+        heights.setdefault(place, set()).add(float(dot.get("cy", "")))
     assert all(len(found) > 10 for found in heights.values())
     assert all(max(heights[k]) < min(heights[k + 1]) for k in range(3))
 
@@ -91,7 +94,7 @@ def test_failed_runs_are_counted_in_words() -> None:
     shown = runs_shown(experiment, [*runs, fact(2, 0, NOTHING)])
     assert "2 runs failed." in shown.text
     assert "1 run without a value." in shown.text
-    assert list(shown.links("open")) == [runs[0].key]
+    assert list(shown.links("open")) == [runs[0][1].key]
 
 
 def dots_in(shown: Shown) -> int:
@@ -106,7 +109,7 @@ def test_of_many_runs_only_the_chosen_ones_are_links() -> None:
     assert not shown.links("open")
     assert dots_in(shown) == 400
     chosen = runs_shown(experiment, runs, chosen=1)
-    assert set(chosen.links("open")) == {run.key for run in runs if run.variant == 1}
+    assert set(chosen.links("open")) == {run.key for place, run in runs if place == 1}
     assert dots_in(chosen) == 300
 
 
@@ -143,7 +146,7 @@ def test_many_variants_are_columns_that_choose() -> None:
         assert title.text.startswith(f"number {place}: ")
     dots = shown.one("path", class_="dots").get("d", "")
     found = sorted(y(b) for _, b in points_of(dots))
-    assert np.allclose(found, sorted(run.value for run in runs), atol=0.4)
+    assert np.allclose(found, sorted(map(reward, runs)), atol=0.4)
 
 
 def test_columns_whose_names_are_long_are_numbered_and_say_so() -> None:
@@ -172,7 +175,7 @@ def test_columns_too_narrow_to_click_stand_for_their_highest() -> None:
     runs = some_runs(experiment, 1)
     links = runs_shown(experiment, runs).links("variant")
     assert len(links) == 150
-    values = {run.variant: run.value for run in runs}
+    values = {run[0]: reward(run) for run in runs}
     wanted = {max(range(k, k + 3), key=lambda place: values[place]) for k in range(0, 450, 3)}
     assert set(map(int, links)) == wanted
 

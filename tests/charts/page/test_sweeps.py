@@ -15,19 +15,19 @@ from app.charts.page.svg import Frame
 from app.charts.view import View
 from app.charts.wording import PADDED
 from app.metrics import FINAL_REWARD
-from app.results.gather import RunFact
+from app.results.gather import PlacedRun
 from app.words.numbers import shown_number
 from tests.support.charts import chart_of, luminance, points_of
 from tests.support.runs import ONE_SETTING, PLANE, Shown, experiment_of, fact
 
 
-def plane_of(runs: Sequence[RunFact], chosen: int | None = None) -> tuple[Plane, Frame]:
+def plane_of(runs: Sequence[PlacedRun], chosen: int | None = None) -> tuple[Plane, Frame]:
     chart, frame = chart_of(experiment_of(PLANE), runs, View("plane", variant=chosen))
     assert isinstance(chart, Plane)
     return chart, frame
 
 
-def plane_shown(runs: Sequence[RunFact], chosen: int | None = None) -> Shown:
+def plane_shown(runs: Sequence[PlacedRun], chosen: int | None = None) -> Shown:
     return Shown(plane_html(*plane_of(runs, chosen)))
 
 
@@ -90,7 +90,7 @@ def test_a_plane_with_a_hole_has_a_cell_there_that_is_no_link() -> None:
     assert len(shown.all("path", class_="empty")) == 1
 
 
-def line_shown(text: str, runs: Sequence[RunFact], chosen: int | None = None) -> Shown:
+def line_shown(text: str, runs: Sequence[PlacedRun], chosen: int | None = None) -> Shown:
     chart, frame = chart_of(experiment_of(text), runs, View("plane", variant=chosen))
     assert isinstance(chart, Points)
     return Shown(points_html(chart, frame))
