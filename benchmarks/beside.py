@@ -13,7 +13,7 @@ from pathlib import Path
 from app.documents import experiments, presets
 from app.live.session import Session, StartAgain
 from app.live.worker import FULL_SPEED
-from app.results.service import Workbench
+from app.results.service import Service
 from learners.spec import MAX_TRIALS, RunSpec
 
 ROUNDS = 5
@@ -42,13 +42,13 @@ def main(workers: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for number in range(ROUNDS):
             alone = rate_of(session, spec)
-            bench = Workbench(Path(folder, str(number)))
-            bench.start(experiments.load("figure_4_1", 1_000), workers)
+            service = Service(Path(folder, str(number)))
+            service.start(experiments.load("figure_4_1", 1_000), workers)
             ratios.append(rate_of(session, spec) / alone)
-            standing = bench.standing
+            standing = service.standing
             if standing is not None and standing.progress is not None:
                 rates.append(standing.progress.steps_per_s)
-            bench.close()
+            service.close()
     session.stop()
     print(
         f"{workers} at a time: the learner keeps {statistics.median(ratios):.2f} of its rate"

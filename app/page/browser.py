@@ -1,39 +1,60 @@
 """What one connected browser is shown; what it steers is shared by all, in the lab."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import viser
 
-from app.page.inbox import Intent
-from app.page.panels.file_tab import FileTab
-from app.page.panels.inspection import Inspector
+from app.live.session import Session
+from app.page.inbox import Ask, Inbox, Intent
+from app.page.panels.file_tab import FileTab, TakeExperiment
+from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings, Texts
 from app.page.panels.results import ResultsPanel
+from app.page.scene.gallery import Gallery
 from app.picture.look import Look
+from app.results.service import Service
+from app.server.calls import Calls
 from app.server.pulse import Pulse
 from app.server.stage import Stage
 
-if TYPE_CHECKING:
-    from app.page.lab import Lab
+
+class Shared(NamedTuple):
+    """What all browsers of a lab have in common."""
+
+    server: viser.ViserServer
+    session: Session
+    gallery: Gallery
+    calls: Calls
+    service: Service
+    inbox: Inbox
+    ask: Ask
+    wake: Callable[[], None]
+    """Lets the render loop draw at once."""
+    take_experiment: TakeExperiment
+    save_dir: Path | None
+    """Where presets may be saved, if anywhere."""
 
 
 class Browser:
     """The panels of one browser, and which frame of which board it was sent last."""
 
-    def __init__(self, lab: "Lab", client: viser.ClientHandle) -> None:
+    def __init__(self, shared: Shared, client: viser.ClientHandle) -> None:
+        ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
-        self._gallery = lab.gallery
-        self.readings = Readings(client, lab.session.status)
-        self.pulse = Pulse(lab.server, client.client_id)
+        self._gallery = shared.gallery
+        self.readings = Readings(client, shared.session.status)
+        self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None
         self._seen = 0
-        self._inspector = Inspector(client, self.readings.inspect_tab, lab.wake)
+        self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
-                client, lab.session, lab.ask, lab.inbox.work, lab.experiments.take, lab.save_dir
+                client, shared.session, ask, inbox.work, shared.take_experiment, shared.save_dir
             )
-        self.results = ResultsPanel(client, lab.calls, lab.service, lab.ask, lab.inbox, lab.wake)
+        self.results = ResultsPanel(client, shared.calls, shared.service, ask, inbox, wake)
         clicked = Intent(self._clicked)
         client.scene.on_click()(clicked)
         client.scene.on_click(modifier="shift")(clicked)
@@ -45,7 +66,7 @@ class Browser:
             return
         place = board.place_under(event.ray_origin, event.ray_direction)
         if place is not None:
-            self._inspector.take_click(place, shift=event.modifier == "shift")
+            self._inspection.take_click(place, shift=event.modifier == "shift")
 
     def frame(self, stage: Stage, look: Look) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
@@ -60,7 +81,7 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == texts.status.snapshot.generation:
             outcomes = success.outcomes
-        self._inspector.update(texts.status.snapshot, texts.look, outcomes)
+        self._inspection.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)

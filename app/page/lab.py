@@ -20,7 +20,7 @@ import viser
 from app.explain.cell import moment_of, policy_of
 from app.live.session import Begin, Request, Session, Status
 from app.live.snapshot import Snapshot
-from app.page.browser import Browser
+from app.page.browser import Browser, Shared
 from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
@@ -30,7 +30,7 @@ from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
 from app.picture.layer import Extras, SuccessMap
 from app.picture.look import Look
-from app.results.service import Workbench
+from app.results.service import Service
 from app.server.access import Access
 from app.server.callbacks import guarded
 from app.server.calls import Calls
@@ -98,9 +98,7 @@ class Lab:
         """
         share_among_threads()
         self.session = session
-        self.save_dir = save_dir
-        self.calls = Calls()
-        self.service = Workbench(results)
+        self.service = Service(results)
         self._waits = waits
         self._browsers: dict[int, Browser] = {}
         self._ticket = 0
@@ -123,6 +121,7 @@ class Lab:
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
+        calls = Calls()
         self.access = None if token is None else Access(token)
         self.server = open_server(
             host,
@@ -131,7 +130,7 @@ class Lab:
             names=names,
             access=self.access,
             on_refused=lambda page, reason: self.inbox.put(partial(self._tell, page, reason)),
-            on_call=self.calls.take,
+            on_call=calls.take,
             workers=self.inbox,
         )
         self.gallery = Gallery(self.server)
@@ -143,6 +142,18 @@ class Lab:
                 gui, session, self.service, self.ask, self.inbox.work, self._show_results
             )
         self._schedule = SchedulePanel(gui, self.ask, session)
+        self._shared = Shared(
+            server=self.server,
+            session=session,
+            gallery=self.gallery,
+            calls=calls,
+            service=self.service,
+            inbox=self.inbox,
+            ask=self.ask,
+            wake=self.wake,
+            take_experiment=self.experiments.take,
+            save_dir=save_dir,
+        )
         self._tab_title = self.server.gui.add_html("")
         self._tab_preset = ""
         session.call_when_answered(self._wake.set)
@@ -265,7 +276,7 @@ class Lab:
     def _welcome(self, client: viser.ClientHandle) -> None:
         # It may have gone away before its turn came.
         if client.client_id in self.server.get_clients():
-            self._browsers[client.client_id] = Browser(self, client)
+            self._browsers[client.client_id] = Browser(self._shared, client)
         if self._waits:
             self._waits = False
             self.session.submit(Begin())

@@ -57,7 +57,7 @@ class Quote(NamedTuple):
     folder: Path
 
 
-class Workbench:
+class Service:
     """Runs experiments for the page. All methods may be called from any thread."""
 
     def __init__(self, root: Path) -> None:

@@ -9,7 +9,7 @@ let isToFold = small.matches;
 
 const fold = () => {
   const handle = document.querySelector(
-    "[data-floating-window]:has(.pounce-planner) [data-dock-minimize][aria-expanded=true]",
+    "[data-floating-window]:has(.pounce-schedule) [data-dock-minimize][aria-expanded=true]",
   );
   if (!isToFold || !(handle instanceof HTMLElement)) return;
   isToFold = false;

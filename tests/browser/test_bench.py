@@ -71,7 +71,7 @@ CAMERA_IS = """([place, near]) => {
 IS_BETWEEN_THE_SIDE_PANELS = """() => {
     const side = edge => document.querySelector(`[data-dock-region=${edge}]`)
         .getBoundingClientRect();
-    const panel = document.querySelector("[data-floating-window]:has(.pounce-planner)")
+    const panel = document.querySelector("[data-floating-window]:has(.pounce-schedule)")
         .getBoundingClientRect();
     const left = panel.left - side("left").right;
     const right = side("right").left - panel.right;

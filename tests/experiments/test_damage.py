@@ -26,7 +26,7 @@ from app.experiments.store import Folder, FolderError, finished_in, goes_on
 from app.results import read, thesis
 from app.results.gather import Curve
 from app.results.read import DamagedError, Reader, ResultsError
-from app.results.service import Standing, Workbench
+from app.results.service import Service, Standing
 from tests.support.folders import seal
 
 TEXT = """
@@ -81,10 +81,10 @@ def report_on(path: Path) -> Report:
 
 def page_of(root: Path) -> Standing:
     """How the experiment stands that the page has gone on with, or begun."""
-    bench = Workbench(root)
-    bench.start(small(), workers=2)
-    bench.wait(PATIENCE_S)
-    standing = bench.standing
+    service = Service(root)
+    service.start(small(), workers=2)
+    service.wait(PATIENCE_S)
+    standing = service.standing
     assert standing is not None
     assert not standing.running
     return standing

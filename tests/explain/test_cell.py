@@ -1,15 +1,7 @@
-"""What is said about a cell, on tables small enough to check by hand.
+"""What is said about a cell, on tables small enough to check by hand."""
 
-The board has 20 x 20 cells with the prey at (10, 10), eight directions and four rings. The rings'
-outer edges are 14.14 * (k / 4)^1.5: 1.77, 5.00, 9.19 and 14.14 cells. The prey faces east and sees
-27 * 20 / 120 = 4.5 cells far.
-"""
-
-import contextlib
 import re
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -31,76 +23,31 @@ from app.explain.cell import (
 from app.explain.chain import Chain, Link, action_text, chain_html, chain_of, ending_text, sum_text
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.page.panels import inspection
-from app.page.panels.inspection import Inspector, board_points, cell_under, ring_radius
-from app.picture.look import OF_TRIAL, Look
-from app.picture.theme import DARK, LIGHT
-from app.server.server import close_server, open_server
+from app.picture.theme import LIGHT
 from learners.commands import SetParameter
 from learners.hunts import Hunt, success_map
 from learners.run import Run
-from learners.spec import MOVES, RunSpec
-from sim.geometry import HEADINGS, N_MOVES, STAY
-from sim.geometry import MOVES as WAYS
-from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy, cell_at
-from tests.support.person import Person, drawn
-
-EAST, NORTH, WEST = 0, 2, 4
-APPROACH, CIRCLE = 0, 1
-N_STATES = 8 * 4 * 8
-
-
-def move_towards(heading: int) -> int:
-    return WAYS.tolist().index(HEADINGS[heading].tolist())
-
-
-MOVE_EAST, MOVE_WEST, MOVE_NORTH = (move_towards(heading) for heading in (EAST, WEST, NORTH))
-
-
-def moment(options: Sequence[str] | str = ("approach", "circle_clockwise")) -> Snapshot:
-    """An untrained learner in the small world; approach goes straight for the prey."""
-    spec = RunSpec.model_validate(
-        {
-            "world": {"size": 20, "n_directions": 8, "n_distances": 4},
-            "learner": {
-                "options": options if options == MOVES else tuple(options),
-                "alpha": 0.1,
-            },
-            "trials": 10,
-        }
-    )
-    taken = snapshot.take(Run(spec, seed=0), "by hand", generation=1)
-    skill_q = np.zeros_like(taken.skill_q)
-    if len(skill_q):
-        for direction in range(8):
-            skill_q[APPROACH, :, direction, move_towards((direction + 4) % 8)] = 1
-    return replace(taken, skill_q=skill_q)
-
-
-def valued(taken: Snapshot, entries: dict[tuple[int, int, int, int], float]) -> Snapshot:
-    """The same moment with some entries ``(heading, ring, direction, option)`` of the table."""
-    selection_q = taken.selection_q.copy()
-    for key, value in entries.items():
-        selection_q[key] = value
-    return replace(taken, selection_q=selection_q, value=selection_q.max(axis=-1))
+from learners.spec import MOVES
+from sim.geometry import N_MOVES, STAY
+from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy
+from tests.support.tables import (
+    APPROACH,
+    CIRCLE,
+    EAST,
+    MOVE_EAST,
+    MOVE_NORTH,
+    MOVE_WEST,
+    NORTH,
+    WEST,
+    moment,
+    valued,
+    way_from_behind,
+)
 
 
 @pytest.fixture
 def behind() -> Snapshot:
-    """A table that knows the way from straight behind the prey, and what waits before it."""
-    return valued(
-        moment(),
-        {
-            (EAST, 0, WEST, APPROACH): 99,
-            (EAST, 1, WEST, APPROACH): 80,
-            (EAST, 1, WEST, CIRCLE): 5,
-            (EAST, 2, WEST, APPROACH): 60,
-            (EAST, 2, EAST, APPROACH): -20,
-            (EAST, 2, EAST, CIRCLE): -30,
-            (EAST, 1, EAST, APPROACH): -45,
-            (EAST, 1, EAST, CIRCLE): -46,
-        },
-    )
+    return way_from_behind()
 
 
 # Names
@@ -426,264 +373,3 @@ def test_few_hunts_are_named_and_many_are_counted() -> None:
     assert "9 captures" in many
     assert "1 time-out<" in many
     assert "flight" not in many
-
-
-# From a place to a cell
-
-
-@pytest.mark.parametrize("size", [20, 21, 120])
-def test_a_place_on_the_board_lies_in_a_cell(size: int) -> None:
-    unit, middle = 12.0 / size, size // 2
-    for x, y in [(0, 0), (middle, middle), (size - 1, 3), (7, size - 1)]:
-        east, north = (x - middle) * unit, (y - middle) * unit
-        for shift in (-0.49, 0.0, 0.49):
-            assert cell_under((east + shift * unit, north + shift * unit), size) == (x, y)
-
-
-@pytest.mark.parametrize("place", [(6.1, 0.0), (0.0, -6.4), (-6.4, 0.0), (0.0, 1e300)])
-def test_a_place_off_the_board_lies_in_no_cell(place: tuple[float, float]) -> None:
-    assert cell_under(place, 20) is None
-
-
-def test_points_and_places_agree(behind: Snapshot) -> None:
-    cells = np.array([cell_at(behind.world, *xy) for xy in [(0, 0), (3, 17), (19, 19), (10, 9)]])
-    for cell, point in zip(cells, board_points(behind.world, cells, 0.0), strict=True):
-        east, north, _ = point.tolist()
-        assert cell_under((east, north), 20) == board_xy(behind.world, int(cell))
-
-
-def test_the_ring_goes_through_the_chosen_cell_or_the_start_zone(behind: Snapshot) -> None:
-    world = behind.spec.world
-    assert ring_radius(world, (13, 14)) == 5.0
-    assert ring_radius(world, (10, 10)) == 1.0
-    assert ring_radius(world, None) == pytest.approx(35 * 20 / 120)
-
-
-# The inspector, with the widgets of a server to which no browser is connected
-
-
-class Watcher(Person):
-    """Somebody whose page counts how often something is sent."""
-
-    def __init__(self, server: Any) -> None:
-        super().__init__(server.gui)
-        self.gui, self.scene = server.gui, server.scene
-        self.sent = 0
-        self.woken = 0
-
-    @contextlib.contextmanager
-    def atomic(self) -> Iterator[None]:
-        self.sent += 1
-        yield
-
-    def wake(self) -> None:
-        self.woken += 1
-
-    def points(self, name: str) -> np.ndarray:
-        """Points of what inspection draws; the first is always there, and away."""
-        return drawn(self.scene, f"/inspect/{name}").points
-
-
-@pytest.fixture
-def person() -> Iterator[Watcher]:
-    server = open_server(port=0)
-    yield Watcher(server)
-    close_server(server)
-
-
-@pytest.fixture
-def inspector(person: Watcher) -> Inspector:
-    client: Any = person
-    return Inspector(client, person.gui.add_folder("Inspect"), person.wake)
-
-
-def place_of(x: int, y: int) -> tuple[float, float]:
-    return (x - 10) * 0.6, (y - 10) * 0.6
-
-
-def choose(inspector: Inspector, x: int, y: int) -> None:
-    """Click on a cell."""
-    inspector.take_click(place_of(x, y), shift=False)
-
-
-def hunt_from(inspector: Inspector, x: int, y: int) -> None:
-    """Click on a cell with shift held."""
-    inspector.take_click(place_of(x, y), shift=True)
-
-
-def test_a_click_shows_its_cell(person: Watcher, inspector: Inspector, behind: Snapshot) -> None:
-    inspector.take_click(place_of(6, 10), shift=False)
-    assert person.woken == 1
-    assert person.reads("Click a cell")
-    inspector.update(behind, Look())
-    assert person.reads("Cell (6, 10)")
-    assert "<ol" not in person.html
-    assert person.can_use("Hunt here")
-    inspector.take_click((99.0, 0.0), shift=False)
-    inspector.update(behind, Look())
-    assert person.reads("Cell (6, 10)")
-
-
-def test_why_is_shown_when_it_is_asked_for(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    choose(inspector, 3, 10)
-    person.check("Why this value?")
-    inspector.update(behind, Look())
-    assert len(re.findall(r"<li\b", person.html)) == 7
-    chain = person.points("chain/line")
-    assert len(chain) == 1 + 7
-    np.testing.assert_allclose(chain[1, 0, :2], [-7 * 0.6, 0], atol=1e-6)
-    np.testing.assert_allclose(chain[-1, 1, :2], [0, 0], atol=1e-6)
-    person.check("Why this value?", False)
-    inspector.update(behind, Look())
-    assert "<ol" not in person.html
-    assert len(person.points("chain/line")) == 1
-
-
-def test_nothing_is_sent_when_nothing_has_changed(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    choose(inspector, 6, 10)
-    person.click("Sixteen hunts from a ring")
-    inspector.update(behind, Look())
-    sent = person.sent
-    for _ in range(3):
-        inspector.update(behind, Look())
-    assert person.sent == sent
-    inspector.update(replace(behind, step=behind.step + 1), Look())
-    assert person.sent == sent + 1
-    inspector.update(replace(behind, step=behind.step + 1), Look(theme=DARK))
-    assert person.sent == sent + 3
-
-
-def test_shift_hunts_from_the_cell(person: Watcher, inspector: Inspector, behind: Snapshot) -> None:
-    inspector.take_click(place_of(6, 10), shift=True)
-    inspector.update(behind, Look())
-    assert person.reads("Cell (6, 10)")
-    assert person.reads("capture after 4 steps")
-    assert len(person.points("hunts/line")) == 1 + 4
-    hunt_from(inspector, 14, 10)
-    inspector.update(behind, Look())
-    assert person.reads("flight after 1 step")
-    assert len(person.points("ends")) == 1 + 2
-
-
-def test_the_heading_is_that_of_the_look(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    choose(inspector, 6, 10)
-    inspector.update(behind, Look())
-    assert person.reads("prey facing east")
-    inspector.update(behind, Look(frame=NORTH))
-    assert person.reads("prey facing north")
-    inspector.update(replace(behind, heading=WEST), Look(frame=OF_TRIAL))
-    assert person.reads("prey facing west")
-
-
-def test_a_hunt_of_another_heading_shows_where_its_prey_faces(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    person.choose("Prey faces", "north")
-    choose(inspector, 6, 10)
-    inspector.update(behind, Look())
-    person.click("Hunt here")
-    inspector.update(behind, Look())
-    assert person.reads("prey facing north")
-    assert len(person.points("facing/line")) == 1 + 3
-    inspector.update(behind, Look(frame=NORTH))
-    assert len(person.points("facing/line")) == 1
-
-
-def test_a_ring_takes_the_place_of_the_hunts_before(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    hunt_from(inspector, 6, 10)
-    person.click("Sixteen hunts from a ring")
-    inspector.update(behind, Look())
-    assert person.reads("16 hunts")
-    assert len(person.points("ends")) == 1 + 16
-
-
-def test_clearing_forgets_everything(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look())
-    person.click("Clear")
-    inspector.update(behind, Look())
-    assert person.reads("Click a cell")
-    assert not person.reads("from (")
-    assert not person.can_use("Hunt here")
-    assert len(person.points("cell/line")) == 1
-    assert len(person.points("hunts/line")) == 1
-
-
-def test_another_run_clears_the_hunts_and_keeps_the_cell(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look())
-    inspector.update(replace(behind, generation=2), Look())
-    assert not person.reads("from (")
-    assert person.reads("Cell (6, 10)")
-
-
-def test_cells_off_the_grid_change_nothing(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    for x, y in [(-1, 3), (20, 3), (10**9, 0)]:
-        choose(inspector, x, y)
-        hunt_from(inspector, x, y)
-    inspector.update(behind, Look())
-    assert person.reads("Click a cell")
-    assert not person.reads("from (")
-
-
-def test_requests_do_not_pile_up(
-    person: Watcher, inspector: Inspector, behind: Snapshot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made, real = 0, inspection.hunts_from
-
-    def hunts(snapshot: Snapshot, starts: list[tuple[int, int]], *rest: Any) -> Any:
-        nonlocal made
-        made += len(starts)
-        return real(snapshot, starts, *rest)
-
-    monkeypatch.setattr(inspection, "hunts_from", hunts)
-    for _ in range(10_000):
-        hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look())
-    assert made == 32
-    assert person.reads("16 hunts")
-    assert len(person.points("ends")) == 1 + 16
-
-
-def test_a_change_by_the_program_is_no_request(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    choose(inspector, 3, 10)
-    person.widget("Why this value?").value = True
-    inspector.update(behind, Look())
-    assert "<ol" not in person.html
-
-
-def test_the_themes_colours_are_used(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    hunt_from(inspector, 6, 10)
-    inspector.update(behind, Look(theme=LIGHT))
-    assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == LIGHT.capture
-    inspector.update(behind, Look(theme=DARK))
-    assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == DARK.capture
-
-
-def test_removing_takes_everything_away(
-    person: Watcher, inspector: Inspector, behind: Snapshot
-) -> None:
-    choose(inspector, 6, 10)
-    inspector.update(behind, Look())
-    inspector.remove()
-    assert person.html == ""
-    with pytest.raises(KeyError):
-        person.points("cell/line")

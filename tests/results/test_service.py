@@ -19,7 +19,7 @@ from app.experiments.runner import Progress, record_of, run_experiment
 from app.experiments.store import Folder, FolderError, table_csv
 from app.experiments.task import Finished
 from app.results.gather import Gatherer
-from app.results.service import BusyError, Standing, Workbench, folder_for
+from app.results.service import BusyError, Service, Standing, folder_for
 
 TEXT = """
 presets: [timed, standard_q]
@@ -34,12 +34,12 @@ def small(n_seeds: int | None = None, text: str = TEXT) -> Experiment:
     return parse(text, "small.yaml", None, n_seeds)
 
 
-def over(bench: Workbench) -> Standing:
+def over(service: Service) -> Standing:
     """How an experiment stands once it is over."""
-    bench.wait(PATIENCE_S)
-    assert bench.standing is not None
-    assert not bench.standing.running
-    return bench.standing
+    service.wait(PATIENCE_S)
+    assert service.standing is not None
+    assert not service.standing.running
+    return service.standing
 
 
 @contextlib.contextmanager
@@ -86,9 +86,9 @@ def rows(folder: Path) -> dict[str, Any]:
 
 
 def test_the_page_makes_the_runs_of_the_command_line(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path / "in the page ü")
-    path = bench.start(small(), workers=2)
-    standing = over(bench)
+    service = Service(tmp_path / "in the page ü")
+    path = service.start(small(), workers=2)
+    standing = over(service)
     assert standing.error == ""
     assert standing.progress is not None
     assert (standing.progress.done, standing.progress.failed) == (6, 0)
@@ -99,9 +99,9 @@ def test_the_page_makes_the_runs_of_the_command_line(tmp_path: Path) -> None:
 
 
 def test_runs_are_gathered_as_they_come(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    bench.start(small(), workers=2)
-    standing = over(bench)
+    service = Service(tmp_path)
+    service.start(small(), workers=2)
+    standing = over(service)
     runs = standing.gatherer.gathering().runs
     assert {run.key: run.digest for _, run in runs} == rows(standing.folder)
     assert {(place, run.seed) for place, run in runs} == {(v, s) for v in (0, 1) for s in (0, 1, 2)}
@@ -116,134 +116,134 @@ def test_runs_are_gathered_as_they_come(tmp_path: Path) -> None:
 
 
 def test_one_at_a_time(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    bench.start(small(text=TEXT.replace("600", "2000000")), workers=1)
+    service = Service(tmp_path)
+    service.start(small(text=TEXT.replace("600", "2000000")), workers=1)
     with pytest.raises(BusyError, match="stop it first"):
-        bench.start(small(), workers=1)
-    bench.stop()
-    assert over(bench).gatherer.gathering().runs == ()
-    bench.start(small(), workers=2)
-    assert over(bench).error == ""
+        service.start(small(), workers=1)
+    service.stop()
+    assert over(service).gatherer.gathering().runs == ()
+    service.start(small(), workers=2)
+    assert over(service).error == ""
 
 
 def test_another_begins_as_soon_as_one_is_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, is_over, let_go = Workbench._run, threading.Event(), threading.Event()
+    run, is_over, let_go = Service._run, threading.Event(), threading.Event()
     lingering: list[threading.Thread] = []
 
-    def run_and_linger(bench: Workbench, *about: Any) -> None:
+    def run_and_linger(service: Service, *about: Any) -> None:
         lingering.append(threading.current_thread())
-        run(bench, *about)
+        run(service, *about)
         is_over.set()
         let_go.wait(PATIENCE_S)
 
-    bench = Workbench(tmp_path)
-    monkeypatch.setattr(Workbench, "_run", run_and_linger)
-    bench.start(small(1), workers=1)
+    service = Service(tmp_path)
+    monkeypatch.setattr(Service, "_run", run_and_linger)
+    service.start(small(1), workers=1)
     assert is_over.wait(PATIENCE_S)
     monkeypatch.undo()
     (first,) = lingering
-    bench.start(small(2), workers=1)
-    assert len(over(bench).gatherer.gathering().runs) == 4
-    second = bench.standing
+    service.start(small(2), workers=1)
+    assert len(over(service).gatherer.gathering().runs) == 4
+    second = service.standing
     let_go.set()
     first.join(PATIENCE_S)
-    assert bench.standing is second
+    assert service.standing is second
 
 
 def test_paused_it_waits_and_goes_on(tmp_path: Path) -> None:
-    bench, told = Workbench(tmp_path), threading.Semaphore(0)
-    with at_the_first_run(bench.pause, told.release):
-        bench.start(small(40), workers=1)
+    service, told = Service(tmp_path), threading.Semaphore(0)
+    with at_the_first_run(service.pause, told.release):
+        service.start(small(40), workers=1)
         # Each time it could have taken in a run; one was under way, and one may have been over.
         for _ in range(8):
             assert told.acquire(timeout=PATIENCE_S)
-    standing = bench.standing
+    standing = service.standing
     assert standing is not None
     assert standing.paused
     assert standing.running
     assert len(standing.gatherer.gathering().runs) <= 3
-    bench.go_on()
-    standing = over(bench)
+    service.go_on()
+    standing = over(service)
     assert not standing.paused
     assert len(standing.gatherer.gathering().runs) == 80
 
 
 def test_stopped_it_goes_on_where_it_was(tmp_path: Path, counted: list[str]) -> None:
-    bench = Workbench(tmp_path)
-    with at_the_first_run(bench.stop):
-        path = bench.start(small(40), workers=1)
-        before = over(bench).gatherer.gathering().runs
+    service = Service(tmp_path)
+    with at_the_first_run(service.stop):
+        path = service.start(small(40), workers=1)
+        before = over(service).gatherer.gathering().runs
     assert 0 < len(before) < 80
     assert rows(path).keys() == {run.key for _, run in before}
 
     counted.clear()
-    assert bench.start(small(40), workers=1) == path
-    after = over(bench).gatherer.gathering().runs
+    assert service.start(small(40), workers=1) == path
+    after = over(service).gatherer.gathering().runs
     assert len(after) == len(rows(path)) == 80
     assert not set(counted) & {run.key for _, run in before}
 
 
 def test_fewer_seeds_of_what_is_there_are_shown_alone(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    bench.start(small(4), workers=2)
-    over(bench)
-    bench.start(small(2), workers=2)
-    assert {run.seed for _, run in over(bench).gatherer.gathering().runs} == {0, 1}
+    service = Service(tmp_path)
+    service.start(small(4), workers=2)
+    over(service)
+    service.start(small(2), workers=2)
+    assert {run.seed for _, run in over(service).gatherer.gathering().runs} == {0, 1}
 
 
 def test_other_results_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "small").mkdir()
     (tmp_path / "small" / "thesis.txt").write_text("years of work")
-    bench = Workbench(tmp_path)
-    assert bench.start(small(), workers=1) == tmp_path / "small-2"
-    over(bench)
+    service = Service(tmp_path)
+    assert service.start(small(), workers=1) == tmp_path / "small-2"
+    over(service)
     other = small(text=TEXT.replace("600", "601"))
-    assert bench.start(other, workers=1) == tmp_path / "small-3"
-    over(bench)
-    assert bench.start(small(), workers=1) == tmp_path / "small-2"
-    over(bench)
+    assert service.start(other, workers=1) == tmp_path / "small-3"
+    over(service)
+    assert service.start(small(), workers=1) == tmp_path / "small-2"
+    over(service)
     assert (tmp_path / "small" / "thesis.txt").read_text() == "years of work"
 
 
 def test_a_place_that_cannot_be_written_to_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    bench = Workbench(tmp_path / "file" / "below")
-    bench.start(small(), workers=1)
-    assert "cannot be written to" in over(bench).error
+    service = Service(tmp_path / "file" / "below")
+    service.start(small(), workers=1)
+    assert "cannot be written to" in over(service).error
 
 
 def test_results_of_another_version_are_left_alone(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    path = bench.start(small(1), workers=1)
-    over(bench)
+    service = Service(tmp_path)
+    path = service.start(small(1), workers=1)
+    over(service)
     with contextlib.closing(sqlite3.connect(path / "results.sqlite")) as database, database:
         database.execute("UPDATE meta SET value = '99' WHERE key = 'schema_version'")
     before = (path / "results.sqlite").read_bytes()
-    assert bench.start(small(1), workers=1) == tmp_path / "small-2"
-    assert over(bench).error == ""
+    assert service.start(small(1), workers=1) == tmp_path / "small-2"
+    assert over(service).error == ""
     assert (path / "results.sqlite").read_bytes() == before
 
 
 def test_a_damaged_table_is_left_alone(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    path = bench.start(small(1), workers=1)
-    over(bench)
+    service = Service(tmp_path)
+    path = service.start(small(1), workers=1)
+    over(service)
     (path / "results.sqlite").write_text("nothing of the kind" * 100)
-    assert bench.start(small(1), workers=1) == tmp_path / "small-2"
-    assert over(bench).error == ""
+    assert service.start(small(1), workers=1) == tmp_path / "small-2"
+    assert over(service).error == ""
 
 
 def test_damaged_arrays_are_made_again(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    path = bench.start(small(), workers=2)
-    before = rows(over(bench).folder)
+    service = Service(tmp_path)
+    path = service.start(small(), workers=2)
+    before = rows(over(service).folder)
     damaged = sorted((path / "arrays").glob("*.npz"))[2]
     sound = damaged.read_bytes()
     damaged.write_bytes(sound[: len(sound) // 2])
-    bench.start(small(), workers=2)
-    assert {run.key: run.digest for _, run in over(bench).gatherer.gathering().runs} == before
+    service.start(small(), workers=2)
+    assert {run.key: run.digest for _, run in over(service).gatherer.gathering().runs} == before
     assert damaged.read_bytes() == sound
 
 
@@ -258,33 +258,33 @@ def test_a_run_that_fails_is_listed_with_its_error(
         return measured(run, metrics)
 
     monkeypatch.setattr(task, "measured", fail)
-    bench = Workbench(tmp_path)
-    bench.start(small(), workers=2)
-    runs = over(bench).gatherer.gathering().runs
+    service = Service(tmp_path)
+    service.start(small(), workers=2)
+    runs = over(service).gatherer.gathering().runs
     assert {run.seed: run.gist for _, run in runs if run.error} == {1: "RuntimeError: no luck"}
-    assert bench.standing is not None
-    assert bench.standing.gatherer.estimate(0).n == 2
+    assert service.standing is not None
+    assert service.standing.gatherer.estimate(0).n == 2
 
 
 def test_the_cost_says_what_is_there_already(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    quote = bench.quote(small(), workers=1)
+    service = Service(tmp_path)
+    quote = service.quote(small(), workers=1)
     assert (quote.plan.runs, quote.plan.done, quote.folder) == (6, 0, tmp_path / "small")
     whole = quote.plan.steps
-    bench.start(small(2), workers=2)
-    over(bench)
-    quote = bench.quote(small(), workers=1)
+    service.start(small(2), workers=2)
+    over(service)
+    quote = service.quote(small(), workers=1)
     assert (quote.plan.runs, quote.plan.done) == (6, 4)
     assert quote.plan.steps == pytest.approx(whole / 3, rel=0.01)
 
 
 def test_closing_ends_what_is_running(tmp_path: Path) -> None:
     before = set(threading.enumerate())
-    bench = Workbench(tmp_path)
-    bench.start(small(text=TEXT.replace("600", "2000000")), workers=2)
-    bench.pause()
-    bench.close()
-    assert not over(bench).running
+    service = Service(tmp_path)
+    service.start(small(text=TEXT.replace("600", "2000000")), workers=2)
+    service.pause()
+    service.close()
+    assert not over(service).running
     assert not set(threading.enumerate()) - before
 
 
@@ -298,9 +298,9 @@ def test_there_is_an_end_to_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_the_table_as_csv_has_every_run(tmp_path: Path) -> None:
-    bench = Workbench(tmp_path)
-    path = bench.start(small(), workers=2)
-    over(bench)
+    service = Service(tmp_path)
+    path = service.start(small(), workers=2)
+    over(service)
     header, *lines = table_csv(path).splitlines()
     assert header.split(",") == list(store.COLUMNS)
     assert len(lines) == 6

@@ -22,7 +22,7 @@ from app.page.inbox import Ask, Intent, Work
 from app.page.number_field import Limits, NumberField
 from app.page.panels.file_tab import safe_name
 from app.page.widgets import Choice, assign
-from app.results.service import BusyError, Quote, Standing, Workbench
+from app.results.service import BusyError, Quote, Service, Standing
 from app.schedule import carried
 from app.server.callbacks import RefusedError
 from app.util.background import Maker
@@ -177,7 +177,7 @@ class ExperimentsPanel:
         self,
         gui: viser.GuiApi,
         session: Session,
-        service: Workbench,
+        service: Service,
         ask: Ask,
         work: Work,
         show: Show,

@@ -207,7 +207,7 @@ def _arrow(heading: int) -> np.ndarray:
     return np.stack([points[[0, 1]], points[[2, 3]], points[[3, 4]]])
 
 
-class Inspector:
+class Inspection:
     """The inspection of one browser."""
 
     def __init__(

@@ -18,7 +18,7 @@ from app.page.inbox import Ask, Inbox
 from app.page.panels.experiments import progress_html
 from app.page.widgets import add_buttons
 from app.results.gather import Gatherer, Gathering, PlacedRun
-from app.results.service import Standing, Workbench
+from app.results.service import Service, Standing
 from app.server.callbacks import RefusedError
 from app.server.calls import Calls, address_of
 from app.util import csv_texts
@@ -136,7 +136,7 @@ class ResultsPanel:
         self,
         client: viser.ClientHandle,
         calls: Calls,
-        service: Workbench,
+        service: Service,
         ask: Ask,
         inbox: Inbox,
         wake: Callable[[], object],

@@ -45,20 +45,20 @@ _NEW_EVERY: Final = 100
 
 # viser puts one widget below the other, which takes more height than there is below the board. The
 # rules apply to the container of this panel alone. Where they do not, widgets are stacked.
-_LAYOUT: Final = """<div class="pounce-planner"></div><style>
-div:has(> div > .pounce-planner) {
+_LAYOUT: Final = """<div class="pounce-schedule"></div><style>
+div:has(> div > .pounce-schedule) {
   display: flex; flex-wrap: wrap; align-items: center; padding: 2px 6px 0 !important; }
-div:has(> div > .pounce-planner) > div {
+div:has(> div > .pounce-schedule) > div {
   flex: 0 1 auto; padding: 0 4px 4px !important; margin: 0 !important; }
-div:has(> div > .pounce-planner) > div:has(> .pounce-planner) { display: none; }
-div:has(> div > .pounce-planner) > div:has(> .pounce-timeline) { flex: 1 0 100%; }
-div:has(> div > .pounce-planner) > div > .mantine-Flex-root > div:first-child {
+div:has(> div > .pounce-schedule) > div:has(> .pounce-schedule) { display: none; }
+div:has(> div > .pounce-schedule) > div:has(> .pounce-timeline) { flex: 1 0 100%; }
+div:has(> div > .pounce-schedule) > div > .mantine-Flex-root > div:first-child {
   width: auto !important; padding-right: 5px !important; }
-div:has(> div > .pounce-planner) > div:has(.mantine-Select-root),
-div:has(> div > .pounce-planner) > div:has(.mantine-Select-root)
+div:has(> div > .pounce-schedule) > div:has(.mantine-Select-root),
+div:has(> div > .pounce-schedule) > div:has(.mantine-Select-root)
   > .mantine-Flex-root > div:last-child { flex: 1 1 220px; }
-div:has(> div > .pounce-planner) .mantine-TextInput-root { width: 6.2em; }
-div:has(> div > .pounce-planner) .mantine-Button-root[data-size="sm"] {
+div:has(> div > .pounce-schedule) .mantine-TextInput-root { width: 6.2em; }
+div:has(> div > .pounce-schedule) .mantine-Button-root[data-size="sm"] {
   height: 1.9em !important; padding-inline: 0.9em; }
 </style>"""
 

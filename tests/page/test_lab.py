@@ -5,6 +5,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,12 @@ from viser import _messages as wire
 
 from app.documents import presets
 from app.live.session import Session, SetSpeed
+from app.page import lab as page_lab
 from app.page import widgets
+from app.page.browser import Browser
 from app.page.inbox import Intent
 from app.page.lab import Lab
+from app.server import admission
 from app.server.workers import MOST_OF_ONE_PAGE
 from app.util.logs import LEVELS, sparing_log
 from tests.support.person import Person
@@ -26,17 +31,24 @@ from tests.support.server import CAMERA, PATIENCE_S, Page, is_update
 SPEC = presets.load("timed", ["world.size=40", "trials=1000000"])
 
 
+@contextmanager
+def drawing(session: Session, results: Path, waits: bool = False) -> Iterator[Lab]:
+    """A lab that draws this session."""
+    lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, results, waits=waits)
+    loop = threading.Thread(target=lab.serve)
+    loop.start()
+    yield lab
+    lab.close()
+    loop.join()
+
+
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:
     """A lab whose learner begins when the first browser has come."""
     session = Session(SPEC, "timed", 7, 100.0, playing=False)
-    lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, tmp_path / "results", waits=True)
     session.start()
-    drawing = threading.Thread(target=lab.serve)
-    drawing.start()
-    yield lab
-    lab.close()
-    drawing.join()
+    with drawing(session, tmp_path / "results", waits=True) as lab:
+        yield lab
 
 
 def a_page(lab: Lab) -> Page:
@@ -150,28 +162,113 @@ def test_what_an_intent_raises_is_told_to_its_page_alone_and_the_lab_goes_on(lab
         page.close()
 
 
-def test_nothing_is_shown_before_the_latest_of_all_requests_is_answered(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_browser_that_leaves_while_it_is_welcomed_is_forgotten(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    welcoming = threading.Event()
+    drawn: list[int] = []
+
+    class Hesitant(Browser):
+        """Sets itself up only once the first page has left."""
+
+        def __init__(self, *about: Any) -> None:
+            welcoming.set()
+            wait_until(lambda: 0 not in lab.server.get_clients())
+            super().__init__(*about)
+
+        def update(self, *moment: Any) -> None:
+            drawn.append(self.client.client_id)
+
+    monkeypatch.setattr(page_lab, "Browser", Hesitant)
+    hasty, patient = a_page(lab), a_page(lab)
+    hasty.send(CAMERA)
+    assert welcoming.wait(PATIENCE_S)
+    hasty.close()
+    patient.send(CAMERA)
+    wait_until(lambda: [browser.client.client_id for browser in lab.browsers] == [1])
+    drawn.clear()
+    wait_until(lambda: len(drawn) > 3)
+    assert {*drawn} == {1}
+    patient.close()
+
+
+class Unanswered(Session):
+    """Has no worker: what is asked for waits, and is answered when the test says so."""
+
+    def __init__(self) -> None:
+        super().__init__(SPEC, "timed", 7, 100.0, playing=False)
+
+    def answer(self, tickets: int) -> None:
+        """Say that so many requests have been answered, and that none has changed anything."""
+        self._status = replace(self._status, answered=tickets)
+
+    def stop(self) -> None:
+        if self._thread.is_alive():
+            super().stop()
+
+
+@pytest.fixture
+def unanswered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
+    """A lab where nothing is answered until the session is told to, or started."""
     monkeypatch.setattr(widgets, "TOUCHED_S", -1.0)
-    # Its worker is not started, so nothing is answered.
-    session = Session(SPEC, "timed", 7, 100.0, playing=False)
-    lab = Lab(session, {"timed": SPEC}, "127.0.0.1", 0, tmp_path / "results")
-    drawing = threading.Thread(target=lab.serve)
-    drawing.start()
-    try:
-        person = Person(lab.server.gui)
-        lab.inbox.put(lambda: person.check("Freeze selection"))
-        lab.inbox.put(lab.wake)
+    with drawing(Unanswered(), tmp_path / "results") as lab:
+        yield lab
+
+
+def do(lab: Lab, act: Callable[[], object]) -> None:
+    """Have something done in the render loop, and a whole frame drawn after it."""
+    lab.inbox.put(act)
+    lab.inbox.put(lab.wake)
+    # What was put last may be held before the frame; the next is not before it is drawn.
+    for _ in range(2):
         hold(lab).set()
-        assert person.value("Freeze selection"), "what was asked for may be true soon"
-        session.start()
-        session.wait_for(lambda status: status.snapshot.control.selection_frozen, PATIENCE_S)
-        hold(lab).set()
-        assert person.value("Freeze selection")
-    finally:
-        lab.close()
-        drawing.join()
+
+
+def test_nothing_is_shown_before_the_own_request_is_answered(unanswered: Lab) -> None:
+    person, session = Person(unanswered.server.gui), unanswered.session
+    do(unanswered, lambda: person.check("Freeze selection"))
+    assert person.value("Freeze selection"), "what was asked for may be true soon"
+    session.start()
+    session.wait_for(lambda status: status.snapshot.control.selection_frozen, PATIENCE_S)
+    do(unanswered, lambda: None)
+    assert person.value("Freeze selection")
+
+
+def test_of_two_requests_the_first_answer_is_not_enough(unanswered: Lab) -> None:
+    person, session = Person(unanswered.server.gui), unanswered.session
+    assert isinstance(session, Unanswered)
+    do(unanswered, lambda: person.check("Freeze selection"))
+    do(unanswered, lambda: person.check("Freeze skills"))
+    do(unanswered, lambda: session.answer(1))
+    assert (person.value("Freeze selection"), person.value("Freeze skills")) == (True, True)
+    do(unanswered, lambda: session.answer(2))
+    assert (person.value("Freeze selection"), person.value("Freeze skills")) == (False, False)
+
+
+def test_the_schedule_shows_nothing_before_the_own_request_is_answered(unanswered: Lab) -> None:
+    person, session = Person(unanswered.server.gui), unanswered.session
+    do(unanswered, lambda: person.choose("Change", "avoid: joins"))
+    at = int(person.value("At trial").replace(",", ""))
+    for _ in range(2):
+        # The second goes on from what the first has asked for.
+        do(unanswered, lambda: person.click("+500"))
+        assert person.value("At trial") == f"{at:,}"
+        assert person.value("Change") == "avoid: joins"
+    session.start()
+    session.wait_for(lambda status: status.answered == 2, PATIENCE_S)
+    do(unanswered, lambda: None)
+    assert person.value("At trial") == f"{at + 1_000:,}"
+
+
+def test_a_new_exploration_stays_chosen_until_it_is_there(unanswered: Lab) -> None:
+    person, session = Person(unanswered.server.gui), unanswered.session
+    do(unanswered, lambda: person.choose("Change", "approach: new exploration"))
+    do(unanswered, lambda: person.click("Add"))
+    assert person.value("Change") == "approach: new exploration"
+    session.start()
+    session.wait_for(lambda status: status.answered == 1, PATIENCE_S)
+    do(unanswered, lambda: None)
+    assert person.value("Change") == "approach: exploration"
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
@@ -201,6 +298,7 @@ def test_nothing_of_a_page_reaches_the_terminal_raw(
     lab: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     terminal = io.StringIO()
+    monkeypatch.setattr(admission, "GRACE_S", 0.0)
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(sys, "stdout", terminal)
     slider = speed_of(lab)
