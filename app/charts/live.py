@@ -100,10 +100,10 @@ def _curves(gatherer: Gatherer, gathering: Gathering, axis: Axis, chosen: int | 
 
 
 def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:
-    """Every run that has a value, by variant."""
+    """Every run that has a value, by variant; of dots that meet, the highest seed's is on top."""
     every = gathering.experiment.variants
     dots: Mapping[int, list[RunDot]] = defaultdict(list)
-    for place, run in gathering.runs:
+    for place, run in sorted(gathering.runs, key=lambda placed: placed[1].seed):
         value = run.values[gathering.metric.column]
         if not run.error and math.isfinite(value):
             dots[place].append(RunDot(value, run.seed, run.key))
