@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections.abc import Iterator
 
 import pytest
 import viser
@@ -10,25 +9,10 @@ import viser
 from app.page import number_field
 from app.page.number_field import Dial, Limits, NumberField
 from app.server.callbacks import RefusedError
-from app.server.server import close_server, open_server
 from tests.support.person import Person
 
 TRIALS = Limits(1, 100_000)
 SHARE = Limits(0.0, 1.0, whole=False, share=True)
-
-
-@pytest.fixture(scope="module")
-def gui() -> Iterator[viser.GuiApi]:
-    server = open_server(port=0)
-    yield server.gui
-    close_server(server)
-
-
-@pytest.fixture
-def person(gui: viser.GuiApi) -> Person:
-    """Somebody before an empty panel."""
-    gui.reset()
-    return Person(gui)
 
 
 @pytest.mark.parametrize(

@@ -1,28 +1,11 @@
 """Widgets, on a real server that nobody looks at: what is true, and what somebody wants."""
 
-from collections.abc import Iterator
-
 import pytest
 import viser
 
 from app.page import widgets
 from app.page.widgets import Choice, Input, add_buttons
-from app.server.server import close_server, open_server
 from tests.support.person import Person
-
-
-@pytest.fixture(scope="module")
-def gui() -> Iterator[viser.GuiApi]:
-    server = open_server(port=0)
-    yield server.gui
-    close_server(server)
-
-
-@pytest.fixture
-def person(gui: viser.GuiApi) -> Person:
-    """Somebody before an empty panel."""
-    gui.reset()
-    return Person(gui)
 
 
 @pytest.fixture(autouse=True)
