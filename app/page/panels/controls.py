@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import zip_longest
 from typing import Any
 
 import viser
@@ -99,7 +100,8 @@ def skill_state(status: Status, skill: str) -> str:
 
 @dataclass
 class _SkillRow:
-    skill: str
+    skill: str | None
+    """None while the learner has fewer skills than there are rows."""
     text: viser.GuiHtmlHandle
     add: viser.GuiButtonHandle
 
@@ -120,7 +122,8 @@ class Controls:
         self._presets = dict(presets)
         self._loaded: dict[str, RunSpec] = {}
         """Presets of runs besides those, the latest last."""
-        self._shown: tuple[int, tuple[str, ...]] | None = None
+        self._shown: int | None = None
+        """Generation of the run whose preset and seed are offered to be started again."""
         self._rows: list[_SkillRow] = []
         status = session.status
         self.tabs = gui.add_tab_group()
@@ -134,7 +137,6 @@ class Controls:
             self._build_start(status)
         with self.tabs.add_tab("Steer", icon=viser.Icon.ADJUSTMENTS):
             self._steering = Steering(gui, session, ask)
-        self._build_rows(status)
         self._build_hotkeys()
         self.update(status)
 
@@ -146,8 +148,9 @@ class Controls:
         """Show what is true; not to be called before all requests have been answered."""
         snapshot = status.snapshot
         self._show_way_back(status)
-        if self._shown != (snapshot.generation, snapshot.spec.learner.skills):
-            self._build_rows(status)
+        self._name_rows(snapshot.spec.learner.skills)
+        if self._shown != snapshot.generation:
+            self._shown = snapshot.generation
             self._take_preset(snapshot.preset, snapshot.preset_spec)
             self._preset.offer(self._offered())
             self._preset.choose(snapshot.preset)
@@ -249,27 +252,37 @@ class Controls:
         self._speed.show(slider_of(status.speed))
         assign(self._speed.handle, "label", speed_label(status.speed))
 
-    def _build_rows(self, status: Status) -> None:
-        for row in self._rows:
-            row.text.remove()
-            row.add.remove()
-        skills = status.snapshot.spec.learner.skills
-        self._rows = []
-        self._shown = (status.snapshot.generation, skills)
-        with self._skills:
-            for skill in skills:
-                text = self._gui.add_html("")
-                add = self._gui.add_button(f"Add {plain(skill)} now", icon=viser.Icon.PLUS)
-                add.on_click(self._asking(partial(self._introduction, skill)))
-                self._rows.append(_SkillRow(skill, text, add))
-        self._skills.visible = bool(skills)
-        self._explore.visible = bool(skills)
+    def _name_rows(self, skills: tuple[str, ...]) -> None:
+        """Give each skill a row.
 
-    def _introduction(self, skill: str) -> Request:
-        return introduction_of(self._session.status.snapshot, skill)
+        Rows are kept and named anew, and none is removed: a page that takes an update and a removal
+        at once carries out the removal first, and complains of the update.
+        """
+        while len(self._rows) < len(skills):
+            with self._skills:
+                text = self._gui.add_html("")
+                row = _SkillRow(None, text, self._gui.add_button("Add", icon=viser.Icon.PLUS))
+            row.add.on_click(self._asking(partial(self._introduction_by, row)))
+            self._rows.append(row)
+        for row, skill in zip_longest(self._rows, skills):
+            row.skill = skill
+            assign(row.text, "visible", skill is not None)
+            if skill is None:
+                assign(row.add, "visible", False)
+            else:
+                assign(row.add, "label", f"Add {plain(skill)} now")
+        assign(self._skills, "visible", bool(skills))
+        assign(self._explore, "visible", bool(skills))
+
+    def _introduction_by(self, row: _SkillRow) -> Request:
+        if row.skill is None:
+            raise RefusedError("this learner has no such skill")
+        return introduction_of(self._session.status.snapshot, row.skill)
 
     def _show_skills(self, status: Status) -> None:
         for row in self._rows:
+            if row.skill is None:
+                continue
             present = row.skill in status.snapshot.present
             state = escaped(skill_state(status, row.skill))
             dot = "&#9679;" if present else "&#9675;"
