@@ -4,8 +4,10 @@ Every interval is a percentile bootstrap over *runs*, which are independent of o
 trials of a run are not). The plain percentile interval is too narrow for few runs, so its level
 is raised as Hesterberg proposes (2015, "What teachers should know about the bootstrap", the
 expanded percentile interval): the tail is that of ``t * sqrt(n / (n - 1))`` under the normal
-distribution. Below five runs even the whole range of the data covers too little; whoever draws
-conclusions has to look at ``n``.
+distribution. Of runs that are spread like a normal it then covers what it says from five on (below,
+even the whole range of the data covers too little), but runs of learners that sometimes fail are
+not: of a mixture of four good runs to one bad an interval from five runs covers two times in three.
+So below ``LEAST_RUNS`` nothing is decided; whoever draws conclusions has to look at ``n``.
 """
 
 import math
@@ -16,8 +18,8 @@ import numpy as np
 
 CONFIDENCE = 0.95
 RESAMPLES = 4_999
-LEAST_RUNS = 5
-"""Runs below which no bootstrap interval is wide enough."""
+LEAST_RUNS = 10
+"""Runs below which no bootstrap interval can be relied on to be wide enough."""
 LEAST_SHARE = 0.5
 """Share of runs that must still go on for their average to be shown."""
 
