@@ -87,7 +87,7 @@ class Panel(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Reward against steps or trials: a panel for each world, one scale of reward for all."""
+    """Reward against steps or trials: a panel for each world, all on the same scales."""
 
     axis: Axis
     panels: Sequence[Panel]

@@ -16,9 +16,9 @@ from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
 from app.metrics import AREA, FINAL_REWARD, METRICS, shown_first
 from app.report.document import FIGURE_FILES, Page, document, table
-from app.report.parts import (
-    Shown,
-)
+from app.report.headline import lead_with_range
+from app.report.overview import opening_of, title_of, write_again, write_what_was_run
+from app.report.parts import Shown
 from app.report.sections.compare import write_comparison
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
@@ -38,7 +38,7 @@ from app.results.read import (
 )
 from app.util import leftovers
 from app.util.files import PASSING, write_whole
-from app.util.html import Markup, element, joined
+from app.util.html import element
 from app.util.texts import as_path, as_text
 from app.words.numbers import counted
 
@@ -96,19 +96,22 @@ def write_report(
     )
     for run in (run for folder in read for run in folder.lost):
         reader.unreadable[reader.name_of(run)] = "its arrays are damaged or gone"
-    title = _overview(page, read, apart, compare)
+    title, opening = title_of(read, compare), opening_of(read, apart, compare)
     # Folders may differ in what they measure first; the page shows one thing all through.
     shown = _shown(read[0], rows)
+    groups = groups_of(apart)
     if compare:
         first, second = read
         write_comparison(page, reader, first, second, shown)
     else:
-        _everything(page, reader, groups_of(rows), shown)
+        _everything(page, reader, groups, shown)
+    write_what_was_run(page, read, groups, compare)
     _missing_runs(page, reader, rows)
-    notes = [*page.warnings, *_missing_characters(page)]
+    write_again(page, place, read)
+    page.warnings = [*page.warnings, *_missing_characters(page)]
     tell("writing the page")
-    _write_all(page, place, document(title, page))
-    return Written(place, notes)
+    _write_all(page, place, document(title, opening, page))
+    return Written(place, page.warnings)
 
 
 def default_place(folders: Sequence[Path], compare: bool) -> Path:
@@ -185,6 +188,7 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if others:
         write_curves(page, reader, others, shown.first, naming)
     write_scalars(page, groups, shown, naming)
+    lead_with_range(page, groups, shown.first)
 
 
 def _without_copies(tables: Iterable[Sequence[Record]]) -> list[list[Record]]:
@@ -206,46 +210,6 @@ def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
     return as_text(shlex.join([*words, *([] if out is None else ["--out", str(out)])]))
 
 
-def _overview(page: Page, read: Sequence[Folder], rows: Sequence[Record], compare: bool) -> str:
-    names = [folder.path.resolve().name for folder in read]
-    failed = sum(bool(row.error) for row in rows)
-    n_done = len(rows) - failed
-    versions = ", ".join(sorted({row.version for row in rows if row.version})) or "unknown"
-    seeds = {row.seed for row in rows}
-    also = f" ({failed} more failed)" if failed else ""
-    lines = [
-        *_descriptions(read),
-        f"{counted(n_done, 'run')} over {counted(len(seeds), 'seed')}{also}, by version {versions}"
-        " of the lab.",
-    ]
-    if compare:
-        lines.append(f"A is {read[0].path}, B is {read[1].path}.")
-    lines += [
-        f"A stop condition or a number of steps may have ended the runs in {folder.path} early, so"
-        " they do not count among the thesis's own."
-        for folder in read
-        if any(row.origin.limited for row in folder.rows)
-    ]
-    commands = [element("code", command) for command in page.commands]
-    content = [element("p", text, class_="warning") for text in page.warnings]
-    content += [element("p", line) for line in lines]
-    content.append(element("p", joined(["Made by", *commands], Markup("<br/>"))))
-    page.sections.append(joined(content))
-    return " and ".join(names) if compare else ", ".join(names)
-
-
-def _descriptions(read: Sequence[Folder]) -> list[str]:
-    """What the experiments are about, each with the names of its folders if there are several."""
-    names = folder_names(folder.path for folder in read)
-    by_text: dict[str, list[str]] = {}
-    for folder in read:
-        if folder.description:
-            by_text.setdefault(folder.description, []).append(names[folder.path])
-    if len(names) == 1:
-        return [*by_text]
-    return [f"{', '.join(dict.fromkeys(which))}: {text}" for text, which in by_text.items()]
-
-
 def _missing_runs(page: Page, reader: Reader, rows: Iterable[Record]) -> None:
     failed = {reader.name_of(run): run.error for run in rows if run.error}
     missing = {**failed, **reader.unreadable}
@@ -255,13 +219,11 @@ def _missing_runs(page: Page, reader: Reader, rows: Iterable[Record]) -> None:
 
 
 def _missing_characters(page: Page) -> list[str]:
-    """Which characters no font had, said at the beginning of the page; nothing if all were had."""
+    """Which characters no font had, to be said at the head of the page; nothing if all were had."""
     missing = "".join(dict.fromkeys("".join(d.missing for d in page.drawings.values())))
     if not missing:
         return []
-    note = missing_note(missing)
-    page.sections.insert(0, element("p", note, class_="warning"))
-    return [note]
+    return [missing_note(missing)]
 
 
 def _write_all(page: Page, place: Path, text: str) -> None:

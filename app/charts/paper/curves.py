@@ -21,13 +21,16 @@ _NAME_ROOM = 0.24
 
 
 def curves_figure(chart: Curves, small_print: str) -> "Figure":
-    """A panel for each world, one scale of reward for all."""
+    """A panel for each world, all with the same scales."""
     panels = chart.panels
     width = 8.0 if len(panels) == 1 else min(3.9 * len(panels), 12.5)
     figure = new_figure(width, 4.6 if len(panels) == 1 else 4.2, small_print)
-    found = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    found = figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False)[0]
     for axes, panel in zip(found, panels, strict=True):
         _draw_panel(axes, panel, chart.axis)
+    # Where the names of marks fit is known once all panels have their scale.
+    for axes, panel in zip(found, panels, strict=True):
+        _draw_marks(axes, panel, chart.axis)
     found[0].set_ylabel("mean reward per trial")
     _legend(figure, panels)
     return figure
@@ -48,13 +51,13 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
     axes.set_xlim(left=0)
     axes.margins(x=0.02)
     axes.set_xlabel(label)
-    marks = sorted({mark for line in panel.lines for mark in line.marks})
+
+
+def _draw_marks(axes: "Axes", panel: Panel, axis: Axis) -> None:
+    """The title, and lines with their names above the axes, each to the right of its mark."""
+    scale, _ = AXIS_UNITS[axis]
+    marks: Sequence[Mark] = sorted({mark for line in panel.lines for mark in line.marks})
     axes.set_title(plain(panel.title), fontsize=9.5, pad=22 if marks else 6)
-    _draw_marks(axes, marks, scale)
-
-
-def _draw_marks(axes: "Axes", marks: Sequence[Mark], scale: float) -> None:
-    """Lines with their names above the axes, each to the right of its mark."""
     places = [mark.at * scale for mark in marks]
     heights = levels(places, axes.get_xlim()[1] * _NAME_ROOM)
     for mark, at, level in zip(marks, places, heights, strict=True):

@@ -11,6 +11,7 @@ from app.charts.read import line_of, value_maps_of
 from app.charts.styles import THESIS_STYLES
 from app.charts.wording import shown_estimate
 from app.report.document import Page, details, table
+from app.report.headline import lead_with_thesis
 from app.report.parts import curve_pictures
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding
@@ -28,6 +29,7 @@ def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
         reader: of their logs.
         placed: the runs.
     """
+    lead_with_thesis(page, reader, placed)
     _thesis_figures(page, reader, placed)
     _value_spread(page, reader, placed)
     _findings(page, reader, placed)

@@ -27,7 +27,6 @@ from app.report.parts import (
     difference_cell,
     left_out,
     mean_cell,
-    minor_text,
     pairing_cell,
     reached_cell,
     scalar_cell,
@@ -63,7 +62,7 @@ def write_curves(
         caption = f"Reward of {which}"
         notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
     curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
-    page.say("Learning curves", curves, minor_text(naming))
+    page.say("Learning curves", curves)
 
 
 def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
@@ -140,7 +139,7 @@ def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: st
     page.say(
         "Variants beside one another",
         _ablation_picture(page, base, found, metric, difference, naming),
-        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {naming}".strip()),
+        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE}"),
         _ablation_table(base, found, metric, difference),
         _other_differences(base, others, shown),
         left_out(len(groups)),
