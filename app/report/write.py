@@ -18,8 +18,10 @@ from app.metrics import AREA, FINAL_REWARD, METRICS, shown_first
 from app.report.document import FIGURE_FILES, Page, document, table
 from app.report.headline import lead_with_range
 from app.report.overview import opening_of, title_of, write_again, write_what_was_run
-from app.report.parts import Shown
+from app.report.parts import MOST_ROWS, Shown
 from app.report.sections.compare import write_comparison
+from app.report.sections.runs import Row, runs_picture
+from app.report.sections.schedules import write_schedules
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
 from app.report.sections.thesis import write_thesis
@@ -179,7 +181,8 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if len({learner for _, learner in placed}) < 2:
         placed = {}
     if placed:
-        write_thesis(page, reader, placed)
+        write_thesis(page, reader, placed, shown.every)
+    write_schedules(page, groups)
     others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
     swept = write_sweeps(page, groups, shown)
     rest = [group for group in others if group.preset not in swept]
@@ -187,6 +190,9 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
         write_variants(page, rest, shown, naming)
     if others:
         write_curves(page, reader, others, shown.first, naming)
+    if 0 < len(rest) <= MOST_ROWS:
+        rows = [Row(group.label, group.runs) for group in rest]
+        page.say("Every run", runs_picture(page, "runs", "Every run", rows, shown.every))
     write_scalars(page, groups, shown, naming)
     lead_with_range(page, groups, shown.first)
 

@@ -11,12 +11,13 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from app.charts.model import Chart, Curves, Dots, Effects, Plane, Points, Rows
+from app.charts.model import Chart, Curves, Dots, Effects, Plane, Points, Rows, Schedules
 from app.charts.paper.curves import curves_figure
 from app.charts.paper.dots import dots_figure
 from app.charts.paper.fonts import fonts_for
 from app.charts.paper.plane import hints_of, plane_figure
 from app.charts.paper.points import effects_figure, points_figure
+from app.charts.paper.schedules import schedules_figure
 from app.charts.paper.sheet import SMALL_PRINT, foot_of
 from app.charts.paper.values import values_figure
 from app.util import csv_texts
@@ -94,6 +95,8 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
             figure = points_figure(chart, small_print)
         case Effects():
             figure = effects_figure(chart, small_print)
+        case Schedules():
+            figure = schedules_figure(chart, small_print)
         case _:
             figure = values_figure(chart, small_print)
     return _saved(name, figure, chart.numbers, hints, small_print)

@@ -10,9 +10,11 @@ from app.charts.paper.drawing import drawn
 from app.charts.read import line_of, value_maps_of
 from app.charts.styles import THESIS_STYLES
 from app.charts.wording import shown_estimate
+from app.metrics import Metric
 from app.report.document import Page, details, table
 from app.report.headline import lead_with_thesis
 from app.report.parts import curve_pictures
+from app.report.sections.runs import Row, runs_picture
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding
 from app.results.read import Reader, Trace
@@ -21,22 +23,23 @@ from app.util.html import element
 from app.words.numbers import NONE, counted
 
 
-def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
+def write_thesis(page: Page, reader: Reader, placed: Placed, metrics: Sequence[Metric]) -> None:
     """Write sections on the runs of the thesis's learners in its worlds.
 
     Args:
         page: to write on.
         reader: of their logs.
         placed: the runs.
+        metrics: what may have been measured of them.
     """
     lead_with_thesis(page, reader, placed)
-    _thesis_figures(page, reader, placed)
+    _thesis_figures(page, reader, placed, metrics)
     _value_spread(page, reader, placed)
     _findings(page, reader, placed)
     _window_means(page, reader, placed)
 
 
-def _thesis_figures(page: Page, reader: Reader, placed: Placed) -> None:
+def _thesis_figures(page: Page, reader: Reader, placed: Placed, metrics: Sequence[Metric]) -> None:
     for name, (title, worlds) in thesis.FIGURES.items():
         here = [world for world in worlds if any(place[0] == world for place in placed)]
         if not here or (len(worlds) > 1 and len(here) < 2):
@@ -45,7 +48,22 @@ def _thesis_figures(page: Page, reader: Reader, placed: Placed) -> None:
         def panels(axis: Axis, here: Sequence[str] = here) -> list[Panel]:
             return [_thesis_panel(reader, placed, world, axis) for world in here]
 
-        page.say(title, curve_pictures(page, reader, name, title, panels))
+        rows = [
+            Row(
+                f"{world}: {learner_title}" if len(here) > 1 else learner_title,
+                placed[world, learner],
+                THESIS_STYLES[learner],
+            )
+            for world in here
+            for learner, learner_title in thesis.LEARNER_TITLES.items()
+            if (world, learner) in placed
+        ]
+        caption = f"Every run of {title.partition(':')[0]}"
+        page.say(
+            title,
+            curve_pictures(page, reader, name, title, panels),
+            runs_picture(page, f"{name}_runs", caption, rows, metrics),
+        )
 
 
 def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Panel:
@@ -68,19 +86,18 @@ def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
     settings = runs[0].settings
     reward, gamma = settings["world"]["capture_reward"], settings["learner"]["gamma"]
     small = page.small_print(
+        "The thesis sees value spread in a cone behind the prey while there is only approach; when"
+        " it circles, counter-clockwise in a ring around the prey; and with avoid, from this ring"
+        " inwards.",
         "Mean over the prey's eight headings and n runs (seeds), turned so that the prey (dot)"
         f" looks to the right (arrow). Half-disc: its visual field, {chart.vision:g} cells; the"
         f" outermost ring ends {chart.edges[-1]:.0f} cells away, in the corners of the grid."
         " Colour: equivalent distance to capture, the steps k that a value of"
         f" {reward:g} · {gamma:g}ᵏ stands for; the"
-        " paler, the fewer of the headings and runs have a value above 0 there."
+        " paler, the fewer of the headings and runs have a value above 0 there.",
     )
     drawing = drawn("value_spread", chart, small)
-    caption = (
-        "Where the timed learner knows of a way to capture, as its skills come in. The thesis sees"
-        " value spread in a cone behind the prey while there is only approach; when it circles,"
-        " counter-clockwise in a ring around the prey; and with avoid, from this ring inwards"
-    )
+    caption = "Where the timed learner knows of a way to capture, as its skills come in"
     page.say("How value spreads (4.3.1)", page.picture("value_spread", caption, drawing))
 
 

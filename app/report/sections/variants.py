@@ -10,8 +10,10 @@ from app.charts.paper.drawing import drawn
 from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
+from app.documents import presets
 from app.metrics import MILESTONES, Metric
 from app.report.document import Page, details, table
+from app.report.headline import Against, lead_with_differences
 from app.report.parts import (
     DIFFERENCES_RULE,
     MEANS_RULE,
@@ -126,9 +128,9 @@ def _scalar_table(
 
 
 def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
-    """Variants beside the first one."""
+    """Variants beside the first that is a preset as it is, or beside the first of all."""
     page.tell("setting variants beside one another")
-    base, *others = groups[:MOST_ROWS]
+    base, *others = with_reference_first(groups)[:MOST_ROWS]
     metric = shown.first
     first = base.by_seed(metric.column)
     found = [
@@ -136,6 +138,8 @@ def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: st
         for group in others
     ]
     difference = f"{metric.title}: difference to {base.label}"
+    against = [Against(group.label, compared.difference) for group, compared in found]
+    lead_with_differences(page, base.label, against, metric)
     page.say(
         "Variants beside one another",
         _ablation_picture(page, base, found, metric, difference, naming),
@@ -143,6 +147,26 @@ def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: st
         _ablation_table(base, found, metric, difference),
         _other_differences(base, others, shown),
         left_out(len(groups)),
+    )
+
+
+def with_reference_first(groups: Sequence[Group]) -> list[Group]:
+    """Variants, first the one that the others are set against: a preset as it is, if there is one.
+
+    So the sign of a difference is what a reader expects: what was changed, less what was there.
+    """
+    place = next((place for place, group in enumerate(groups) if _is_plain(group)), 0)
+    return [groups[place], *groups[:place], *groups[place + 1 :]]
+
+
+def _is_plain(group: Group) -> bool:
+    """Whether a variant is a shipped preset, by its name or written out."""
+    if group.overrides:
+        return False
+    mine = {**group.runs[0].settings, "description": ""}
+    return group.runs[0].preset_name in presets.shipped() or any(
+        mine == {**(presets.shipped_settings(name) or {}), "description": ""}
+        for name in presets.shipped()
     )
 
 
