@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from app.analysis import estimates
-from app.analysis.estimates import LEAST_RUNS, Comparison, Estimate, bootstrap_rng
+from app.analysis.estimates import LEAST_RUNS, Estimate, bootstrap_rng
 from app.charts.wording import shown_estimate
 from app.metrics import Metric
 from app.report.document import Count, Page
@@ -21,6 +21,8 @@ from app.results.thesis import Placed
 from app.words.numbers import counted
 
 _TIMED = "timed"
+_SIZES = ("60", "120", "150")
+"""Worlds that are called by their size; the others go by their sensors."""
 
 
 class Against(NamedTuple):
@@ -30,22 +32,39 @@ class Against(NamedTuple):
     difference: Estimate
 
 
+class _World(NamedTuple):
+    """How the timed learner ends in a world."""
+
+    name: str
+    n_others: int
+    closest: str
+    difference: Estimate
+    """To the closest of the others."""
+
+
 def lead_with_thesis(page: Page, reader: Reader, placed: Placed) -> None:
     """Head a page with how far the timed learner ends from whoever is closest to it."""
-    worlds = [world for world in thesis.WORLDS if (world, _TIMED) in placed]
-    for world in worlds:
+    found: list[_World] = []
+    for world in thesis.WORLDS:
         mine = _finals(reader, placed, world, _TIMED)
-        found = {
-            learner: estimates.compare(mine, theirs, bootstrap_rng())
+        differences = {
+            learner: estimates.compare(mine, theirs, bootstrap_rng()).difference
             for learner in thesis.LEARNER_TITLES
-            if learner != _TIMED and (theirs := _finals(reader, placed, world, learner))
+            if learner != _TIMED and mine and (theirs := _finals(reader, placed, world, learner))
         }
-        found = {learner: c for learner, c in found.items() if c.difference.n}
-        if not found:
-            continue
-        closest = min(found, key=lambda learner: found[learner].difference.value)
-        page.lead(_of_timed(world, closest, found))
-        return
+        if differences:
+            closest = min(differences, key=lambda learner: differences[learner].value)
+            name = thesis.LEARNER_TITLES[closest]
+            found.append(_World(world, len(differences), name, differences[closest]))
+    if found:
+        title = _capital(thesis.LEARNER_TITLES[_TIMED])
+        fewest = min(world.difference.n for world in found)
+        seeds = counted(fewest, "seed")
+        few = f"Nothing is decided by {seeds}. " if fewest < LEAST_RUNS else ""
+        clauses = "; ".join(map(_of_timed, found))
+        what = "Rewards are per trial, of the last 2,000 trials"
+        over = f"{what}, over {seeds}." if not few else f"{what}."
+        page.lead(f"{few}{title}: {clauses}. {over}")
 
 
 def _finals(reader: Reader, placed: Placed, world: str, learner: str) -> dict[int, float]:
@@ -53,30 +72,21 @@ def _finals(reader: Reader, placed: Placed, world: str, learner: str) -> dict[in
     return {t.seed: t.quantities[FINAL] for t in traces if FINAL in t.quantities}
 
 
-def _of_timed(world: str, closest: str, found: dict[str, Comparison]) -> str:
-    difference = found[closest].difference
-    title, rival = thesis.LEARNER_TITLES[_TIMED], thesis.LEARNER_TITLES[closest]
-    others = "the other learner" if len(found) == 1 else f"all {len(found)} other learners"
-    where = f"({thesis.WORLD_TITLES[world]})"
-    by = f"{shown_estimate(_size(difference))} reward per trial"
-    of = f" {rival}, the closest, by {by}" if len(found) > 1 else f" {rival} by {by}"
-    seeds = counted(difference.n, "seed")
-    if difference.n < LEAST_RUNS:
-        which = "above" if difference.value > 0 else "below"
-        return (
-            f"Nothing is decided by {seeds}: over these, {title} ends {which}{of} in the last"
-            f" 2,000 trials {where}."
-        )
+def _of_timed(found: _World) -> str:
+    """How the timed learner ends in a world, as a clause."""
+    difference = found.difference
+    where = f"in the world {found.name}" if found.name in _SIZES else f"with sensors {found.name}"
     if not difference.excludes_zero:
         return (
-            f"Undecided: whether {title} ends above {rival}, whose final rewards differ by"
-            f" {shown_estimate(difference)} per trial {where}, cannot be told from {seeds}."
+            f"{where}, it cannot be told whether it ends above {found.closest}"
+            f" ({shown_estimate(difference, '+.1f')})"
         )
-    if difference.value > 0:
-        return f"{_capital(title)} ends above {others} {where}: above{of} ({seeds})."
-    return (
-        f"{_capital(title)} does not end highest {where}: it ends below {rival} by {by} ({seeds})."
-    )
+    by = shown_estimate(_size(difference), ".1f")
+    if difference.value < 0:
+        return f"{where}, it ends below {found.closest} by {by}"
+    closest = f"{found.closest}, the closest," if found.n_others > 1 else found.closest
+    others = f"all {found.n_others} others" if found.n_others > 1 else "the other"
+    return f"{where}, it ends above {others}, above {closest} by {by}"
 
 
 def lead_with_differences(
@@ -117,15 +127,16 @@ def _of_differences(
     difference = farthest.difference
     way = "above" if difference.value > 0 else "below"
     by = f"{shown_estimate(_size(difference))} {way} {base} in {metric.title}"
+    signed = f"differs from {base} by {shown_estimate(difference, '+.3g')} in {metric.title}"
     if not apart:
         fewest = min(one.difference.n for one in there)
         few = f" ({fewest} are too few)" if fewest < LEAST_RUNS else ""
         runs = counted(fewest, "run")
         if len(there) == 1:
-            return f"Undecided over {runs}{few}: {farthest.name} lies {by}."
+            return f"Undecided over {runs}{few}: {farthest.name} {signed}."
         return (
-            f"Undecided over {runs}{few}; the farthest of {len(there)} {of}, {farthest.name}, lies"
-            f" {by}."
+            f"Undecided over {runs}{few}; the farthest of {len(there)} {of}, {farthest.name},"
+            f" {signed}."
         )
     if len(there) == 1:
         return f"{farthest.name} lies {by} (n = {difference.n})."

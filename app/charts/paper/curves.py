@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _LEGEND_CHARACTERS = 46
 _FAINT = 0.5
+_MARGIN = 1.02
+"""Of the axis, by the end of what goes on longest."""
 _NAME_ROOM = 0.24
 """Of the name of a mark, as a share of the axis."""
 
@@ -28,6 +30,8 @@ def curves_figure(chart: Curves, small_print: str) -> "Figure":
     found = figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False)[0]
     for axes, panel in zip(found, panels, strict=True):
         _draw_panel(axes, panel, chart.axis)
+    ends = [line.band.end[-1] for panel in panels for line in panel.lines if line.band.end.size]
+    found[0].set_xlim(0, _MARGIN * AXIS_UNITS[chart.axis][0] * max(ends, default=1))
     # Where the names of marks fit is known once all panels have their scale.
     for axes, panel in zip(found, panels, strict=True):
         _draw_marks(axes, panel, chart.axis)
@@ -48,8 +52,6 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
         axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-    axes.set_xlim(left=0)
-    axes.margins(x=0.02)
     axes.set_xlabel(label)
 
 

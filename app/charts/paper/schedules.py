@@ -35,7 +35,16 @@ def schedules_figure(chart: Schedules, small_print: str) -> "Figure":
         if lane.variant != variant:
             variant = lane.variant
             name = wrapped(variant, _NAME_CHARACTERS, 1)
-            axes.text(0, row, name, fontsize=9, fontweight="bold", va="center", color=INK)
+            axes.annotate(
+            name,
+            (0, row),
+            (4, 0),
+            textcoords="offset points",
+            fontsize=9,
+            fontweight="bold",
+            va="center",
+            color=INK,
+        )
             row += 1
         _draw_lane(axes, row, lane, end, scale)
         places.append(row)
