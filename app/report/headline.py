@@ -6,21 +6,24 @@ thesis's learners it is the one that speaks least for the timed one: how far it 
 closest.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from app.analysis import estimates
 from app.analysis.estimates import LEAST_RUNS, Estimate, bootstrap_rng
 from app.charts.wording import shown_estimate
-from app.metrics import Metric
+from app.experiments.record import Record
+from app.metrics import BY_COLUMN, Metric, at_steps
 from app.report.document import Count, Page
 from app.results import thesis
-from app.results.findings import FINAL
+from app.results.findings import FINAL, Place
 from app.results.read import Group, Reader
 from app.results.thesis import Placed
 from app.words.numbers import counted
 
 _TIMED = "timed"
+_HORIZON_REWARD = BY_COLUMN["horizon_reward"].column
 _SIZES = ("60", "120", "150")
 """Worlds that are called by their size; the others go by their sensors."""
 
@@ -32,61 +35,87 @@ class Against(NamedTuple):
     difference: Estimate
 
 
-class _World(NamedTuple):
-    """How the timed learner ends in a world."""
+class _Closest(NamedTuple):
+    """Who ends closest to the timed learner in a world, or above it."""
 
     name: str
     n_others: int
-    closest: str
     difference: Estimate
-    """To the closest of the others."""
+    """Of the timed learner to it."""
 
 
-def lead_with_thesis(page: Page, reader: Reader, placed: Placed) -> None:
-    """Head a page with how far the timed learner ends from whoever is closest to it."""
-    found: list[_World] = []
+def lead_with_thesis(page: Page, reader: Reader, placed: Placed, horizon: int | None) -> None:
+    """Head a page with how far the timed learner ends from whoever is closest to it.
+
+    Args:
+        page: that is headed.
+        reader: of the logs of the runs.
+        placed: the runs.
+        horizon: steps at which they were measured as well, if they were.
+    """
+    clauses: list[str] = []
+    counts: list[int] = []
     for world in thesis.WORLDS:
-        mine = _finals(reader, placed, world, _TIMED)
-        differences = {
-            learner: estimates.compare(mine, theirs, bootstrap_rng()).difference
-            for learner in thesis.LEARNER_TITLES
-            if learner != _TIMED and mine and (theirs := _finals(reader, placed, world, learner))
-        }
-        if differences:
-            closest = min(differences, key=lambda learner: differences[learner].value)
-            name = thesis.LEARNER_TITLES[closest]
-            found.append(_World(world, len(differences), name, differences[closest]))
-    if found:
-        title = _capital(thesis.LEARNER_TITLES[_TIMED])
-        fewest = min(world.difference.n for world in found)
-        seeds = counted(fewest, "seed")
-        few = f"Nothing is decided by {seeds}. " if fewest < LEAST_RUNS else ""
-        clauses = "; ".join(map(_of_timed, found))
-        what = "Rewards are per trial, of the last 2,000 trials"
-        over = f"{what}, over {seeds}." if not few else f"{what}."
-        page.lead(f"{few}{title}: {clauses}. {over}")
+        found = _closest(world, {p: _finals(reader, placed[p]) for p in placed})
+        if found is None:
+            continue
+        counts.append(found.difference.n)
+        clause = f"{_where(world)} it {_of_timed(found)}"
+        at = _closest(world, {p: _at_horizon(placed[p]) for p in placed})
+        if at is not None and horizon is not None:
+            clause += f" ({at_steps(horizon)}, it {_of_timed(at)})"
+        clauses.append(clause)
+    if not clauses:
+        return
+    seeds = counted(min(counts), "seed")
+    few = f"Nothing is decided by {seeds}. " if min(counts) < LEAST_RUNS else ""
+    over = "" if few else f", over {seeds}"
+    title = _capital(thesis.LEARNER_TITLES[_TIMED])
+    page.lead(
+        f"{few}{title}: {'; '.join(clauses)}. Rewards per trial, of the last 2,000 trials{over}."
+    )
 
 
-def _finals(reader: Reader, placed: Placed, world: str, learner: str) -> dict[int, float]:
-    traces = reader.traces(placed.get((world, learner), ()))
+def _closest(world: str, values: Mapping[Place, Mapping[int, float]]) -> _Closest | None:
+    """Who is closest to the timed learner by some values of runs, by seed."""
+    mine = values.get((world, _TIMED))
+    differences = {
+        learner: estimates.compare(mine, theirs, bootstrap_rng()).difference
+        for learner in thesis.LEARNER_TITLES
+        if learner != _TIMED and mine and (theirs := values.get((world, learner)))
+    }
+    if not differences:
+        return None
+    closest = min(differences, key=lambda learner: differences[learner].value)
+    return _Closest(thesis.LEARNER_TITLES[closest], len(differences), differences[closest])
+
+
+def _finals(reader: Reader, runs: Iterable[Record]) -> dict[int, float]:
+    traces = reader.traces(runs)
     return {t.seed: t.quantities[FINAL] for t in traces if FINAL in t.quantities}
 
 
-def _of_timed(found: _World) -> str:
-    """How the timed learner ends in a world, as a clause."""
+def _at_horizon(runs: Iterable[Record]) -> dict[int, float]:
+    found = {run.seed: run.values[_HORIZON_REWARD] for run in runs}
+    return {seed: value for seed, value in found.items() if math.isfinite(value)}
+
+
+def _where(world: str) -> str:
+    return f"at {world}" if world in _SIZES else f"with sensors {world}"
+
+
+def _of_timed(found: _Closest) -> str:
+    """How the timed learner ends, as the predicate of a clause."""
     difference = found.difference
-    where = f"in the world {found.name}" if found.name in _SIZES else f"with sensors {found.name}"
     if not difference.excludes_zero:
-        return (
-            f"{where}, it cannot be told whether it ends above {found.closest}"
-            f" ({shown_estimate(difference, '+.1f')})"
-        )
+        differs = shown_estimate(difference, "+.1f")
+        return f"cannot be told from {found.name} (difference {differs})"
     by = shown_estimate(_size(difference), ".1f")
     if difference.value < 0:
-        return f"{where}, it ends below {found.closest} by {by}"
-    closest = f"{found.closest}, the closest," if found.n_others > 1 else found.closest
-    others = f"all {found.n_others} others" if found.n_others > 1 else "the other"
-    return f"{where}, it ends above {others}, above {closest} by {by}"
+        return f"ends below {found.name} by {by}"
+    if found.n_others == 1:
+        return f"ends above {found.name} by {by}"
+    return f"ends above all {found.n_others} others, of whom {found.name} is the closest, by {by}"
 
 
 def lead_with_differences(

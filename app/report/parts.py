@@ -52,6 +52,8 @@ class Shown(NamedTuple):
     swept: Sequence[Metric]
     """What maps and points are of, ``first`` included."""
     every: Sequence[Metric]
+    horizon: int | None = None
+    """Steps at which all runs were measured as well; None where they have none in common."""
 
 
 # --- Curves --------------------------------------------------------------------------------------

@@ -161,8 +161,11 @@ def _damaged(read: Iterable[Folder]) -> list[str]:
 
 def _shown(folder: Folder, rows: Iterable[Record]) -> Shown:
     """What is shown of runs, of which the folder's are the first."""
-    lengths = [row.trials for row in rows if not row.error]
-    every = [metric.of_runs(min(lengths), max(lengths)) for metric in METRICS]
+    done = [row for row in rows if not row.error]
+    lengths = [row.preset_trials for row in done]
+    horizons = {row.origin.horizon for row in done}
+    horizon = horizons.pop() if len(horizons) == 1 else None
+    every = [m.of_runs(min(lengths), max(lengths)).at(horizon) for m in METRICS]
     by_column = {metric.column: metric for metric in every}
     first = by_column[shown_first(folder.metrics).column]
     swept = (first, by_column[FINAL_REWARD.column], by_column[AREA.column])
@@ -170,7 +173,7 @@ def _shown(folder: Folder, rows: Iterable[Record]) -> Shown:
         # They end as good as one another, and in the midst of learning; what differs is how soon.
         first = by_column["steps"] if first.column == FINAL_REWARD.column else first
         swept = (first,)
-    return Shown(first, [*dict.fromkeys(swept)], every)
+    return Shown(first, [*dict.fromkeys(swept)], every, horizon)
 
 
 def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown) -> None:
@@ -181,7 +184,7 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if len({learner for _, learner in placed}) < 2:
         placed = {}
     if placed:
-        write_thesis(page, reader, placed, shown.every)
+        write_thesis(page, reader, placed, shown)
     write_schedules(page, groups)
     others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
     swept = write_sweeps(page, groups, shown)

@@ -36,15 +36,15 @@ def schedules_figure(chart: Schedules, small_print: str) -> "Figure":
             variant = lane.variant
             name = wrapped(variant, _NAME_CHARACTERS, 1)
             axes.annotate(
-            name,
-            (0, row),
-            (4, 0),
-            textcoords="offset points",
-            fontsize=9,
-            fontweight="bold",
-            va="center",
-            color=INK,
-        )
+                name,
+                (0, row),
+                (4, 0),
+                textcoords="offset points",
+                fontsize=9,
+                fontweight="bold",
+                va="center",
+                color=INK,
+            )
             row += 1
         _draw_lane(axes, row, lane, end, scale)
         places.append(row)

@@ -13,7 +13,7 @@ from app.charts.wording import shown_estimate
 from app.metrics import Metric
 from app.report.document import Page, details, table
 from app.report.headline import lead_with_thesis
-from app.report.parts import curve_pictures
+from app.report.parts import Shown, curve_pictures
 from app.report.sections.runs import Row, runs_picture
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding
@@ -23,17 +23,17 @@ from app.util.html import element
 from app.words.numbers import NONE, counted
 
 
-def write_thesis(page: Page, reader: Reader, placed: Placed, metrics: Sequence[Metric]) -> None:
+def write_thesis(page: Page, reader: Reader, placed: Placed, shown: Shown) -> None:
     """Write sections on the runs of the thesis's learners in its worlds.
 
     Args:
         page: to write on.
         reader: of their logs.
         placed: the runs.
-        metrics: what may have been measured of them.
+        shown: the numbers that are shown of them.
     """
-    lead_with_thesis(page, reader, placed)
-    _thesis_figures(page, reader, placed, metrics)
+    lead_with_thesis(page, reader, placed, shown.horizon)
+    _thesis_figures(page, reader, placed, shown.every)
     _value_spread(page, reader, placed)
     _findings(page, reader, placed)
     _window_means(page, reader, placed)

@@ -11,7 +11,7 @@ from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
 from app.documents import presets
-from app.metrics import MILESTONES, Metric
+from app.metrics import AT_HORIZON, BY_COLUMN, MILESTONES, Metric, at_steps
 from app.report.document import Page, details, table
 from app.report.headline import Against, lead_with_differences
 from app.report.parts import (
@@ -91,18 +91,27 @@ def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str
         for kind in ("performance", "behaviour", "endings", "length")
     )
     some = groups[:MOST_ROWS]
+    by_horizon = [metric for metric in how_well if AT_HORIZON in BY_COLUMN[metric.column].title]
+    finals = [metric for metric in how_well if metric not in by_horizon]
+    at = AT_HORIZON if shown.horizon is None else at_steps(shown.horizon)
     tables = joined(
         [
-            _scalar_table(some, how_well, scalar_cell, ()),
-            _scalar_table(some, how, mean_cell, milestones),
-            _scalar_table(some, endings, mean_cell, ()),
-            _scalar_table(some, length, mean_cell, ()),
+            _titled("After the preset's trials", _scalar_table(some, finals, scalar_cell, ())),
+            _titled(f"{at[:1].upper()}{at[1:]}", _scalar_table(some, by_horizon, scalar_cell, ())),
+            _titled("How it went", _scalar_table(some, how, mean_cell, milestones)),
+            _titled("How trials ended", _scalar_table(some, endings, mean_cell, ())),
+            _titled("How long runs were", _scalar_table(some, length, mean_cell, ())),
             left_out(len(groups)),
         ]
     )
     if len(groups) > _MOST_OPEN_ROWS:
         tables = details(f"The scalars of {len(some)} variants", tables)
     page.say("Scalars", element("p", f"{rule} {naming}".strip()), tables)
+
+
+def _titled(title: str, content: Markup) -> Markup:
+    """A table below its title; nothing where there is none."""
+    return joined([element("h3", title), content]) if content else content
 
 
 def _scalar_table(
