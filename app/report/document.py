@@ -59,6 +59,25 @@ def table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
     return _frame(content, f"Table by {first}")
 
 
+def grouped_table(
+    header: Sequence[object], groups: Iterable[tuple[object, Sequence[Sequence[object]]]]
+) -> Markup:
+    """A table whose first column names several rows at once.
+
+    Args:
+        header: of all columns.
+        groups: a name, and the other cells of each of its rows.
+    """
+    head = element("tr", joined((element("th", cell, scope="col") for cell in header), ""))
+    bodies: list[Markup] = []
+    for name, rows in groups:
+        lines = [[element("td", cell) for cell in row] for row in rows]
+        lines[0].insert(0, element("th", name, scope="rowgroup", rowspan=str(len(rows))))
+        bodies.append(element("tbody", joined(element("tr", joined(cells, "")) for cells in lines)))
+    content = element("table", joined([element("thead", head), *bodies]))
+    return _frame(content, f"Table by {header[0]}")
+
+
 def _frame(content: object, name: str) -> Markup:
     """A frame in which what is too wide can be moved, by keys as well."""
     told = {"aria-label": name, "tabindex": "0"}

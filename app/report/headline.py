@@ -24,6 +24,7 @@ from app.words.numbers import counted
 
 _TIMED = "timed"
 _HORIZON_REWARD = BY_COLUMN["horizon_reward"].column
+_STANDARD = "120"
 _SIZES = ("60", "120", "150")
 """Worlds that are called by their size; the others go by their sensors."""
 
@@ -53,27 +54,29 @@ def lead_with_thesis(page: Page, reader: Reader, placed: Placed, horizon: int | 
         placed: the runs.
         horizon: steps at which they were measured as well, if they were.
     """
-    clauses: list[str] = []
-    counts: list[int] = []
-    for world in thesis.WORLDS:
-        found = _closest(world, {p: _finals(reader, placed[p]) for p in placed})
-        if found is None:
-            continue
-        counts.append(found.difference.n)
-        clause = f"{_where(world)} it {_of_timed(found)}"
-        at = _closest(world, {p: _at_horizon(placed[p]) for p in placed})
-        if at is not None and horizon is not None:
-            clause += f" ({at_steps(horizon)}, it {_of_timed(at)})"
-        clauses.append(clause)
-    if not clauses:
+    worlds = [w for w in sorted(thesis.WORLDS, key=_STANDARD.__ne__) if (w, _TIMED) in placed]
+    values = {place: _finals(reader, runs) for place, runs in placed.items()}
+    found = [(w, closest) for w in worlds if (closest := _closest(w, values)) is not None]
+    if not found:
         return
-    seeds = counted(min(counts), "seed")
-    few = f"Nothing is decided by {seeds}. " if min(counts) < LEAST_RUNS else ""
+    fewest = min(closest.difference.n for _, closest in found)
+    seeds = counted(fewest, "seed")
+    clauses = [_clause(world, closest) for world, closest in found]
+    first, _ = found[0]
+    at = _closest(first, {place: _at_horizon(runs) for place, runs in placed.items()})
+    if at is not None and horizon is not None:
+        clauses[0] += f", and {at_steps(horizon)} {_of_timed(at)}"
+    few = f"Nothing is decided by {seeds}, but over these: " if fewest < LEAST_RUNS else ""
+    title = thesis.LEARNER_TITLES[_TIMED]
     over = "" if few else f", over {seeds}"
-    title = _capital(thesis.LEARNER_TITLES[_TIMED])
-    page.lead(
-        f"{few}{title}: {'; '.join(clauses)}. Rewards per trial, of the last 2,000 trials{over}."
-    )
+    said = f"{title} {'; '.join(clauses)} (reward per trial{over})."
+    page.lead(f"{few}{said if few else _capital(said)}")
+
+
+def _clause(world: str, found: _Closest) -> str:
+    """How the timed learner ends in a world."""
+    where = f"at {world}" if world in _SIZES else f"with sensors {world}"
+    return f"{where} ends {_of_timed(found)}"
 
 
 def _closest(world: str, values: Mapping[Place, Mapping[int, float]]) -> _Closest | None:
@@ -100,22 +103,18 @@ def _at_horizon(runs: Iterable[Record]) -> dict[int, float]:
     return {seed: value for seed, value in found.items() if math.isfinite(value)}
 
 
-def _where(world: str) -> str:
-    return f"at {world}" if world in _SIZES else f"with sensors {world}"
-
-
 def _of_timed(found: _Closest) -> str:
-    """How the timed learner ends, as the predicate of a clause."""
+    """Where the timed learner is, as the end of a clause."""
     difference = found.difference
+    by = shown_estimate(_size(difference), ".1f")
     if not difference.excludes_zero:
         differs = shown_estimate(difference, "+.1f")
-        return f"cannot be told from {found.name} (difference {differs})"
-    by = shown_estimate(_size(difference), ".1f")
+        return f"undecided against {found.name} (difference {differs})"
     if difference.value < 0:
-        return f"ends below {found.name} by {by}"
+        return f"below {found.name} by {by}"
     if found.n_others == 1:
-        return f"ends above {found.name} by {by}"
-    return f"ends above all {found.n_others} others, of whom {found.name} is the closest, by {by}"
+        return f"above {found.name} by {by}"
+    return f"above all {found.n_others} others ({found.name}, the closest, by {by})"
 
 
 def lead_with_differences(

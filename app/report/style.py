@@ -47,7 +47,8 @@ th, td { padding: .32rem .7rem .32rem 0; border-bottom: 1px solid var(--line); t
   vertical-align: top; }
 thead th { border-bottom: 1px solid var(--ink); vertical-align: bottom; } th { font-weight: 600; }
 tbody th { font-weight: 400; min-width: 11rem; } td { white-space: nowrap; }
-td .words { display: block; white-space: normal; min-width: 14rem; max-width: 24rem; }
+.words { display: block; white-space: normal; min-width: 10rem; max-width: 22rem; }
+.few { display: block; white-space: normal; max-width: 8rem; }
 .holds { color: var(--good); font-weight: 600; } .fails { color: var(--bad); font-weight: 600; }
 .undecided { color: var(--quiet); font-style: italic; } .minor { color: var(--quiet); }
 .tally .holds, .tally .fails, .tally .undecided { color: inherit; font-weight: 400;
@@ -83,7 +84,7 @@ summary { cursor: pointer; margin: .6rem 0; color: var(--accent); }
   .contents { position: static; max-height: none; overflow: visible; }
   .scroll { overflow: visible; } table { font-size: 8pt; line-height: 1.35; }
   th, td, tbody th { white-space: normal; min-width: 0; padding-right: .4rem; }
-  td .words { min-width: 0; max-width: none; }
+  .words, .few { min-width: 0; max-width: none; }
   th:first-child { overflow-wrap: anywhere; min-width: 5rem; }
   figure svg, figure svg.wide { width: auto; max-width: 100%; }
   tr, figure, .tally li, .headline { break-inside: avoid; }

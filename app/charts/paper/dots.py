@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 _ROW_CHARACTERS = 44
 _ROW_LINES = 4
+_MOST_WIDE = 2
+"""Columns that are wide; of more, each is narrower, so that their texts do not shrink on a page."""
 _RUNS_SPREAD = 0.5
 """Of a row's height, that its runs lie in."""
 _MOST_SHAPES = 1_000
@@ -27,7 +29,8 @@ def dots_figure(chart: Dots, small_print: str) -> "Figure":
     # Rows are as far apart as the longest label needs, so that none runs into the next.
     lines = max((label.count("\n") + 1 for label in labels), default=1)
     height = 1.6 + max(0.34, 0.17 * lines + 0.08) * n_rows
-    figure = new_figure(4.2 + 3.2 * len(columns), height, small_print, least_width=7)
+    column_in = 3.2 if len(columns) <= _MOST_WIDE else 2.6
+    figure = new_figure(4.2 + column_in * len(columns), height, small_print, least_width=7)
     found = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
     for index, (axes, (what, dots)) in enumerate(zip(found, columns.items(), strict=True)):
         there = [(k, dot) for k, dot in enumerate(dots) if math.isfinite(dot.estimate.value)]
@@ -46,7 +49,7 @@ def dots_figure(chart: Dots, small_print: str) -> "Figure":
                 capsize=3,
                 elinewidth=1.3,
             )
-        axes.set_xlabel(axis_title(what))
+        axes.set_xlabel(axis_title(what), fontsize=10 if len(columns) <= _MOST_WIDE else 8)
         axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
     found[0].set_yticks(range(len(labels)), labels)
     found[0].set_ylim(n_rows - 0.5, -0.5)
