@@ -343,8 +343,7 @@ def improvement(scores: np.ndarray, rng: np.random.Generator) -> Estimate:
             )
             return np.einsum("...i,ij,...j->...", mine, scores, theirs) / scores.size
 
-        rows = [np.arange(size) for size in scores.shape]
-        low, high = _interval(rows, mean, rng)
+        low, high = _interval([*map(np.arange, scores.shape)], mean, rng)
     return Estimate(value, float(low), float(high), n)
 
 
