@@ -11,6 +11,7 @@ from app.analysis.axles import grouped
 from app.experiments.record import Record
 from app.report.document import Page, details, link, table, words
 from app.report.parts import MOST_ROWS, left_out
+from app.results.horizon import Horizon
 from app.results.read import Folder, Group, folder_names
 from app.util.html import Markup, element, joined
 from app.words.numbers import NONE, counted, in_short
@@ -69,10 +70,14 @@ def _date(rows: Iterable[Record]) -> list[str]:
 
 
 def write_what_was_run(
-    page: Page, read: Sequence[Folder], groups: Sequence[Group], compare: bool
+    page: Page,
+    read: Sequence[Folder],
+    groups: Sequence[Group],
+    compare: bool,
+    horizon: Horizon | None,
 ) -> None:
-    """Write a section on what was run, and on how many seeds."""
-    lines = [*_descriptions(read)]
+    """Write a section on what was run, on how many seeds, and where it is compared."""
+    lines = [*_descriptions(read), *([] if horizon is None else [horizon.reason])]
     if compare:
         lines.append(f"A is {read[0].path}, B is {read[1].path}.")
     lines += [

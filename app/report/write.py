@@ -8,13 +8,15 @@ variants give curves, and unless they are of one such map they are set against t
 import os
 import shlex
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from app.charts.paper.drawing import missing_note
 from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
-from app.metrics import AREA, FINAL_REWARD, METRICS, shown_first
+from app.metrics import FINAL_REWARD, METRICS, shown_first, shown_means
 from app.report.document import FIGURE_FILES, Page, document, table
 from app.report.headline import lead_with_range
 from app.report.overview import opening_of, title_of, write_again, write_what_was_run
@@ -25,8 +27,9 @@ from app.report.sections.schedules import write_schedules
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
 from app.report.sections.thesis import write_thesis
-from app.report.sections.variants import write_curves, write_scalars, write_variants
+from app.report.sections.variants import write_curves, write_passages, write_scalars, write_variants
 from app.results import thesis
+from app.results.horizon import Horizon
 from app.results.read import (
     Folder,
     Group,
@@ -81,33 +84,34 @@ def write_report(
     commands = [*(folder.command for folder in read), _command(folders, out, compare)]
     warnings = [*_unfinished(read), *_damaged(read)]
     page = Page(commands, figures_of(place).name, warnings=warnings, tell=tell)
+    several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
+    reader = Reader(
+        widths_of(run for folder in read for run in folder.rows),
+        thesis.quantities_of,
+        several,
+        lambda n: tell(f"reading logs: {counted(n, 'run')}"),
+    )
+    read, horizon = _compared(reader, read)
     tables = [folder.rows for folder in read]
     rows = [row for table in (tables if compare else _without_copies(tables)) for row in table]
     if all(row.error for row in rows):
         shown = ", ".join(repr(str(folder)) for folder in folders)
         nothing = f"no run is over in {shown}: there is nothing to report yet"
         raise ResultsError(" ".join([nothing, *_damaged(read)]))
-    several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
     # What both sides of a comparison hold is looked at twice, and was still run once.
     apart = [row for table in _without_copies(tables) for row in table]
-    reader = Reader(
-        widths_of(rows),
-        thesis.quantities_of,
-        several,
-        lambda n: tell(f"reading logs: {counted(n, 'run')}"),
-    )
     for run in (run for folder in read for run in folder.lost):
         reader.unreadable[reader.name_of(run)] = "its arrays are damaged or gone"
     title, opening = title_of(read, compare), opening_of(read, apart, compare)
     # Folders may differ in what they measure first; the page shows one thing all through.
-    shown = _shown(read[0], rows)
+    shown = _shown(read[0], rows, horizon)
     groups = groups_of(apart)
     if compare:
         first, second = read
         write_comparison(page, reader, first, second, shown)
     else:
         _everything(page, reader, groups, shown)
-    write_what_was_run(page, read, groups, compare)
+    write_what_was_run(page, read, groups, compare, horizon)
     _missing_runs(page, reader, rows)
     write_again(page, place, read)
     page.warnings = [*page.warnings, *_missing_characters(page)]
@@ -159,21 +163,30 @@ def _damaged(read: Iterable[Folder]) -> list[str]:
     ]
 
 
-def _shown(folder: Folder, rows: Iterable[Record]) -> Shown:
-    """What is shown of runs, of which the folder's are the first."""
+def _compared(reader: Reader, read: Iterable[Folder]) -> tuple[list[Folder], Horizon | None]:
+    """Folders with the values of their runs at the horizon that all have in common."""
+    folders = [*read]
+    every, horizon = reader.at_horizon(run for folder in folders for run in folder.rows)
+    left = iter(every)
+    return [replace(folder, rows=[*islice(left, len(folder.rows))]) for folder in folders], horizon
+
+
+def _shown(folder: Folder, rows: Iterable[Record], horizon: Horizon | None) -> Shown:
+    """What is shown of runs that are compared at a horizon; the folder's are the first of them."""
     done = [row for row in rows if not row.error]
     lengths = [row.preset_trials for row in done]
-    horizons = {row.origin.horizon for row in done}
-    horizon = horizons.pop() if len(horizons) == 1 else None
-    every = [m.of_runs(min(lengths), max(lengths)).at(horizon) for m in METRICS]
+    at = None if horizon is None else horizon.steps
+    every = [m.of_runs(min(lengths), max(lengths)).at(at) for m in METRICS]
     by_column = {metric.column: metric for metric in every}
-    first = by_column[shown_first(folder.metrics).column]
-    swept = (first, by_column[FINAL_REWARD.column], by_column[AREA.column])
+    is_stated = all(row.origin.states_horizon for row in done)
+    first = by_column[shown_first(folder.metrics, is_stated).column]
+    means = shown_means(folder.metrics, is_stated, at is not None)
+    swept = [by_column[metric.column] for metric in means]
     if any(row.origin.stop is not None for row in folder.rows):
         # They end as good as one another, and in the midst of learning; what differs is how soon.
         first = by_column["steps"] if first.column == FINAL_REWARD.column else first
-        swept = (first,)
-    return Shown(first, [*dict.fromkeys(swept)], every, horizon)
+        swept = [first]
+    return Shown(first, swept, every, at)
 
 
 def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown) -> None:
@@ -193,6 +206,7 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
         write_variants(page, rest, shown, naming)
     if others:
         write_curves(page, reader, others, shown.first, naming)
+        write_passages(page, others, shown.first, naming)
     if 0 < len(rest) <= MOST_ROWS:
         rows = [Row(group.label, group.runs) for group in rest]
         page.say("Every run", runs_picture(page, "runs", "Every run", rows, shown.every))
