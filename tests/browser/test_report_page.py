@@ -1,6 +1,7 @@
 """A report in a browser: for those who do not see it well, on a phone, and without a network."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -26,7 +27,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE])
-def test_a_checker_finds_nothing_serious_in_a_report(page: Page, written: Path, size: dict) -> None:
+def test_a_checker_finds_nothing_serious_in_a_report(page: Page, written: Path, size: Any) -> None:
     page.set_viewport_size(size)
     page.goto(written.as_uri())
     for details in page.locator("summary").all():
