@@ -27,7 +27,7 @@ from app.report.sections.schedules import write_schedules
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
 from app.report.sections.thesis import write_thesis
-from app.report.sections.variants import write_curves, write_scalars, write_variants
+from app.report.sections.variants import write_curves, write_passages, write_scalars, write_variants
 from app.results import thesis
 from app.results.horizon import Horizon
 from app.results.read import (
@@ -206,9 +206,12 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
         write_variants(page, rest, shown, naming)
     if others:
         write_curves(page, reader, others, shown.first, naming)
+        write_passages(page, others, shown.first, naming)
     if 0 < len(rest) <= MOST_ROWS:
         rows = [Row(group.label, group.runs) for group in rest]
-        page.say("Every run", runs_picture(page, "runs", "Every run", rows, shown.every))
+        picture = runs_picture(page, "runs", "Every run", rows, shown.every)
+        if picture:
+            page.say("Every run", picture)
     write_scalars(page, groups, shown, naming)
     lead_with_range(page, groups, shown.first)
 

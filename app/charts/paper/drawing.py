@@ -11,7 +11,18 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from app.charts.model import Chart, Curves, Dots, Effects, Plane, Points, Rows, Schedules
+from app.charts.model import (
+    Arriving,
+    Chart,
+    Curves,
+    Dots,
+    Effects,
+    Plane,
+    Points,
+    Rows,
+    Schedules,
+)
+from app.charts.paper.arrivals import arrivals_figure
 from app.charts.paper.curves import curves_figure
 from app.charts.paper.dots import dots_figure
 from app.charts.paper.fonts import fonts_for
@@ -87,6 +98,8 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
     match chart:
         case Curves():
             figure = curves_figure(chart, small_print)
+        case Arriving():
+            figure = arrivals_figure(chart, small_print)
         case Dots():
             figure = dots_figure(chart, small_print)
         case Plane():
@@ -127,11 +140,14 @@ def _saved(
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
     png = io.BytesIO()
     figure.savefig(png, format="png", dpi=_PNG_DPI)
+    foot = foot_of(figure)
+    # All has its place now; to find it a second time would take a third of the time of a picture.
+    figure.set_layout_engine("none")
     svg = io.StringIO()
     # The date and the maker's address have no place in a page that is to be the same every time.
     nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(svg, format="svg", metadata=nothing, dpi=_PNG_DPI)
-    document, foot = svg.getvalue(), foot_of(figure)
+    document = svg.getvalue()
     width, height = figure.get_size_inches()
     return Drawing(
         svg=_as_element(name, document, hints),
