@@ -44,17 +44,17 @@ CLOSE = of_margin(findings.named("within", 15, findings.REWARD))
 @pytest.mark.parametrize(
     ("finding", "low", "high", "n", "expected"),
     [
-        (ABOVE, 16, 30, 5, findings.HOLDS),
-        (ABOVE, 0, 14, 5, findings.FAILS),
+        (ABOVE, 16, 30, 10, findings.HOLDS),
+        (ABOVE, 0, 14, 10, findings.FAILS),
         (ABOVE, 14, 16, 30, findings.UNDECIDED),
-        (ABOVE, 16, 30, 4, findings.UNDECIDED),
-        (BELOW, 0, 14, 5, findings.HOLDS),
-        (BELOW, 16, 30, 5, findings.FAILS),
+        (ABOVE, 16, 30, 9, findings.UNDECIDED),
+        (BELOW, 0, 14, 10, findings.HOLDS),
+        (BELOW, 16, 30, 10, findings.FAILS),
         (BELOW, 14, 16, 30, findings.UNDECIDED),
-        (CLOSE, -14, 14, 5, findings.HOLDS),
-        (CLOSE, 16, 30, 5, findings.FAILS),
-        (CLOSE, -30, -16, 5, findings.FAILS),
-        (CLOSE, -16, 0, 5, findings.UNDECIDED),
+        (CLOSE, -14, 14, 10, findings.HOLDS),
+        (CLOSE, 16, 30, 10, findings.FAILS),
+        (CLOSE, -30, -16, 10, findings.FAILS),
+        (CLOSE, -16, 0, 10, findings.UNDECIDED),
     ],
 )
 def test_the_rule(finding: Finding, low: float, high: float, n: int, expected: str) -> None:
@@ -96,15 +96,15 @@ def placed_runs(
 
 
 def test_a_finding_is_measured_by_seed(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(5))
+    reader, placed = placed_runs(folder, range(10))
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
-    assert effect == estimates.Contrast(Estimate(150.0, 150.0, 150.0, 5), paired=True)
+    assert effect == estimates.Contrast(Estimate(150.0, 150.0, 150.0, 10), paired=True)
     assert findings.verdict(thesis.FINDINGS[0], effect.estimate) == findings.HOLDS
 
 
 def test_with_few_seeds_nothing_is_decided(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(3))
+    reader, placed = placed_runs(folder, range(9))
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
     assert findings.verdict(thesis.FINDINGS[0], effect.estimate) == findings.UNDECIDED
@@ -239,7 +239,7 @@ def as_the_thesis_has_it() -> dict[str, np.ndarray]:
 
 def verdicts(folder: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, str | None]:
     """Verdicts on the findings on the spread of value, by what they measure; None for none."""
-    reader, placed = placed_runs(folder, range(5), arrays)
+    reader, placed = placed_runs(folder, range(10), arrays)
     found: dict[str, str | None] = {}
     for finding in thesis.FINDINGS:
         if finding.topic.startswith("Spread of value"):
