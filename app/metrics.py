@@ -94,8 +94,7 @@ def greedy_success(run: Run) -> float:
     """Share of captures of hunts of pure greed, over starts drawn as those of trials are."""
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
-    skill_q = found["skill_q"] if run.spec.learner.skills else None
-    policy = hunts.greedy_moves(selection_q, skill_q)
+    policy = hunts.greedy_moves(selection_q, found["skill_q"])
     starts = rng.streams(GREEDY_SEED)[rng.STARTS]
     return hunts.success_share(run.world, policy, starts, GREEDY_HUNTS)
 
