@@ -139,8 +139,7 @@ def greedy_of(run: Run, n_hunts: int = GREEDY_HUNTS) -> Greedy:
     """What a learner would do now if it were greedy at both levels, and learned no more."""
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
-    skill_q = found["skill_q"] if run.spec.learner.skills else None
-    policy = hunts.greedy_moves(selection_q, skill_q)
+    policy = hunts.greedy_moves(selection_q, found["skill_q"])
     starts = rng.streams(GREEDY_SEED)[rng.STARTS]
     ends, world = hunts.endings(run.world, policy, starts, n_hunts), run.spec.world
     total = ends.captures * world.capture_reward + ends.flights * world.flight_reward
