@@ -68,6 +68,11 @@ class Experiment(ExperimentSpec):
         """Runs in all."""
         return len(self.variants) * len(self.seeds)
 
+    @property
+    def n_drawn(self) -> int:
+        """Variants of which some values were drawn at random."""
+        return sum(variant.is_draw for variant in self.variants)
+
     def seeds_of(self, variant: Variant) -> Sequence[int]:
         """The seeds of a variant: its own ones unless starts are shared."""
         return self.seeds if self.common_starts else self.own_seeds[variant.label]
