@@ -76,6 +76,8 @@ class Variant:
     spec: RunSpec
     overrides: Mapping[str, Any]
     """What the experiment sets in the preset, by dotted key."""
+    seeds: Sequence[int] | None = None
+    """That its preset has of its own in the experiment; None where it has those of all."""
     is_draw: bool = False
     """Whether some of its values were drawn at random."""
 
@@ -93,6 +95,8 @@ class Plan(NamedTuple):
     base: presets.Base
     fixed: Sequence[Node]
     axes: Sequence[Axis]
+    seeds: Sequence[int] | None
+    """Of its own."""
 
     @property
     def n_variants(self) -> int:
@@ -135,10 +139,13 @@ class Expansion:
         if "trials" in entries:
             fixed.append(entries["trials"])
         items: list[Node] = entries["presets"].value if "presets" in entries else []
-        plans = (self._plan(item, fixed, axes) for item in items)
+        pairs = zip(items, self._asked.presets, strict=True)
+        plans = (self._plan(item, asked.seeds, fixed, axes) for item, asked in pairs)
         return [plan for plan in plans if plan is not None]
 
-    def _plan(self, item: Node, fixed: list[Node], axes: list[Axis]) -> Plan | None:
+    def _plan(
+        self, item: Node, seeds: Sequence[int] | None, fixed: list[Node], axes: list[Axis]
+    ) -> Plan | None:
         is_mapping = isinstance(item.value, dict)
         entries: dict[Any, Node] = dict(children(item)) if is_mapping else {"preset": item}
         own_fixed, own_axes = self._varied(entries)
@@ -168,7 +175,7 @@ class Expansion:
             return None
         named_by = written if written and label else at
         label = label or Path(name).stem
-        return Plan(name, label, named_by, base, [*fixed, *own_fixed], [*axes, *own_axes])
+        return Plan(name, label, named_by, base, [*fixed, *own_fixed], [*axes, *own_axes], seeds)
 
     def _varied(self, entries: Mapping[str, Node]) -> tuple[list[Node], list[Axis]]:
         """What is set once, and the axes."""
@@ -214,14 +221,16 @@ class Expansion:
                     self._problems.append(self._root.problem(message))
             seen.update(axis.keys)
 
-    def few_enough(self, plans: Sequence[Plan], n_seeds: int) -> bool:
+    def few_enough(self, plans: Sequence[Plan]) -> bool:
         """Whether so many variants and runs may be made."""
         n_variants = sum(plan.n_variants for plan in plans)
         n_values = sum(plan.n_values for plan in plans)
-        if n_variants > MAX_VARIANTS or n_variants * n_seeds > MAX_RUNS:
+        n_seeds = [len(self._asked.seeds if plan.seeds is None else plan.seeds) for plan in plans]
+        n_runs = sum(plan.n_variants * n for plan, n in zip(plans, n_seeds, strict=True))
+        if n_variants > MAX_VARIANTS or n_runs > MAX_RUNS:
+            each = f" with {n_seeds[0]} seeds each" if len({*n_seeds}) == 1 else ""
             message = (
-                f"asks for {_counted(n_variants)} variants with {n_seeds} seeds each,"
-                f" {_counted(n_variants * n_seeds)} runs;"
+                f"asks for {_counted(n_variants)} variants{each}, {_counted(n_runs)} runs;"
                 f" allowed: up to {MAX_VARIANTS} variants and {MAX_RUNS} runs"
             )
         elif n_values > MAX_VALUES:
@@ -378,7 +387,7 @@ def _variant(plan: Plan, base: presets.Base, choices: Sequence[Choice]) -> Varia
         intern(".".join(map(str, node.key))): plain(node) for node in (*plan.fixed, *chosen)
     }
     is_draw = any(choice.is_draw for choice in choices)
-    return Variant(_label(plan, choices), plan.name, spec, overrides, is_draw)
+    return Variant(_label(plan, choices), plan.name, spec, overrides, plan.seeds, is_draw)
 
 
 def _label(plan: Plan, choices: Sequence[Choice]) -> str:
