@@ -18,7 +18,14 @@ from sim import rng
 from sim.bits import U
 from sim.compiled import loop
 from sim.rng import GAMMA, mix
-from sim.world import PREY_BIT, STATE_SHIFT, World, moved, start_of_trial
+from sim.world import (
+    PREY_BIT,
+    READING_SHIFT,
+    World,
+    moved,
+    skill_state_of,
+    start_of_trial,
+)
 
 EXERCISES = 100
 EXERCISE_STEPS = 100
@@ -36,7 +43,7 @@ class Travel(NamedTuple):
     distance: np.ndarray
     """(step,) float32: from the prey after each of them, in cells."""
     stayed: float
-    """Share of them that ended in the reading of direction and distance that they started in."""
+    """Share of them that ended in the reading of the selection that they started in."""
 
 
 class Trials(NamedTuple):
@@ -84,7 +91,8 @@ def exercise(
         cell, heading = start_of_trial(world, starts, number)
         counter = stream_of(starts, heading, cell)
         for _ in range(max_steps):
-            state = U(world.cell_word[cell]) >> STATE_SHIFT
+            reading = U(world.cell_word[cell]) >> READING_SHIFT
+            state = skill_state_of(world.skill_states, cell, reading)
             counter += GAMMA
             row = (skill * world.n_skill_states + state) << _ROW_SHIFT
             move = skill_move(words, row, epsilon16, mix(counter))
@@ -95,7 +103,7 @@ def exercise(
                 turn = wrapped(world.angle[cell_t] - world.angle[cell])
             d_tm1, d_t = world.distance[cell], world.distance[cell_t]
             made += 1
-            if local_reward(weights, skill, d_tm1, d_t, turn) > _NOTHING:
+            if local_reward(weights, None, skill, d_tm1, d_t, turn) > _NOTHING:
                 earned += 1
             cell = cell_t
             if is_there:
@@ -157,7 +165,7 @@ def travel(run: Run) -> Travel:
     began = TRAIL_LENGTH - since[since < TRAIL_LENGTH]
     is_first = np.zeros(TRAIL_LENGTH + 1, bool)
     is_first[began] = True
-    readings = run.world.cell_word[cells] >> int(STATE_SHIFT)
+    readings = run.world.cell_word[cells] >> int(READING_SHIFT)
     same = readings[1:] == readings[:-1]
     within = ~is_first[1:-1]
     return Travel(run.world.distance[cells], float(same[within].mean()))
@@ -171,3 +179,10 @@ def trials(run: Run, first: int, last: int) -> Trials:
     ended = run.world.distance[run.state.log_cell[first:last]]
     seen = (run.world.cell_word[cells] >> headings) & 1 == 1
     return Trials(distance, distance - ended, seen)
+
+
+def prepare(run: Run) -> None:
+    """Compile what this takes, or load what was compiled before, ahead of the first look."""
+    trials(run, 0, 0)
+    for skill in run.present[:1]:
+        progress(run, skill)

@@ -15,6 +15,7 @@ from tests.support.reference import MOVES, SlowWorld, SplitMix64, local_reward
 
 SKILLS = ("approach", "circle_clockwise", "avoid")
 SMALL = ["world.size=20", "world.n_directions=8", "world.n_distances=4", "world.step_limit=60"]
+FINE = ["world.n_directions=16", "world.n_distances=6"]
 SLOW = SlowWorld(size=20, n_directions=8, n_distances=4, step_limit=60)
 
 
@@ -71,6 +72,15 @@ def test_a_skill_that_is_left_to_itself_does_what_it_would_while_it_learns(skill
     skill_q = tables(run.spec, run.state)["skill_q"][number]
     assert found == slow_exercise(skill_q, skill, 6554, int(starts), 8, 40)
     assert 0 < found[1] < found[0]
+
+
+def test_a_skill_sees_by_its_own_sensors() -> None:
+    own = ["world.skill_n_directions=16", "world.skill_n_distances=6"]
+    run = Run(presets.load("hierarchical_2", [*SMALL, *own]), 5)
+    run.advance(max_steps=20_000)
+    fine = Run(presets.load("hierarchical_2", [*SMALL, *FINE]), 5)
+    fine.state.skills[:] = run.state.skills
+    assert behaviour.progress(run, "approach") == behaviour.progress(fine, "approach")
 
 
 def test_practice_makes_progress() -> None:
