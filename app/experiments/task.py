@@ -323,6 +323,6 @@ def arrays_of(course: Course, pictures: Pictures, facts: Facts) -> dict[str, np.
         "greedy_trial": course.greedy_curve.trial,
         "greedy_step": course.greedy_curve.step,
         "greedy_reward": course.greedy_curve.reward,
-        "probe_names": np.array([*facts.found], "U64"),
+        "probe_names": np.array([*facts.found], np.str_),
         "probe_values": np.array([*facts.found.values()], np.float64),
     }

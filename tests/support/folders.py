@@ -56,7 +56,7 @@ def greedy_curve(
 
 def no_facts() -> dict[str, np.ndarray]:
     """Arrays of no facts."""
-    return {"probe_names": np.zeros(0, "U64"), "probe_values": np.zeros(0)}
+    return {"probe_names": np.zeros(0, np.str_), "probe_values": np.zeros(0)}
 
 
 def add_run(
