@@ -11,7 +11,8 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from app.charts.model import Chart, Curves, Dots, Effects, Plane, Points, Rows
+from app.charts.model import Arriving, Chart, Curves, Dots, Effects, Plane, Points, Rows
+from app.charts.paper.arrivals import arrivals_figure
 from app.charts.paper.curves import curves_figure
 from app.charts.paper.dots import dots_figure
 from app.charts.paper.fonts import fonts_for
@@ -78,6 +79,8 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
     match chart:
         case Curves():
             figure = curves_figure(chart, small_print)
+        case Arriving():
+            figure = arrivals_figure(chart, small_print)
         case Dots():
             figure = dots_figure(chart, small_print)
         case Plane():
