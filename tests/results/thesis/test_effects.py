@@ -19,6 +19,10 @@ PART = Finding("", "", "", "", (Term(1, *TIMED, "reward"), Term(-0.25, *STANDARD
 N = 12
 
 
+def trace_of(seed: int, quantities: Mapping[str, float]) -> Trace:
+    return Trace(seed, {}, quantities, introductions={}, ended=(0, 0), met=None)
+
+
 def made_up(
     monkeypatch: pytest.MonkeyPatch, timed: Mapping[int, float], standard: Mapping[int, float]
 ) -> tuple[Reader, Placed]:
@@ -31,7 +35,7 @@ def made_up(
             placed[place] = runs
         for run, value in zip(runs, values.values(), strict=True):
             found = {} if math.isnan(value) else {"reward": value}
-            known[run.key] = Trace(run.seed, {}, found, {}, None)
+            known[run.key] = trace_of(run.seed, found)
     reader = Reader(Widths(1, 1), thesis.quantities_of)
 
     def traces(runs: Iterable[Record]) -> list[Trace]:
@@ -79,7 +83,7 @@ def test_a_quantity_that_some_runs_lack_is_not_taken_over_the_others(
 
 def test_an_undefined_quantity_is_one_that_the_run_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
     reader, placed = made_up(monkeypatch, {1: 1.0, 2: 2.0}, {1: 1.0, 2: 1.0})
-    undefined = Trace(2, {}, {"reward": math.nan}, {}, None)
+    undefined = trace_of(2, {"reward": math.nan})
     kept = reader.traces
 
     def with_undefined(runs: list[Record]) -> list[Trace]:
