@@ -160,11 +160,11 @@ def travel(run: Run) -> Travel:
         raise ValueError(f"step: {step} is too early; allowed: {TRAIL_LENGTH} or later")
     cells = np.roll(run.state.trail, -(step + 1) % TRAIL_LENGTH)
     # Where trials began, in steps before now; the running one may just be about to.
-    lengths = run.state.log_steps[: measures.trials_done(run.state)][::-1]
-    since = int(run.state.tally[TRIAL_STEP]) + np.cumsum([0, *lengths[:TRAIL_LENGTH]])
-    began = TRAIL_LENGTH - since[since < TRAIL_LENGTH]
+    done = measures.trials_done(run.state)
+    lengths = run.state.log_steps[max(done - TRAIL_LENGTH, 0) : done][::-1]
+    since = np.cumsum(np.concatenate([run.state.tally[[TRIAL_STEP]], lengths]), dtype=np.int64)
     is_first = np.zeros(TRAIL_LENGTH + 1, bool)
-    is_first[began] = True
+    is_first[TRAIL_LENGTH - since[since < TRAIL_LENGTH]] = True
     readings = run.world.cell_word[cells] >> int(READING_SHIFT)
     same = readings[1:] == readings[:-1]
     within = ~is_first[1:-1]
