@@ -105,7 +105,7 @@ class Curves(NamedTuple):
         ]
         for panel in self.panels:
             for line in panel.lines:
-                columns = (column.tolist() for column in line.band)
+                columns = (column.tolist() for column in line.band.columns)
                 rows += [
                     [panel.title, line.label, start, end, mean, low, high, n]
                     for start, end, mean, low, high, n in zip(*columns, strict=True)
