@@ -16,7 +16,7 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from app.words.numbers import NONE, in_short, shown_number
+from app.words.numbers import NONE, in_short
 from learners import hunts, measures
 from learners.measures import FINAL_TRIALS
 from learners.run import Run
@@ -74,7 +74,8 @@ class InTable(NamedTuple):
     width: int
     """In pixels."""
     text: Callable[[float], str]
-    """Of a value: NaN where there is none, infinite for a milestone that was never reached."""
+    """Of a value: NaN where there is none; of a milestone, the steps at which it was reached, or at
+    which the run ended before."""
 
 
 class Metric(NamedTuple):
@@ -309,17 +310,13 @@ def _millions(steps: float) -> str:
     return NONE if math.isnan(steps) else f"{steps / 1e6:.2f}"
 
 
-def _millions_or_never(steps: float) -> str:
-    return shown_number(steps / 1e6, ".2f")
-
-
 _SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
 _LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
 _TO_70 = InTable(
     "M steps to 70",
     "steps until a mean reward of 70 is reached and kept, in millions",
     82,
-    _millions_or_never,
+    _millions,
 )
 
 # --- The registry --------------------------------------------------------------------------------

@@ -205,7 +205,7 @@ def test_every_figure_comes_as_svg_png_and_two_kinds_of_csv(folder: Path) -> Non
         add_run(folder, seed)
     page_of(folder)
     files = sorted(path.name for path in (folder / "report_figures").iterdir())
-    stems = ("curves", "curves_trials")
+    stems = ("curves", "curves_trials", "passages")
     assert files == sorted(f"{stem}.{kind}" for stem in stems for kind in FIGURE_FILES)
     assert (folder / "report_figures" / "curves.png").read_bytes().startswith(b"\x89PNG")
     ET.parse(folder / "report_figures" / "curves.svg")
