@@ -1,6 +1,6 @@
 """What a learner would do if it neither explored nor learned any more: hunts of pure greed.
 
-Works on plain arrays, as a snapshot carries them, and never on a learner at work. From each state
+Works on plain arrays, as a snapshot carries them, and changes nothing of a learner. From each state
 the hunt takes an option of the largest value, and of that option's moves one of the largest value.
 
 Draws. Ties are broken at random, as the learner breaks them: a step takes one draw of 64 bits and
@@ -15,6 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from learners.kernel import rows
+from learners.kernel.state import LearnerState
+from learners.measures import Endings
+from learners.spec import RunSpec
 from sim.bits import U, pick
 from sim.compiled import loop, piece
 from sim.geometry import N_MOVES, STAY
@@ -25,11 +29,12 @@ from sim.world import (
     FLIGHT,
     ONGOING,
     PREY_BIT,
-    STATE_SHIFT,
+    READING_SHIFT,
     TIMEOUT,
     World,
     in_view,
     moved,
+    skill_state_of,
     start_of_trial,
 )
 
@@ -48,8 +53,8 @@ class Policy(NamedTuple):
     """What is greedy where, as sets of small numbers in the bits of a word."""
 
     moves: np.ndarray
-    """(option, distance, direction) uint16: greedy moves of each option; of a primitive move,
-    itself."""
+    """(option, distance, direction) uint16: greedy moves of each option, by what skills see; of a
+    primitive move, itself."""
     options: np.ndarray
     """(heading, distance, direction) uint16: greedy options of each state."""
 
@@ -72,13 +77,13 @@ class Hunt(NamedTuple):
         return len(self.moves)
 
 
-def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray | None) -> Policy:
+def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray) -> Policy:
     """The greedy policy of a learner.
 
     Args:
         selection_q: ``(heading, distance, direction, option)``, minus infinity where not present.
-        skill_q: ``(skill, distance, direction, move)``, a skill for each option; None where the
-            options are the primitive moves.
+        skill_q: ``(skill, distance, direction, move)``, a skill for each option, distance and
+            direction as skills see them; no skill where the options are the primitive moves.
 
     Raises:
         ValueError: no option is present in some state.
@@ -86,12 +91,28 @@ def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray | None) -> Policy:
     present = np.isfinite(selection_q)
     if not present.any(axis=-1).all():
         raise ValueError("selection_q: no option is present in some state; allowed: at least one")
-    if skill_q is None:
-        only_itself = (1 << np.arange(N_MOVES, dtype=np.uint16))[:, None, None]
-        moves = np.broadcast_to(only_itself, (N_MOVES, *selection_q.shape[1:3])).copy()
-    else:
-        moves = _largest(skill_q)
+    moves = _largest(skill_q) if len(skill_q) else _single_moves(skill_q.shape[1:3])
     return Policy(moves, _largest(selection_q))
+
+
+def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
+    """The greedy policy of a learner between two steps: the sets that its tables keep, copied.
+
+    It is that of :func:`greedy_moves`, for a tenth of the time.
+    """
+    world, of_skills = spec.world, spec.world.of_skills
+    shape = of_skills.n_distances, of_skills.n_directions
+    options = rows.greedy_sets(state.selection_words)
+    moves = rows.greedy_sets(state.skill_words).reshape(-1, *shape)
+    if not spec.learner.skills:
+        moves = _single_moves(shape)
+    return Policy(moves, options.reshape(N_HEADINGS, world.n_distances, world.n_directions))
+
+
+def _single_moves(shape: tuple[int, ...]) -> np.ndarray:
+    """The greedy moves of options that are the primitive moves: of each, itself."""
+    only_itself = (1 << np.arange(N_MOVES, dtype=np.uint16))[:, None, None]
+    return np.broadcast_to(only_itself, (N_MOVES, *shape)).copy()
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
@@ -162,13 +183,14 @@ def follow(
         The outcome and the number of steps.
     """
     room = way.size
-    base = heading * world.n_skill_states
+    base = heading * world.n_readings
     landmark = _NOWHERE
     for step in range(max_steps):
-        skill_state = U(world.cell_word[cell]) >> STATE_SHIFT
+        reading = U(world.cell_word[cell]) >> READING_SHIFT
+        skill_state = skill_state_of(world.skill_states, cell, reading)
         counter += GAMMA
         draw = mix(counter)
-        best_options = U(options[base + skill_state])
+        best_options = U(options[base + reading])
         option = pick(best_options, (draw >> _S16) & _LOW16)
         best_moves = U(moves[option * world.n_skill_states + skill_state])
         move = pick(best_moves, draw >> _S48)
@@ -243,7 +265,7 @@ def follow_each(
 
 
 @loop
-def count_captures(
+def count_endings(
     world: World,
     moves: np.ndarray,
     options: np.ndarray,
@@ -251,17 +273,16 @@ def count_captures(
     n_hunts: int,
     no_way: np.ndarray,
     no_options: np.ndarray,
-) -> int:
-    """Captures of hunts that start as the first trials of a stream of starts would.
+    counts: np.ndarray,
+) -> None:
+    """Endings of hunts that start as the first trials of a stream of starts would.
 
-    The ``no_`` arrays are empty.
+    They are added to ``counts``, ``(outcome,) int64``. The ``no_`` arrays are empty.
     """
-    captures = 0
     for number in range(n_hunts):
         cell, heading = start_of_trial(world, starts, number)
         outcome = ending_from(world, moves, options, cell, heading, U(number), no_way, no_options)
-        captures += outcome == CAPTURE
-    return captures
+        counts[outcome] += 1
 
 
 def hunt(
@@ -293,15 +314,16 @@ def hunt(
     return Hunt(cells, options[:steps].copy(), moves[:steps].copy(), int(outcome))
 
 
-def success_share(world: World, policy: Policy, starts: np.uint64, n_hunts: int) -> float:
-    """Share of captures among hunts that start as the first trials of a stream of starts would.
+def endings(world: World, policy: Policy, starts: np.uint64, n_hunts: int) -> Endings:
+    """How hunts end that start as the first trials of a stream of starts would.
 
     Each breaks its ties by a seed of its own, its number.
     """
     no_way, no_options = np.empty(0, np.int64), np.empty(0, np.uint8)
     moves, options = policy.moves.ravel(), policy.options.ravel()
-    captures = count_captures(world, moves, options, starts, n_hunts, no_way, no_options)
-    return captures / n_hunts
+    counts = np.zeros(TIMEOUT + 1, np.int64)
+    count_endings(world, moves, options, starts, n_hunts, no_way, no_options, counts)
+    return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
 
 
 def success_map(
@@ -356,8 +378,8 @@ def ring_of_starts(world: World, radius: float, n: int = 16) -> np.ndarray:
 
 def prepare(world: World) -> None:
     """Compile what hunts take, or load what was compiled before, ahead of the first one."""
-    anything = np.zeros((N_HEADINGS, 1, int(world.n_skill_states), N_MOVES))
-    policy = greedy_moves(anything, None)
+    anything = np.zeros((N_HEADINGS, 1, int(world.n_readings), N_MOVES))
+    policy = greedy_moves(anything, np.zeros((0, 1, int(world.n_skill_states), N_MOVES)))
     success_map(world._replace(step_limit=0), policy)
     hunt(world, policy, int(world.prey_cell), 0, max_steps=1)
     stepped(world, world.prey_cell, U(0), U(STAY))

@@ -19,7 +19,8 @@ from pydantic import (
 
 from app.documents.faults import written_so
 from app.documents.ranges import Linear, Logarithmic, range_of
-from app.documents.tree import EXTENDS, MAX_DEPTH, Key
+from app.documents.samples import Sample
+from app.documents.tree import Key, key_of
 from app.metrics import METRICS, NAMES
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, Truth, did_you_mean
@@ -32,16 +33,6 @@ MAX_LABEL: Final = 200
 
 _KEYS_OF_PRESETS: Final = "keys of presets"
 _MEANS: Final = tuple(metric.column for metric in METRICS)
-
-
-def key_of(name: str) -> Key:
-    """The key of a preset that a dotted name stands for; raises `ValueError`."""
-    key = tuple(name.split("."))
-    if not all(key) or len(key) > MAX_DEPTH:
-        raise ValueError("is not a key; allowed: a dotted key of a preset")
-    if key[0] == EXTENDS:
-        raise ValueError("cannot be varied; allowed: in a preset's file")
-    return key
 
 
 def _values(value: Any) -> list[Any] | Linear | Logarithmic:
@@ -85,9 +76,34 @@ _LISTED: Final = TypeAdapter(Annotated[list[_Seed], Field(min_length=1)], config
 
 
 def _seeds(value: Any) -> Sequence[int]:
-    if isinstance(value, list):
-        return tuple(_LISTED.validate_python(value))
-    return range(_N_SEEDS.validate_python(value))
+    match value:
+        case list():
+            return tuple(_LISTED.validate_python(value))
+        case dict():
+            return SeedRange.model_validate(value).seeds
+        case _:
+            return range(_N_SEEDS.validate_python(value))
+
+
+class SeedRange(Spec):
+    """Seeds that are so far apart; both ends belong to them."""
+
+    start: _Seed
+    stop: _Seed
+    step: Annotated[int, Field(ge=1, le=MAX_SEED)] = 1
+
+    @model_validator(mode="after")
+    def _has_an_end(self) -> Self:
+        if not self.start <= self.stop:
+            raise ValueError("is no range; allowed: start up to stop")
+        if len(self.seeds) > MAX_RUNS:
+            raise ValueError(f"has {len(self.seeds)} seeds; allowed: up to {MAX_RUNS}")
+        return self
+
+    @property
+    def seeds(self) -> range:
+        """All of them."""
+        return range(self.start, self.stop + 1, self.step)
 
 
 class Choice(Spec):
@@ -126,6 +142,16 @@ Choices = Annotated[
 ]
 
 
+_WHICH_SEEDS: Final = f"1 to {MAX_RUNS}, a list of seeds from 0 to {MAX_SEED}, or {{start, stop}}"
+Seeds = Annotated[
+    Sequence[_Seed],
+    PlainValidator(_seeds),
+    BeforeValidator(_each_once),
+    Field(description=_WHICH_SEEDS),
+]
+"""A count stands for the seeds from 0."""
+
+
 class PresetItem(Spec):
     """A preset, and what is varied in it alone."""
 
@@ -136,6 +162,9 @@ class PresetItem(Spec):
     grid: Columns = Field(default_factory=dict)
     linked: Groups = ()
     settings: Choices = ()
+    sample: Sample | None = None
+    seeds: Seeds | None = None
+    """Its own; None where it has those of the experiment."""
 
     @model_validator(mode="before")
     @classmethod
@@ -170,18 +199,18 @@ class ExperimentSpec(Spec):
     grid: Columns = Field(default_factory=dict)
     linked: Groups = ()
     settings: Choices = ()
-    seeds: Annotated[
-        Sequence[_Seed],
-        PlainValidator(_seeds),
-        BeforeValidator(_each_once),
-        Field(description=f"1 to {MAX_RUNS}, or a list of seeds from 0 to {MAX_SEED}"),
-    ] = range(1)
+    sample: Sample | None = None
+    seeds: Seeds = range(1)
     common_starts: Truth = True
     """Whether all variants run with the same seeds, and so with the same starts of trials."""
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] | None = None
     """Trials of each run; None where the presets say how many."""
     steps: Annotated[int, Field(ge=1, le=MAX_STEPS)] | None = None
     """Steps of each run; where ``trials`` is None they alone count."""
+    horizon: Annotated[int, Field(ge=1, le=MAX_STEPS)] | None = None
+    """Steps at which all runs are measured, and until which each goes on at least."""
+    greedy_every: Annotated[int, Field(ge=0, le=MAX_TRIALS)] = 2_000
+    """Trials from one point of the greedy curve to the next; 0 where there is none."""
     metrics: Annotated[
         tuple[Annotated[str, PlainValidator(_metric)], ...],
         Field(strict=False, min_length=1, description=f"names from {', '.join(NAMES)}"),
@@ -190,6 +219,20 @@ class ExperimentSpec(Spec):
     ] = NAMES
     """Columns of :mod:`app.metrics` that are measured; charts show the first of them."""
     stop: Stop | None = None
+
+    @model_validator(mode="after")
+    def _gets_to_its_horizon(self) -> Self:
+        if self.horizon is not None and self.steps is not None and self.horizon > self.steps:
+            message = f"lies beyond the end of all runs; allowed: up to steps, {self.steps}"
+            raise ProblemsError([Problem(("horizon",), self.horizon, message)])
+        return self
+
+    @property
+    def horizon_steps(self) -> int | None:
+        """Steps at which all runs are measured; where steps alone count, these, unless stated."""
+        if self.horizon is None and self.trials is None:
+            return self.steps
+        return self.horizon
 
     def last_trial(self, spec: RunSpec) -> int:
         """Trials after which a run of a preset ends, whatever else may end it."""

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis
+from app.analysis.estimates import Axis, Band, Windows
+from app.analysis.passages import Passage
 from app.analysis.sweeps import BETWEEN, short_names
 from app.documents import experiments
 from app.documents.experiment_spec import Stop
@@ -20,6 +21,8 @@ from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
 from app.experiments.table import DamageError, UnreadableError, VersionError
+from app.metrics import GreedyCurve
+from app.results.horizon import Horizon, UpTo, common, is_measured, up_to, with_values
 from app.util.texts import as_text
 from learners import measures
 from sim.spec import WorldSpec
@@ -80,10 +83,24 @@ class Group:
         """A scalar of each run, in the order of the runs."""
         return [run.values[column] for run in self.runs]
 
-    def milestones(self, column: str) -> dict[int, float | None]:
-        """Steps until something was reached, of each run of which it was measured."""
-        found = {seed: at for seed, at in self.by_seed(column).items() if not math.isnan(at)}
-        return {seed: at if math.isfinite(at) else None for seed, at in found.items()}
+    def passages(self, column: str) -> dict[int, Passage]:
+        """After how many steps something was reached, by each run of which it was measured."""
+        return passages_of(self.runs, column)
+
+
+def passages_of(runs: Iterable[Record], column: str) -> dict[int, Passage]:
+    """After how many steps runs reached something, by seed, if it was measured of them.
+
+    Args:
+        runs: of different seeds.
+        column: a milestone.
+    """
+    found = ((run, run.values[column]) for run in runs)
+    return {
+        run.seed: Passage(at if math.isfinite(at) else run.steps, not math.isfinite(at))
+        for run, at in found
+        if not math.isnan(at)
+    }
 
 
 def read_folder(path: Path) -> Folder:
@@ -104,8 +121,9 @@ def read_folder(path: Path) -> Folder:
         origin = _origin_in(path, about)
         rows = records_of(found, origin)
         labels = _names_in(about, "variants")
+        seeds = _seeds_in(about)
         command, description = _command_of(path, about), str(about["description"])
-        planned = len(labels) * len(json.loads(about["seeds"]))
+        planned = sum(len(seeds.own.get(label, seeds.every)) for label in labels)
     except VersionError as error:
         raise ResultsError(
             f"{shown} holds results of version {error}, and this program reads version"
@@ -159,16 +177,39 @@ def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
     return found
 
 
+class _Seeds(NamedTuple):
+    """Seeds that an experiment has been run with so far."""
+
+    every: Sequence[int]
+    own: Mapping[str, Sequence[int]]
+    """Of the variants whose presets have their own, by label."""
+
+
+def _seeds_in(meta: Mapping[str, Any]) -> _Seeds:
+    return _Seeds(json.loads(meta["seeds"]), json.loads(meta["own_seeds"]))
+
+
 def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
-    return Origin(path, _names_in(meta, "metrics"), limited, None if stop is None else Stop(**stop))
+    return Origin(
+        path,
+        _names_in(meta, "metrics"),
+        limited,
+        None if stop is None else Stop(**stop),
+        json.loads(meta["horizon"]),
+        json.loads(meta["steps_alone"]),
+    )
 
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     """What made the results."""
-    seeds = json.loads(meta["seeds"])
-    counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) else []
+    seeds = _seeds_in(meta)
+    # As many for each, counting up from a first one, is what --seeds asks for.
+    lists = [seeds.every, *seeds.own.values()]
+    count = len(seeds.every)
+    count_up = all(list(each) == list(range(each[0], each[0] + count)) for each in lists)
+    counted = ["--seeds", str(count)] if count_up else []
     source = str(meta["source"])
     if not source:
         # An experiment of the page has no file, and a name alone does not say where its file is.
@@ -281,6 +322,10 @@ class Log(NamedTuple):
     joined: Mapping[str, tuple[int, int]]
     """Trial and step of each skill that joined after the start."""
     pictures: Pictures
+    greedy: GreedyCurve
+    """Of no points where none were measured."""
+    facts: Mapping[str, float]
+    """By name: what its probes found, as :mod:`app.experiments.facts` has it."""
 
 
 Measure = Callable[[Record, Log], Mapping[str, float]]
@@ -293,10 +338,14 @@ class Widths:
 
     steps: int
     trials: int
+    trials_by_steps: int = measures.CURVE_WINDOW_TRIALS
+    """Trials in a window of a curve that is drawn against steps."""
 
-    def of(self, axis: Axis) -> int:
-        """The width of a window on an axis."""
-        return self.steps if axis == "steps" else self.trials
+    def of(self, axis: Axis, windows: Windows = "steps") -> int:
+        """The width of a window, in what it is counted in."""
+        if axis == "trials":
+            return self.trials
+        return self.steps if windows == "steps" else self.trials_by_steps
 
 
 def widths_of(rows: Iterable[Record]) -> Widths:
@@ -307,6 +356,7 @@ def widths_of(rows: Iterable[Record]) -> Widths:
     return Widths(
         estimates.window_width(steps, measures.CURVE_WINDOW_STEPS),
         estimates.window_width(trials, _WIDEST_TRIALS),
+        estimates.window_width(trials, measures.CURVE_WINDOW_TRIALS),
     )
 
 
@@ -316,9 +366,16 @@ class Trace(NamedTuple):
     seed: int
     curves: Mapping[Axis, np.ndarray]
     """(window,) float64 each: mean reward per trial, NaN where no trial ended."""
+    by_trials: tuple[np.ndarray, np.ndarray]
+    """(window,) each: mean reward of windows of consecutive trials, and the step at which they
+    ended."""
+    greedy: GreedyCurve
+    up_to: UpTo
     quantities: Mapping[str, float]
     introductions: Mapping[str, tuple[int, int]]
     """Trial and step of each skill that joined after the start."""
+    ended: tuple[int, int]
+    """Trial and step at which it ended."""
     met: tuple[int, int] | None
     """Trial and step at which its stop condition was met and ended it; None if it never was."""
 
@@ -337,25 +394,38 @@ def read_log(run: Record) -> Log:
     if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
         raise ArchiveError("its pictures of the value do not fit its world")
     reward = measures.rewards(world, found.outcome)
-    return Log(found.outcome, reward, found.steps, found.joined, pictures)
+    greedy, facts = found.greedy, found.facts
+    return Log(found.outcome, reward, found.steps, found.joined, pictures, greedy, facts)
 
 
 def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
     curves: dict[Axis, np.ndarray] = {
         axis: estimates.windowed(log.reward, log.steps, widths.of(axis), axis) for axis in AXES
     }
-    return Trace(run.seed, curves, measure(run, log), log.joined, _met(log, run.origin.stop))
+    ended = log.outcome.size, int(log.steps.sum())
+    met = ended if _is_met(log, run.origin.stop) else None
+    width = widths.trials_by_steps
+    by_trials = estimates.windowed(log.reward, log.steps, width, "trials")
+    return Trace(
+        seed=run.seed,
+        curves=curves,
+        by_trials=(by_trials, estimates.window_ends(log.steps, width)),
+        greedy=log.greedy,
+        up_to=up_to(log.reward, log.steps, run.steps),
+        quantities=measure(run, log),
+        introductions=log.joined,
+        ended=ended,
+        met=met,
+    )
 
 
-def _met(log: Log, stop: Stop | None) -> tuple[int, int] | None:
-    """Where the last look that was taken at a run found it good enough, if it did."""
+def _is_met(log: Log, stop: Stop | None) -> bool:
+    """Whether the last look that was taken at a run found it good enough."""
     n_trials = log.outcome.size
     if stop is None or n_trials < stop.trials or n_trials % stop.every:
-        return None
+        return False
     captures = int((log.outcome[-stop.trials :] == CAPTURE).sum())
-    if captures < stop.success * stop.trials:
-        return None
-    return n_trials, int(log.steps.sum())
+    return captures >= stop.success * stop.trials
 
 
 @dataclass
@@ -376,6 +446,38 @@ class Reader:
         """What is kept of the logs of runs, without those that cannot be read."""
         found = (self._trace(run) for run in runs)
         return [trace for trace in found if trace is not None]
+
+    def band(self, runs: Iterable[Record], axis: Axis, windows: Windows = "steps") -> Band:
+        """The learning curve of runs, averaged, with its interval.
+
+        Args:
+            runs: of one learner.
+            axis: what it is drawn against.
+            windows: what its windows are counted in, where that is steps.
+        """
+        traces, rng = self.traces(runs), estimates.bootstrap_rng()
+        width = self.widths.of(axis, windows)
+        if axis == "steps" and windows == "trials":
+            curves, ends = ([trace.by_trials[part] for trace in traces] for part in (0, 1))
+            return estimates.band(curves, width, rng, ends)
+        return estimates.band([trace.curves[axis] for trace in traces], width, rng)
+
+    def at_horizon(self, runs: Iterable[Record]) -> tuple[list[Record], Horizon | None]:
+        """Runs with their values at the horizon that they have in common, and that horizon.
+
+        Logs are read where it is no run's own.
+        """
+        every = list(runs)
+        horizon = common(every)
+        if horizon is None:
+            return every, None
+        return [self._at(run, horizon) for run in every], horizon
+
+    def _at(self, run: Record, horizon: Horizon) -> Record:
+        if run.error or is_measured(run, horizon):
+            return run
+        trace = self._trace(run)
+        return with_values(run, horizon, None if trace is None else trace.up_to)
 
     def pictures(self, runs: Iterable[Record]) -> list[Pictures]:
         """Pictures of the value in the logs of runs, without those that cannot be read.

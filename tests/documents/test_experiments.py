@@ -20,17 +20,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import main
-from app.documents import experiments, presets, variants
+from app.documents import axes, experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
-from app.experiments import runner, store, task
+from app.experiments import probes, runner, store, task
 from app.experiments.crews import Switch, Threads
 from app.experiments.record import Record, gist
 from app.experiments.runner import Outcome, run_experiment
 from app.experiments.seeds import run_seeds
 from app.experiments.store import Folder, FolderError
-from app.experiments.task import made_run
-from app.metrics import steps_to
+from app.experiments.task import Limits, made_run
+from app.metrics import Course
 from learners import measures
 from learners.kernel.state import digest
 from learners.run import Run
@@ -207,7 +207,7 @@ def test_a_whole_preset_may_be_written_in_an_experiment() -> None:
 def test_the_example_of_the_reference_is_sound() -> None:
     page = (ROOT / "presets" / "experiments" / "README.md").read_text(encoding="utf-8")
     experiment = parse(page.split("```yaml\n")[1].split("```")[0], "README.md")
-    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 1
+    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 20 + 1
 
 
 def test_the_reference_lists_every_shipped_experiment_with_its_size() -> None:
@@ -626,9 +626,9 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     if n_settings:
         lines.append(f"settings: [{entries(n_settings, '{label: c#, learner.alpha: 0.#}')}]")
     n_made = 0
-    iterated = variants._Range.__iter__
+    iterated = axes.Range.__iter__
 
-    def counted(values: variants._Range) -> Iterator[Node]:
+    def counted(values: axes.Range) -> Iterator[Node]:
         nonlocal n_made
         for node in iterated(values):
             n_made += 1
@@ -637,7 +637,7 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     with pytest.MonkeyPatch.context() as patch:
         for name, limit in (("MAX_VARIANTS", 99), ("MAX_RUNS", 990), ("MAX_VALUES", 3_000)):
             patch.setattr(variants, name, limit)
-        patch.setattr(variants._Range, "__iter__", counted)
+        patch.setattr(axes.Range, "__iter__", counted)
         made = variants_made(patch)
         try:
             experiment = parse("\n".join(lines), "my.yaml")
@@ -850,7 +850,7 @@ def test_a_budget_of_steps_ends_a_run_whatever_its_trials(tmp_path: Path) -> Non
 def test_a_run_stops_when_it_is_good_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     experiment = small(trials=3000, stop={"success": 0.2, "trials": 100, "every": 50})
     spec, stop = experiment.variants[3].spec, experiment.stop
-    run = made_run(spec, 0, spec.trials, stop=stop)
+    run = made_run(spec, 0, Limits(spec.trials, stop=stop))
     assert run is not None
     assert 100 <= run.trial < 3000
     assert run.trial % 50 == 0
@@ -860,19 +860,9 @@ def test_a_run_stops_when_it_is_good_enough(monkeypatch: pytest.MonkeyPatch) -> 
         whole.advance(until_trial=trial)
         assert measures.endings(whole.state, 100).captures < 20
     monkeypatch.setattr(task, "_SLICE_STEPS", 997)
-    again = made_run(spec, 0, spec.trials, stop=stop)
+    again = made_run(spec, 0, Limits(spec.trials, stop=stop))
     assert again is not None
     assert digest(again.state) == digest(run.state)
-
-
-def test_steps_to_a_success() -> None:
-    outcomes = np.full(1200, FLIGHT, np.int8)
-    outcomes[600:] = CAPTURE
-    steps = np.full(1200, 10, np.int32)
-    assert steps_to(outcomes, steps, 0.5) == 850 * 10
-    assert steps_to(outcomes, steps, 0.7) == 950 * 10
-    assert steps_to(outcomes[:800], steps[:800], 0.5) is None
-    assert steps_to(outcomes[:400], steps[:400], 0.0) is None
 
 
 # --- Whatever happens ----------------------------------------------------------------------------
@@ -915,9 +905,9 @@ def test_resume_after_a_crash_between_arrays_and_row(
 
 
 def counted(made: list[int], function: Any) -> Any:
-    def count(run: Run, *others: Any) -> Any:
-        made.append(run.seed)
-        return function(run, *others)
+    def count(course: Course, *others: Any) -> Any:
+        made.append(course.run.seed)
+        return function(course, *others)
 
     return count
 
@@ -940,10 +930,10 @@ def test_a_run_that_fails_is_recorded_and_made_again(
 ) -> None:
     measured = task.measured
 
-    def fail(run: Run, metrics: Any) -> dict[str, Any]:
-        if run.seed == 1 and run.spec.learner.skills:
+    def fail(course: Course, metrics: Any) -> dict[str, Any]:
+        if course.run.seed == 1 and course.run.spec.learner.skills:
             raise RuntimeError("no luck")
-        return measured(run, metrics)
+        return measured(course, metrics)
 
     monkeypatch.setattr(task, "measured", fail)
     outcome = carried_out(small(), tmp_path / "a")
@@ -1047,7 +1037,7 @@ def test_an_experiment_ends_while_it_is_paused(tmp_path: Path) -> None:
 def test_only_the_metrics_that_are_asked_for_are_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(task, "greedy_success", lambda run: 1 / 0)
+    monkeypatch.setattr(probes, "greedy_of", lambda run: 1 / 0)
     experiment = small(metrics=["area", "steps_to_50"])
     assert experiment.metrics == ("area", "steps_to_50")
     carried_out(experiment, tmp_path / "a")
@@ -1231,6 +1221,16 @@ def test_a_dry_run_makes_nothing(file: str, capsys: pytest.CaptureFixture[str]) 
     assert document["seconds"] > 0
     assert document["disk_bytes"] > 0
     assert not Path("results").exists()
+
+
+def test_a_dry_run_says_how_many_variants_are_drawn_at_random(
+    file: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path(file).read_text("utf-8")
+    sample = "sample: {count: 2, keys: {learner.gamma: {start: 0.8, stop: 0.9}}}\n"
+    Path(file).write_text(text + sample, "utf-8")
+    assert main.main(["experiment", file, "--dry-run"]) == 0
+    assert "16 runs (8 variants, 8 drawn at random, 2 seeds)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

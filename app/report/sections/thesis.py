@@ -9,14 +9,15 @@ from app.charts.model import Panel
 from app.charts.paper.drawing import drawn
 from app.charts.read import line_of, value_maps_of
 from app.charts.styles import THESIS_STYLES
-from app.charts.wording import shown_estimate
+from app.charts.wording import shown_estimate, shown_p
 from app.report.document import Page, details, table
 from app.report.parts import curve_pictures
+from app.report.sections.passages import passages_picture
 from app.results import findings, spread, thesis
-from app.results.findings import LEAST_SEEDS, Finding
+from app.results.findings import LEAST_SEEDS, Finding, Judged
 from app.results.read import Reader, Trace
 from app.results.thesis import Placed
-from app.util.html import element
+from app.util.html import Markup, element
 from app.words.numbers import NONE, counted
 
 
@@ -29,6 +30,7 @@ def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
         placed: the runs.
     """
     _thesis_figures(page, reader, placed)
+    _passages(page, placed)
     _value_spread(page, reader, placed)
     _findings(page, reader, placed)
     _window_means(page, reader, placed)
@@ -53,6 +55,22 @@ def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Pan
         if (world, learner) in placed
     ]
     return Panel(thesis.WORLD_TITLES[world], lines)
+
+
+def _passages(page: Page, placed: Placed) -> None:
+    """How soon the thesis's learners get somewhere, in each world."""
+    pictures: list[Markup] = []
+    for number, (world, title) in enumerate(thesis.WORLD_TITLES.items(), 1):
+        variants = [
+            (thesis.LEARNER_TITLES[learner], placed[world, learner], style)
+            for learner, style in THESIS_STYLES.items()
+            if (world, learner) in placed
+        ]
+        caption = f"Share of runs that have got there: {title}"
+        if variants:
+            pictures.append(passages_picture(page, f"passages_world_{number}", caption, variants))
+    if any(pictures):
+        page.say("How soon it is reached", *pictures)
 
 
 def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:
@@ -101,22 +119,25 @@ def _part(finding: Finding) -> str:
     return f"{finding.topic} ({finding.section})"
 
 
-def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
-    found = findings.verdict(finding, effect.estimate)
-    words = f"{found} at {counted(effect.estimate.n, 'seed')}"
+def _finding_row(judged: Judged) -> Sequence[object]:
+    finding, effect = judged.finding, judged.effect
+    words = f"{judged.verdict} at {counted(effect.estimate.n, 'seed')}"
     return (
         finding.claim,
         _part(finding),
         finding.wanted,
         shown_estimate(effect.estimate, finding.unit.form),
         _paired(finding, effect),
-        element("span", words, class_=_CLASSES[found]),
+        element("span", words, class_=_CLASSES[judged.verdict]),
+        shown_p(judged.corrected_p),
+        element("span", judged.corrected_verdict, class_=_CLASSES[judged.corrected_verdict]),
     )
 
 
 def _findings(page: Page, reader: Reader, placed: Placed) -> None:
     effects = [(f, thesis.effect_of(f, reader, placed, bootstrap_rng())) for f in thesis.FINDINGS]
-    rows = [_finding_row(finding, effect) for finding, effect in effects if effect is not None]
+    every = findings.judged((f, effect) for f, effect in effects if effect is not None)
+    rows = [_finding_row(judged) for judged in every]
     absent = [(_part(f), f.claim) for f, effect in effects if effect is None]
     rule = (
         "Each finding is a quantity, or a difference of quantities, and a condition on it. Rewards"
@@ -128,13 +149,20 @@ def _findings(page: Page, reader: Reader, placed: Placed) -> None:
         " meets the condition, does not hold if none of it does, and is undecided otherwise, and"
         " whenever there are fewer"
         f" than {LEAST_SEEDS} seeds, where no bootstrap interval is wide enough."
-        " Differences are of runs of the same seed, where seeds are shared. The intervals are not"
-        f" corrected for there being {len(rows)}."
+        " Differences are of runs of the same seed, where at least half of the runs of each learner"
+        f" have a partner. Of {len(rows)} findings some may come out by chance, and the intervals"
+        " are not corrected for that; the last two columns are, by Holm's procedure: the chance"
+        " that any of their verdicts is wrong is at most 5 %. Their p is that of a two-sided t test"
+        " against the bound (by seed, or Welch's), and of two one-sided ones where a difference is"
+        " to lie within it."
     )
     measured = "measured [95\N{NO-BREAK SPACE}%]"
-    header = ("finding", "part", "condition", measured, "paired", "verdict")
+    header = (
+        *("finding", "part", "condition", measured, "paired", "verdict"),
+        *("p corrected", "verdict corrected"),
+    )
     parts = [element("p", rule), table(header, rows)] if rows else []
-    if rows and all(effect.estimate.n < LEAST_SEEDS for _, effect in effects if effect is not None):
+    if rows and all(judged.effect.estimate.n < LEAST_SEEDS for judged in every):
         # First, since all that follows is undecided.
         parts.insert(0, element("p", _TOO_FEW, class_="warning"))
     if spread.TIMED in placed:
