@@ -16,7 +16,7 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from app.words.numbers import NONE, in_short, shown_number
+from app.words.numbers import NONE, in_short
 from learners import hunts, measures
 from learners.measures import FINAL_TRIALS
 from learners.run import Run
@@ -25,7 +25,7 @@ from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
 GREEDY_HUNTS: Final = 2_000
 """Hunts by which a greedy policy is measured: a share of 0.8 is known to within 0.01 by them."""
-CURVE_HUNTS: Final = 250
+CURVE_HUNTS: Final = 200
 """The first of these, by which a point of the greedy curve is measured: of one run it is known to
 within 4 of reward, and of the mean over runs far better, since all have the same starts."""
 GREEDY_SEED: Final = 7_331_729
@@ -74,7 +74,8 @@ class InTable(NamedTuple):
     width: int
     """In pixels."""
     text: Callable[[float], str]
-    """Of a value: NaN where there is none, infinite for a milestone that was never reached."""
+    """Of a value: NaN where there is none; of a milestone, the steps at which it was reached, or at
+    which the run ended before."""
 
 
 class Metric(NamedTuple):
@@ -309,17 +310,13 @@ def _millions(steps: float) -> str:
     return NONE if math.isnan(steps) else f"{steps / 1e6:.2f}"
 
 
-def _millions_or_never(steps: float) -> str:
-    return shown_number(steps / 1e6, ".2f")
-
-
 _SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
 _LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
 _TO_70 = InTable(
     "M steps to 70",
     "steps until a mean reward of 70 is reached and kept, in millions",
     82,
-    _millions_or_never,
+    _millions,
 )
 
 # --- The registry --------------------------------------------------------------------------------
@@ -399,11 +396,37 @@ IN_TABLE: Final = tuple(
 """Those that have a column of the page's table of runs, in its order."""
 FINAL_REWARD: Final = BY_COLUMN["final_reward"]
 AREA: Final = BY_COLUMN["area"]
+AT_THE_HORIZON: Final = BY_COLUMN["horizon_area"], BY_COLUMN["horizon_reward"]
+"""Those that compare runs of equal experience, first the one that says most."""
 
 
-def shown_first(names: Sequence[str]) -> Metric:
-    """The number that charts show, of those an experiment asks for: the first that is a mean."""
-    return next((BY_COLUMN[name] for name in names if name not in MILESTONES), FINAL_REWARD)
+def shown_first(names: Sequence[str], is_stated: bool = False) -> Metric:
+    """The number that charts show, of those an experiment asks for: the first that is a mean.
+
+    Where that is the final reward and the experiment states a horizon, it is the area up to there,
+    or the reward there: runs of equal experience can be compared, runs of equal trials cannot. A
+    horizon that is not stated moves as runs come in, and what is charted is not to move with it.
+
+    Args:
+        names: columns that are asked for, in their order.
+        is_stated: whether the experiment states a horizon.
+    """
+    first = next((BY_COLUMN[name] for name in names if name not in MILESTONES), FINAL_REWARD)
+    if first is not FINAL_REWARD or not is_stated:
+        return first
+    return next((metric for metric in AT_THE_HORIZON if metric.column in names), first)
+
+
+def shown_means(names: Sequence[str], is_stated: bool, has_horizon: bool) -> Sequence[Metric]:
+    """The numbers that maps of settings are drawn of, each once.
+
+    Args:
+        names: columns that are asked for, in their order.
+        is_stated: whether the experiment states a horizon.
+        has_horizon: whether the runs have one in common, be it stated or not.
+    """
+    others = (*(AT_THE_HORIZON if has_horizon else ()), FINAL_REWARD, AREA)
+    return [*dict.fromkeys((shown_first(names, is_stated), *others))]
 
 
 _GREEDY: Final = frozenset({"final_greedy", "greedy_success", "horizon_greedy"})

@@ -24,7 +24,12 @@ from app.report.sections.readings import write_readings
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
 from app.report.sections.thesis import write_thesis
-from app.report.sections.variants import write_curves, write_scalars, write_variants
+from app.report.sections.variants import (
+    write_curves,
+    write_passages,
+    write_scalars,
+    write_variants,
+)
 from app.results import thesis
 from app.results.read import (
     Folder,
@@ -189,6 +194,7 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
         write_variants(page, rest, shown, naming)
     if others:
         write_curves(page, reader, others, shown.first, naming)
+        write_passages(page, others, shown.first, naming)
     write_scalars(page, groups, shown, naming)
 
 

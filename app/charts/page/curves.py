@@ -168,7 +168,7 @@ def _curve(line: Line, look: _Look, plot: _Plot) -> str:
     band, x, y = line.band, plot.x, plot.y
     if not band.mean.size:
         return ""
-    across = x.start + band.middle * plot.factor / x.high * (x.end - x.start)
+    across = x.start + band.at * plot.factor / x.high * (x.end - x.start)
     up = [y.start + (v - y.low) / (y.high - y.low) * (y.end - y.start) for v in band[2:5]]
     first, rest = slice(0, line.n_whole), slice(max(line.n_whole - 1, 0), None)
     parts: list[str] = []

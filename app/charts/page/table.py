@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from app.analysis.passages import arrivals
 from app.charts.live import trials_of
 from app.charts.page.svg import Address, link
 from app.charts.view import Size, View, listed, n_pages
@@ -12,6 +14,7 @@ from app.charts.wording import short_label
 from app.experiments.record import Record
 from app.metrics import IN_TABLE
 from app.results.gather import Gathering, PlacedRun
+from app.results.read import passages_of
 from app.util.html import escaped
 from app.words.numbers import NONE, shown_number
 
@@ -42,8 +45,10 @@ def _heads(gathering: Gathering) -> Sequence[_Head]:
     for metric in IN_TABLE:
         shown = metric.of_runs(*trials).in_table
         assert shown is not None
-        value = _value_of(metric.column)
-        heads.append(_Head(metric.column, shown.title, shown.hint, shown.width, value, shown.text))
+        value, text = _value_of(metric.column), shown.text
+        if metric.kind == "milestone":
+            value, text = _passage_of(metric.column), partial(_passage_text, shown.text)
+        heads.append(_Head(metric.column, shown.title, shown.hint, shown.width, value, text))
     digest = "of the learned tables: equal ones learned the same"
     heads += [
         _Head("seconds", "seconds", "that the run took", 60, attrgetter("seconds"), _seconds),
@@ -54,6 +59,24 @@ def _heads(gathering: Gathering) -> Sequence[_Head]:
 
 def _value_of(column: str) -> Callable[[Record], float]:
     return lambda run: run.values[column]
+
+
+def _passage_of(column: str) -> Callable[[Record], Any]:
+    """Whether a run ended before it got somewhere, and its steps there: in this order they sort."""
+
+    def value(run: Record) -> tuple[bool, float] | float:
+        passage = passages_of([run], column).get(run.seed)
+        return math.nan if passage is None else (passage.censored, passage.steps)
+
+    return value
+
+
+def _passage_text(text: Callable[[float], str], value: tuple[bool, float] | float) -> str:
+    """Steps until something was reached; of a run that ended before, that it takes more."""
+    if not isinstance(value, tuple):
+        return text(value)
+    censored, steps = value
+    return f"{_MORE_THAN if censored else ''}{text(steps)}"
 
 
 def _four_digits(value: float) -> str:
@@ -68,6 +91,10 @@ def _seconds(value: float) -> str:
     return NONE if math.isnan(value) else f"{value:.1f}"
 
 
+_MORE_THAN = "&gt;\N{NO-BREAK SPACE}"
+_MOST_MEDIANS = 8
+"""Variants whose medians are told."""
+_MEDIAN_CHARACTERS = 40
 _MOST_STRETCH = 1.5
 """Of columns in a wide table."""
 
@@ -89,8 +116,34 @@ def table_html(gathering: Gathering, view: View, address: Address, size: Size) -
     return (
         f'<div class="bar"><b>Runs</b>{_pager(len(shown), page, address, size.rows)}</div>'
         f'<table><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
-        f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>"
+        f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>{_medians(gathering)}"
     )
+
+
+def _medians(gathering: Gathering) -> str:
+    """Medians of the steps until something was reached, of variants that are not too many."""
+    every = gathering.experiment.variants
+    if len(every) > _MOST_MEDIANS:
+        return ""
+    told: list[str] = []
+    for metric in IN_TABLE:
+        if metric.kind != "milestone" or metric.in_table is None:
+            continue
+        medians: list[str] = []
+        for place, variant in enumerate(every):
+            runs = [run for at, run in gathering.runs if at == place and not run.error]
+            found = arrivals([*passages_of(runs, metric.column).values()])
+            if found.n:
+                beyond = math.isinf(found.median.value)
+                steps = metric.in_table.text(found.last if beyond else found.median.value)
+                name = escaped(short_label(variant.label, _MEDIAN_CHARACTERS))
+                medians.append(f"{name} {_MORE_THAN if beyond else ''}{steps}")
+        if medians:
+            told.append(
+                f"<p>Median {escaped(metric.in_table.title)}, runs that ended before counted until"
+                f" then: {'; '.join(medians)}.</p>"
+            )
+    return "".join(told)
 
 
 def _in_order(runs: Sequence[PlacedRun], view: View, heads: Sequence[_Head]) -> Sequence[PlacedRun]:

@@ -39,7 +39,7 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
         band, style = line.band, line.style
         if not band.mean.size:
             continue
-        x = band.middle * scale
+        x = band.at * scale
         _draw_mean(axes, style, x[: line.n_whole], band.mean[: line.n_whole], 1)
         rest = slice(max(line.n_whole - 1, 0), None)
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)

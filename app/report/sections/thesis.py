@@ -12,11 +12,12 @@ from app.charts.styles import THESIS_STYLES
 from app.charts.wording import shown_estimate, shown_p
 from app.report.document import Page, details, table
 from app.report.parts import curve_pictures
+from app.report.sections.passages import passages_picture
 from app.results import findings, spread, thesis
 from app.results.findings import LEAST_SEEDS, Finding, Judged
 from app.results.read import Reader, Trace
 from app.results.thesis import Placed
-from app.util.html import element
+from app.util.html import Markup, element
 from app.words.numbers import NONE, counted
 
 
@@ -29,6 +30,7 @@ def write_thesis(page: Page, reader: Reader, placed: Placed) -> None:
         placed: the runs.
     """
     _thesis_figures(page, reader, placed)
+    _passages(page, placed)
     _value_spread(page, reader, placed)
     _findings(page, reader, placed)
     _window_means(page, reader, placed)
@@ -53,6 +55,22 @@ def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Pan
         if (world, learner) in placed
     ]
     return Panel(thesis.WORLD_TITLES[world], lines)
+
+
+def _passages(page: Page, placed: Placed) -> None:
+    """How soon the thesis's learners get somewhere, in each world."""
+    pictures: list[Markup] = []
+    for number, (world, title) in enumerate(thesis.WORLD_TITLES.items(), 1):
+        variants = [
+            (thesis.LEARNER_TITLES[learner], placed[world, learner], style)
+            for learner, style in THESIS_STYLES.items()
+            if (world, learner) in placed
+        ]
+        caption = f"Share of runs that have got there: {title}"
+        if variants:
+            pictures.append(passages_picture(page, f"passages_world_{number}", caption, variants))
+    if any(pictures):
+        page.say("How soon it is reached", *pictures)
 
 
 def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:

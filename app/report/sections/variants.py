@@ -33,6 +33,7 @@ from app.report.parts import (
     reached_cell,
     scalar_cell,
 )
+from app.report.sections.passages import passages_picture
 from app.results.read import (
     Group,
     Reader,
@@ -65,6 +66,18 @@ def write_curves(
         notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
     curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
     page.say("Learning curves", curves, minor_text(naming))
+
+
+def write_passages(page: Page, groups: Sequence[Group], metric: Metric, naming: str) -> None:
+    """How soon variants got somewhere, those of which curves are drawn; nothing if unmeasured."""
+    variants = [
+        (group.label, group.runs, style_of(index))
+        for index, group in enumerate(_best(groups, metric))
+    ]
+    caption = "Share of the runs of each variant that have got there"
+    picture = passages_picture(page, "passages", caption, variants, naming)
+    if picture:
+        page.say("How soon it is reached", picture, minor_text(naming))
 
 
 def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
