@@ -82,7 +82,9 @@ def obey(command: Replicate) -> int:
     try:
         with interrupts.undoing():
             with _progress(len(plan.EXPERIMENTS)) as tell:
-                made = make_all(plan.EXPERIMENTS, out, lambda: Threads(workers), n_seeds, command.force, tell)
+                made = make_all(
+                    plan.EXPERIMENTS, out, lambda: Threads(workers), n_seeds, command.force, tell
+                )
             _say_made(made)
             if made.failed:
                 complain("some runs failed, so nothing is reported")
