@@ -90,7 +90,8 @@ def obey(command: Replicate) -> int:
                 complain("some runs failed, so nothing is reported")
                 return EXIT_FAILED
             with terminal.status() as tell_status:
-                for page in write_reports(out, tell_status):
+                tell_status("writing reports")
+                for page in write_reports(out, workers):
                     say(str(page))
                 if docs is not None:
                     write_docs(out, docs, tell_status)

@@ -16,8 +16,6 @@ EXPERIMENTS: Final[Sequence[str]] = (
     "timing_plane",
     "timing_seven",
     "timing_test",
-    "exploration_probability",
-    "freeze",
 )
 """Shipped experiments, in the order in which they are run."""
 

@@ -1,6 +1,8 @@
 """Reports on the experiments of the replication, and its pages in the documentation."""
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Final
 
@@ -17,21 +19,29 @@ NUMBERS: Final = "replication.json"
 FIGURES: Final = "figures"
 
 
-def write_reports(out: Path, tell: Callable[[str], object] = lambda _: None) -> Iterator[Path]:
+def write_reports(out: Path, n_processes: int) -> Iterator[Path]:
     """Write a report on the thesis's experiments together, and on each other; yields the pages.
+
+    Drawing and resampling hold the interpreter's lock, so reports are written by processes.
 
     Args:
         out: the folder that holds a folder of results for each experiment.
-        tell: told what is being done.
+        n_processes: how many are written at a time.
 
     Raises:
         ResultsError: an experiment was not run, or nothing can be written.
     """
-    together = [out / name for name in THESIS]
-    yield write_report(together, out / REPORT_PAGE, False, tell).page
-    for name in EXPERIMENTS:
-        if name not in THESIS:
-            yield write_report([out / name], None, False, tell).page
+    wanted: list[tuple[list[Path], Path | None]] = [
+        ([out / name for name in THESIS], out / REPORT_PAGE)
+    ]
+    wanted += [([out / name], None) for name in EXPERIMENTS if name not in THESIS]
+    with ProcessPoolExecutor(n_processes, get_context("spawn")) as processes:
+        yield from processes.map(_written, wanted)
+
+
+def _written(wanted: tuple[list[Path], Path | None]) -> Path:
+    folders, place = wanted
+    return write_report(folders, place, compare=False).page
 
 
 def write_docs(out: Path, docs: Path, tell: Callable[[str], object] = lambda _: None) -> None:
