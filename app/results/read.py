@@ -313,6 +313,8 @@ class Log(NamedTuple):
     pictures: Pictures
     greedy: GreedyCurve
     """Of no points where none were measured."""
+    facts: Mapping[str, float]
+    """By name: what its probes found, as :mod:`app.experiments.facts` has it."""
 
 
 Measure = Callable[[Record, Log], Mapping[str, float]]
@@ -381,7 +383,8 @@ def read_log(run: Record) -> Log:
     if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
         raise ArchiveError("its pictures of the value do not fit its world")
     reward = measures.rewards(world, found.outcome)
-    return Log(found.outcome, reward, found.steps, found.joined, pictures, found.greedy)
+    greedy, facts = found.greedy, found.facts
+    return Log(found.outcome, reward, found.steps, found.joined, pictures, greedy, facts)
 
 
 def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
