@@ -1,6 +1,7 @@
 """What all tests share: the browser, and how patient property-based tests are."""
 
 import os
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.filterwarnings(*HARMLESS_WARNINGS))
     is_worker = hasattr(config, "workerinput")
     items.sort(key=lambda item: (BROWSER_TESTS in item.path.parents) != is_worker)
+
+
+@pytest.hookimpl(optionalhook=True, wrapper=True)
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """With ``-n auto``, one worker more than there are processors.
+
+    Tests wait for half of their time: for a browser, for a program that starts, for a disk.
+    """
+    n_processors = yield
+    return n_processors + ("PYTEST_XDIST_AUTO_NUM_WORKERS" not in os.environ)
 
 
 @pytest.hookimpl(optionalhook=True)
