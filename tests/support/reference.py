@@ -11,6 +11,7 @@ exactly: how a random draw is split into decisions, and that values are stored w
 (``float32`` rounds here in the same places).
 """
 
+import functools
 import math
 from collections import Counter
 from dataclasses import dataclass, field
@@ -116,11 +117,11 @@ class SlowWorld:
 
     def reading(self, cell: Cell) -> Reading:
         """What a skill sees from a cell."""
-        return self.ring(cell), self.direction(cell)
+        return _reading(self, cell)
 
     def state(self, heading: int, cell: Cell) -> State:
         """What the selection sees from a cell."""
-        return heading, self.ring(cell), self.direction(cell)
+        return heading, *self.reading(cell)
 
     def visible(self, heading: int, cell: Cell) -> bool:
         """Half-disc: offset . heading > 0 and distance <= 27 (scaled)."""
@@ -169,6 +170,12 @@ class SlowWorld:
         x = math.floor(self.prey[0] + radius * math.cos(angle) + 0.5)
         y = math.floor(self.prey[1] + radius * math.sin(angle) + 0.5)
         return self.moved((x, y), (0, 0)), heading
+
+
+@functools.cache
+def _reading(world: SlowWorld, cell: Cell) -> Reading:
+    """Worked out once for each cell: learners come by each of them some hundred times."""
+    return world.ring(cell), world.direction(cell)
 
 
 def local_reward(world: SlowWorld, skill: str, before: Cell, after: Cell) -> float32:
