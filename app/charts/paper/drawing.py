@@ -133,6 +133,8 @@ def _saved(name: str, figure: "Figure", rows: Rows, hints: Mapping[str, str]) ->
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
     png = io.BytesIO()
     figure.savefig(png, format="png", dpi=_PNG_DPI)
+    # Laid out once, which takes as long as to draw it, and alike in both.
+    figure.set_layout_engine("none")
     svg = io.StringIO()
     # The date and the maker's address have no place in a page that is to be the same every time.
     nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
