@@ -20,6 +20,7 @@ from app.documents.experiment_spec import Stop
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
+from app.experiments.seed_lists import SeedLists
 from app.experiments.table import DamageError, UnreadableError, VersionError
 from app.metrics import GreedyCurve
 from app.results.horizon import Horizon, UpTo, common, is_measured, up_to, with_values
@@ -123,10 +124,10 @@ def read_folder(path: Path) -> Folder:
         origin = _origin_in(path, about)
         rows = records_of(found, origin)
         labels = _names_in(about, "variants")
-        seeds = _seeds_in(about)
+        seeds = SeedLists.noted(about)
         command, description = _command_of(path, about), str(about["description"])
         name = str(about["name"])
-        planned = sum(len(seeds.own.get(label, seeds.every)) for label in labels)
+        planned = sum(map(seeds.n_of, labels))
     except VersionError as error:
         raise ResultsError(
             f"{shown} holds results of version {error}, and this program reads version"
@@ -181,18 +182,6 @@ def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
     return found
 
 
-class _Seeds(NamedTuple):
-    """Seeds that an experiment has been run with so far."""
-
-    every: Sequence[int]
-    own: Mapping[str, Sequence[int]]
-    """Of the variants whose presets have their own, by label."""
-
-
-def _seeds_in(meta: Mapping[str, Any]) -> _Seeds:
-    return _Seeds(json.loads(meta["seeds"]), json.loads(meta["own_seeds"]))
-
-
 def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
@@ -208,12 +197,8 @@ def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     """What made the results."""
-    seeds = _seeds_in(meta)
-    # As many for each, counting up from a first one, is what --seeds asks for.
-    lists = [seeds.every, *seeds.own.values()]
-    count = len(seeds.every)
-    count_up = all(list(each) == list(range(each[0], each[0] + count)) for each in lists)
-    counted = ["--seeds", str(count)] if count_up else []
+    count = SeedLists.noted(meta).n_counting_up
+    counted = [] if count is None else ["--seeds", str(count)]
     source = str(meta["source"])
     if not source:
         # An experiment of the page has no file, and a name alone does not say where its file is.
