@@ -493,8 +493,8 @@ def test_variants_of_many_settings_have_short_names_and_it_is_said_what_they_are
     assert names[0] == "0.05 / 1 / 0.9, 300"
     assert len({*names}) == 18
     what = " / ".join((*KEYS[:2], f"{KEYS[2]}, {KEYS[3]}"))
-    # With the differences, both views of the curves, and the scalars.
-    assert text_of(page).count(f"named by their values of {what}, in this order.") == 4
+    # With the differences, all views of the curves, the passages and the scalars.
+    assert text_of(page).count(f"named by their values of {what}, in this order.") == 6
     assert "final reward: difference to 0.05 / 1 / 0.9, 300 [95 %]" in text_of(page)
 
 
