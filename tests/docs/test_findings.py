@@ -5,11 +5,12 @@ there as those of any experiment do. ``findings.json`` holds what came out of th
 ``docs/replication.md`` has it. A few other seeds must come out within four standard errors of that,
 so a change of nothing but the random numbers does not break a test. To measure again:
 ``python -m tests.docs.test_findings FOLDER...`` with the folders of :data:`EXPERIMENTS`, which
-writes that file.
+writes that file, the table of that page, and the counts there and in the README.
 """
 
 import json
 import math
+import re
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -38,6 +39,12 @@ EXPERIMENTS = (*thesis.FIGURES, "sentences")
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "replication.md"
+COUNTING = (PAGE, ROOT / "README.md")
+"""Pages that count what holds."""
+BEGINS, ENDS = "<!-- findings -->\n", "<!-- end of findings -->\n"
+"""Marks between which the page has the table."""
+COUNTS = re.compile(r"\b\d+ findings \d+ hold, \d+ do not, \d+ are undecided".replace(" ", r"\s+"))
+"""How pages count what holds, over however many lines."""
 
 TABLE = Path(__file__).with_name("findings.json")
 MEASURED: Mapping[str, Estimate] = {
@@ -104,19 +111,41 @@ def test_a_few_seeds_come_out_as_thirty_did(
     assert found.value == pytest.approx(expected.value, abs=margin)
 
 
-@pytest.mark.parametrize("finding", thesis.FINDINGS, ids=lambda finding: finding.claim)
-def test_the_page_has_what_was_measured(finding: Finding) -> None:
-    value, low, high, _ = (format(part, finding.unit.form) for part in MEASURED[finding.claim])
-    shown = f"{value} [{low}, {high}]".replace("-", "\N{MINUS SIGN}")
-    assert shown in PAGE.read_text("utf-8")
+def table_of(measured: Mapping[str, Estimate]) -> str:
+    """Every finding beside its sentence, with what was measured, as a table in Markdown."""
+    rows = [["the thesis says", "tested", "measured [95 %]", "runs", "verdict"], ["---"] * 5]
+    before = Finding("", "", "", "", (), findings.MORE)
+    for finding in thesis.FINDINGS:
+        if (finding.topic, finding.section) != (before.topic, before.section):
+            rows.append([f"**{finding.topic} ({finding.section})**", "", "", "", ""])
+        sentence = "" if finding.sentence == before.sentence else finding.sentence
+        estimate = measured[finding.claim]
+        value, low, high = (format(part, finding.unit.form) for part in estimate[:3])
+        number = f"{value} [{low}, {high}]".replace("-", "\N{MINUS SIGN}")
+        found = findings.verdict(finding, estimate)
+        verdict = f"**{found}**" if found == FAILS else found
+        rows.append([sentence, finding.claim, number, str(estimate.n), verdict])
+        before = finding
+    return "".join(
+        "|" + "".join(f" {cell} |" if cell else " |" for cell in row) + "\n" for row in rows
+    )
 
 
-@pytest.mark.parametrize("file", [PAGE, ROOT / "README.md"], ids=lambda file: file.name)
+def counts_of(measured: Mapping[str, Estimate]) -> list[int]:
+    """How many findings there are, and how many hold, do not, and are undecided."""
+    n = Counter(findings.verdict(f, measured[f.claim]) for f in thesis.FINDINGS)
+    return [n.total(), n[HOLDS], n[FAILS], n[UNDECIDED]]
+
+
+def test_the_page_has_what_was_measured() -> None:
+    _, rest = PAGE.read_text("utf-8").split(BEGINS)
+    assert rest.split(ENDS)[0] == table_of(MEASURED)
+
+
+@pytest.mark.parametrize("file", COUNTING, ids=lambda file: file.name)
 def test_pages_count_what_holds(file: Path) -> None:
-    n = Counter(findings.verdict(f, MEASURED[f.claim]) for f in thesis.FINDINGS)
-    assert (
-        f"f {n.total()} findings {n[HOLDS]} hold, {n[FAILS]} do not, {n[UNDECIDED]} are undecided"
-    ) in " ".join(file.read_text("utf-8").split())
+    (found,) = COUNTS.finditer(file.read_text("utf-8"))
+    assert [int(number) for number in re.findall(r"\d+", found.group())] == counts_of(MEASURED)
 
 
 def main() -> None:
@@ -127,6 +156,16 @@ def main() -> None:
         for claim, (*sums, n) in found.items()
     ]
     TABLE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+    before, rest = PAGE.read_text("utf-8").split(BEGINS)
+    after = rest.split(ENDS)[1]
+    PAGE.write_text(before + BEGINS + table_of(found) + ENDS + after, encoding="utf-8")
+    for file in COUNTING:
+        counts = iter(counts_of(found))
+        text = COUNTS.sub(
+            lambda match, counts=counts: re.sub(r"\d+", lambda _: str(next(counts)), match.group()),
+            file.read_text("utf-8"),
+        )
+        file.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

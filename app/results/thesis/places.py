@@ -102,6 +102,15 @@ LEARNERS: Mapping[str, Learner] = {
             "schedule.episodes.1.at": 14_500,
         },
     ),
+    "timed, joined together": Learner(
+        "timed, circle and avoid introduced together and explored in turn",
+        "timed",
+        {
+            "schedule.skills.avoid.at": 12_000,
+            "schedule.episodes.0.at": 12_000,
+            "schedule.episodes.1.at": 14_500,
+        },
+    ),
     "timed, all at once": Learner(
         "timed, all skills introduced at the start",
         "timed",
