@@ -4,16 +4,19 @@ The table of results has a column for each metric, an experiment may ask for any
 reports and the page show them by their titles. To add one, add an entry to :data:`_REGISTRY` and
 say in ``presets/experiments/README.md`` what it is.
 
-Success is a share, 0 to 1. What is *final* is of the last 2,000 trials.
+Success is a share, 0 to 1. What is *final* is of the last 2,000 of the preset's trials; a run may
+go on after them, until a horizon that all runs of an experiment have in common.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from app.words.numbers import NONE, shown_number
+from app.words.numbers import NONE, in_short, shown_number
 from learners import hunts, measures
 from learners.kernel.state import tables
 from learners.measures import FINAL_TRIALS
@@ -22,7 +25,7 @@ from sim import rng
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
 GREEDY_HUNTS: Final = 2_000
-"""Hunts by which greedy success is measured: a share of 0.8 is known to within 0.01 by them."""
+"""Hunts by which a greedy policy is measured: a share of 0.8 is known to within 0.01 by them."""
 GREEDY_SEED: Final = 7_331_729
 """Of the starts of these hunts: the same ones for all runs in a world."""
 
@@ -48,6 +51,19 @@ def final_trials(fewest: int, most: int) -> str:
 _FINAL = final_trials(FINAL_TRIALS, FINAL_TRIALS)
 
 
+AT_HORIZON: Final = "at the horizon"
+"""In the words of a metric: when it is of, as long as the horizon has no number."""
+
+
+def at_steps(horizon: int) -> str:
+    """A horizon in words, wherever something is said of it.
+
+    Args:
+        horizon: in steps.
+    """
+    return f"at {in_short(horizon)} steps"
+
+
 class InTable(NamedTuple):
     """How the page's table of runs shows a metric."""
 
@@ -66,7 +82,7 @@ class Metric(NamedTuple):
     title: str
     unit: str
     kind: Kind
-    measure: Callable[[Run], float | int | None]
+    measure: Callable[["Course"], float | int | None]
     """Finds it in a run that is over; None where there is nothing to say, or it was not reached."""
     whole: bool = False
     """Whether it is a whole number."""
@@ -86,94 +102,201 @@ class Metric(NamedTuple):
             in_table=table and table._replace(hint=table.hint.replace(_FINAL, final)),
         )
 
+    def at(self, horizon: int | None) -> "Metric":
+        """The same, its words as they are with a horizon of so many steps, if there is one."""
+        if horizon is None:
+            return self
+        return self._replace(title=self.title.replace(AT_HORIZON, at_steps(horizon)))
 
-# --- How each is measured ------------------------------------------------------------------------
+
+# --- How a run went ------------------------------------------------------------------------------
 
 
-def greedy_success(run: Run) -> float:
-    """Share of captures of hunts of pure greed, over starts drawn as those of trials are."""
+class Greedy(NamedTuple):
+    """What hunts come to whose learner neither explores nor learns, from starts all runs share."""
+
+    success: float
+    """Share of captures."""
+    reward: float
+    """Mean per hunt, by the world's rewards."""
+
+
+class GreedyCurve(NamedTuple):
+    """Greedy reward in the course of a run."""
+
+    trial: np.ndarray
+    """(point,) int64: trials that had ended."""
+    step: np.ndarray
+    """(point,) int64: steps that had been made."""
+    reward: np.ndarray
+    """(point,) float32: mean per hunt."""
+
+
+NO_CURVE: Final = GreedyCurve(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.float32))
+
+
+def greedy_of(run: Run, n_hunts: int = GREEDY_HUNTS) -> Greedy:
+    """What a learner would do now if it were greedy at both levels, and learned no more."""
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
     skill_q = found["skill_q"] if run.spec.learner.skills else None
     policy = hunts.greedy_moves(selection_q, skill_q)
     starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    return hunts.success_share(run.world, policy, starts, GREEDY_HUNTS)
+    ends, world = hunts.endings(run.world, policy, starts, n_hunts), run.spec.world
+    total = ends.captures * world.capture_reward + ends.flights * world.flight_reward
+    return Greedy(ends.captures / n_hunts, total / n_hunts)
 
 
-def area_under(curve: measures.Curve) -> float | None:
-    """Mean of a learning curve over its steps: the area under it, on the scale of rewards."""
-    widths = np.diff(curve.steps, prepend=0)
-    there = np.isfinite(curve.reward)
-    if not widths[there].sum():
-        return None
-    return float(np.average(curve.reward[there], weights=widths[there]))
+@dataclass(frozen=True)
+class Course:
+    """A run that is over, and how it went: all that metrics are of."""
+
+    run: Run
+    trials: int
+    """After which it is measured: its preset's, or all where steps alone count."""
+    horizon: int | None = None
+    """Steps after which it is measured as well; None if its experiment states none."""
+    greedy: Greedy | None = None
+    """After its preset's trials, or where it ended before; None if it was not measured."""
+    horizon_greedy: Greedy | None = None
+    """At the horizon; None also if it did not get there."""
+    greedy_curve: GreedyCurve = NO_CURVE
+    """Of no points where none were asked for."""
+
+    @cached_property
+    def done(self) -> int:
+        """Trials of its preset that it finished."""
+        return min(measures.trials_done(self.run.state), self.trials)
+
+    @cached_property
+    def reward(self) -> np.ndarray:
+        """(trial,) float64: of all that it finished, also after its preset's."""
+        return self.run.state.log_reward[: measures.trials_done(self.run.state)]
+
+    @cached_property
+    def steps(self) -> np.ndarray:
+        """(trial,): that each of these took."""
+        return self.run.state.log_steps[: measures.trials_done(self.run.state)]
+
+    @cached_property
+    def outcome(self) -> np.ndarray:
+        """(trial,): how each of these ended."""
+        return self.run.state.log_outcome[: measures.trials_done(self.run.state)]
 
 
-def steps_to(outcomes: np.ndarray, steps: np.ndarray, success: float) -> int | None:
-    """Steps after which the share of captures in the last 500 trials first was so high.
+# --- How each is measured ------------------------------------------------------------------------
+
+
+def area_of(reward: np.ndarray, steps: np.ndarray, n_steps: int) -> float | None:
+    """Area under the learning curve of some trials, over windows of 100,000 steps.
 
     Args:
-        outcomes: how trials ended, ``(trial,)``.
-        steps: how long they took, ``(trial,)``.
-        success: the share.
+        reward: (trial,) of each trial.
+        steps: (trial,) that each trial took.
+        n_steps: where the last window ends in any case.
+
+    Returns:
+        Mean reward per trial over the steps; None where no trial ended.
     """
-    window = measures.RECENT_TRIALS
-    if len(outcomes) < window:
+    return _there(measures.area_under(measures.curve_of(reward, steps, n_steps)))
+
+
+def reward_at(reward: np.ndarray, steps: np.ndarray, horizon: int) -> float | None:
+    """Mean reward of the last 2,000 trials that had ended at a horizon.
+
+    Args:
+        reward: (trial,) of each trial of a run that got there.
+        steps: (trial,) that each trial took.
+        horizon: in steps.
+    """
+    return _there(measures.final_mean(reward[: measures.ended_by(steps, horizon)]))
+
+
+def area_at(reward: np.ndarray, steps: np.ndarray, horizon: int) -> float | None:
+    """Area under the learning curve up to a horizon; arguments as :func:`reward_at` has them."""
+    n_ended = measures.ended_by(steps, horizon)
+    return area_of(reward[:n_ended], steps[:n_ended], horizon)
+
+
+def _there(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _steps(course: Course) -> int:
+    return course.run.step
+
+
+def _trials(course: Course) -> int:
+    return measures.trials_done(course.run.state)
+
+
+def _final_reward(course: Course) -> float | None:
+    return _there(measures.final_mean(course.reward[: course.done]))
+
+
+def _final_greedy(course: Course) -> float | None:
+    return None if course.greedy is None else course.greedy.reward
+
+
+def _final_success(course: Course) -> float | None:
+    return _there(measures.final_mean(course.outcome[: course.done] == CAPTURE))
+
+
+def _greedy_success(course: Course) -> float | None:
+    return None if course.greedy is None else course.greedy.success
+
+
+def _area(course: Course) -> float | None:
+    steps = course.steps[: course.done]
+    # A run that its steps ended is measured to its end, though no trial ended there.
+    is_over = course.done == course.trials
+    n_steps = int(steps.sum(dtype=np.int64)) if is_over else course.run.step
+    return area_of(course.reward[: course.done], steps, n_steps)
+
+
+def _horizon_reward(course: Course) -> float | None:
+    return _at_horizon(course, reward_at)
+
+
+def _horizon_greedy(course: Course) -> float | None:
+    return None if course.horizon_greedy is None else course.horizon_greedy.reward
+
+
+def _horizon_area(course: Course) -> float | None:
+    return _at_horizon(course, area_at)
+
+
+def _at_horizon(
+    course: Course, measure: Callable[[np.ndarray, np.ndarray, int], float | None]
+) -> float | None:
+    """Something at the horizon of a run; None if it has none or did not get there."""
+    if course.horizon is None or course.run.step < course.horizon:
         return None
-    captures = np.concatenate([[0], np.cumsum(outcomes == CAPTURE)])
-    there = np.flatnonzero(captures[window:] - captures[:-window] >= success * window)
-    return int(np.sum(steps[: there[0] + window], dtype=np.int64)) if there.size else None
+    return measure(course.reward, course.steps, course.horizon)
 
 
-def _steps(run: Run) -> int:
-    return run.step
+def _switches_per_step(course: Course) -> float:
+    switches = course.run.state.log_switches[: course.done]
+    return measures.switches_per_step(course.steps[: course.done], switches)
 
 
-def _trials(run: Run) -> int:
-    return measures.trials_done(run.state)
+def _mean_hunt_length(course: Course) -> float | None:
+    return _there(measures.final_mean(course.steps[: course.done]))
 
 
-def _final_reward(run: Run) -> float | None:
-    return measures.mean_reward(run.state) if _trials(run) else None
-
-
-def _final_success(run: Run) -> float | None:
-    final = measures.endings(run.state, FINAL_TRIALS)
-    return final.captures / sum(final) if sum(final) else None
-
-
-def _area(run: Run) -> float | None:
-    return area_under(measures.curve(run.state))
-
-
-def _switches_per_step(run: Run) -> float:
-    return measures.switches_per_step(run.state)
-
-
-def _mean_hunt_length(run: Run) -> float | None:
-    done = _trials(run)
-    steps = run.state.log_steps[max(done - FINAL_TRIALS, 0) : done]
-    return float(steps.mean()) if done else None
-
-
-def _ending_in(outcome: int) -> Callable[[Run], int]:
+def _ending_in(outcome: int) -> Callable[[Course], int]:
     """How many trials ended so."""
-
-    def measure(run: Run) -> int:
-        done = _trials(run)
-        return int(np.count_nonzero(run.state.log_outcome[:done] == outcome))
-
-    return measure
+    return lambda course: int(np.count_nonzero(course.outcome == outcome))
 
 
-def _reaching(success: float) -> Callable[[Run], int | None]:
-    """Steps until a share of captures was reached."""
+def _first_to(level: float) -> Callable[[Course], int | None]:
+    """Steps until a mean reward was first reached."""
+    return lambda course: measures.first_passage(course.reward, course.steps, level)
 
-    def measure(run: Run) -> int | None:
-        done = _trials(run)
-        return steps_to(run.state.log_outcome[:done], run.state.log_steps[:done], success)
 
-    return measure
+def _steps_to(level: float) -> Callable[[Course], int | None]:
+    """Steps until a mean reward was reached for good."""
+    return lambda course: measures.kept_passage(course.reward, course.steps, level)
 
 
 # --- How the table of runs shows some ------------------------------------------------------------
@@ -194,8 +317,8 @@ def _millions_or_never(steps: float) -> str:
 _SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
 _LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
 _TO_70 = InTable(
-    "M steps to 70\N{NO-BREAK SPACE}%",
-    "steps until 70 % of the last 500 trials end in a capture, in millions",
+    "M steps to 70",
+    "steps until a mean reward of 70 is reached and kept, in millions",
     82,
     _millions_or_never,
 )
@@ -203,10 +326,14 @@ _TO_70 = InTable(
 # --- The registry --------------------------------------------------------------------------------
 
 _PER_TRIAL, _CAPTURES = f"mean per trial, {_FINAL}", f"share of captures, {_FINAL}"
+_BY_THEN = "mean per trial, last 2,000 trials by then"
+_PER_HUNT = "mean per hunt, nothing explored or learned"
 _ALL_STEPS = "mean reward per trial over all steps"
+_STEPS_BY_THEN = "mean reward per trial over the steps by then"
 
 _REGISTRY: Final[Sequence[Metric]] = (
     Metric("final_reward", "final reward", _PER_TRIAL, "performance", _final_reward),
+    Metric("final_greedy", "final greedy reward", _PER_HUNT, "performance", _final_greedy),
     Metric(
         "final_success",
         "final success as learned",
@@ -215,8 +342,19 @@ _REGISTRY: Final[Sequence[Metric]] = (
         _final_success,
         in_table=_SUCCESS,
     ),
-    Metric("greedy_success", "greedy success", "share of captures", "performance", greedy_success),
+    Metric("greedy_success", "greedy success", "share of captures", "performance", _greedy_success),
     Metric("area", "area under the curve", _ALL_STEPS, "performance", _area),
+    Metric("horizon_reward", f"reward {AT_HORIZON}", _BY_THEN, "performance", _horizon_reward),
+    Metric(
+        "horizon_greedy", f"greedy reward {AT_HORIZON}", _PER_HUNT, "performance", _horizon_greedy
+    ),
+    Metric(
+        "horizon_area",
+        f"area under the curve {AT_HORIZON}",
+        _STEPS_BY_THEN,
+        "performance",
+        _horizon_area,
+    ),
     Metric("captures", "captures", "", "endings", _ending_in(CAPTURE), whole=True),
     Metric("flights", "flights", "", "endings", _ending_in(FLIGHT), whole=True),
     Metric("timeouts", "time-outs", "", "endings", _ending_in(TIMEOUT), whole=True),
@@ -224,16 +362,18 @@ _REGISTRY: Final[Sequence[Metric]] = (
     Metric("switches_per_step", "option switches", "per step", "behaviour", _switches_per_step),
     Metric("steps", "run length", "steps", "length", _steps, whole=True, in_table=_LENGTH),
     Metric("trials", "run length", "trials", "length", _trials, whole=True),
-    Metric("steps_to_50", "steps to 50 % success", "", "milestone", _reaching(0.5), whole=True),
+    Metric("steps_to_50", "steps to a reward of 50", "", "milestone", _steps_to(50), whole=True),
     Metric(
         "steps_to_70",
-        "steps to 70 % success",
+        "steps to a reward of 70",
         "",
         "milestone",
-        _reaching(0.7),
+        _steps_to(70),
         whole=True,
         in_table=_TO_70,
     ),
+    Metric("first_to_50", "steps to the first 50", "", "milestone", _first_to(50), whole=True),
+    Metric("first_to_70", "steps to the first 70", "", "milestone", _first_to(70), whole=True),
 )
 """All metrics, those of a kind in the order in which they are shown."""
 
@@ -267,12 +407,21 @@ def shown_first(names: Sequence[str]) -> Metric:
     return next((BY_COLUMN[name] for name in names if name not in MILESTONES), FINAL_REWARD)
 
 
-def measured(run: Run, names: Sequence[str] = NAMES) -> dict[str, float | int | None]:
+_GREEDY: Final = frozenset({"final_greedy", "greedy_success", "horizon_greedy"})
+"""Columns for which a run is to be measured greedily."""
+
+
+def wants_greedy(names: Sequence[str]) -> bool:
+    """Whether any of some columns takes greedy hunts."""
+    return not _GREEDY.isdisjoint(names)
+
+
+def measured(course: Course, names: Sequence[str] = NAMES) -> dict[str, float | int | None]:
     """What was measured of a run that is over, by column.
 
     Args:
-        run: that is over.
+        course: how it went.
         names: columns that are wanted; how long it was is always there.
     """
     wanted = {*names, *(metric.column for metric in of_kind("length"))}
-    return {metric.column: metric.measure(run) for metric in _REGISTRY if metric.column in wanted}
+    return {m.column: m.measure(course) for m in _REGISTRY if m.column in wanted}

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from learners.measures import Endings
 from sim.bits import U, pick
 from sim.compiled import loop, piece
 from sim.geometry import N_MOVES, STAY
@@ -243,7 +244,7 @@ def follow_each(
 
 
 @loop
-def count_captures(
+def count_endings(
     world: World,
     moves: np.ndarray,
     options: np.ndarray,
@@ -251,17 +252,16 @@ def count_captures(
     n_hunts: int,
     no_way: np.ndarray,
     no_options: np.ndarray,
-) -> int:
-    """Captures of hunts that start as the first trials of a stream of starts would.
+    counts: np.ndarray,
+) -> None:
+    """Endings of hunts that start as the first trials of a stream of starts would.
 
-    The ``no_`` arrays are empty.
+    They are added to ``counts``, ``(outcome,) int64``. The ``no_`` arrays are empty.
     """
-    captures = 0
     for number in range(n_hunts):
         cell, heading = start_of_trial(world, starts, number)
         outcome = ending_from(world, moves, options, cell, heading, U(number), no_way, no_options)
-        captures += outcome == CAPTURE
-    return captures
+        counts[outcome] += 1
 
 
 def hunt(
@@ -293,15 +293,16 @@ def hunt(
     return Hunt(cells, options[:steps].copy(), moves[:steps].copy(), int(outcome))
 
 
-def success_share(world: World, policy: Policy, starts: np.uint64, n_hunts: int) -> float:
-    """Share of captures among hunts that start as the first trials of a stream of starts would.
+def endings(world: World, policy: Policy, starts: np.uint64, n_hunts: int) -> Endings:
+    """How hunts end that start as the first trials of a stream of starts would.
 
     Each breaks its ties by a seed of its own, its number.
     """
     no_way, no_options = np.empty(0, np.int64), np.empty(0, np.uint8)
     moves, options = policy.moves.ravel(), policy.options.ravel()
-    captures = count_captures(world, moves, options, starts, n_hunts, no_way, no_options)
-    return captures / n_hunts
+    counts = np.zeros(TIMEOUT + 1, np.int64)
+    count_endings(world, moves, options, starts, n_hunts, no_way, no_options, counts)
+    return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
 
 
 def success_map(

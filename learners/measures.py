@@ -13,6 +13,12 @@ CURVE_WINDOW_STEPS = 100_000
 CURVE_WINDOW_TRIALS = 500
 RECENT_TRIALS = 500
 FINAL_TRIALS = 2_000
+PASSAGE_TRIALS = 1_000
+"""Recent trials whose mean reward passes a level, or does not."""
+KEPT_TRIALS = 5_000
+"""Trials after a passage within which that mean must not fall."""
+KEPT_WITHIN = 5.0
+"""How far it may fall below the level all the same: reward per trial."""
 
 
 class Curve(NamedTuple):
@@ -127,26 +133,94 @@ def endings(state: LearnerState, recent: int | None = None) -> Endings:
     return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
 
 
-def mean_reward(state: LearnerState, recent: int = FINAL_TRIALS) -> float:
-    """Mean reward of the most recent trials; NaN before the first has ended."""
-    done = trials_done(state)
-    if done == 0:
+def ended_by(steps: np.ndarray, step: int) -> int:
+    """How many trials had ended when a step had been made.
+
+    Args:
+        steps: (trial,) that each trial took.
+        step: so many had been made.
+    """
+    return int(np.searchsorted(np.cumsum(steps, dtype=np.int64), step, side="right"))
+
+
+def final_mean(reward: np.ndarray) -> float:
+    """Mean of the last 2,000 of some trials, or of all of fewer; NaN of none.
+
+    Args:
+        reward: (trial,) of each trial; it may be any other number of it.
+    """
+    return float(reward[-FINAL_TRIALS:].mean()) if reward.size else float("nan")
+
+
+def area_under(found: Curve) -> float:
+    """Mean of a learning curve over its steps: the area under it, on the scale of rewards.
+
+    NaN where no trial ended in any of its windows.
+    """
+    widths = np.diff(found.steps, prepend=0)
+    there = np.isfinite(found.reward)
+    if not widths[there].sum():
         return float("nan")
-    return float(state.log_reward[max(done - recent, 0) : done].mean())
+    return float(np.average(found.reward[there], weights=widths[there]))
 
 
-def switches_per_step(state: LearnerState, recent: int = FINAL_TRIALS) -> float:
-    """Share of the most recent trials' steps whose option differed from that of the step before.
+def first_passage(reward: np.ndarray, steps: np.ndarray, level: float) -> int | None:
+    """Steps after which the mean reward of the last 1,000 trials first was at a level or above.
+
+    Args:
+        reward: (trial,) of each trial.
+        steps: (trial,) that each trial took.
+        level: reward per trial.
+
+    Returns:
+        None if it never was.
+    """
+    return _step_of(np.flatnonzero(_recent_totals(reward) >= level * PASSAGE_TRIALS), steps)
+
+
+def kept_passage(reward: np.ndarray, steps: np.ndarray, level: float) -> int | None:
+    """Steps after which that mean first was at a level or above, and then kept to it.
+
+    For the next 5,000 trials it is never below the level by more than 5. Arguments are those of
+    :func:`first_passage`.
+
+    Returns:
+        None if it never was, or if not so many trials have followed yet.
+    """
+    totals = _recent_totals(reward)
+    is_low = totals < (level - KEPT_WITHIN) * PASSAGE_TRIALS
+    n_low = np.concatenate([[0], np.cumsum(is_low)])
+    # Those that have all the trials after them that it must be kept for.
+    n_known = max(totals.size - KEPT_TRIALS, 0)
+    is_kept = n_low[1 + KEPT_TRIALS :][:n_known] == n_low[1 : 1 + n_known]
+    return _step_of(np.flatnonzero((totals[:n_known] >= level * PASSAGE_TRIALS) & is_kept), steps)
+
+
+def _recent_totals(reward: np.ndarray) -> np.ndarray:
+    """Rewards of the last 1,000 trials, after each trial that has so many, ``(place,) float64``."""
+    totals = np.concatenate([[0.0], np.cumsum(reward, dtype=np.float64)])
+    return totals[PASSAGE_TRIALS:] - totals[:-PASSAGE_TRIALS]
+
+
+def _step_of(places: np.ndarray, steps: np.ndarray) -> int | None:
+    """Steps that had been made at the first of some places among such totals."""
+    if not places.size:
+        return None
+    return int(np.sum(steps[: places[0] + PASSAGE_TRIALS], dtype=np.int64))
+
+
+def switches_per_step(steps: np.ndarray, switches: np.ndarray) -> float:
+    """Share of the last 2,000 trials' steps whose option differed from that of the step before.
 
     The first step of a trial has none before it and does not count. 0 before there is a second.
+
+    Args:
+        steps: (trial,) that each trial took.
+        switches: (trial,) of each, as ``LearnerState.log_switches`` has them.
     """
-    done = trials_done(state)
-    first = max(done - recent, 0)
-    window, trials = slice(first, done), done - first
-    steps = int(state.log_steps[window].sum()) - trials
+    steps, switches = steps[-FINAL_TRIALS:], switches[-FINAL_TRIALS:]
     # The log counts the first step of each trial.
-    switches = int(state.log_switches[window].sum()) - trials
-    return switches / max(steps, 1)
+    return (int(switches.sum()) - switches.size) / max(int(steps.sum()) - steps.size, 1)
 
 
 def equivalent_distance(value: np.ndarray, capture_reward: float, gamma: float) -> np.ndarray:

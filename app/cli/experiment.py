@@ -61,7 +61,7 @@ class Experiment:
     seeds: Annotated[
         str | None, arg(metavar="N", help_behavior_hint="(default: the experiment's)")
     ] = None
-    """Run seeds 0 to N-1."""
+    """Run N seeds, counting up from the experiment's first."""
     workers: Annotated[str | None, arg(metavar="N", help_behavior_hint="(default: all cores)")] = (
         None
     )
@@ -251,7 +251,7 @@ def _planned(command: Experiment, experiment: "experiments.Experiment", workers:
     there = f"; {found.done:,} are done" if found.done else ""
     return (
         f"{experiment.name}: {found.runs:,} runs ({found.variants:,} variants,"
-        f" {len(experiment.seeds):,} seeds{there})\n"
+        f" {experiment.seeds_in_words}{there})\n"
         f"  steps  {about} {in_short(found.steps)}\n"
         f"  time   {_lasting(found.seconds, about)} with {workers} at a time\n"
         f"  disk   {about} {megabytes(found.disk_bytes)}"

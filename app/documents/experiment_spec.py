@@ -85,9 +85,34 @@ _LISTED: Final = TypeAdapter(Annotated[list[_Seed], Field(min_length=1)], config
 
 
 def _seeds(value: Any) -> Sequence[int]:
-    if isinstance(value, list):
-        return tuple(_LISTED.validate_python(value))
-    return range(_N_SEEDS.validate_python(value))
+    match value:
+        case list():
+            return tuple(_LISTED.validate_python(value))
+        case dict():
+            return SeedRange.model_validate(value).seeds
+        case _:
+            return range(_N_SEEDS.validate_python(value))
+
+
+class SeedRange(Spec):
+    """Seeds that are so far apart; both ends belong to them."""
+
+    start: _Seed
+    stop: _Seed
+    step: Annotated[int, Field(ge=1, le=MAX_SEED)] = 1
+
+    @model_validator(mode="after")
+    def _has_an_end(self) -> Self:
+        if not self.start <= self.stop:
+            raise ValueError("is no range; allowed: start up to stop")
+        if len(self.seeds) > MAX_RUNS:
+            raise ValueError(f"has {len(self.seeds)} seeds; allowed: up to {MAX_RUNS}")
+        return self
+
+    @property
+    def seeds(self) -> range:
+        """All of them."""
+        return range(self.start, self.stop + 1, self.step)
 
 
 class Choice(Spec):
@@ -126,6 +151,16 @@ Choices = Annotated[
 ]
 
 
+_WHICH_SEEDS: Final = f"1 to {MAX_RUNS}, a list of seeds from 0 to {MAX_SEED}, or {{start, stop}}"
+Seeds = Annotated[
+    Sequence[_Seed],
+    PlainValidator(_seeds),
+    BeforeValidator(_each_once),
+    Field(description=_WHICH_SEEDS),
+]
+"""A count stands for the seeds from 0."""
+
+
 class PresetItem(Spec):
     """A preset, and what is varied in it alone."""
 
@@ -136,6 +171,8 @@ class PresetItem(Spec):
     grid: Columns = Field(default_factory=dict)
     linked: Groups = ()
     settings: Choices = ()
+    seeds: Seeds | None = None
+    """Its own; None where it has those of the experiment."""
 
     @model_validator(mode="before")
     @classmethod
@@ -170,18 +207,17 @@ class ExperimentSpec(Spec):
     grid: Columns = Field(default_factory=dict)
     linked: Groups = ()
     settings: Choices = ()
-    seeds: Annotated[
-        Sequence[_Seed],
-        PlainValidator(_seeds),
-        BeforeValidator(_each_once),
-        Field(description=f"1 to {MAX_RUNS}, or a list of seeds from 0 to {MAX_SEED}"),
-    ] = range(1)
+    seeds: Seeds = range(1)
     common_starts: Truth = True
     """Whether all variants run with the same seeds, and so with the same starts of trials."""
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] | None = None
     """Trials of each run; None where the presets say how many."""
     steps: Annotated[int, Field(ge=1, le=MAX_STEPS)] | None = None
     """Steps of each run; where ``trials`` is None they alone count."""
+    horizon: Annotated[int, Field(ge=1, le=MAX_STEPS)] | None = None
+    """Steps at which all runs are measured, and until which each goes on at least."""
+    greedy_every: Annotated[int, Field(ge=1, le=MAX_TRIALS)] | None = None
+    """Trials from one point of the greedy curve to the next; None where there is none."""
     metrics: Annotated[
         tuple[Annotated[str, PlainValidator(_metric)], ...],
         Field(strict=False, min_length=1, description=f"names from {', '.join(NAMES)}"),
@@ -190,6 +226,20 @@ class ExperimentSpec(Spec):
     ] = NAMES
     """Columns of :mod:`app.metrics` that are measured; charts show the first of them."""
     stop: Stop | None = None
+
+    @model_validator(mode="after")
+    def _gets_to_its_horizon(self) -> Self:
+        if self.horizon is not None and self.steps is not None and self.horizon > self.steps:
+            message = f"lies beyond the end of all runs; allowed: up to steps, {self.steps}"
+            raise ProblemsError([Problem(("horizon",), self.horizon, message)])
+        return self
+
+    @property
+    def horizon_steps(self) -> int | None:
+        """Steps at which all runs are measured; where steps alone count, these, unless stated."""
+        if self.horizon is None and self.trials is None:
+            return self.steps
+        return self.horizon
 
     def last_trial(self, spec: RunSpec) -> int:
         """Trials after which a run of a preset ends, whatever else may end it."""

@@ -29,6 +29,8 @@ from app.documents.tree import (
 )
 from app.documents.variants import Expansion, Variant
 from app.util.texts import as_text, folder_name
+from app.words.numbers import counted
+from sim.rng import MAX_SEED
 
 _SHIPPED: Final = Shipped(
     "experiment",
@@ -55,7 +57,7 @@ class Experiment(ExperimentSpec):
     source: str = ""
     """How it was named where it can be named again; empty if it was given as a text."""
     own_seeds: Mapping[str, Sequence[int]] = {}
-    """Of each variant by its label, where starts are not shared."""
+    """Of variants by their labels, of those that do not have the experiment's."""
 
     def __eq__(self, other: object) -> bool:
         return self is other
@@ -66,11 +68,19 @@ class Experiment(ExperimentSpec):
     @property
     def n_runs(self) -> int:
         """Runs in all."""
-        return len(self.variants) * len(self.seeds)
+        return sum(len(self.seeds_of(variant)) for variant in self.variants)
 
     def seeds_of(self, variant: Variant) -> Sequence[int]:
-        """The seeds of a variant: its own ones unless starts are shared."""
-        return self.seeds if self.common_starts else self.own_seeds[variant.label]
+        """The seeds of a variant: those of all, unless it has its own or starts are not shared."""
+        return self.own_seeds.get(variant.label, self.seeds)
+
+    @property
+    def seeds_in_words(self) -> str:
+        """How many seeds the variants have."""
+        counts = sorted({len(self.seeds_of(variant)) for variant in self.variants})
+        if len(counts) == 1:
+            return counted(counts[0], "seed")
+        return f"{counts[0]:,} to {counts[-1]:,} seeds"
 
     def trials_of(self, variant: Variant) -> int:
         """Trials after which a run of a variant ends, whatever else may end it."""
@@ -78,9 +88,11 @@ class Experiment(ExperimentSpec):
 
     def runs(self) -> Iterator[tuple[Variant, int]]:
         """Every run as its variant and seed: first all variants with the first seed."""
-        for index in range(len(self.seeds)):
-            for variant in self.variants:
-                yield variant, self.seeds_of(variant)[index]
+        seeds = [self.seeds_of(variant) for variant in self.variants]
+        for index in range(max(map(len, seeds), default=0)):
+            for variant, own in zip(self.variants, seeds, strict=True):
+                if index < len(own):
+                    yield variant, own[index]
 
 
 def own_seed(label: str, seed: int) -> int:
@@ -99,7 +111,7 @@ def load(name_or_path: str, n_seeds: int | None = None) -> Experiment:
 
     Args:
         name_or_path: ``-`` for standard input.
-        n_seeds: takes the place of the file's seeds.
+        n_seeds: so many seeds, counting up from the file's first, take the place of its own.
 
     Raises:
         ExperimentError: it cannot be run; with all that is wrong with it.
@@ -125,7 +137,8 @@ def parse(
         source: what its problems call it; the experiment's name is the stem of it, or near to it
             where no folder could be called so.
         folder: where paths of presets start; None if only shipped presets may be named.
-        n_seeds: seeds 0 to so many less one, in the place of those that it names.
+        n_seeds: so many seeds, counting up from the first that it names, in the place of these; of
+            a preset that has seeds of its own, from the first of them.
 
     Raises:
         ExperimentError: it cannot be run; with all that is wrong with it.
@@ -135,12 +148,14 @@ def parse(
     if root is None:
         raise ExperimentError(problems)
     asked, root = _asked(root, problems)
+    if n_seeds is not None:
+        asked = _with_seeds(asked, n_seeds, root, problems)
     expansion = Expansion(asked, root, folder, problems)
     plans = expansion.plans()
-    seeds = asked.seeds if n_seeds is None else range(n_seeds)
-    variants = expansion.variants(plans) if expansion.few_enough(plans, len(seeds)) else ()
-    own_seeds = {} if asked.common_starts else _own_seeds(variants, seeds)
-    if len({seed for own in own_seeds.values() for seed in own}) < len(own_seeds) * len(seeds):
+    variants = expansion.variants(plans) if expansion.few_enough(plans) else ()
+    own_seeds = _own_seeds(variants, asked)
+    n_own = sum(map(len, own_seeds.values()))
+    if not asked.common_starts and len({s for own in own_seeds.values() for s in own}) < n_own:
         message = "leads to one seed for two runs; allowed: another label, or other seeds"
         problems.append(root.problem(message))
     if problems:
@@ -150,7 +165,6 @@ def parse(
         "name": folder_name(Path(source).stem),
         "text": data.encode() if isinstance(data, str) else data,
         "variants": variants,
-        "seeds": seeds,
         "own_seeds": own_seeds,
     }
     return Experiment.model_construct(**found)
@@ -176,5 +190,29 @@ def _asked(tree: Node, problems: list[PresetProblem]) -> tuple[ExperimentSpec, N
                 raise ExperimentError(in_order(problems)) from None
 
 
-def _own_seeds(variants: Iterable[Variant], seeds: Sequence[int]) -> dict[str, tuple[int, ...]]:
-    return {v.label: tuple(own_seed(v.label, seed) for seed in seeds) for v in variants}
+def _with_seeds(
+    asked: ExperimentSpec, n_seeds: int, root: Node, problems: list[PresetProblem]
+) -> ExperimentSpec:
+    """What is asked for with so many seeds, from the first of all and from each preset's own."""
+
+    def counted_up(seeds: Sequence[int]) -> Sequence[int]:
+        if seeds[0] + n_seeds - 1 > MAX_SEED:
+            message = f"has no {n_seeds} seeds from {seeds[0]} on; allowed: up to {MAX_SEED}"
+            problems.append(root.problem(message))
+            return seeds
+        return range(seeds[0], seeds[0] + n_seeds)
+
+    presets = tuple(
+        item if item.seeds is None else item.model_copy(update={"seeds": counted_up(item.seeds)})
+        for item in asked.presets
+    )
+    return asked.model_copy(update={"seeds": counted_up(asked.seeds), "presets": presets})
+
+
+def _own_seeds(variants: Iterable[Variant], asked: ExperimentSpec) -> dict[str, Sequence[int]]:
+    """Seeds of the variants that do not simply have those of the experiment."""
+    if asked.common_starts:
+        return {v.label: v.seeds for v in variants if v.seeds is not None}
+    return {
+        v.label: tuple(own_seed(v.label, seed) for seed in v.seeds or asked.seeds) for v in variants
+    }

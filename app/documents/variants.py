@@ -64,6 +64,8 @@ class Variant:
     spec: RunSpec
     overrides: Mapping[str, Any]
     """What the experiment sets in the preset, by dotted key."""
+    seeds: Sequence[int] | None = None
+    """That its preset has of its own in the experiment; None where it has those of all."""
 
 
 # --- Axes: what is varied ------------------------------------------------------------------------
@@ -130,6 +132,8 @@ class Plan(NamedTuple):
     base: presets.Base
     fixed: Sequence[Node]
     axes: Sequence[_Axis]
+    seeds: Sequence[int] | None
+    """Of its own."""
 
     @property
     def n_variants(self) -> int:
@@ -184,10 +188,13 @@ class Expansion:
         if "trials" in entries:
             fixed.append(entries["trials"])
         items: list[Node] = entries["presets"].value if "presets" in entries else []
-        plans = (self._plan(item, fixed, axes) for item in items)
+        pairs = zip(items, self._asked.presets, strict=True)
+        plans = (self._plan(item, asked.seeds, fixed, axes) for item, asked in pairs)
         return [plan for plan in plans if plan is not None]
 
-    def _plan(self, item: Node, fixed: list[Node], axes: list[_Axis]) -> Plan | None:
+    def _plan(
+        self, item: Node, seeds: Sequence[int] | None, fixed: list[Node], axes: list[_Axis]
+    ) -> Plan | None:
         is_mapping = isinstance(item.value, dict)
         entries: dict[Any, Node] = dict(children(item)) if is_mapping else {"preset": item}
         own_fixed, own_axes = self._varied(entries)
@@ -217,7 +224,7 @@ class Expansion:
             return None
         named_by = written if written and label else at
         label = label or Path(name).stem
-        return Plan(name, label, named_by, base, [*fixed, *own_fixed], [*axes, *own_axes])
+        return Plan(name, label, named_by, base, [*fixed, *own_fixed], [*axes, *own_axes], seeds)
 
     def _varied(self, entries: Mapping[str, Node]) -> tuple[list[Node], list[_Axis]]:
         """What is set once, and the axes."""
@@ -261,14 +268,16 @@ class Expansion:
                     self._problems.append(self._root.problem(message))
             seen.update(axis.keys)
 
-    def few_enough(self, plans: Sequence[Plan], n_seeds: int) -> bool:
+    def few_enough(self, plans: Sequence[Plan]) -> bool:
         """Whether so many variants and runs may be made."""
         n_variants = sum(plan.n_variants for plan in plans)
         n_values = sum(plan.n_values for plan in plans)
-        if n_variants > MAX_VARIANTS or n_variants * n_seeds > MAX_RUNS:
+        n_seeds = [len(self._asked.seeds if plan.seeds is None else plan.seeds) for plan in plans]
+        n_runs = sum(plan.n_variants * n for plan, n in zip(plans, n_seeds, strict=True))
+        if n_variants > MAX_VARIANTS or n_runs > MAX_RUNS:
+            each = f" with {n_seeds[0]} seeds each" if len({*n_seeds}) == 1 else ""
             message = (
-                f"asks for {_counted(n_variants)} variants with {n_seeds} seeds each,"
-                f" {_counted(n_variants * n_seeds)} runs;"
+                f"asks for {_counted(n_variants)} variants{each}, {_counted(n_runs)} runs;"
                 f" allowed: up to {MAX_VARIANTS} variants and {MAX_RUNS} runs"
             )
         elif n_values > MAX_VALUES:
@@ -440,7 +449,7 @@ def _variant(plan: Plan, base: presets.Base, choices: Sequence[_Choice]) -> Vari
     overrides = {
         intern(".".join(map(str, node.key))): plain(node) for node in (*plan.fixed, *chosen)
     }
-    return Variant(_label(plan, choices), plan.name, spec, overrides)
+    return Variant(_label(plan, choices), plan.name, spec, overrides, plan.seeds)
 
 
 def _label(plan: Plan, choices: Sequence[_Choice]) -> str:

@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from app.metrics import GreedyCurve
 from learners.spec import MAX_TRIALS
 from sim.world import CAPTURE, TIMEOUT
 
@@ -31,6 +32,9 @@ _KINDS: Final[Mapping[str, tuple[str, int]]] = {
     "moments": ("iu", 1),
     "value_share": ("f", 3),
     "value_distance": ("f", 3),
+    "greedy_trial": ("iu", 1),
+    "greedy_step": ("iu", 1),
+    "greedy_reward": ("f", 1),
 }
 """By name of an array: the kinds of number it may hold, and how many axes it has."""
 _HEADERS: Final = {
@@ -58,6 +62,7 @@ class Arrays(NamedTuple):
     """(moment, ring, direction) float32."""
     value_distance: np.ndarray
     """(moment, ring, direction) float32."""
+    greedy: GreedyCurve
 
 
 def packed(arrays: dict[str, np.ndarray], compressed: bool = True) -> bytes:
@@ -156,9 +161,12 @@ def _unpacked(archive: bytes, n_trials: int, n_steps: int) -> Arrays:
         raise ValueError("they do not fit together")
     if not ((outcome >= CAPTURE) & (outcome <= TIMEOUT)).all():
         raise ValueError("trials end as none can")
+    curve = GreedyCurve(found["greedy_trial"], found["greedy_step"], found["greedy_reward"])
+    if not len(curve.trial) == len(curve.step) == len(curve.reward):
+        raise ValueError("they do not fit together")
     introduced = zip(found["introduced"].tolist(), found["introductions"].tolist(), strict=True)
     joined = {name: (trial, step) for name, (trial, step) in introduced if trial > 0}
-    return Arrays(outcome, steps, joined, moments, share, distance)
+    return Arrays(outcome, steps, joined, moments, share, distance, curve)
 
 
 def _array(data: bytes) -> np.ndarray:

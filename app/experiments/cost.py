@@ -73,17 +73,15 @@ def plan(experiment: Experiment, workers: int, finished: Collection[str] = froze
         workers: runs at a time.
         finished: keys of runs that are done.
     """
-    left = dict.fromkeys((v.label for v in experiment.variants), len(experiment.seeds))
+    left = {v.label: len(experiment.seeds_of(v)) for v in experiment.variants}
     if finished:
         for variant, task in tasks_of(experiment):
             left[variant.label] -= task.key in finished
     n_left = sum(left.values())
     steps = trials = seconds = 0.0
     for variant, pace in _paces(experiment) if n_left else ():
-        n_trials = experiment.trials_of(variant)
-        one = n_trials * pace.steps
-        if experiment.steps is not None and one > experiment.steps:
-            one, n_trials = experiment.steps, experiment.steps / pace.steps
+        one = _steps_of(experiment, variant, pace)
+        n_trials = one / pace.steps
         steps += one * left[variant.label]
         seconds += (one * pace.seconds + _S_PER_RUN) * left[variant.label]
         trials += n_trials * left[variant.label]
@@ -101,8 +99,13 @@ def plan(experiment: Experiment, workers: int, finished: Collection[str] = froze
 def longest_run(experiment: Experiment) -> int:
     """Steps that the longest run may take, roughly; runs pilots as :func:`plan` does."""
     paces = _paces(experiment)
-    longest = max(experiment.trials_of(variant) * pace.steps for variant, pace in paces)
-    return math.ceil(longest if experiment.steps is None else min(longest, experiment.steps))
+    return math.ceil(max(_steps_of(experiment, variant, pace) for variant, pace in paces))
+
+
+def _steps_of(experiment: Experiment, variant: Variant, pace: "_Pace") -> float:
+    """Steps that a run of a variant takes, by how it goes."""
+    least, most = experiment.horizon_steps or 0, experiment.steps or math.inf
+    return min(max(experiment.trials_of(variant) * pace.steps, least), most)
 
 
 # --- Pilots --------------------------------------------------------------------------------------

@@ -28,13 +28,18 @@ class Origin(NamedTuple):
     """Whether a stop condition or a number of steps may have ended runs before their trials did."""
     stop: Stop | None
     """What ended a run as soon as it was so good, if it ever was."""
+    horizon: int | None = None
+    """Steps at which all runs were measured; None where the experiment states none."""
+    steps_alone: bool = False
+    """Whether runs end after a number of steps, whatever trials their presets have."""
 
 
 def origin_of(experiment: Experiment, folder: Path) -> Origin:
     """What the runs of an experiment have in common."""
     stop = experiment.stop
     limited = stop is not None or experiment.steps is not None
-    return Origin(folder, experiment.metrics, limited, stop)
+    steps_alone = experiment.steps is not None and experiment.trials is None
+    return Origin(folder, experiment.metrics, limited, stop, experiment.horizon_steps, steps_alone)
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,11 @@ class Record:
     def steps(self) -> int:
         """Steps that it took."""
         return _whole(self.values["steps"])
+
+    @property
+    def preset_trials(self) -> int:
+        """Trials of its preset that it finished; it may have gone on until a horizon."""
+        return self.trials if self.origin.steps_alone else min(self.trials, self.settings["trials"])
 
     @property
     def preset_name(self) -> str:

@@ -149,7 +149,8 @@ class _Work:
         # By variant: runs that were over before, that are over since then, that are not over; and
         # steps of how many that took any.
         self._before, self._since, self._measured = np.zeros((3, len(variants)), np.int64)
-        self._left = np.full(len(variants), len(experiment.seeds))
+        self._left = np.array([len(experiment.seeds_of(variant)) for variant in variants])
+        self._least = experiment.horizon_steps or 0
         self._steps = np.zeros(len(variants))
 
     def add(self, record: Record, before: bool = False) -> None:
@@ -169,6 +170,7 @@ class _Work:
         # Where no run of a variant is over, its trials take what they take in the others.
         trials = self._trials @ self._measured
         means = self._trials * (self._steps.sum() / trials if trials else 1.0)
+        means = np.maximum(means, self._least)
         np.divide(self._steps, self._measured, where=self._measured > 0, out=means)
         ahead = sum(share * float(means[self._places[label]]) for label, share in begun)
         before, since, left = (float(means @ n) for n in (self._before, self._since, self._left))
@@ -248,7 +250,9 @@ class _Ledger:
         for key, at in crew.under_way().items():
             if key in self._in_flight:
                 variant, task = self._in_flight[key]
-                share = at.trial / task.trials
+                share = min(at.trial / task.trials, 1.0)
+                if task.horizon is not None:
+                    share = min(share, at.step / task.horizon)
                 if task.steps is not None:
                     share = max(share, at.step / task.steps)
                 steps += at.step

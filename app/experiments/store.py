@@ -241,7 +241,10 @@ class Folder:
             self.arrays.mkdir(exist_ok=True)
             # Of other seeds, what is there stays.
             seeds = dict.fromkeys([*json.loads(before.about["seeds"]), *experiment.seeds])
-            table.note(self._database, seeds=json.dumps([*seeds]))
+            own = json.loads(before.about["own_seeds"])
+            for label, more in _stated_seeds(experiment).items():
+                own[label] = [*dict.fromkeys([*own[label], *more])]
+            table.note(self._database, seeds=json.dumps([*seeds]), own_seeds=json.dumps(own))
         except BaseException:
             self._database.close()
             raise
@@ -276,12 +279,20 @@ def _about(experiment: Experiment) -> dict[str, str]:
         "source": experiment.source,
         "steps": json.dumps(experiment.steps),
         "stop": json.dumps(None if experiment.stop is None else experiment.stop.model_dump()),
+        "horizon": json.dumps(experiment.horizon_steps),
+        "steps_alone": json.dumps(experiment.steps is not None and experiment.trials is None),
         "metrics": json.dumps(experiment.metrics),
         "version": version(),
         "seeds": json.dumps(list(experiment.seeds)),
+        "own_seeds": json.dumps(_stated_seeds(experiment)),
         # Files of presets that the record names by their paths may not be found from here.
         "variants": json.dumps([variant.label for variant in experiment.variants]),
     }
+
+
+def _stated_seeds(experiment: Experiment) -> dict[str, list[int]]:
+    """Seeds of the variants whose presets have their own, by label, as they are stated."""
+    return {v.label: list(v.seeds) for v in experiment.variants if v.seeds is not None}
 
 
 def figures_of(page: Path) -> Path:

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 from app.experiments.claims import takes_locks
 from app.metrics import NAMES, of_kind
 
-SCHEMA_VERSION: Final = 4
+SCHEMA_VERSION: Final = 5
 
 COLUMNS: Final = {
     "key": "TEXT PRIMARY KEY",

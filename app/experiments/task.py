@@ -20,14 +20,16 @@ from app.documents.experiment_spec import Stop
 from app.documents.experiments import Experiment
 from app.documents.variants import Variant
 from app.experiments.archive import packed
-from app.metrics import greedy_success, measured
+from app.experiments.probes import Agenda, GreedyNotes, Pictures, Probe
+from app.metrics import Course, greedy_of, measured, wants_greedy
 from learners import measures
 from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.run import Run
-from learners.spec import RunSpec
+from learners.spec import MAX_TRIALS, RunSpec
 
 _SLICE_STEPS = 2_000_000
 """Steps between two looks at whether to stop: a twentieth of a second."""
+_NEVER = 2**62
 _LONGEST_ERROR = 4_000
 
 
@@ -49,6 +51,10 @@ class Task:
     steps: int | None
     stop: Stop | None
     metrics: tuple[str, ...]
+    horizon: int | None = None
+    """Steps until which it goes on at least, and at which it is measured."""
+    greedy_every: int | None = None
+    """Trials from one point of its greedy curve to the next; None where it has none."""
     kept: Kept = "results"
 
 
@@ -69,21 +75,43 @@ class Finished(NamedTuple):
     """The same of its final tables; empty if they were not asked for."""
 
 
-class Pictures(NamedTuple):
-    """The folded value at some moments of a run."""
+class Limits(NamedTuple):
+    """Where a run ends."""
 
-    moments: list[int]
-    """Trials that were about to start."""
-    share: list[np.ndarray]
-    """(ring, direction) for each."""
-    distance: list[np.ndarray]
+    trials: int
+    """After which it is over, unless it is to go on until a horizon."""
+    steps: int | None = None
+    """After which it is over in any case."""
+    horizon: int | None = None
+    """Steps until which it goes on at least, beyond its trials if these are over before."""
+    stop: Stop | None = None
+    """When it has learned enough."""
+
+    def are_over(self, run: Run) -> bool:
+        """Whether a run has come to its end, by trials and steps."""
+        if self.steps is not None and run.step >= self.steps:
+            return True
+        is_before = self.horizon is not None and run.step < self.horizon
+        return run.trial >= (MAX_TRIALS if is_before else self.trials)
+
+    def next_trial(self, run: Run) -> int:
+        """Trial before which a run may end next."""
+        trial = self.trials if run.trial < self.trials else MAX_TRIALS
+        if self.stop is None:
+            return trial
+        return min(trial, (run.trial // self.stop.every + 1) * self.stop.every)
+
+    def next_step(self, run: Run) -> int:
+        """Step after which a run may end next."""
+        ends = [end for end in (self.steps, self.horizon) if end is not None and end > run.step]
+        return min(ends, default=_NEVER)
 
 
 # --- What is to be done --------------------------------------------------------------------------
 
 
 def identity_of(experiment: Experiment, variant: Variant) -> str:
-    """All that the runs of a variant are a function of, but for the seed, as a short text."""
+    """What a variant's runs and what is kept of them hang on, but for seeds, as a short text."""
     stop = experiment.stop
     about = [
         variant.label,
@@ -91,6 +119,8 @@ def identity_of(experiment: Experiment, variant: Variant) -> str:
         experiment.trials_of(variant),
         experiment.steps,
         None if stop is None else [stop.success, stop.trials, stop.every],
+        experiment.horizon_steps,
+        experiment.greedy_every,
     ]
     return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
 
@@ -123,6 +153,8 @@ def tasks_of(experiment: Experiment) -> Iterator[tuple[Variant, Task]]:
                 steps=experiment.steps,
                 stop=experiment.stop,
                 metrics=experiment.metrics,
+                horizon=experiment.horizon_steps,
+                greedy_every=experiment.greedy_every,
             ),
         )
 
@@ -144,8 +176,8 @@ def prepare(metrics: Sequence[str] = ()) -> None:
     }
     run = Run(RunSpec.model_validate(spec), seed=0)
     run.advance(max_steps=1)
-    if "greedy_success" in metrics:
-        greedy_success(run)
+    if wants_greedy(metrics):
+        greedy_of(run)
 
 
 def perform(
@@ -174,14 +206,16 @@ def perform(
 
     try:
         spec = RunSpec.model_validate_json(task.settings)
-        pictures = Pictures([], [], [])
-        wanted_pictures = pictures if task.kept == "results" else None
-        limits = task.trials, task.steps, task.stop
-        run = made_run(spec, task.seed, *limits, on_progress, still_wanted, wanted_pictures)
+        limits = Limits(task.trials, task.steps, task.horizon, task.stop)
+        pictures, greedy = Pictures(), GreedyNotes()
+        probes = _probes_of(task, spec, pictures, greedy)
+        run = made_run(spec, task.seed, limits, probes, on_progress, still_wanted)
         if run is None:
             return None
-        values, known = measured(run, task.metrics), digest(run.state)
-        arrays = packed(arrays_of(run, pictures), compressed=task.kept == "results")
+        notes = greedy.final, greedy.at_horizon, greedy.curve
+        course = Course(run, task.trials, task.horizon, *notes)
+        values, known = measured(course, task.metrics), digest(run.state)
+        arrays = packed(arrays_of(course, pictures), compressed=task.kept == "results")
         final = packed(tables(run.spec, run.state)) if task.kept == "log and tables" else b""
     except Exception as error:  # noqa: BLE001 - whatever it is, it is noted, and others go on
         return failed(task.key, error, time.perf_counter() - began - waited)
@@ -199,55 +233,55 @@ def failed(key: str, error: BaseException, seconds: float = math.nan) -> Finishe
 def made_run(
     spec: RunSpec,
     seed: int,
-    trials: int,
-    steps: int | None = None,
-    stop: Stop | None = None,
+    limits: Limits,
+    probes: Sequence[Probe] = (),
     on_progress: Callable[[Run], object] = lambda _: None,
     wanted: Callable[[], bool] = lambda: True,
-    pictures: Pictures | None = None,
 ) -> Run | None:
-    """Run a preset until its trials or steps are over, or it is good enough.
+    """Run a preset until its trials are over and its horizon is reached, or what ends it before.
 
-    Where it ends does not depend on how often it is looked at. Its value is added to ``pictures``,
-    if there are any, at the moments of :func:`moments_of` and at the end.
+    Where it ends does not depend on how often it is looked at.
+
+    Args:
+        spec: the preset.
+        seed: of the run.
+        limits: where it ends.
+        probes: what looks at it on the way.
+        on_progress: called every twentieth of a second or so.
+        wanted: asked as often.
 
     Returns:
         The run; None if it was no longer wanted.
     """
-    run = Run(spec, seed)
-    moments = [] if pictures is None else [*moments_of(spec, trials)]
-    while run.trial < trials and (steps is None or run.step < steps):
+    run, stop = Run(spec, seed), limits.stop
+    agenda = Agenda(probes)
+    agenda.look(run)
+    while not limits.are_over(run):
         if not wanted():
             return None
-        left = _SLICE_STEPS if steps is None else min(_SLICE_STEPS, steps - run.step)
-        until = min([trials, *moments[:1]])
-        if stop is not None:
-            until = min(until, (run.trial // stop.every + 1) * stop.every)
-        run.advance(max_steps=left, until_trial=until)
+        step = min(limits.next_step(run), agenda.next_step, run.step + _SLICE_STEPS)
+        trial = min(limits.next_trial(run), agenda.next_trial)
+        run.advance(max_steps=step - run.step, until_trial=trial)
         on_progress(run)
-        if pictures is not None and moments and run.trial == moments[0]:
-            _add_picture(pictures, run)
-            moments.pop(0)
+        agenda.look(run)
         if stop is not None and run.trial % stop.every == 0 and _is_good_enough(run, stop):
             break
-    if pictures is not None and run.trial not in pictures.moments:
-        _add_picture(pictures, run)
+    agenda.end(run)
     return run
 
 
-def moments_of(spec: RunSpec, trials: int) -> Sequence[int]:
-    """Trials before which a picture of the value is taken: introductions, and half way."""
-    joins = {spec.schedule.introduced_at(skill) for skill in spec.learner.skills}
-    half = {trials // 2} if trials == spec.trials else set()
-    return sorted(trial for trial in joins | half if 0 < trial < trials)
-
-
-def _add_picture(pictures: Pictures, run: Run) -> None:
-    utility = np.nan_to_num(tables(run.spec, run.state)["selection_q"], nan=-np.inf).max(axis=-1)
-    found = measures.folded_value(utility, run.spec.world.capture_reward, run.spec.learner.gamma)
-    pictures.moments.append(run.trial)
-    pictures.share.append(found.share)
-    pictures.distance.append(found.distance)
+def _probes_of(
+    task: Task, spec: RunSpec, pictures: Pictures, greedy: GreedyNotes
+) -> Iterator[Probe]:
+    """What looks at the run of a task on its way."""
+    if task.kept == "results":
+        yield pictures.probe(spec, task.trials)
+    if wants_greedy(task.metrics):
+        yield greedy.final_probe(task.trials)
+        if task.horizon is not None:
+            yield greedy.horizon_probe(task.horizon)
+        if task.kept == "results" and task.greedy_every is not None:
+            yield greedy.curve_probe(task.greedy_every)
 
 
 def _is_good_enough(run: Run, stop: Stop) -> bool:
@@ -261,24 +295,28 @@ def _is_good_enough(run: Run, stop: Stop) -> bool:
 # --- What is kept of it --------------------------------------------------------------------------
 
 
-def arrays_of(run: Run, pictures: Pictures) -> dict[str, np.ndarray]:
+def arrays_of(course: Course, pictures: Pictures) -> dict[str, np.ndarray]:
     """What is kept of a run beside its row.
 
     ``outcome (trial,) int8``, ``steps (trial,) int32``, ``introductions (skill, [trial, step])
     int64``, and the names of these skills, ``introduced (skill,)``. Of the pictures of its value:
     ``moments (moment,) int64``, ``value_share`` and ``value_distance (moment, ring, direction)
-    float32``, as :func:`learners.measures.folded_value` has them.
+    float32``, as :func:`learners.measures.folded_value` has them. Of its greedy curve:
+    ``greedy_trial`` and ``greedy_step (point,) int64``, ``greedy_reward (point,) float32``.
     """
-    done = measures.trials_done(run.state)
+    run = course.run
     joined = run.control.introductions
     shape = -1, run.spec.world.n_distances, run.spec.world.n_directions
     moments = np.array([[entry.trial, entry.step] for entry in joined], np.int64)
     return {
-        "outcome": run.state.log_outcome[:done],
-        "steps": run.state.log_steps[:done],
+        "outcome": course.outcome,
+        "steps": course.steps,
         "introductions": moments.reshape(-1, 2),
         "introduced": np.array([entry.skill for entry in joined], "U32"),
         "moments": np.array(pictures.moments, np.int64),
         "value_share": np.array(pictures.share, np.float32).reshape(shape),
         "value_distance": np.array(pictures.distance, np.float32).reshape(shape),
+        "greedy_trial": course.greedy_curve.trial,
+        "greedy_step": course.greedy_curve.step,
+        "greedy_reward": course.greedy_curve.reward,
     }

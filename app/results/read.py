@@ -20,6 +20,7 @@ from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
 from app.experiments.table import DamageError, UnreadableError, VersionError
+from app.metrics import GreedyCurve
 from app.util.texts import as_text
 from learners import measures
 from sim.spec import WorldSpec
@@ -104,8 +105,9 @@ def read_folder(path: Path) -> Folder:
         origin = _origin_in(path, about)
         rows = records_of(found, origin)
         labels = _names_in(about, "variants")
+        seeds = _seeds_in(about)
         command, description = _command_of(path, about), str(about["description"])
-        planned = len(labels) * len(json.loads(about["seeds"]))
+        planned = sum(len(seeds.own.get(label, seeds.every)) for label in labels)
     except VersionError as error:
         raise ResultsError(
             f"{shown} holds results of version {error}, and this program reads version"
@@ -159,16 +161,39 @@ def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
     return found
 
 
+class _Seeds(NamedTuple):
+    """Seeds that an experiment has been run with so far."""
+
+    every: Sequence[int]
+    own: Mapping[str, Sequence[int]]
+    """Of the variants whose presets have their own, by label."""
+
+
+def _seeds_in(meta: Mapping[str, Any]) -> _Seeds:
+    return _Seeds(json.loads(meta["seeds"]), json.loads(meta["own_seeds"]))
+
+
 def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
-    return Origin(path, _names_in(meta, "metrics"), limited, None if stop is None else Stop(**stop))
+    return Origin(
+        path,
+        _names_in(meta, "metrics"),
+        limited,
+        None if stop is None else Stop(**stop),
+        json.loads(meta["horizon"]),
+        json.loads(meta["steps_alone"]),
+    )
 
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     """What made the results."""
-    seeds = json.loads(meta["seeds"])
-    counted = ["--seeds", str(len(seeds))] if seeds == list(range(len(seeds))) else []
+    seeds = _seeds_in(meta)
+    # As many for each, counting up from a first one, is what --seeds asks for.
+    lists = [seeds.every, *seeds.own.values()]
+    count = len(seeds.every)
+    count_up = all(list(each) == list(range(each[0], each[0] + count)) for each in lists)
+    counted = ["--seeds", str(count)] if count_up else []
     source = str(meta["source"])
     if not source:
         # An experiment of the page has no file, and a name alone does not say where its file is.
@@ -281,6 +306,8 @@ class Log(NamedTuple):
     joined: Mapping[str, tuple[int, int]]
     """Trial and step of each skill that joined after the start."""
     pictures: Pictures
+    greedy: GreedyCurve
+    """Of no points where none were measured."""
 
 
 Measure = Callable[[Record, Log], Mapping[str, float]]
@@ -337,7 +364,7 @@ def read_log(run: Record) -> Log:
     if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
         raise ArchiveError("its pictures of the value do not fit its world")
     reward = measures.rewards(world, found.outcome)
-    return Log(found.outcome, reward, found.steps, found.joined, pictures)
+    return Log(found.outcome, reward, found.steps, found.joined, pictures, found.greedy)
 
 
 def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:

@@ -101,8 +101,9 @@ def quantities_of(run: Record, log: Log) -> dict[str, float]:
         for name, (first, last) in _WINDOWS.items()
         if ends.size and ends[-1] >= last
     }
-    if reward.size == run.settings["trials"]:
-        found[FINAL] = average(reward[-measures.FINAL_TRIALS :])
+    if reward.size >= run.settings["trials"]:
+        # It may have gone on until a horizon.
+        found[FINAL] = average(reward[: run.settings["trials"]][-measures.FINAL_TRIALS :])
     for name, (first, last) in _phases(run.settings).items():
         if reward.size >= last > first:
             found[name] = average(reward[first:last])

@@ -239,10 +239,10 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
 ) -> None:
     measured = task.measured
 
-    def fail(run: Any, metrics: Any) -> Any:
-        if run.seed == 1:
+    def fail(course: Any, metrics: Any) -> Any:
+        if course.run.seed == 1:
             raise RuntimeError(f"no {HOSTILE} luck")
-        return measured(run, metrics)
+        return measured(course, metrics)
 
     monkeypatch.setattr(task, "measured", fail)
     live, screen = begin()

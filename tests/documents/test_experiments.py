@@ -23,14 +23,14 @@ from app.cli import main
 from app.documents import experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
-from app.experiments import runner, store, task
+from app.experiments import probes, runner, store, task
 from app.experiments.crews import Switch, Threads
 from app.experiments.record import Record, gist
 from app.experiments.runner import Outcome, run_experiment
 from app.experiments.seeds import run_seeds
 from app.experiments.store import Folder, FolderError
-from app.experiments.task import made_run
-from app.metrics import steps_to
+from app.experiments.task import Limits, made_run
+from app.metrics import Course
 from learners import measures
 from learners.kernel.state import digest
 from learners.run import Run
@@ -850,7 +850,7 @@ def test_a_budget_of_steps_ends_a_run_whatever_its_trials(tmp_path: Path) -> Non
 def test_a_run_stops_when_it_is_good_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     experiment = small(trials=3000, stop={"success": 0.2, "trials": 100, "every": 50})
     spec, stop = experiment.variants[3].spec, experiment.stop
-    run = made_run(spec, 0, spec.trials, stop=stop)
+    run = made_run(spec, 0, Limits(spec.trials, stop=stop))
     assert run is not None
     assert 100 <= run.trial < 3000
     assert run.trial % 50 == 0
@@ -860,19 +860,9 @@ def test_a_run_stops_when_it_is_good_enough(monkeypatch: pytest.MonkeyPatch) -> 
         whole.advance(until_trial=trial)
         assert measures.endings(whole.state, 100).captures < 20
     monkeypatch.setattr(task, "_SLICE_STEPS", 997)
-    again = made_run(spec, 0, spec.trials, stop=stop)
+    again = made_run(spec, 0, Limits(spec.trials, stop=stop))
     assert again is not None
     assert digest(again.state) == digest(run.state)
-
-
-def test_steps_to_a_success() -> None:
-    outcomes = np.full(1200, FLIGHT, np.int8)
-    outcomes[600:] = CAPTURE
-    steps = np.full(1200, 10, np.int32)
-    assert steps_to(outcomes, steps, 0.5) == 850 * 10
-    assert steps_to(outcomes, steps, 0.7) == 950 * 10
-    assert steps_to(outcomes[:800], steps[:800], 0.5) is None
-    assert steps_to(outcomes[:400], steps[:400], 0.0) is None
 
 
 # --- Whatever happens ----------------------------------------------------------------------------
@@ -915,9 +905,9 @@ def test_resume_after_a_crash_between_arrays_and_row(
 
 
 def counted(made: list[int], function: Any) -> Any:
-    def count(run: Run, *others: Any) -> Any:
-        made.append(run.seed)
-        return function(run, *others)
+    def count(course: Course, *others: Any) -> Any:
+        made.append(course.run.seed)
+        return function(course, *others)
 
     return count
 
@@ -940,10 +930,10 @@ def test_a_run_that_fails_is_recorded_and_made_again(
 ) -> None:
     measured = task.measured
 
-    def fail(run: Run, metrics: Any) -> dict[str, Any]:
-        if run.seed == 1 and run.spec.learner.skills:
+    def fail(course: Course, metrics: Any) -> dict[str, Any]:
+        if course.run.seed == 1 and course.run.spec.learner.skills:
             raise RuntimeError("no luck")
-        return measured(run, metrics)
+        return measured(course, metrics)
 
     monkeypatch.setattr(task, "measured", fail)
     outcome = carried_out(small(), tmp_path / "a")
@@ -1047,7 +1037,7 @@ def test_an_experiment_ends_while_it_is_paused(tmp_path: Path) -> None:
 def test_only_the_metrics_that_are_asked_for_are_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(task, "greedy_success", lambda run: 1 / 0)
+    monkeypatch.setattr(probes, "greedy_of", lambda run: 1 / 0)
     experiment = small(metrics=["area", "steps_to_50"])
     assert experiment.metrics == ("area", "steps_to_50")
     carried_out(experiment, tmp_path / "a")

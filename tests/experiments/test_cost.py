@@ -14,7 +14,7 @@ from app.cli import main
 from app.documents.experiments import load, parse
 from app.experiments import cost
 from app.experiments.cost import longest_run, plan
-from app.experiments.task import made_run
+from app.experiments.task import Limits, made_run
 
 EARLY = """
 presets: [timed]
@@ -35,7 +35,16 @@ def nothing_is_measured_yet(monkeypatch: pytest.MonkeyPatch) -> None:
 def steps_made(text: str) -> int:
     experiment = parse(text, "mine.yaml")
     made = (
-        made_run(v.spec, seed, experiment.trials_of(v), experiment.steps, experiment.stop)
+        made_run(
+            v.spec,
+            seed,
+            Limits(
+                experiment.trials_of(v),
+                experiment.steps,
+                experiment.horizon_steps,
+                experiment.stop,
+            ),
+        )
         for v, seed in experiment.runs()
     )
     return sum(run.step for run in made if run is not None)

@@ -386,19 +386,20 @@ def test_compiled_hunts_equal_plain_ones() -> None:
 
 
 @pytest.mark.parametrize("preset", ["timed", "standard_q"])
-def test_the_share_of_captures_is_that_of_single_hunts(preset: str) -> None:
+def test_the_endings_of_many_hunts_are_those_of_single_ones(preset: str) -> None:
     run = Run(presets.load(preset, ["world.size=40", "schedule=null"]), 3)
     run.advance(until_trial=2_000)
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
     policy = hunts.greedy_moves(selection_q, found["skill_q"] if run.spec.learner.skills else None)
-    starts, captures = rng.streams(11)[rng.STARTS], 0
+    starts, outcomes = rng.streams(11)[rng.STARTS], list[int]()
     for number in range(300):
         cell, heading = start_of_trial(run.world, starts, number)
         hunted = hunts.hunt(run.world, policy, int(cell), int(heading), seed=number)
-        captures += hunted.outcome == CAPTURE
-    assert 0 < captures < 300
-    assert hunts.success_share(run.world, policy, starts, 300) == captures / 300
+        outcomes.append(hunted.outcome)
+    counts = [outcomes.count(outcome) for outcome in (CAPTURE, FLIGHT, TIMEOUT)]
+    assert 0 < counts[0] < 300
+    assert list(hunts.endings(run.world, policy, starts, 300)) == counts
 
 
 if __name__ == "__main__":

@@ -30,9 +30,9 @@ def test_a_trial_keeps_the_reward_with_which_it_ended(key: str, value: float, ou
     run.advance(max_steps=20_000)
     changed_at = run.trial
     before = measures.curve(run.state, 1_000)
-    mean = measures.mean_reward(run.state)
+    mean = measures.final_mean(run.state.log_reward[:changed_at])
     run.apply(SetParameter(key, value))
-    assert measures.mean_reward(run.state) == mean
+    assert measures.final_mean(run.state.log_reward[:changed_at]) == mean
     run.advance(max_steps=20_000)
 
     after = measures.curve(run.state, 1_000)
@@ -41,17 +41,23 @@ def test_a_trial_keeps_the_reward_with_which_it_ended(key: str, value: float, ou
     new = measures.rewards(run.spec.world, outcomes)
     assert (outcomes == outcome).sum() > 10
     np.testing.assert_array_equal(run.state.log_reward[changed_at : run.trial], new)
-    assert measures.mean_reward(run.state, len(new)) == pytest.approx(new.mean())
 
 
 def test_the_mean_of_very_many_rewards_is_exact() -> None:
     run = small_run()
     run.advance(until_trial=2_000)
     run.state.log_reward[:2_000] = np.float32(0.1)
-    assert measures.mean_reward(run.state) == pytest.approx(np.float32(0.1), rel=1e-12)
+    mean = measures.final_mean(run.state.log_reward[:2_000])
+    assert mean == pytest.approx(np.float32(0.1), rel=1e-12)
 
 
 # --- Switches ------------------------------------------------------------------------------------
+
+
+def switches_per_step(run: Run) -> float:
+    """Of the trials that have ended."""
+    done = run.trial
+    return measures.switches_per_step(run.state.log_steps[:done], run.state.log_switches[:done])
 
 
 def stepwise_switches(run: Run, until_trial: int) -> tuple[int, int]:
@@ -73,21 +79,21 @@ def test_a_switch_is_a_step_with_another_option_than_the_step_before_it() -> Non
     run = small_run()
     steps, switches = stepwise_switches(run, 30)
     assert switches > 100
-    assert measures.switches_per_step(run.state) == switches / steps
+    assert switches_per_step(run) == switches / steps
 
 
 def test_a_learner_with_one_skill_never_switches() -> None:
     settings = ["world.size=30", "learner.options=[approach]", "schedule={skills: {}}"]
     run = Run(presets.load("hierarchical_3", settings), seed=3)
     run.advance(until_trial=300)
-    assert measures.switches_per_step(run.state) == 0
+    assert switches_per_step(run) == 0
 
 
 def test_without_a_second_step_there_is_no_switch() -> None:
     run = Run(presets.load("standard_q", ["world.step_limit=1"]), seed=3)
-    assert measures.switches_per_step(run.state) == 0
+    assert switches_per_step(run) == 0
     run.advance(until_trial=10)
-    assert measures.switches_per_step(run.state) == 0
+    assert switches_per_step(run) == 0
 
 
 # --- Equivalent distance -------------------------------------------------------------------------

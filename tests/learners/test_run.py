@@ -1103,7 +1103,6 @@ def test_the_curve_is_the_mean_over_trials_that_ended_in_each_window(kept: Run) 
         inside = (ended_at > index * window) & (ended_at <= (index + 1) * window)
         assert reward == pytest.approx(rewards[inside].mean())
         assert end == min((index + 1) * window, kept.step)
-    assert measures.mean_reward(kept.state, 30) == rewards[-30:].mean()
 
 
 def test_a_window_in_which_no_trial_ended_has_no_reward() -> None:

@@ -252,10 +252,10 @@ def test_a_run_that_fails_is_listed_with_its_error(
 ) -> None:
     measured = task.measured
 
-    def fail(run: Any, metrics: Any) -> Any:
-        if run.seed == 1:
+    def fail(course: Any, metrics: Any) -> Any:
+        if course.run.seed == 1:
             raise RuntimeError("no luck")
-        return measured(run, metrics)
+        return measured(course, metrics)
 
     monkeypatch.setattr(task, "measured", fail)
     service = Service(tmp_path)

@@ -43,6 +43,17 @@ def pictures(
     }
 
 
+def greedy_curve(
+    trials: Sequence[int] = (), steps: Sequence[int] = (), rewards: Sequence[float] = ()
+) -> dict[str, np.ndarray]:
+    """Arrays of a greedy curve."""
+    return {
+        "greedy_trial": np.array(trials, np.int64),
+        "greedy_step": np.array(steps, np.int64),
+        "greedy_reward": np.array(rewards, np.float32),
+    }
+
+
 def add_run(
     folder: Path,
     seed: int,
@@ -94,7 +105,7 @@ def add_run(
 
 def add_arrays(folder: Path, key: str, **arrays: np.ndarray) -> None:
     """Put the archive of a run into place, without a word in its row."""
-    (folder / "arrays" / f"{key}.npz").write_bytes(archive.packed(arrays))
+    (folder / "arrays" / f"{key}.npz").write_bytes(archive.packed({**greedy_curve(), **arrays}))
 
 
 def checksum_in(folder: Path, key: str) -> str:
@@ -139,6 +150,9 @@ def new_folder(
         "description": "",
         "source": "",
         "seeds": "[0, 1, 2]",
+        "own_seeds": "{}",
+        "horizon": "null",
+        "steps_alone": "false",
         "variants": "[]",
         "steps": "null",
         "stop": "null",

@@ -16,6 +16,7 @@ from app.experiments.archive import packed
 from app.experiments.record import Origin, Record, all_values, origin_of
 from app.metrics import FINAL_REWARD, NAMES
 from app.results.gather import Gatherer, Gathering, PlacedRun
+from tests.support.folders import greedy_curve
 
 NOTHING = math.nan
 _N_TRIALS = 400
@@ -182,6 +183,7 @@ def _arrays() -> bytes:
             "moments": np.zeros(0, np.int64),
             "value_share": nothing,
             "value_distance": nothing,
+            **greedy_curve(),
         }
     )
 

@@ -91,8 +91,13 @@ def _experiment_of(name: str, data: bytes | None, n_seeds: int | None) -> Experi
     return experiments.parse(data, f"{name}.yaml", None, n_seeds)
 
 
-def cost_html(quote: Quote, n_seeds: int) -> str:
-    """What an experiment would take, before it is started."""
+def cost_html(quote: Quote, seeds: str) -> str:
+    """What an experiment would take, before it is started.
+
+    Args:
+        quote: of the experiment.
+        seeds: how many each of its variants has, in words.
+    """
     found = quote.plan
     if found.done == found.runs:
         all_runs = f"All {found.runs:,} runs are" if found.runs > 1 else "The run is"
@@ -102,7 +107,7 @@ def cost_html(quote: Quote, n_seeds: int) -> str:
     about = "At most about" if found.at_most else "About"
     return (
         f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')},"
-        f" {counted(n_seeds, 'seed')} each{there}."
+        f" {seeds} each{there}."
         f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
         f" {megabytes(found.disk_bytes)}, in <b>{escaped(quote.folder)}</b>."
     )
@@ -161,7 +166,8 @@ class _Offer(NamedTuple):
 
     about: str
     quote: Quote
-    n_seeds: int
+    seeds: str
+    """How many each variant has, in words."""
     made_s: float
     """When this was found out, by a clock that runs steadily."""
 
@@ -320,7 +326,7 @@ class ExperimentsPanel:
             lost = not_repeated(snapshot) if name == THIS_SESSION else ""
             found = self._service.quote(experiment, int(self._workers.read()))
             about = f"{experiment.description} {lost}"
-            return _Offer(about, found, len(experiment.seeds), time.monotonic())
+            return _Offer(about, found, experiment.seeds_in_words, time.monotonic())
 
         found_of, found = self._offer.latest
         is_of_this = isinstance(found_of, tuple) and found_of[0] == of
@@ -333,7 +339,7 @@ class ExperimentsPanel:
         if is_of_this and isinstance(found, Exception):
             cost = f"Cannot be run: {escaped(str(found))}"
         elif is_of_this and isinstance(found, _Offer):
-            about, cost = escaped(found.about), cost_html(found.quote, found.n_seeds)
+            about, cost = escaped(found.about), cost_html(found.quote, found.seeds)
             start = _start_label(found.quote)
         if name == THIS_SESSION and status.aside is not None:
             whose = f"{opened_run(snapshot)}, which is on the board, not {status.aside}"
