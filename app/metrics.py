@@ -18,11 +18,13 @@ import numpy as np
 
 from app.words.numbers import NONE, in_short, shown_number
 from learners import hunts, measures
+from learners.hunts import Policy
 from learners.kernel.state import tables
 from learners.measures import FINAL_TRIALS
 from learners.run import Run
 from sim import rng
-from sim.world import CAPTURE, FLIGHT, TIMEOUT
+from sim.spec import WorldSpec
+from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
 
 GREEDY_HUNTS: Final = 2_000
 """Hunts by which a greedy policy is measured: a share of 0.8 is known to within 0.01 by them."""
@@ -141,9 +143,13 @@ def greedy_of(run: Run, n_hunts: int = GREEDY_HUNTS) -> Greedy:
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
     skill_q = found["skill_q"] if run.spec.learner.skills else None
     policy = hunts.greedy_moves(selection_q, skill_q)
-    starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    ends, world = hunts.endings(run.world, policy, starts, n_hunts), run.spec.world
-    total = ends.captures * world.capture_reward + ends.flights * world.flight_reward
+    return greedy_by(run.world, policy, run.spec.world, n_hunts)
+
+
+def greedy_by(world: World, policy: Policy, spec: WorldSpec, n_hunts: int = GREEDY_HUNTS) -> Greedy:
+    """What hunts come to by a policy, in a world with the rewards of ``spec``."""
+    ends = hunts.endings(world, policy, rng.streams(GREEDY_SEED)[rng.STARTS], n_hunts)
+    total = ends.captures * spec.capture_reward + ends.flights * spec.flight_reward
     return Greedy(ends.captures / n_hunts, total / n_hunts)
 
 

@@ -3,6 +3,7 @@
 The worker takes one between two slices of learning; views and panels read it and nothing else.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -167,10 +168,15 @@ def take(
         ends=_ends(run),
         paths=_paths(run) if new_curve or former is None else former.paths,
         recent=measures.endings(state, measures.RECENT_TRIALS),
-        recent_reward=measures.mean_reward(state, measures.RECENT_TRIALS),
+        recent_reward=_recent_reward(run),
         curve=curve,
         trial_curve=trial_curve,
     )
+
+
+def _recent_reward(run: Run) -> float:
+    recent = run.state.log_reward[max(run.trial - measures.RECENT_TRIALS, 0) : run.trial]
+    return float(recent.mean()) if recent.size else math.nan
 
 
 def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarray:
