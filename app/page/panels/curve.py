@@ -44,6 +44,8 @@ PLOT_PX, BESIDE_PLOT_PX = 215.0, 60.0
 _MAX_MARK_ROWS = 3
 _MOST_TICKS = 4
 """Numbered steps of the curve after 0."""
+_MOST_REWARDS = 3
+"""Numbered rewards after the lowest, for which there is always room."""
 
 
 def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
@@ -187,7 +189,7 @@ def legend_html(snapshot: Snapshot, windows: Windows, theme: Theme, address: Add
     )
     row = "display:flex;flex-wrap:wrap;column-gap:0.9em"
     return (
-        '<div class="pounce-curve" style="padding:0 0.7em;font-size:0.78em;line-height:1.3">'
+        '<div class="pounce-curve" style="padding:0.25em 0.7em 0;font-size:0.78em;line-height:1.3">'
         f'<div style="{row}">{lines}</div>'
         f'<div style="{row}"><span>windows of</span>{"".join(choices)}</div></div>'
     )
@@ -219,7 +221,14 @@ def axes_of(snapshot: Snapshot, marks: Marks, theme: Theme) -> tuple[uplot.Axis,
             label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
             labelSize=16 if marks.left_out else 0,
         ),
-        uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
+        uplot.Axis(
+            scale="y",
+            splits=tuple(ticks(*_rewards(snapshot), _MOST_REWARDS)),
+            stroke=ink,
+            grid=grid,
+            label="reward per trial",
+            labelSize=16,
+        ),
     ]
     for number, row in enumerate(mark_rows(at, names, _last_step(snapshot))):
         axes.append(
@@ -315,10 +324,16 @@ def series_of(theme: Theme) -> tuple[uplot.Series, ...]:
 
 def scales_of(snapshot: Snapshot) -> dict[str, uplot.Scale]:
     """What the axes reach to."""
-    world = snapshot.spec.world
-    low, high = sorted((world.flight_reward, world.capture_reward))
+    low, high = _rewards(snapshot)
     return {
         "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
         # Room for the topmost label.
-        "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
+        "y": uplot.Scale(range=(low, 1.08 * high)),
     }
+
+
+def _rewards(snapshot: Snapshot) -> tuple[float, float]:
+    """Ends of the axis of rewards."""
+    world = snapshot.spec.world
+    low, high = sorted((world.flight_reward, world.capture_reward))
+    return min(low, 0.0), max(high, 1.0)
