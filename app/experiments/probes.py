@@ -5,18 +5,15 @@ it: a probe reads its tables, and learns nothing into them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from app.metrics import Greedy, GreedyCurve, greedy_of
+from app.metrics import CURVE_HUNTS, Greedy, GreedyCurve, greedy_of
 from learners import measures
 from learners.kernel.state import tables
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
-
-CURVE_HUNTS: Final = 2_000
-"""Greedy hunts of each point of a greedy curve."""
 
 _NEVER = 2**62
 
@@ -159,8 +156,6 @@ class GreedyNotes:
         return self._latest[1]
 
     def _add_point(self, run: Run) -> None:
-        if self._points and self._points[-1][1] == run.step:
-            return
-        is_known = self._latest is not None and self._latest[0] == run.step
-        found = self._greedy_of(run) if is_known else greedy_of(run, CURVE_HUNTS)
-        self._points.append((run.trial, run.step, found.reward))
+        if not self._points or self._points[-1][1] != run.step:
+            found = greedy_of(run, CURVE_HUNTS)
+            self._points.append((run.trial, run.step, found.reward))

@@ -21,7 +21,7 @@ MOST_LINES = 8
 MOST_ROWS = 60
 """Variants in a table."""
 MEANS_RULE = (
-    "Mean over runs with its 95 % bootstrap interval; below it, from five runs on, the"
+    f"Mean over runs with its 95 % bootstrap interval; below it, from {LEAST_RUNS} runs on, the"
     " interquartile mean (IQM), which a few wild runs hardly move. Where fewer runs than there are"
     " have a value, it is said how many do."
 )

@@ -1,6 +1,8 @@
-"""What a finding of the thesis is: a sum of quantities of runs and a condition, with a verdict.
+"""What a finding of the thesis is: a sum of quantities of runs and a margin, with a verdict.
 
-A finding holds where the whole interval of its sum meets its condition.
+A finding holds where the whole interval of its sum meets the margin. How large a margin has to be
+follows from the words of the sentence that is tested, by one rule for all of them
+(:data:`MARGINS`), which was fixed before the runs that are reported were made.
 """
 
 from collections.abc import Sequence
@@ -10,8 +12,6 @@ from app.analysis.estimates import LEAST_RUNS, Estimate
 
 LEAST_SEEDS = LEAST_RUNS
 """Runs below which no finding is decided."""
-WIDE = 15.0
-"""Reward per trial: a tenth of the range from flight to capture."""
 FINAL = "last 2,000 trials"
 """The quantity that is the mean reward in the end."""
 
@@ -26,6 +26,9 @@ class Term(NamedTuple):
     world: str
     learner: str
     quantity: str = FINAL
+
+
+# --- Margins -------------------------------------------------------------------------------------
 
 
 class Unit(NamedTuple):
@@ -45,16 +48,20 @@ STEPS = Unit(" steps", ".1f")
 Condition = Literal["above", "below", "within"]
 """Where a sum is to lie: above or below the bound, or between the bound and its negative."""
 
+SMALL = 5.0
+"""Reward per trial: a thirtieth of the range from flight to capture; less is no difference."""
+WIDE = 15.0
+"""Reward per trial: a tenth of that range."""
 
-class Finding(NamedTuple):
-    """A statement of the thesis as a sum of quantities and a bound."""
 
-    topic: str
-    claim: str
-    terms: Sequence[Term]
+class Margin(NamedTuple):
+    """A condition on a sum, and the words of a sentence that ask for it."""
+
+    condition: Condition
     bound: float
-    condition: Condition = "above"
-    unit: Unit = REWARD
+    unit: Unit
+    words: Sequence[str]
+    """Of which a claim has one; empty where it names the number itself (:func:`named`)."""
 
     @property
     def wanted(self) -> str:
@@ -63,24 +70,86 @@ class Finding(NamedTuple):
         return f"between ±{shown}" if self.condition == "within" else f"{self.condition} {shown}"
 
 
+MORE = Margin(
+    "above",
+    SMALL,
+    REWARD,
+    (
+        *("above", "below", "ahead", "better", "worse", "higher", "lower"),
+        *("faster", "slower", "grow", "drop", "dip", "recover"),
+    ),
+)
+"""Of words of order alone: which of two rewards is the larger one."""
+MUCH_MORE = Margin(
+    "above", WIDE, REWARD, ("significant", "wide margin", "good deal", "much", "well ", "very")
+)
+"""Of strong words, whether or not they stand with one of order."""
+CLOSE = Margin("within", WIDE, REWARD, ("close", "minimal", "hardly"))
+"""Of two rewards that are said not to differ, or not to matter."""
+REACHED = Margin("above", 0.5, SHARE, ("reach", "closed", "there"))
+"""Of a place that value has got to: most of its states have one."""
+NOT_REACHED = Margin("below", 0.25, SHARE, ("not reached", "not there", "open"))
+"""Of a place that it has not got to."""
+SPREADS = Margin("above", 0.25, SHARE, ("more", "spread"))
+"""Of two places, or two moments, of which value is said to have got further in one."""
+
+MARGINS: Sequence[Margin] = (MORE, MUCH_MORE, CLOSE, REACHED, NOT_REACHED, SPREADS)
+"""The rule: every claim that names no number has one of these, by its words."""
+
+
+def named(condition: Condition, bound: float, unit: Unit) -> Margin:
+    """The margin of a claim that names its own number, as for shares and counts of other things."""
+    return Margin(condition, bound, unit, ())
+
+
+# --- Findings ------------------------------------------------------------------------------------
+
+
+class Finding(NamedTuple):
+    """A statement of the thesis as a sum of quantities and a margin."""
+
+    topic: str
+    """What a group of findings is about."""
+    section: str
+    """Of the thesis, as in ``"4.3.1"``."""
+    sentence: str
+    """What the thesis says there, in our own words; several findings may test parts of it."""
+    claim: str
+    """What is tested: no other finding has the same."""
+    terms: Sequence[Term]
+    margin: Margin
+
+    @property
+    def unit(self) -> Unit:
+        """What its sum is measured in."""
+        return self.margin.unit
+
+    @property
+    def wanted(self) -> str:
+        """Its condition in words."""
+        return self.margin.wanted
+
+
 def ahead(
     topic: str,
+    section: str,
+    sentence: str,
     claim: str,
     larger: Term,
     smaller: Term,
-    bound: float = 0,
-    condition: Condition = "above",
-    unit: Unit = REWARD,
+    margin: Margin = MORE,
 ) -> Finding:
     """How much larger one quantity is than another."""
     terms = (larger, smaller._replace(weight=-1))
-    return Finding(topic, claim, terms, bound, condition, unit)
+    return Finding(topic, section, sentence, claim, terms, margin)
 
 
 def term(world: str, learner: str, quantity: str = FINAL) -> Term:
     """A quantity as it is."""
     return Term(1, world, learner, quantity)
 
+
+# --- Verdicts ------------------------------------------------------------------------------------
 
 HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 
@@ -89,10 +158,10 @@ def verdict(finding: Finding, effect: Estimate) -> str:
     """Whether an effect bears a finding out: only where the whole interval says the same."""
     if effect.n < LEAST_SEEDS:
         return UNDECIDED
-    low, high, bound = effect.low, effect.high, finding.bound
-    if finding.condition == "within":
+    low, high, (condition, bound, *_) = effect.low, effect.high, finding.margin
+    if condition == "within":
         holds, fails = -bound < low and high < bound, low > bound or high < -bound
-    elif finding.condition == "below":
+    elif condition == "below":
         holds, fails = high < bound, low > bound
     else:
         holds, fails = low > bound, high < bound

@@ -5,6 +5,7 @@ intervals are found when somebody wants to see them, and then only for what has 
 """
 
 import threading
+from bisect import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -25,8 +26,6 @@ MOST_CURVES: Final = 8
 
 _WINDOWS: Final = 50
 _TRIALS_WINDOW: Final = 2_000
-_RESAMPLES: Final = 999
-
 
 PlacedRun = tuple[int, Record]
 """A run that is over, after the place of its variant in the experiment."""
@@ -66,8 +65,12 @@ class Gathering:
 
 @dataclass
 class _Log:
-    """What is kept of a variant's runs."""
+    """What is kept of a variant's runs, in the order of their seeds.
 
+    In whatever order they come, their intervals are then those that a report finds.
+    """
+
+    seeds: list[int]
     curves: Mapping[Axis, list[np.ndarray]]
     joined: list[dict[str, tuple[int, int]]]
     values: list[float]
@@ -94,7 +97,7 @@ class Gatherer:
         }
         self._lock = threading.Lock()
         self._runs: list[PlacedRun] = []
-        self._logs = [_Log({"steps": [], "trials": []}, [], []) for _ in experiment.variants]
+        self._logs = [_Log([], {"steps": [], "trials": []}, [], []) for _ in experiment.variants]
         self._curves: dict[tuple[int, Axis], Curve] = {}
         self._estimates: dict[int, Estimate] = {}
         rewards = [_rewards(v.spec) for v in experiment.variants]
@@ -121,10 +124,12 @@ class Gatherer:
         with self._lock:
             self._runs.append((place, record))
             log = self._logs[place]
+            at = bisect(log.seeds, record.seed)
+            log.seeds.insert(at, record.seed)
             for axis, curve in windowed.items():
-                log.curves[axis].append(curve)
-            log.joined.append(found.joined)
-            log.values.append(record.values[self._metric.column])
+                log.curves[axis].insert(at, curve)
+            log.joined.insert(at, found.joined)
+            log.values.insert(at, record.values[self._metric.column])
 
     def gathering(self) -> Gathering:
         """What there is."""
@@ -140,7 +145,7 @@ class Gatherer:
             known = self._curves.get((variant, axis))
         if known is not None and known.n == len(curves):
             return known
-        band = estimates.band(curves, self._widths[axis], estimates.bootstrap_rng(), _RESAMPLES)
+        band = estimates.band(curves, self._widths[axis], estimates.bootstrap_rng())
         moments = estimates.medians_of_all(joined)
         shared = [Moment(name, *at) for name, at in moments.items()]
         found = Curve(variant, len(curves), band, shared)
@@ -156,7 +161,7 @@ class Gatherer:
         n = sum(not np.isnan(value) for value in values)
         if known is not None and known.n == n:
             return known
-        found = estimates.mean(values, estimates.bootstrap_rng(), _RESAMPLES)
+        found = estimates.mean(values, estimates.bootstrap_rng())
         with self._lock:
             self._estimates[variant] = found
         return found

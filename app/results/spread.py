@@ -12,7 +12,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.analysis.estimates import average
-from app.results.findings import SHARE, STEPS, Condition, Finding, Place, Unit, ahead, term
+from app.results.findings import (
+    NOT_REACHED,
+    REACHED,
+    SHARE,
+    SPREADS,
+    STEPS,
+    Finding,
+    Margin,
+    Place,
+    ahead,
+    named,
+    term,
+)
 from app.results.read import Pictures
 from learners.measures import FoldedValue
 from sim import geometry
@@ -20,12 +32,7 @@ from sim.spec import WorldSpec
 
 TIMED: Place = ("120", "timed")
 """The learner whose value is looked at as it spreads."""
-REACHED = 0.5
-"""Share of the states of a place with a value above 0, beyond which value has reached it."""
-NOT_REACHED = 0.25
-"""Share below which it has not."""
-
-_SPREADING = "Spread of value (4.3.1)"
+_SPREADING = ("Spread of value", "4.3.1")
 
 
 # --- Moments -------------------------------------------------------------------------------------
@@ -163,85 +170,95 @@ _QUANTITIES: Mapping[str, tuple[str, Callable[[FoldedValue], float]]] = {
 # --- Findings ------------------------------------------------------------------------------------
 
 
-def _value(claim: str, quantity: str, condition: Condition, bound: float) -> Finding:
+def _value(sentence: str, claim: str, quantity: str, margin: Margin) -> Finding:
     """On the share of states with a value, at one moment."""
-    return Finding(_SPREADING, claim, (term(*TIMED, quantity),), bound, condition, SHARE)
+    return Finding(*_SPREADING, sentence, claim, (term(*TIMED, quantity),), margin)
 
 
-def _more(claim: str, larger: str, smaller: str, bound: float, unit: Unit = SHARE) -> Finding:
+def _more(
+    sentence: str, claim: str, larger: str, smaller: str, margin: Margin = SPREADS
+) -> Finding:
     """On values in two places or at two moments."""
     terms = term(*TIMED, larger), term(*TIMED, smaller)
-    return ahead(_SPREADING, claim, *terms, bound, unit=unit)
+    return ahead(*_SPREADING, sentence, claim, *terms, margin)
 
+
+_CONE = "While there is only approach, value spreads back from the prey in a cone behind it."
+_CIRCLE = (
+    "When the predator circles, value spreads from this cone counter-clockwise through a ring"
+    " around the prey."
+)
+_INWARDS = "With avoid it spreads from the ring back towards the prey and into its visual field."
 
 FINDINGS: Sequence[Finding] = (
     _value(
-        "with approach only, value is a cone: most of the states that have one lie behind the prey",
+        _CONE,
+        "with approach only, value is a cone: more than 0.9 of the states that have one lie behind"
+        " the prey",
         "behind, approach only",
-        "above",
-        0.9,
+        named("above", 0.9, SHARE),
     ),
     _more(
-        f"the cone falls off: straight behind, capture is farther from {FAR_BEHIND.cells} away"
-        f" than from {NEAR_BEHIND.cells}",
+        _CONE,
+        "the cone falls off: straight behind, capture is more than 25 steps farther from"
+        f" {FAR_BEHIND.cells} away than from {NEAR_BEHIND.cells}",
         "far behind, approach only",
         "near behind, approach only",
-        25,
-        STEPS,
+        named("above", 25, STEPS),
     ),
     _value(
+        _CONE,
         f"with approach only, value has not reached the right flank, {RIGHT_FLANK.cells} away",
         "right flank, approach only",
-        "below",
         NOT_REACHED,
     ),
     _value(
-        "circling takes value to the right flank by the time avoid comes in",
+        _CIRCLE,
+        "circling makes value reach the right flank by the time avoid comes in",
         "right flank, circling",
-        "above",
         REACHED,
     ),
     _more(
+        _CIRCLE,
         "circling spreads it counter-clockwise: there is more on the right flank than on the left",
         "right flank, circling",
         "left flank, circling",
-        0.25,
     ),
     _value(
+        _CIRCLE,
         "the ring goes no further before avoid: ahead to the right it is not there",
         "ahead to the right, circling",
-        "below",
         NOT_REACHED,
     ),
     _value(
+        _CIRCLE,
         "with avoid the ring goes on: half way it is there ahead to the right",
         "ahead to the right, half way",
-        "above",
         REACHED,
     ),
     _value(
+        _CIRCLE,
         "half way the ring is open: there is a sector of it that value has not reached",
         "thinnest, half way",
-        "below",
         NOT_REACHED,
     ),
     _value(
-        "in the end the ring is closed: there is no sector of it that value has not reached",
+        _CIRCLE,
+        "in the end the ring is closed: value has reached every sector of it",
         "thinnest, the end",
-        "above",
-        NOT_REACHED,
+        REACHED,
     ),
     _more(
+        _INWARDS,
         f"value spreads inwards: ahead to the right, {INNER_RIGHT.cells} away, there is more in"
         " the end than half way",
         "inner right, the end",
         "inner right, half way",
-        0.25,
     ),
     _more(
+        _INWARDS,
         "value spreads into the visual field: there is more in the end than with approach only",
         "seen, the end",
         "seen, approach only",
-        0,
     ),
 )

@@ -10,7 +10,17 @@ from app.analysis.estimates import PHASE_STEPS, PHASES, Contrast, average
 from app.documents import presets
 from app.experiments.record import Record
 from app.results import spread
-from app.results.findings import FINAL, WIDE, Finding, Place, Term, ahead, term
+from app.results.findings import (
+    CLOSE,
+    FINAL,
+    MORE,
+    MUCH_MORE,
+    Finding,
+    Place,
+    Term,
+    ahead,
+    term,
+)
 from app.results.read import Group, Log, Reader
 from learners import measures
 
@@ -140,73 +150,112 @@ def _lead(learner: str, wide: str, narrow: str) -> tuple[Term, ...]:
     )
 
 
-_STANDARD, _SIZE, _RESOLUTION = "Standard world (4.3.1)", "Size (4.3.2)", "Resolution (4.3.3)"
+_STANDARD = ("Standard world", "4.3.1")
+_SIZE = ("Size", "4.3.2")
+_RESOLUTION = ("Resolution", "4.3.3")
+"""Topic and section."""
 _OTHER_LEARNERS = {"standard_q": "standard Q", "hierarchical_3": "three skills from the start"}
+
+_OUTPERFORMS = "Timed learning does significantly better than both others, and far sooner."
+_TWO_SKILLS = "Two skills are learned very quickly, and level off below timed learning."
+_DIPS = (
+    "Timed learning dips significantly twice, while it explores the skill that has just come in,"
+    " and recovers."
+)
+_MINIMAL = "In the small world the three full learners hardly differ."
+_EARLY = "There standard Q is ahead of timed learning, at least early on."
+_GROWS = (
+    "Differences are much more pronounced in the larger worlds, and the advantage of timed learning"
+    " grows significantly from the middle one to the large one."
+)
+_BREAKS = "Standard Q no longer performs acceptably when sensors are coarse."
+_HURTS = "Three skills from the start get significantly worse as sensors get coarser."
+_LEAVES = "Timed learning goes on performing fairly well with coarse sensors."
 
 FINDINGS: Sequence[Finding] = (
     *(
         ahead(
-            _STANDARD,
+            *_STANDARD,
+            _OUTPERFORMS,
             f"timed ends above {name} by a wide margin",
             term("120", "timed"),
             term("120", other),
-            WIDE,
+            MUCH_MORE,
         )
         for other, name in _OTHER_LEARNERS.items()
     ),
     *(
         ahead(
-            _STANDARD,
+            *_STANDARD,
+            _OUTPERFORMS,
             f"timed learns a good deal faster than {name}: from 1.5 to 2 M steps",
             term("120", "timed", "1.5–2 M"),
             term("120", other, "1.5–2 M"),
-            WIDE,
+            MUCH_MORE,
         )
         for other, name in _OTHER_LEARNERS.items()
     ),
     *(
         ahead(
-            _STANDARD,
-            f"two skills are fast: ahead of {name} from 0.5 to 1 M steps",
+            *_STANDARD,
+            _TWO_SKILLS,
+            f"two skills are very fast: ahead of {name} from 0.5 to 1 M steps",
             term("120", "hierarchical_2", "0.5–1 M"),
             term("120", other, "0.5–1 M"),
-            WIDE,
+            MUCH_MORE,
         )
         for other, name in _OTHER_LEARNERS.items()
     ),
     ahead(
-        _STANDARD,
+        *_STANDARD,
+        _TWO_SKILLS,
         "two skills stop: they end close to where they are from 0.5 to 1 M steps",
         term("120", "hierarchical_2"),
         term("120", "hierarchical_2", "0.5–1 M"),
-        WIDE,
-        condition="within",
+        CLOSE,
     ),
     ahead(
-        _STANDARD,
-        "two skills stop low: they end below timed",
+        *_STANDARD,
+        _TWO_SKILLS,
+        "two skills end below timed",
         term("120", "timed"),
         term("120", "hierarchical_2"),
-        WIDE,
     ),
     *(
-        ahead(_STANDARD, claim, term("120", "timed", larger), term("120", "timed", smaller))
-        for claim, larger, smaller in (
-            ("timed dips when circle comes in", "before circle", "circle explored"),
-            ("timed recovers from circle", "circle mastered", "before circle"),
-            ("timed dips when avoid comes in", "circle mastered", "avoid explored"),
-            ("timed recovers from avoid", "avoid mastered", "avoid explored"),
+        ahead(
+            *_STANDARD,
+            _DIPS,
+            claim,
+            term("120", "timed", larger),
+            term("120", "timed", smaller),
+            margin,
+        )
+        for claim, larger, smaller, margin in (
+            (
+                "timed dips significantly when circle comes in",
+                "before circle",
+                "circle explored",
+                MUCH_MORE,
+            ),
+            ("timed recovers from circle", "circle mastered", "before circle", MORE),
+            (
+                "timed dips significantly when avoid comes in",
+                "circle mastered",
+                "avoid explored",
+                MUCH_MORE,
+            ),
+            ("timed recovers from avoid", "avoid mastered", "avoid explored", MORE),
         )
     ),
     *spread.FINDINGS,
     *(
         ahead(
-            _SIZE,
+            *_SIZE,
+            _MINIMAL,
             f"at 60 the full learners end close together: {claim}",
             term("60", larger),
             term("60", smaller),
-            WIDE,
-            condition="within",
+            CLOSE,
         )
         for claim, larger, smaller in (
             ("standard Q and timed", "standard_q", "timed"),
@@ -216,7 +265,8 @@ FINDINGS: Sequence[Finding] = (
     ),
     *(
         ahead(
-            _SIZE,
+            *_SIZE,
+            _EARLY,
             f"at 60 standard Q is ahead of timed early: from {window.replace('–', ' to ')} steps",
             term("60", "standard_q", window),
             term("60", "timed", window),
@@ -225,51 +275,56 @@ FINDINGS: Sequence[Finding] = (
     ),
     *(
         Finding(
-            _SIZE,
-            f"timed's lead over {name} grows from {narrow} to {wide}",
+            *_SIZE,
+            _GROWS,
+            f"timed's lead over {name} grows {how} from {narrow} to {wide}",
             _lead(other, wide, narrow),
-            0,
+            MUCH_MORE,
         )
-        for narrow, wide in (("60", "120"), ("120", "150"))
+        for narrow, wide, how in (("60", "120", "much"), ("120", "150", "significantly"))
         for other, name in _OTHER_LEARNERS.items()
     ),
     *(
         ahead(
-            _RESOLUTION,
+            *_RESOLUTION,
+            _BREAKS,
             f"lower resolution breaks standard Q: it ends lower by a wide margin at {world}",
             term("120", "standard_q"),
             term(world, "standard_q"),
-            WIDE,
+            MUCH_MORE,
         )
         for world in ("16×11", "8×6")
     ),
     *(
         ahead(
-            _RESOLUTION,
-            f"lower resolution hurts three skills from the start: they end lower at {world}",
+            *_RESOLUTION,
+            _HURTS,
+            f"three skills from the start end significantly lower at {world}",
             term("120", "hierarchical_3"),
             term(world, "hierarchical_3"),
+            MUCH_MORE,
         )
         for world in ("16×11", "8×6")
     ),
     *(
         ahead(
-            _RESOLUTION,
+            *_RESOLUTION,
+            _LEAVES,
             f"lower resolution leaves timed working: it ends close to 24×18 at {world}",
             term("120", "timed"),
             term(world, "timed"),
-            WIDE,
-            condition="within",
+            CLOSE,
         )
         for world in ("16×11", "8×6")
     ),
     *(
         ahead(
-            _RESOLUTION,
+            *_RESOLUTION,
+            _LEAVES,
             f"timed ends above {name} by a wide margin at {world}",
             term(world, "timed"),
             term(world, other),
-            WIDE,
+            MUCH_MORE,
         )
         for world in ("16×11", "8×6")
         for other, name in _OTHER_LEARNERS.items()

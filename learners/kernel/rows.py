@@ -70,6 +70,15 @@ def best(table: np.ndarray) -> np.ndarray:
     return table.reshape(-1, WORDS)[:, BEST]
 
 
+def greedy_sets(words: np.ndarray) -> np.ndarray:
+    """Each row's set of the actions that have the largest value, ``(row,) uint16``, copied.
+
+    Args:
+        words: the table as ``uint32``.
+    """
+    return words.reshape(-1, WORDS)[:, GREEDY].astype(np.uint16)
+
+
 def scan(
     table: np.ndarray, row: np.uint64, changed: np.uint64, value: np.float32
 ) -> tuple[np.uint64, np.float32, np.float32]:

@@ -26,6 +26,12 @@ EARLY = (
     "schedule.episodes.0.duration=200",
 )
 """The timed schedule within so many trials."""
+SOON = (
+    "schedule.skills.circle_clockwise={at: 150}",
+    "schedule.episodes.0.duration=100",
+    "schedule.episodes.1.duration=300",
+)
+"""The schedule that was searched for, likewise."""
 SPIRAL = (
     "learner.custom_skills={spiral_in: {approach: 0.5, circle_clockwise: 1}}",
     "learner.options=[approach, spiral_in]",
@@ -42,6 +48,7 @@ PRESETS = {
     "hierarchical_2": ("hierarchical_2", ()),
     "hierarchical_3": ("hierarchical_3", ()),
     "timed": ("timed", EARLY),
+    "timed_early": ("timed_early", SOON),
     "a skill of one's own": ("hierarchical_2", SPIRAL),
     "unsafe introduction": ("timed", UNSAFE),
     "a hundred explorations": ("hierarchical_2", OFTEN),

@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import main
-from app.documents import experiments, presets, variants
+from app.documents import axes, experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import probes, runner, store, task
@@ -207,7 +207,7 @@ def test_a_whole_preset_may_be_written_in_an_experiment() -> None:
 def test_the_example_of_the_reference_is_sound() -> None:
     page = (ROOT / "presets" / "experiments" / "README.md").read_text(encoding="utf-8")
     experiment = parse(page.split("```yaml\n")[1].split("```")[0], "README.md")
-    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 1
+    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 20 + 1
 
 
 def test_the_reference_lists_every_shipped_experiment_with_its_size() -> None:
@@ -626,9 +626,9 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     if n_settings:
         lines.append(f"settings: [{entries(n_settings, '{label: c#, learner.alpha: 0.#}')}]")
     n_made = 0
-    iterated = variants._Range.__iter__
+    iterated = axes.Range.__iter__
 
-    def counted(values: variants._Range) -> Iterator[Node]:
+    def counted(values: axes.Range) -> Iterator[Node]:
         nonlocal n_made
         for node in iterated(values):
             n_made += 1
@@ -637,7 +637,7 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     with pytest.MonkeyPatch.context() as patch:
         for name, limit in (("MAX_VARIANTS", 99), ("MAX_RUNS", 990), ("MAX_VALUES", 3_000)):
             patch.setattr(variants, name, limit)
-        patch.setattr(variants._Range, "__iter__", counted)
+        patch.setattr(axes.Range, "__iter__", counted)
         made = variants_made(patch)
         try:
             experiment = parse("\n".join(lines), "my.yaml")
@@ -1221,6 +1221,16 @@ def test_a_dry_run_makes_nothing(file: str, capsys: pytest.CaptureFixture[str]) 
     assert document["seconds"] > 0
     assert document["disk_bytes"] > 0
     assert not Path("results").exists()
+
+
+def test_a_dry_run_says_how_many_variants_are_drawn_at_random(
+    file: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path(file).read_text("utf-8")
+    sample = "sample: {count: 2, keys: {learner.gamma: {start: 0.8, stop: 0.9}}}\n"
+    Path(file).write_text(text + sample, "utf-8")
+    assert main.main(["experiment", file, "--dry-run"]) == 0
+    assert "16 runs (8 variants, 8 drawn at random, 2 seeds)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

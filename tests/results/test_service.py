@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.analysis.estimates import bootstrap_rng, mean
+from app.charts.read import line_of
+from app.charts.styles import style_of
 from app.documents import experiments
 from app.documents.experiments import Experiment, parse
 from app.experiments import store, task
@@ -18,6 +21,7 @@ from app.experiments.record import Record, origin_of
 from app.experiments.runner import Progress, record_of, run_experiment
 from app.experiments.store import Folder, FolderError, table_csv
 from app.experiments.task import Finished
+from app.results import read
 from app.results.gather import Gatherer
 from app.results.service import BusyError, Service, Standing, folder_for
 
@@ -327,3 +331,23 @@ def test_curves_say_when_skills_joined_and_end_with_the_runs() -> None:
     assert gatherer.curve(0, "trials") is curve
     gathering = gatherer.gathering()
     assert (gathering.low, gathering.high) == (-50.0, 100.0)
+
+
+def test_the_page_and_a_report_find_the_same_numbers_in_the_same_runs(tmp_path: Path) -> None:
+    experiment, came = small(4), list[tuple[Record, Finished]]()
+    with Folder(tmp_path / "results", experiment, resume=False, force=False) as folder:
+        run_experiment(experiment, folder, Threads(1), on_over=lambda *run: came.append(run))
+    groups = read.groups_of(read.read_folder(tmp_path / "results").rows)
+    gatherer = Gatherer(experiment, 20_000)
+    for record, finished in reversed(came):  # In whatever order they come.
+        gatherer.add(record, finished.arrays)
+    for place, group in enumerate(groups):
+        assert gatherer.estimate(place) == mean(group.values("final_reward"), bootstrap_rng())
+        for axis in read.AXES:
+            found = gatherer.curve(place, axis).band
+            width = int(found.end[0])
+            reader = read.Reader(read.Widths(width, width), lambda *_: {})
+            kept = line_of(reader, group.label, group.runs, axis, style_of(0)).band
+            assert np.isfinite(found.low).all()
+            for column, other in zip(found, kept, strict=True):
+                np.testing.assert_array_equal(column, other, strict=True)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from app.analysis.estimates import Estimate
 from app.documents import presets
 from app.experiments.record import Record
 from app.results import findings, read, spread, thesis
-from app.results.findings import Finding
+from app.results.findings import Finding, Margin
 from app.results.spread import Region
 from learners import measures
 from learners.measures import FoldedValue
@@ -31,25 +32,29 @@ def folder(tmp_path: Path) -> Path:
     return new_folder(tmp_path / "results with blanks, ünicode # and ?")
 
 
-ABOVE = Finding("", "", (), 15)
-BELOW = Finding("", "", (), 15, "below")
-CLOSE = Finding("", "", (), 15, "within")
+def of_margin(margin: Margin) -> Finding:
+    return Finding("", "", "", "", (), margin)
+
+
+ABOVE = of_margin(findings.named("above", 15, findings.REWARD))
+BELOW = of_margin(findings.named("below", 15, findings.REWARD))
+CLOSE = of_margin(findings.named("within", 15, findings.REWARD))
 
 
 @pytest.mark.parametrize(
     ("finding", "low", "high", "n", "expected"),
     [
-        (ABOVE, 16, 30, 5, findings.HOLDS),
-        (ABOVE, 0, 14, 5, findings.FAILS),
+        (ABOVE, 16, 30, 10, findings.HOLDS),
+        (ABOVE, 0, 14, 10, findings.FAILS),
         (ABOVE, 14, 16, 30, findings.UNDECIDED),
-        (ABOVE, 16, 30, 4, findings.UNDECIDED),
-        (BELOW, 0, 14, 5, findings.HOLDS),
-        (BELOW, 16, 30, 5, findings.FAILS),
+        (ABOVE, 16, 30, 9, findings.UNDECIDED),
+        (BELOW, 0, 14, 10, findings.HOLDS),
+        (BELOW, 16, 30, 10, findings.FAILS),
         (BELOW, 14, 16, 30, findings.UNDECIDED),
-        (CLOSE, -14, 14, 5, findings.HOLDS),
-        (CLOSE, 16, 30, 5, findings.FAILS),
-        (CLOSE, -30, -16, 5, findings.FAILS),
-        (CLOSE, -16, 0, 5, findings.UNDECIDED),
+        (CLOSE, -14, 14, 10, findings.HOLDS),
+        (CLOSE, 16, 30, 10, findings.FAILS),
+        (CLOSE, -30, -16, 10, findings.FAILS),
+        (CLOSE, -16, 0, 10, findings.UNDECIDED),
     ],
 )
 def test_the_rule(finding: Finding, low: float, high: float, n: int, expected: str) -> None:
@@ -91,15 +96,15 @@ def placed_runs(
 
 
 def test_a_finding_is_measured_by_seed(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(5))
+    reader, placed = placed_runs(folder, range(10))
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
-    assert effect == estimates.Contrast(Estimate(150.0, 150.0, 150.0, 5), paired=True)
+    assert effect == estimates.Contrast(Estimate(150.0, 150.0, 150.0, 10), paired=True)
     assert findings.verdict(thesis.FINDINGS[0], effect.estimate) == findings.HOLDS
 
 
 def test_with_few_seeds_nothing_is_decided(folder: Path) -> None:
-    reader, placed = placed_runs(folder, range(3))
+    reader, placed = placed_runs(folder, range(9))
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
     assert findings.verdict(thesis.FINDINGS[0], effect.estimate) == findings.UNDECIDED
@@ -227,15 +232,15 @@ def as_the_thesis_has_it() -> dict[str, np.ndarray]:
         for direction in region.directions:
             share[moment:, region.rings, direction] = 1
     share[3, 9:14] = 1
-    share[3, 1:8] += 0.05
+    share[3, 1:8] += 0.3
     distance = np.where(share > 0, 5.0 * np.arange(18)[:, np.newaxis], np.nan)
     return pictures([12_000, 14_500, 24_000, 48_000], np.minimum(share, 1), distance)
 
 
 def verdicts(folder: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, str | None]:
     """Verdicts on the findings on the spread of value, by what they measure; None for none."""
-    reader, placed = placed_runs(folder, range(5), arrays)
-    found = {}
+    reader, placed = placed_runs(folder, range(10), arrays)
+    found: dict[str, str | None] = {}
     for finding in thesis.FINDINGS:
         if finding.topic.startswith("Spread of value"):
             effect = thesis.effect_of(finding, reader, placed, rng())
@@ -284,13 +289,39 @@ def test_moments_that_a_run_did_not_get_to_are_not_there(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("finding", "words"),
+    ("margin", "words"),
     [
-        (ABOVE, "above 15"),
-        (CLOSE, "between ±15"),
-        (BELOW._replace(bound=0.25, unit=findings.SHARE), "below 0.25 of the states"),
-        (ABOVE._replace(bound=25, unit=findings.STEPS), "above 25 steps"),
+        (findings.MUCH_MORE, "above 15"),
+        (findings.CLOSE, "between ±15"),
+        (findings.NOT_REACHED, "below 0.25 of the states"),
+        (findings.named("above", 25, findings.STEPS), "above 25 steps"),
     ],
 )
-def test_conditions_are_put_in_words_with_their_units(finding: Finding, words: str) -> None:
-    assert finding.wanted == words
+def test_conditions_are_put_in_words_with_their_units(margin: Margin, words: str) -> None:
+    assert of_margin(margin).wanted == words
+
+
+# --- The rule of margins -------------------------------------------------------------------------
+
+
+def says(text: str, words: Sequence[str]) -> bool:
+    return any(re.search(rf"\b{word}", text) for word in words)
+
+
+@pytest.mark.parametrize("finding", thesis.FINDINGS, ids=lambda finding: finding.claim)
+def test_margins_follow_from_the_words_of_claims(finding: Finding) -> None:
+    margin, claim = finding.margin, finding.claim
+    if margin in findings.MARGINS:
+        assert says(claim, margin.words)
+    else:
+        assert not margin.words
+        assert f"{margin.bound:g}" in claim
+    # A strong word asks for a wide margin, whatever else is said.
+    assert says(claim, findings.MUCH_MORE.words) == (margin == findings.MUCH_MORE)
+
+
+def test_findings_say_where_the_thesis_has_them_and_what_it_says() -> None:
+    assert all(re.fullmatch(r"[34](\.\d)+", finding.section) for finding in thesis.FINDINGS)
+    assert all(finding.sentence.endswith(".") for finding in thesis.FINDINGS)
+    claims = [finding.claim for finding in thesis.FINDINGS]
+    assert len({*claims}) == len(claims)

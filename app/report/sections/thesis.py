@@ -96,12 +96,17 @@ def _paired(finding: Finding, effect: Contrast) -> str:
     return "by seed" if effect.paired else "no"
 
 
+def _part(finding: Finding) -> str:
+    """The part of the thesis that a finding is of."""
+    return f"{finding.topic} ({finding.section})"
+
+
 def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
     found = findings.verdict(finding, effect.estimate)
     words = f"{found} at {counted(effect.estimate.n, 'seed')}"
     return (
         finding.claim,
-        finding.topic,
+        _part(finding),
         finding.wanted,
         shown_estimate(effect.estimate, finding.unit.form),
         _paired(finding, effect),
@@ -112,13 +117,16 @@ def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
 def _findings(page: Page, reader: Reader, placed: Placed) -> None:
     effects = [(f, thesis.effect_of(f, reader, placed, bootstrap_rng())) for f in thesis.FINDINGS]
     rows = [_finding_row(finding, effect) for finding, effect in effects if effect is not None]
-    absent = [(f.topic, f.claim) for f, effect in effects if effect is None]
+    absent = [(_part(f), f.claim) for f, effect in effects if effect is None]
     rule = (
         "Each finding is a quantity, or a difference of quantities, and a condition on it. Rewards"
-        f" are means per trial: a wide margin is {findings.WIDE:g}, a tenth of the range from"
-        " a flight (\N{MINUS SIGN}50) to a capture (100), and two learners are close if they differ"
-        " by less than that. A finding holds if the whole 95 % interval meets the condition, does"
-        " not hold if none of it does, and is undecided otherwise, and whenever there are fewer"
+        f" are means per trial, from a flight (\N{MINUS SIGN}50) to a capture (100). How large a"
+        " difference has to be follows from the words of the finding, by one rule that was fixed"
+        " before these runs were made: a word of order asks for more than"
+        f" {findings.SMALL:g}, a strong one for more than {findings.WIDE:g}, and what is said to be"
+        f" close differs by less than {findings.WIDE:g}. A finding holds if the whole 95 % interval"
+        " meets the condition, does not hold if none of it does, and is undecided otherwise, and"
+        " whenever there are fewer"
         f" than {LEAST_SEEDS} seeds, where no bootstrap interval is wide enough."
         " Differences are of runs of the same seed, where seeds are shared. The intervals are not"
         f" corrected for there being {len(rows)}."

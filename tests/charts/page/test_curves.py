@@ -131,7 +131,7 @@ def test_a_sentence_says_of_single_runs_that_they_have_no_interval() -> None:
     assert "Each line is one run. One run has no interval." in one
     assert "too narrow" not in one
     some = curves_shown(experiment, [curve_of(0, [1, 2], 4)]).text
-    assert "With fewer than 5 runs, intervals are too narrow." in some
+    assert "With fewer than 10 runs, intervals are too narrow." in some
     both = curves_shown(experiment, [curve_of(0, [1, 2], 4), curve_of(1, [1, 2], 1)]).text
     assert "intervals are too narrow, and of one there is none." in both
 
