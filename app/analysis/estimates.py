@@ -11,7 +11,7 @@ So below ``LEAST_RUNS`` nothing is decided; whoever draws conclusions has to loo
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -26,6 +26,8 @@ them 0.14 s where all have new runs, in a thread that holds nobody up.
 """
 LEAST_RUNS = 10
 """Runs below which no bootstrap interval can be relied on to be wide enough."""
+LEAST_PAIRED = 0.5
+"""Share of every group's runs that must have a partner for groups to be paired by seed."""
 LEAST_SHARE = 0.5
 """Share of runs that must still go on for their average to be shown."""
 
@@ -88,24 +90,19 @@ class Contrast(NamedTuple):
     estimate: Estimate
     paired: bool
     """Whether runs were paired by seed, and not resampled group by group."""
+    error: float = math.nan
+    """Standard error of a sum of means; NaN where there is none, as below two runs."""
+    freedom: float = math.nan
+    """Degrees of freedom of that error."""
 
 
 class Comparison(NamedTuple):
     """How much larger one group of runs is than another."""
 
     difference: Estimate
-    improvement: float
+    improvement: Estimate
     """Chance that a run of the first exceeds one of the second, ties counted half."""
     paired: bool
-
-
-class Reached(NamedTuple):
-    """Steps until something was reached, by runs of which some may never have reached it."""
-
-    median: Estimate
-    """Infinite where at least half of the runs never did."""
-    reached: int
-    """Runs that did."""
 
 
 # --- The bootstrap -------------------------------------------------------------------------------
@@ -193,28 +190,6 @@ def _middle_half(values: np.ndarray, axis: int) -> Any:
     return middle.mean(axis=axis)
 
 
-def reached(steps: Sequence[float | None], rng: np.random.Generator) -> Reached:
-    """Median of the steps until something was reached; None, for never, counts as infinite."""
-    never = sum(value is None for value in steps)
-    n = len(steps)
-    if not n:
-        return Reached(Estimate(math.nan, math.nan, math.nan, 0), 0)
-    order = np.sort([math.inf if value is None else value for value in steps])
-    # The lower median is a run's own value, so that nothing is averaged with infinity; resampling
-    # ranks in place of values keeps infinity out of the bootstrap's own arithmetic.
-    low, high = _interval([np.arange(n, dtype=np.float64)], _lower_median, rng)
-    value = float(order[(n - 1) // 2])
-    if math.isnan(float(low)):
-        return Reached(Estimate(value, math.nan, math.nan, n), n - never)
-    ends = float(order[math.floor(low)]), float(order[math.ceil(high)])
-    return Reached(Estimate(value, *ends, n), n - never)
-
-
-def _lower_median(values: np.ndarray, axis: int) -> Any:
-    middle = (values.shape[axis] - 1) // 2
-    return np.take(np.partition(values, middle, axis=axis), middle, axis=axis)
-
-
 def medians_of_all(
     moments: Sequence[Mapping[str, tuple[int, int]]],
 ) -> dict[str, tuple[float, float]]:
@@ -236,23 +211,58 @@ Term = tuple[float, Mapping[int, float]]
 """A weight, and the values of a group of runs by seed."""
 
 
-def contrast(terms: Sequence[Term], rng: np.random.Generator) -> Contrast:
-    """Weighted sum of group means: by seed where at least two are shared by all, else by group.
+def pairing(groups: Sequence[Collection[int]]) -> list[int]:
+    """Seeds that groups are paired by, in order; none where they are taken group by group.
 
-    Runs of the same seed share their trial starts, so their differences vary less.
+    Runs of the same seed share their trial starts, so their differences vary less. But what has no
+    partner is left out of pairs, so groups are paired only where each of them has a partner for at
+    least ``LEAST_PAIRED`` of its runs, and where there are two pairs or more: 120 runs set against
+    30 of the same seeds are 120 runs.
+
+    Args:
+        groups: seeds of the runs of each.
     """
-    return _contrast(terms, np.mean, rng)
+    shared = sorted(set.intersection(*(set(group) for group in groups)))
+    fewest = max(2.0, LEAST_PAIRED * max(map(len, groups)))
+    return shared if len(shared) >= fewest else []
+
+
+def contrast(terms: Sequence[Term], rng: np.random.Generator) -> Contrast:
+    """Weighted sum of group means: by seed where groups can be paired, else group by group.
+
+    The standard error is that of the sums by seed, or else Welch's, with the degrees of freedom of
+    Welch and Satterthwaite: of parts ``v = w ** 2 * variance / n`` it is the root of their sum,
+    and these are ``sum(v) ** 2 / sum(v ** 2 / (n - 1))``.
+    """
+    found = _contrast(terms, np.mean, rng)
+    by_seed = weighted_by_seed(terms)
+    groups = [(1.0, by_seed)] if by_seed else [(w, [*known(by).values()]) for w, by in terms]
+    if found.estimate.n < 2:
+        return found
+    parts = [
+        (weight**2 * np.var(values, ddof=1) / len(values), len(values)) for weight, values in groups
+    ]
+    total = sum(part for part, _ in parts)
+    squares = sum(part**2 / (n - 1) for part, n in parts)
+    freedom = total**2 / squares if squares else min(n for _, n in parts) - 1
+    return found._replace(error=math.sqrt(total), freedom=float(freedom))
+
+
+def weighted_by_seed(terms: Sequence[Term]) -> list[float]:
+    """The weighted sum of the values of each seed that groups are paired by; none where not."""
+    groups = [(weight, known(values)) for weight, values in terms]
+    seeds = pairing([values for _, values in groups])
+    return [sum(weight * values[seed] for weight, values in groups) for seed in seeds]
 
 
 def _contrast(
     terms: Sequence[Term], statistic: Callable[..., Any], rng: np.random.Generator
 ) -> Contrast:
     """A statistic of the weighted sums by seed, or else the weighted sum of it over groups."""
-    groups = [(weight, _there(values)) for weight, values in terms]
-    shared = sorted(set.intersection(*(set(values) for _, values in groups)))
-    if len(shared) >= 2:
-        by_seed = [sum(weight * values[seed] for weight, values in groups) for seed in shared]
+    by_seed = weighted_by_seed(terms)
+    if by_seed:
         return Contrast(_estimate(by_seed, statistic, rng), paired=True)
+    groups = [(weight, known(values)) for weight, values in terms]
     weights = [weight for weight, _ in groups]
     samples = [np.asarray(list(values.values()), np.float64) for _, values in groups]
     fewest = min(sample.size for sample in samples)
@@ -273,9 +283,14 @@ def compare(
 ) -> Comparison:
     """How much larger the first group is than the second; values are by seed."""
     found = contrast([(1.0, first), (-1.0, second)], rng)
-    return Comparison(
-        found.estimate, improvement(_there(first), _there(second), found.paired), found.paired
+    mine, theirs = known(first), known(second)
+    seeds = pairing([mine, theirs]) if mine and theirs else []
+    scores = scored(
+        np.asarray([mine[seed] for seed in seeds or mine]),
+        np.asarray([theirs[seed] for seed in seeds or theirs]),
     )
+    chance = improvement(scores.diagonal() if seeds else scores, rng)
+    return Comparison(found.estimate, chance, found.paired)
 
 
 def interquartile_difference(
@@ -283,24 +298,66 @@ def interquartile_difference(
 ) -> Estimate:
     """Mean of the middle half of the differences by seed; values are by seed.
 
-    Where no seeds are shared, the difference of the means of both middle halves.
+    Where they are not paired, the difference of the means of both middle halves.
     """
     return _contrast([(1.0, first), (-1.0, second)], _middle_half, rng).estimate
 
 
-def improvement(first: Mapping[int, float], second: Mapping[int, float], paired: bool) -> float:
-    """P(first > second) with ties half: over shared seeds, or over all pairs of runs."""
-    if paired:
-        shared = [seed for seed in first if seed in second]
-        pairs = [(first[seed], second[seed]) for seed in shared]
+def scored(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Which runs of two groups have more, ``(first, second) float64``: 1 if the first's, ties 0.5.
+
+    Args:
+        first: (first,) values of runs.
+        second: (second,) values of runs.
+    """
+    mine, theirs = first[:, np.newaxis], second[np.newaxis]
+    return (mine > theirs) + (mine == theirs) / 2
+
+
+def improvement(scores: np.ndarray, rng: np.random.Generator) -> Estimate:
+    """Chance that a run of the first of two groups has more, with its interval.
+
+    The bootstrap is over runs: over pairs, or over both groups. Where every run of one group
+    has more than every one it meets, there is nothing to resample, and the interval is the exact
+    one of as many pairs without exception: the tail is p to the power of n.
+
+    Args:
+        scores: (pair,) of pairs of runs, or (first, second) of any run with any other.
+    """
+    n = min(scores.shape)
+    if not n:
+        return Estimate(math.nan, math.nan, math.nan, 0)
+    value = float(scores.mean())
+    least = ((1 - CONFIDENCE) / 2) ** (1 / n)
+    if n > 1 and value in (0.0, 1.0):
+        return Estimate(value, least if value else 0.0, 1.0 if value else 1 - least, n)
+    if scores.ndim == 1:
+        low, high = _interval([scores], np.mean, rng)
     else:
-        pairs = [(x, y) for x in first.values() for y in second.values()]
-    if not pairs:
-        return math.nan
-    return sum((x > y) + (x == y) / 2 for x, y in pairs) / len(pairs)
+
+        def mean(first: np.ndarray, second: np.ndarray, axis: int) -> Any:
+            del axis  # Always the last one.
+            mine, theirs = (
+                _times_drawn(rows, size)
+                for rows, size in zip((first, second), scores.shape, strict=True)
+            )
+            return np.einsum("...i,ij,...j->...", mine, scores, theirs) / scores.size
+
+        rows = [np.arange(size) for size in scores.shape]
+        low, high = _interval(rows, mean, rng)
+    return Estimate(value, float(low), float(high), n)
 
 
-def _there(values: Mapping[int, float]) -> dict[int, float]:
+def _times_drawn(drawn: np.ndarray, size: int) -> np.ndarray:
+    """How often each of so many rows was drawn, ``(..., row)``; draws are along the last axis."""
+    flat = drawn.reshape(-1, drawn.shape[-1])
+    numbered = flat + size * np.arange(len(flat))[:, np.newaxis]
+    counts = np.bincount(numbered.ravel(), minlength=size * len(flat))
+    return counts.reshape(*drawn.shape[:-1], size)
+
+
+def known(values: Mapping[int, float]) -> dict[int, float]:
+    """Values by seed, without those that are none."""
     return {seed: value for seed, value in values.items() if not math.isnan(value)}
 
 

@@ -24,6 +24,11 @@ def shown_estimate(estimate: Estimate, form: str = ".3g") -> str:
     return f"{value} [{shown_number(estimate.low, form)}, {shown_number(estimate.high, form)}]"
 
 
+def shown_p(p: float) -> str:
+    """A p value, as far as it can be relied on; nothing where nothing was tested."""
+    return "< 0.001" if p < 0.001 else shown_number(p, ".3f" if p < 0.1 else ".2f")
+
+
 def described(label: str, estimate: Estimate) -> str:
     """A variant with its mean, for a hint."""
     if not estimate.n:

@@ -1,12 +1,12 @@
 """What sections of a report are made of: curves of variants, and cells and rules of tables."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from statistics import median_low
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from app.analysis import estimates
 from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, bootstrap_rng
+from app.analysis.passages import Passage, arrivals
 from app.charts.model import Curves, Panel
 from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
@@ -14,7 +14,7 @@ from app.metrics import Metric
 from app.report.document import Page, details, minor
 from app.results.read import Group, Reader, Widths
 from app.util.html import Markup, element, joined
-from app.words.numbers import NONE, counted, in_short, shown_number
+from app.words.numbers import NONE, counted, in_short
 
 MOST_LINES = 8
 """Curves in a picture."""
@@ -27,20 +27,29 @@ MEANS_RULE = (
 )
 """How tables show a mean."""
 DIFFERENCES_RULE = (
-    "Differences are paired by seed where seeds are shared, and their IQM is that of the"
-    " differences of pairs; where none are, it is the difference of two IQMs."
+    "Differences are paired by seed where at least half of the runs of each have a partner, and"
+    " their IQM is that of the differences of pairs; else it is the difference of two IQMs."
 )
 """How tables show a difference of two means."""
 REACHED_RULE = (
-    "Steps are medians, with a run that never got there counted as longer than any that did."
+    "Steps until something was reached are medians over runs as Kaplan and Meier estimate them: of"
+    " a run that ended before it got there it is known that it takes more than it had, and no more"
+    " than that. Their 95 % intervals are where the band of the share of runs that have got there"
+    " (log-log) crosses one half; one without an end (\N{INFINITY}) may never."
 )
 """How tables show steps until something was reached."""
 STEPS_DIFFERENCES_RULE = (
-    "Of steps to a share of captures the difference is that of two medians, over the seeds that are"
-    " shared if any are, and has no interval; P counts a run that never got there as longer than"
-    " any that did."
+    "Of steps until something was reached the difference is that of two medians, and has no"
+    " interval; P counts half a pair of runs of which it cannot be told which takes more, as the"
+    " one with fewer steps ended before it got there."
 )
 """How tables show a difference of steps until something was reached."""
+CHANCE_RULE = (
+    "P is the chance that a run has more than one it is set against, with its 95 % bootstrap"
+    " interval over runs, or pairs of runs; where there is no exception, the exact interval of so"
+    " many pairs without one."
+)
+"""How tables show the chance that one is higher."""
 NO_INTERVAL = "Single runs give no interval."
 
 
@@ -125,24 +134,29 @@ def difference_cell(first: Group, second: Group, column: str, difference: Estima
     return _below(shown_estimate(difference), _middle(difference, middle))
 
 
-def reached_cell(steps: Sequence[float | None]) -> Markup:
+def reached_cell(passages: Sequence[Passage]) -> Markup:
     """The median of the steps until something was reached, and how many runs reached it.
 
     Args:
-        steps: of each run of which it was measured; None for never.
+        passages: of each run of which it was measured.
     """
-    if not steps:
+    if not passages:
         return Markup(NONE)
-    found = estimates.reached(steps, bootstrap_rng())
+    found = arrivals(passages)
     median = found.median
-    value, low, high = (_steps(value) for value in (median.value, median.low, median.high))
-    interval = "" if math.isnan(median.low) or low == high else f" [{low}, {high}]"
-    return _below(f"{value}{interval}", f"by {found.reached} of {counted(median.n, 'run')}")
+    value = _steps(median.value)
+    if math.isinf(median.value):
+        value = f"more than {_steps(found.last)}"
+    # An interval of nothing but "may never" says no more than the median does.
+    interval = (
+        f" [{_steps(median.low)}, {_steps(median.high)}]" if math.isfinite(median.low) else ""
+    )
+    return _below(f"{value}{interval}", f"by {found.reached} of {counted(found.n, 'run')}")
 
 
 def _steps(value: float) -> str:
     if math.isinf(value):
-        return "never"
+        return "\N{INFINITY}"
     return in_short(value, m_from=1e5)
 
 
@@ -162,36 +176,12 @@ def _below(cell: str, *notes: str) -> Markup:
 
 def chance_cell(found: Comparison) -> str:
     """The chance that a run of the first group has more than one of the second."""
-    return shown_number(found.improvement, ".2f")
+    return shown_estimate(found.improvement, ".2f")
 
 
 def pairing_cell(found: Comparison) -> str:
     """How the runs of a difference were paired."""
     return "by seed" if found.paired else "no"
-
-
-def compared_steps(
-    first: Mapping[int, float | None], second: Mapping[int, float | None]
-) -> Comparison:
-    """How much longer the first group took to reach something; steps by seed, None for never.
-
-    The difference is that of the medians; there is none where a median is never.
-    """
-    shared = first.keys() & second.keys()
-    paired = len(shared) >= 2
-    ordered = [
-        {seed: math.inf if steps is None else steps for seed, steps in group.items()}
-        for group in (first, second)
-    ]
-    if paired:
-        ordered = [{seed: group[seed] for seed in sorted(shared)} for group in ordered]
-    # The lower median is a run's own value, so that nothing is averaged with infinity.
-    medians = [median_low(group.values()) for group in ordered]
-    both = all(map(math.isfinite, medians))
-    value = medians[0] - medians[1] if both else math.nan
-    n = min(map(len, ordered))
-    chance = estimates.improvement(ordered[0], ordered[1], paired)
-    return Comparison(Estimate(value, math.nan, math.nan, n), chance, paired)
 
 
 def minor_text(text: str) -> Markup:

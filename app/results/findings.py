@@ -1,14 +1,18 @@
 """What a finding of the thesis is: a sum of quantities of runs and a margin, with a verdict.
 
-A finding holds where the whole interval of its sum meets the margin. How large a margin has to be
+A finding holds where the whole interval of its sum meets the margin. Of many findings some would do
+so by chance, so each has a second verdict, by the p of a t test that is corrected for their number
+as Holm proposes (1979). How large a margin has to be
 follows from the words of the sentence that is tested, by one rule for all of them
 (:data:`MARGINS`), which was fixed before the runs that are reported were made.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from typing import Literal, NamedTuple
 
-from app.analysis.estimates import LEAST_RUNS, Estimate
+from app.analysis import significance
+from app.analysis.estimates import CONFIDENCE, LEAST_RUNS, Contrast, Estimate
 
 LEAST_SEEDS = LEAST_RUNS
 """Runs below which no finding is decided."""
@@ -166,3 +170,59 @@ def verdict(finding: Finding, effect: Estimate) -> str:
     else:
         holds, fails = low > bound, high < bound
     return HOLDS if holds else FAILS if fails else UNDECIDED
+
+
+class Judged(NamedTuple):
+    """A finding with what was measured, and what is to be thought of it."""
+
+    finding: Finding
+    effect: Contrast
+    verdict: str
+    """By the interval, as if this finding were the only one."""
+    p: float
+    """Of the t test that its verdict rests on, two-sided; NaN where nothing is decided."""
+    corrected_p: float
+    """The same after Holm's correction for all findings that are judged together."""
+    corrected_verdict: str
+    """By that, at a chance of 5 % that any of them all is wrong."""
+
+
+def judged(effects: Iterable[tuple[Finding, Contrast]]) -> list[Judged]:
+    """Findings with their verdicts, each on its own and corrected for their number.
+
+    Args:
+        effects: all findings that are judged together, with what was measured.
+    """
+    every = list(effects)
+    tests = [_tested(finding, effect) for finding, effect in every]
+    corrected = significance.holm([p for p, _ in tests])
+    return [
+        Judged(
+            finding,
+            effect,
+            verdict(finding, effect.estimate),
+            p,
+            corrected_p,
+            said if corrected_p < 1 - CONFIDENCE else UNDECIDED,
+        )
+        for (finding, effect), (p, said), corrected_p in zip(every, tests, corrected, strict=True)
+    ]
+
+
+def _tested(finding: Finding, effect: Contrast) -> tuple[float, str]:
+    """The two-sided p of a finding, and the verdict that it speaks for.
+
+    It is twice the smaller one of two: the chance of what was measured if the finding did not hold,
+    and if it did. To lie within a bound is to lie below it and above its negative, so there the
+    first is the larger one of two one-sided tests, and the second the smaller one.
+    """
+    if effect.estimate.n < LEAST_SEEDS:
+        return math.nan, UNDECIDED
+    condition, bound, *_ = finding.margin
+    above, below = significance.one_sided(effect, bound)
+    if condition == "within":
+        above_negative, below_negative = significance.one_sided(effect, -bound)
+        holds, fails = max(below, above_negative), min(above, below_negative)
+    else:
+        holds, fails = (above, below) if condition == "above" else (below, above)
+    return min(1.0, 2 * min(holds, fails)), HOLDS if holds < fails else FAILS

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.analysis import estimates
 from app.analysis.estimates import Axis
+from app.analysis.passages import Passage
 from app.analysis.sweeps import BETWEEN, short_names
 from app.documents import experiments
 from app.documents.experiment_spec import Stop
@@ -81,10 +82,14 @@ class Group:
         """A scalar of each run, in the order of the runs."""
         return [run.values[column] for run in self.runs]
 
-    def milestones(self, column: str) -> dict[int, float | None]:
-        """Steps until something was reached, of each run of which it was measured."""
-        found = {seed: at for seed, at in self.by_seed(column).items() if not math.isnan(at)}
-        return {seed: at if math.isfinite(at) else None for seed, at in found.items()}
+    def passages(self, column: str) -> dict[int, Passage]:
+        """After how many steps something was reached, by each run of which it was measured."""
+        found = ((run, run.values[column]) for run in self.runs)
+        return {
+            run.seed: Passage(at if math.isfinite(at) else run.steps, not math.isfinite(at))
+            for run, at in found
+            if not math.isnan(at)
+        }
 
 
 def read_folder(path: Path) -> Folder:
@@ -346,6 +351,8 @@ class Trace(NamedTuple):
     quantities: Mapping[str, float]
     introductions: Mapping[str, tuple[int, int]]
     """Trial and step of each skill that joined after the start."""
+    ended: tuple[int, int]
+    """Trial and step at which it ended."""
     met: tuple[int, int] | None
     """Trial and step at which its stop condition was met and ended it; None if it never was."""
 
@@ -371,18 +378,18 @@ def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
     curves: dict[Axis, np.ndarray] = {
         axis: estimates.windowed(log.reward, log.steps, widths.of(axis), axis) for axis in AXES
     }
-    return Trace(run.seed, curves, measure(run, log), log.joined, _met(log, run.origin.stop))
+    ended = log.outcome.size, int(log.steps.sum())
+    met = ended if _is_met(log, run.origin.stop) else None
+    return Trace(run.seed, curves, measure(run, log), log.joined, ended, met)
 
 
-def _met(log: Log, stop: Stop | None) -> tuple[int, int] | None:
-    """Where the last look that was taken at a run found it good enough, if it did."""
+def _is_met(log: Log, stop: Stop | None) -> bool:
+    """Whether the last look that was taken at a run found it good enough."""
     n_trials = log.outcome.size
     if stop is None or n_trials < stop.trials or n_trials % stop.every:
-        return None
+        return False
     captures = int((log.outcome[-stop.trials :] == CAPTURE).sum())
-    if captures < stop.success * stop.trials:
-        return None
-    return n_trials, int(log.steps.sum())
+    return captures >= stop.success * stop.trials
 
 
 @dataclass

@@ -1,9 +1,11 @@
 """Averages over seeds: known answers, and how often an interval covers the truth."""
 
 import math
+from statistics import NormalDist
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from app.analysis import estimates
 
@@ -48,32 +50,15 @@ def test_three_runs_have_their_range_as_interval() -> None:
     assert estimates.mean([1.0, 2.0, 6.0], rng()) == (3.0, 1.0, 6.0, 3)
 
 
-@pytest.mark.parametrize(("n", "least"), [(5, 0.88), (8, 0.90), (30, 0.91)])
-def test_the_interval_covers_the_mean_of_a_normal(n: int, least: float) -> None:
-    draw = np.random.default_rng(11)
-    n_simulations = 300
-    covered = 0
-    for sample in draw.normal(size=(n_simulations, n)):
-        found = estimates.mean(sample.tolist(), draw)
-        covered += found.low <= 0 <= found.high
-    assert least <= covered / n_simulations <= 0.99
-
-
-def test_never_counts_as_longer_than_anything() -> None:
-    found = estimates.reached([100, None, 300, 200, None], rng())
-    assert found.median.value == 300
-    assert found.median.high == math.inf
-    assert (found.reached, found.median.n) == (3, 5)
-
-
-def test_never_by_most_runs_is_never() -> None:
-    found = estimates.reached([100, None, None], rng())
-    assert found.median.value == math.inf
-    assert found.reached == 1
-
-
-def test_nothing_reached_by_no_runs() -> None:
-    assert estimates.reached([], rng()).median.n == 0
+@pytest.mark.parametrize("n", [10, 30])
+def test_the_interval_covers_the_mean_of_a_normal_as_often_as_it_says(n: int) -> None:
+    # Windows are resampled together, and each of them is a sample of its own.
+    n_samples = 800
+    curves = np.random.default_rng(11).normal(size=(n, n_samples))
+    found = estimates.band([*curves], 1, rng())
+    covered = float(((found.low <= 0) & (found.high >= 0)).mean())
+    # Two standard errors of a share of so many are 0.015.
+    assert covered == pytest.approx(estimates.CONFIDENCE, abs=0.02)
 
 
 # --- Comparisons ---------------------------------------------------------------------------------
@@ -85,7 +70,7 @@ def test_paired_by_seed_a_constant_difference_is_certain() -> None:
     found = estimates.compare(first, second, rng())
     assert found.difference == (3.0, 3.0, 3.0, 3)
     assert found.paired
-    assert found.improvement == 1.0
+    assert found.improvement.value == 1.0
 
 
 def test_only_shared_seeds_are_paired() -> None:
@@ -101,7 +86,9 @@ def test_unpaired_where_no_seed_is_shared() -> None:
     assert found.difference.low == pytest.approx(4 - 5)
     assert found.difference.high == pytest.approx(6 - 1)
     # Of six pairs, all are larger but for 4 < 5.
-    assert found.improvement == pytest.approx(5 / 6)
+    assert found.improvement.value == pytest.approx(5 / 6)
+    assert found.improvement.low < 5 / 6
+    assert found.improvement.high == 1.0
 
 
 def test_the_interquartile_mean_of_differences_by_seed() -> None:
@@ -126,8 +113,63 @@ def test_the_interquartile_difference_of_unpaired_runs_is_that_of_their_middle_h
 
 def test_ties_count_half() -> None:
     first, second = {1: 1.0, 2: 2.0, 3: 3.0, 4: 0.0}, {1: 1.0, 2: 1.0, 3: 3.0, 4: 5.0}
-    assert estimates.improvement(first, second, paired=True) == pytest.approx(0.5)
-    assert estimates.improvement({1: 1.0}, {2: 1.0, 3: 0.0}, paired=False) == pytest.approx(0.75)
+    assert estimates.compare(first, second, rng()).improvement.value == pytest.approx(0.5)
+    unpaired = estimates.compare({1: 1.0}, {2: 1.0, 3: 0.0}, rng())
+    assert unpaired.improvement.value == pytest.approx(0.75)
+
+
+def test_without_an_exception_the_chance_has_the_exact_interval_of_so_many_pairs() -> None:
+    low, high = dict.fromkeys(range(10), 0.0), dict.fromkeys(range(10), 1.0)
+    least = 0.025 ** (1 / 10)
+    assert estimates.compare(high, low, rng()).improvement == (1.0, least, 1.0, 10)
+    assert estimates.compare(low, high, rng()).improvement == (0.0, 0.0, 1 - least, 10)
+    others = {100 + seed: value for seed, value in low.items()}
+    assert estimates.compare(high, others, rng()).improvement == (1.0, least, 1.0, 10)
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_the_interval_of_a_chance_covers_it(paired: bool) -> None:
+    draw = np.random.default_rng(5)
+    n_simulations, n, shift = 60, 20, 0.6
+    covered = 0
+    for _ in range(n_simulations):
+        first = dict(enumerate(draw.normal(shift, size=n).tolist()))
+        second = dict(enumerate(draw.normal(size=n).tolist(), 0 if paired else n))
+        found = estimates.compare(first, second, rng())
+        assert found.paired is paired
+        truth = NormalDist().cdf(shift / 2**0.5)
+        covered += found.improvement.low <= truth <= found.improvement.high
+    assert covered / n_simulations > 0.88
+
+
+def test_groups_are_paired_where_half_of_every_group_has_a_partner() -> None:
+    assert estimates.pairing([range(30), range(15, 60)]) == []  # 15 of 45.
+    assert estimates.pairing([range(30), range(30), range(10, 40)]) == [*range(10, 30)]
+    assert estimates.pairing([range(60), range(30)]) == [*range(30)]
+    assert estimates.pairing([[1], [1]]) == []
+
+
+def test_many_runs_set_against_a_few_of_their_seeds_are_all_counted() -> None:
+    first = {seed: float(seed % 2) for seed in range(120)}
+    second = {seed: 10.0 * seed for seed in range(30)}
+    found = estimates.compare(first, second, rng())
+    assert not found.paired
+    assert found.difference.value == pytest.approx(0.5 - 145)
+    assert found.difference.n == 30
+
+
+def test_the_error_of_a_contrast_is_that_of_a_t_test() -> None:
+    draw = np.random.default_rng(2)
+    first, second = draw.normal(size=12), draw.normal(1, 3, size=20)
+    mine, theirs = dict(enumerate(first.tolist())), dict(enumerate(second.tolist(), 50))
+    welch = stats.ttest_ind(first, second, equal_var=False)
+    found = estimates.contrast([(1.0, mine), (-1.0, theirs)], rng())
+    assert found.estimate.value / found.error == pytest.approx(welch.statistic)
+    assert found.freedom == pytest.approx(welch.df)
+    by_seed = stats.ttest_rel(first, second[:12])
+    found = estimates.contrast([(1.0, mine), (-1.0, dict(enumerate(second[:12].tolist())))], rng())
+    assert found.estimate.value / found.error == pytest.approx(by_seed.statistic)
+    assert found.freedom == pytest.approx(by_seed.df)
 
 
 def test_a_contrast_of_four_groups() -> None:
@@ -140,7 +182,7 @@ def test_a_contrast_of_four_groups() -> None:
 def test_a_contrast_with_an_empty_group_says_nothing() -> None:
     found = estimates.compare({1: 1.0}, {}, rng())
     assert found.difference.n == 0
-    assert math.isnan(found.improvement)
+    assert math.isnan(found.improvement.value)
 
 
 # --- Curves --------------------------------------------------------------------------------------

@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy import stats
 
 from app.analysis import estimates
-from app.analysis.estimates import Estimate
+from app.analysis.estimates import Contrast, Estimate
 from app.documents import presets
 from app.experiments.record import Record
 from app.results import findings, read, spread, thesis
@@ -61,6 +64,51 @@ def test_the_rule(finding: Finding, low: float, high: float, n: int, expected: s
     assert findings.verdict(finding, Estimate((low + high) / 2, low, high, n)) == expected
 
 
+def effect(value: float, error: float, n: int = 30) -> Contrast:
+    """A sum of so many runs, its interval that of the t distribution."""
+    arm = stats.t.ppf(0.975, n - 1) * error
+    return Contrast(Estimate(value, value - arm, value + arm, n), True, error, n - 1)
+
+
+MORE_OR_LESS = st.floats(-40, 40, allow_nan=False)
+
+
+@given(MORE_OR_LESS, st.floats(0.1, 20), st.sampled_from([ABOVE, BELOW, CLOSE]))
+def test_alone_the_p_of_a_finding_says_what_its_interval_says(
+    value: float, error: float, finding: Finding
+) -> None:
+    (found,) = findings.judged([(finding, effect(value, error))])
+    assert found.p == found.corrected_p
+    # A verdict by an interval lets an interval that ends at the bound meet it, near enough.
+    assume(abs(found.p - 0.05) > 1e-6)
+    assert found.corrected_verdict == found.verdict
+
+
+@given(st.lists(st.tuples(MORE_OR_LESS, st.floats(0.1, 20)), max_size=12))
+def test_among_others_a_finding_is_decided_the_same_or_not_at_all(
+    sums: list[tuple[float, float]],
+) -> None:
+    every = [(finding, effect(*a)) for a in sums for finding in (ABOVE, BELOW, CLOSE)]
+    for found in findings.judged(every):
+        assert found.corrected_p >= found.p
+        if abs(found.p - 0.05) > 1e-6:
+            assert found.corrected_verdict in (found.verdict, findings.UNDECIDED)
+
+
+def test_what_too_few_runs_say_is_not_tested_and_does_not_count_among_the_others() -> None:
+    certain, few = effect(30, 5.5), effect(30, 0.1, n=9)
+    alone, *others = findings.judged([(ABOVE, certain), (ABOVE, few), (ABOVE, few)])
+    assert alone.corrected_p == alone.p
+    assert all(np.isnan(found.p) for found in others)
+    assert {found.corrected_verdict for found in others} == {findings.UNDECIDED}
+
+
+def test_of_many_findings_a_weak_one_is_left_undecided() -> None:
+    weak = findings.judged([(ABOVE, effect(21, 2.5))] * 5)
+    assert {found.verdict for found in weak} == {findings.HOLDS}
+    assert {found.corrected_verdict for found in weak} == {findings.UNDECIDED}
+
+
 def rng() -> np.random.Generator:
     return np.random.default_rng(0)
 
@@ -99,7 +147,9 @@ def test_a_finding_is_measured_by_seed(folder: Path) -> None:
     reader, placed = placed_runs(folder, range(10))
     effect = thesis.effect_of(thesis.FINDINGS[0], reader, placed, rng())
     assert effect is not None
-    assert effect == estimates.Contrast(Estimate(150.0, 150.0, 150.0, 10), paired=True)
+    assert effect == estimates.Contrast(
+        Estimate(150.0, 150.0, 150.0, 10), paired=True, error=0.0, freedom=9
+    )
     assert findings.verdict(thesis.FINDINGS[0], effect.estimate) == findings.HOLDS
 
 

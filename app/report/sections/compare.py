@@ -9,6 +9,7 @@ from dataclasses import replace
 from app.analysis import estimates
 from app.analysis.axles import grouped
 from app.analysis.estimates import Axis, bootstrap_rng
+from app.analysis.passages import Passage, later
 from app.analysis.sweeps import differing
 from app.charts.model import Dot, Dots, Panel, with_clear_marks
 from app.charts.paper.drawing import drawn
@@ -18,6 +19,7 @@ from app.charts.wording import shown_estimate
 from app.metrics import MILESTONES, Metric
 from app.report.document import Page, table
 from app.report.parts import (
+    CHANCE_RULE,
     DIFFERENCES_RULE,
     MEANS_RULE,
     MOST_LINES,
@@ -27,7 +29,6 @@ from app.report.parts import (
     Shown,
     bars_note,
     chance_cell,
-    compared_steps,
     curve_pictures,
     difference_cell,
     pairing_cell,
@@ -121,8 +122,8 @@ def write_comparison(
     ]
     write_stops(page, reader, both)
     picture = _comparison_picture(page, pairs, shown.first)
-    rules = [MEANS_RULE, DIFFERENCES_RULE, _SAMPLES_RULE]
-    if any(group.milestones(name) for pair in pairs for group in pair for name in MILESTONES):
+    rules = [MEANS_RULE, DIFFERENCES_RULE, _SAMPLES_RULE, CHANCE_RULE]
+    if any(group.passages(name) for pair in pairs for group in pair for name in MILESTONES):
         rules += [REACHED_RULE, STEPS_DIFFERENCES_RULE]
     page.say(
         "Difference B \N{MINUS SIGN} A",
@@ -157,8 +158,8 @@ def _comparison_picture(page: Page, pairs: Sequence[Pair], metric: Metric) -> Ma
     dots = [Dot(_pair_name(pair), _compared(pair, metric).difference) for pair in pairs[:MOST_ROWS]]
     what = f"B \N{MINUS SIGN} A: {metric.label}"
     small = page.small_print(
-        "Difference of means over n pairs of runs of the same seed, or over all runs where no"
-        f" seeds are shared. {bars_note(dot.estimate for dot in dots)}"
+        "Difference of means over n pairs of runs of the same seed, or over all runs where too"
+        f" few have a partner. {bars_note(dot.estimate for dot in dots)}"
     )
     drawing = drawn("difference", Dots({what: dots}, differences=[what]), small)
     return page.picture("difference", what, drawing)
@@ -172,7 +173,7 @@ def _comparison_tables(
         "A",
         "B",
         "B \N{MINUS SIGN} A [95 %]",
-        "P(B > A)",
+        "P(B > A) [95 %]",
         "n",
         "paired",
     )
@@ -217,15 +218,15 @@ def _samples(pair: Pair, column: str, paired: bool) -> tuple[list[float], list[f
 
 
 def _measured(pair: Pair, milestone: str) -> Iterable[bool]:
-    return (bool(group.milestones(milestone)) for group in pair)
+    return (bool(group.passages(milestone)) for group in pair)
 
 
 def _steps_row(pair: Pair, name: str) -> Sequence[object]:
     """A row on the steps until something was reached."""
-    before, after = (group.milestones(name) for group in pair)
-    found = compared_steps(after, before)
-    values = [
-        [steps for seed, steps in mine.items() if not found.paired or seed in theirs]
+    before, after = (group.passages(name) for group in pair)
+    found = later(after, before, bootstrap_rng())
+    values: list[list[Passage]] = [
+        [passage for seed, passage in mine.items() if not found.paired or seed in theirs]
         for mine, theirs in ((before, after), (after, before))
     ]
     return (
@@ -238,7 +239,7 @@ def _steps_row(pair: Pair, name: str) -> Sequence[object]:
     )
 
 
-def _n(values: Sequence[float | None]) -> str:
+def _n(values: Sequence[object]) -> str:
     return str(len(values))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from app.analysis.passages import Passage
 from app.documents.experiment_spec import Stop
 from app.report.document import Page, table
 from app.report.parts import MOST_ROWS, REACHED_RULE, left_out, reached_cell
@@ -45,6 +46,6 @@ def _in_words(stop: Stop) -> str:
 
 def _cells(traces: Sequence[Trace]) -> Sequence[object]:
     by_trials, by_steps = (
-        [None if trace.met is None else trace.met[place] for trace in traces] for place in (0, 1)
+        [Passage(trace.ended[place], trace.met is None) for trace in traces] for place in (0, 1)
     )
     return len(traces), reached_cell(by_steps), reached_cell(by_trials)

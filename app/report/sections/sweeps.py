@@ -339,7 +339,7 @@ def _pairing(plane: _Plane) -> str:
     n = _counts(contrast.estimate for contrast in found)
     if all(contrast.paired for contrast in found):
         return f"Differences are paired by seed (n = {n})."
-    return f"Differences are paired by seed where seeds are shared (n = {n})."
+    return f"Differences are paired by seed where enough are shared (n = {n})."
 
 
 def _chance(plane: _Plane) -> str:

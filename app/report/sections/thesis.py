@@ -9,11 +9,11 @@ from app.charts.model import Panel
 from app.charts.paper.drawing import drawn
 from app.charts.read import line_of, value_maps_of
 from app.charts.styles import THESIS_STYLES
-from app.charts.wording import shown_estimate
+from app.charts.wording import shown_estimate, shown_p
 from app.report.document import Page, details, table
 from app.report.parts import curve_pictures
 from app.results import findings, spread, thesis
-from app.results.findings import LEAST_SEEDS, Finding
+from app.results.findings import LEAST_SEEDS, Finding, Judged
 from app.results.read import Reader, Trace
 from app.results.thesis import Placed
 from app.util.html import element
@@ -101,22 +101,25 @@ def _part(finding: Finding) -> str:
     return f"{finding.topic} ({finding.section})"
 
 
-def _finding_row(finding: Finding, effect: Contrast) -> Sequence[object]:
-    found = findings.verdict(finding, effect.estimate)
-    words = f"{found} at {counted(effect.estimate.n, 'seed')}"
+def _finding_row(judged: Judged) -> Sequence[object]:
+    finding, effect = judged.finding, judged.effect
+    words = f"{judged.verdict} at {counted(effect.estimate.n, 'seed')}"
     return (
         finding.claim,
         _part(finding),
         finding.wanted,
         shown_estimate(effect.estimate, finding.unit.form),
         _paired(finding, effect),
-        element("span", words, class_=_CLASSES[found]),
+        element("span", words, class_=_CLASSES[judged.verdict]),
+        shown_p(judged.corrected_p),
+        element("span", judged.corrected_verdict, class_=_CLASSES[judged.corrected_verdict]),
     )
 
 
 def _findings(page: Page, reader: Reader, placed: Placed) -> None:
     effects = [(f, thesis.effect_of(f, reader, placed, bootstrap_rng())) for f in thesis.FINDINGS]
-    rows = [_finding_row(finding, effect) for finding, effect in effects if effect is not None]
+    every = findings.judged((f, effect) for f, effect in effects if effect is not None)
+    rows = [_finding_row(judged) for judged in every]
     absent = [(_part(f), f.claim) for f, effect in effects if effect is None]
     rule = (
         "Each finding is a quantity, or a difference of quantities, and a condition on it. Rewards"
@@ -128,13 +131,20 @@ def _findings(page: Page, reader: Reader, placed: Placed) -> None:
         " meets the condition, does not hold if none of it does, and is undecided otherwise, and"
         " whenever there are fewer"
         f" than {LEAST_SEEDS} seeds, where no bootstrap interval is wide enough."
-        " Differences are of runs of the same seed, where seeds are shared. The intervals are not"
-        f" corrected for there being {len(rows)}."
+        " Differences are of runs of the same seed, where at least half of the runs of each learner"
+        f" have a partner. Of {len(rows)} findings some may come out by chance, and the intervals"
+        " are not corrected for that; the last two columns are, by Holm's procedure: the chance"
+        " that any of their verdicts is wrong is at most 5 %. Their p is that of a two-sided t test"
+        " against the bound (by seed, or Welch's), and of two one-sided ones where a difference is"
+        " to lie within it."
     )
     measured = "measured [95\N{NO-BREAK SPACE}%]"
-    header = ("finding", "part", "condition", measured, "paired", "verdict")
+    header = (
+        *("finding", "part", "condition", measured, "paired", "verdict"),
+        *("p corrected", "verdict corrected"),
+    )
     parts = [element("p", rule), table(header, rows)] if rows else []
-    if rows and all(effect.estimate.n < LEAST_SEEDS for _, effect in effects if effect is not None):
+    if rows and all(judged.effect.estimate.n < LEAST_SEEDS for judged in every):
         # First, since all that follows is undecided.
         parts.insert(0, element("p", _TOO_FEW, class_="warning"))
     if spread.TIMED in placed:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from app.analysis import estimates
 from app.analysis.estimates import Axis, Comparison, bootstrap_rng
+from app.analysis.passages import later
 from app.charts.model import NOTHING, Dot, Dots, Panel, RunDot, with_clear_marks
 from app.charts.paper.drawing import drawn
 from app.charts.read import line_of
@@ -13,6 +14,7 @@ from app.charts.wording import shown_estimate
 from app.metrics import MILESTONES, Metric
 from app.report.document import Page, details, table
 from app.report.parts import (
+    CHANCE_RULE,
     DIFFERENCES_RULE,
     MEANS_RULE,
     MOST_LINES,
@@ -22,7 +24,6 @@ from app.report.parts import (
     Shown,
     bars_note,
     chance_cell,
-    compared_steps,
     curve_pictures,
     difference_cell,
     left_out,
@@ -83,7 +84,7 @@ def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str
     """Numbers of all variants, averaged over their runs."""
     page.tell("averaging scalars")
     there = [metric for metric in shown.every if measured(groups, metric.column)]
-    milestones = [name for name in MILESTONES if any(group.milestones(name) for group in groups)]
+    milestones = [name for name in MILESTONES if any(group.passages(name) for group in groups)]
     rule = f"{MEANS_RULE} {REACHED_RULE}" if milestones else MEANS_RULE
     how_well, how, endings, length = (
         [metric for metric in there if metric.kind == kind]
@@ -118,7 +119,7 @@ def _scalar_table(
         (
             group.label,
             len(group.runs),
-            *(reached_cell([*group.milestones(name).values()]) for name in milestones),
+            *(reached_cell([*group.passages(name).values()]) for name in milestones),
             *(cell(group.values(metric.column)) for metric in metrics),
         )
         for group in groups
@@ -140,7 +141,7 @@ def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: st
     page.say(
         "Variants beside one another",
         _ablation_picture(page, base, found, metric, difference, naming),
-        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {naming}".strip()),
+        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {CHANCE_RULE} {naming}".strip()),
         _ablation_table(base, found, metric, difference),
         _other_differences(base, others, shown),
         left_out(len(groups)),
@@ -158,11 +159,11 @@ def _other_differences(base: Group, others: Sequence[Group], shown: Shown) -> Ma
                 found = estimates.compare(group.by_seed(metric.column), first, bootstrap_rng())
                 rows.append((metric.label, group.label, *_difference_cells(found)))
     for name, title in MILESTONES.items():
-        first = base.milestones(name)
+        first = base.passages(name)
         for group in some:
-            steps = group.milestones(name)
-            if first and steps:
-                found = compared_steps(steps, first)
+            passages = group.passages(name)
+            if first and passages:
+                found = later(passages, first, bootstrap_rng())
                 rows.append((title, group.label, *_difference_cells(found)))
     if not rows:
         return Markup()
@@ -170,7 +171,7 @@ def _other_differences(base: Group, others: Sequence[Group], shown: Shown) -> Ma
         "quantity",
         "variant",
         f"difference to {base.label} [95 %]",
-        "P(variant higher)",
+        "P(variant higher) [95 %]",
         "n",
         "paired",
     )
@@ -204,7 +205,7 @@ def _ablation_picture(
     small = page.small_print(
         f"Mean over n runs (seeds). {bars_note(dot.estimate for dot in columns[metric.label])} Pale"
         " dots: single runs. Differences are to"
-        f" {base.label}, and paired by seed where seeds are shared. {naming}".strip()
+        f" {base.label}, and paired by seed where enough are shared. {naming}".strip()
     )
     drawing = drawn("variants", Dots(columns, differences=[difference]), small)
     return page.picture("variants", f"{metric.label} of each variant", drawing)
@@ -223,7 +224,7 @@ def _ablation_table(
         "variant",
         f"{metric.label} [95 %]",
         f"{difference} [95 %]",
-        "P(variant higher)",
+        "P(variant higher) [95 %]",
         "n of the difference",
         "paired",
     )

@@ -49,9 +49,9 @@ def test_steps_until_the_condition_was_met_lead(folder: Path) -> None:
     assert "50 % of its last 100 trials were captures" in text
     rows = {row["variant"]: row for row in table_of(page, "steps until then")}
     steps, trials = "steps until then [95 %]", "trials until then [95 %]"
-    assert rows["timed"][steps] == "2,000 [1,000, 2,000] by 3 of 3 runs"
-    assert rows["timed"][trials] == "200 [100, 200] by 3 of 3 runs"
-    assert rows["slow"][steps] == "3,000 [3,000, never] by 2 of 3 runs"
+    assert rows["timed"][steps] == "2,000 [1,000, \N{INFINITY}] by 3 of 3 runs"
+    assert rows["timed"][trials] == "200 [100, \N{INFINITY}] by 3 of 3 runs"
+    assert rows["slow"][steps] == "3,000 [3,000, \N{INFINITY}] by 2 of 3 runs"
     assert page.index("Steps until the condition was met") < page.index("Variants beside")
 
 
