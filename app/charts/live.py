@@ -24,8 +24,9 @@ from app.charts.model import (
     Series,
 )
 from app.charts.styles import styles_of
-from app.charts.view import View
+from app.charts.view import View, charted
 from app.documents.experiments import Experiment
+from app.metrics import Metric
 from app.results.gather import MOST_CURVES, Gatherer, Gathering
 from app.words.numbers import counted
 from app.words.plain import plain
@@ -34,14 +35,19 @@ LiveChart = Curves | Dots | Plane | Points
 """Each of one panel, one quantity, or one series."""
 
 
-def with_short_names(gathering: Gathering) -> tuple[Gathering, str]:
-    """What there is, with short names of variants, and what these are made of (else nothing).
+def looked_at(gathering: Gathering, view: View) -> tuple[Gathering, str]:
+    """What there is as somebody looks at it, and what short names are made of (else nothing).
 
-    The number that is charted is called as it is of runs as long as these.
+    Variants have short names, and the number that is charted is the one that was chosen.
     """
     experiment, what = variants.with_short_names(gathering.experiment)
-    metric = gathering.metric.of_runs(*trials_of(experiment))
-    return replace(gathering, experiment=experiment, metric=metric), what
+    wanted = next((m for m in charted(experiment) if m.column == view.metric), gathering.metric)
+    return replace(gathering, experiment=experiment, metric=called(wanted, experiment)), what
+
+
+def called(metric: Metric, experiment: Experiment) -> Metric:
+    """A metric in words that hold for the runs of an experiment."""
+    return metric.of_runs(*trials_of(experiment)).at(experiment.horizon_steps)
 
 
 def trials_of(experiment: Experiment) -> tuple[int, int]:
@@ -108,7 +114,8 @@ def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:
         if not run.error and math.isfinite(value):
             dots[place].append(RunDot(value, run.seed, run.key))
     if len(every) <= variants.MOST_CELLS:
-        estimates = [gatherer.estimate(place) for place in range(len(every))]
+        metric = gathering.metric
+        estimates = [gatherer.estimate(place, metric) for place in range(len(every))]
     else:  # The intervals of so many take seconds.
         estimates = [_mean([dot.value for dot in dots[place]]) for place in range(len(every))]
     styles = styles_of([v.preset for v in every]) if len(every) <= MOST_CURVES else []
@@ -127,7 +134,8 @@ def _mean(values: Sequence[float]) -> Estimate:
 
 def _plane(gatherer: Gatherer, gathering: Gathering, sweep: Sweep) -> Plane:
     across, up = sweep.axles
-    there = {at: gatherer.estimate(place) for at, place in sweep.places.items()}
+    metric = gathering.metric
+    there = {at: gatherer.estimate(place, metric) for at, place in sweep.places.items()}
     cells = {at: found for at, found in there.items() if found.n}
     own = variants.own_setting(gathering.experiment)
     framed = next((at for at, place in sweep.places.items() if place == own), None)
@@ -140,7 +148,8 @@ def _points(gatherer: Gatherer, gathering: Gathering, sweep: Sweep) -> Points:
     (axle,) = sweep.axles
     every = gathering.experiment.variants
     places = [sweep.places.get((index,)) for index in range(len(axle.values))]
-    found = [None if place is None else gatherer.estimate(place) for place in places]
+    metric = gathering.metric
+    found = [None if place is None else gatherer.estimate(place, metric) for place in places]
     series = Series(
         every[0].preset,
         [estimate if estimate is not None and estimate.n else None for estimate in found],

@@ -11,7 +11,7 @@ from typing import Final, Literal, NamedTuple, get_args
 from app.analysis.estimates import Axis
 from app.charts.variants import swept
 from app.documents.experiments import Experiment
-from app.metrics import IN_TABLE
+from app.metrics import IN_TABLE, Metric, of_kind
 from app.results.gather import MOST_CURVES, Gathering, PlacedRun
 
 _USUAL_HEIGHT: Final = 752.0
@@ -62,6 +62,8 @@ class View:
     chart: Chart
     axis: Axis = "steps"
     """What curves are drawn against."""
+    metric: str = ""
+    """Column of what dots and cells show; empty for what the experiment asks for first."""
     variant: int | None = None
     """Place of the one that is chosen: it stands out in charts, and the table lists its runs."""
     order: str = "variant"
@@ -69,6 +71,22 @@ class View:
     descending: bool = False
     page: int = 0
     """Of the table, from 0."""
+
+
+def charted(experiment: Experiment) -> Sequence[Metric]:
+    """What dots and cells can show of an experiment: how well its learners did."""
+    return [metric for metric in of_kind("performance") if _is_measured(metric, experiment)]
+
+
+def tabled(experiment: Experiment) -> Sequence[Metric]:
+    """What the table of its runs can show."""
+    return [metric for metric in IN_TABLE if _is_measured(metric, experiment)]
+
+
+def _is_measured(metric: Metric, experiment: Experiment) -> bool:
+    has_its_moment = not metric.is_at_horizon or experiment.horizon_steps is not None
+    is_asked_for = metric.kind == "length" or metric.column in experiment.metrics
+    return is_asked_for and has_its_moment
 
 
 def first_view(experiment: Experiment) -> View:
@@ -93,6 +111,9 @@ def answer(view: View, words: str, gathering: Gathering, rows: int) -> View:
         return _with_chart(view, what, gathering.experiment)
     if verb == "axis":
         return next((replace(view, axis=axis) for axis in get_args(Axis) if axis == what), view)
+    if verb == "metric":
+        offered = {metric.column for metric in charted(gathering.experiment)}
+        return replace(view, metric=what) if what in offered else view
     if verb == "variant":
         return _with_variant(view, what, len(gathering.experiment.variants))
     if verb == "order":

@@ -73,7 +73,8 @@ class _Log:
     seeds: list[int]
     curves: Mapping[Axis, list[np.ndarray]]
     joined: list[dict[str, tuple[int, int]]]
-    values: list[float]
+    values: list[Mapping[str, float]]
+    """Of each run, by the column of a metric."""
 
 
 class Gatherer:
@@ -99,7 +100,7 @@ class Gatherer:
         self._runs: list[PlacedRun] = []
         self._logs = [_Log([], {"steps": [], "trials": []}, [], []) for _ in experiment.variants]
         self._curves: dict[tuple[int, Axis], Curve] = {}
-        self._estimates: dict[int, Estimate] = {}
+        self._estimates: dict[tuple[int, str], Estimate] = {}
         rewards = [_rewards(v.spec) for v in experiment.variants]
         self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
 
@@ -129,7 +130,7 @@ class Gatherer:
             for axis, curve in windowed.items():
                 log.curves[axis].insert(at, curve)
             log.joined.insert(at, found.joined)
-            log.values.insert(at, record.values[self._metric.column])
+            log.values.insert(at, record.values)
 
     def gathering(self) -> Gathering:
         """What there is."""
@@ -153,17 +154,19 @@ class Gatherer:
             self._curves[variant, axis] = found
         return found
 
-    def estimate(self, variant: int) -> Estimate:
-        """The mean of the charted metric of a variant, with its interval."""
+    def estimate(self, variant: int, metric: Metric | None = None) -> Estimate:
+        """The mean of a metric of a variant, with its interval; of the one charted first if none
+        is named."""
+        column = (metric or self._metric).column
         with self._lock:
-            values = tuple(self._logs[variant].values)
-            known = self._estimates.get(variant)
+            values = [values[column] for values in self._logs[variant].values]
+            known = self._estimates.get((variant, column))
         n = sum(not np.isnan(value) for value in values)
         if known is not None and known.n == n:
             return known
         found = estimates.mean(values, estimates.bootstrap_rng())
         with self._lock:
-            self._estimates[variant] = found
+            self._estimates[variant, column] = found
         return found
 
 

@@ -13,6 +13,7 @@ from app.charts.live import LiveChart
 from app.charts.page.svg import Frame
 from app.charts.view import View
 from app.documents.experiments import Experiment
+from app.metrics import Metric
 from app.results.gather import Curve, PlacedRun
 from tests.support.runs import NOTHING, address, gathering_of, reward
 
@@ -40,7 +41,7 @@ class Averages:
         self._found = found
         self._curves = {curve.variant: curve for curve in curves}
 
-    def estimate(self, place: int) -> Estimate:
+    def estimate(self, place: int, metric: Metric | None = None) -> Estimate:
         """The mean of a variant."""
         return self._found[place]
 

@@ -13,9 +13,8 @@ from app.charts.page.points import points_html
 from app.charts.page.runs import runs_html
 from app.charts.page.svg import Address, Frame, link
 from app.charts.page.table import table_html
-from app.charts.view import Size, View
+from app.charts.view import Size, View, charted
 from app.charts.wording import short_label
-from app.documents.experiments import Experiment
 from app.results.gather import Gatherer, Gathering
 from app.util.html import escaped
 
@@ -58,8 +57,8 @@ def results_html(
         address: what a link refers to, to call the lab with words.
         size: of the page's panel.
     """
-    gathering, what = live.with_short_names(gathering)
-    parts = [_choices(gathering.experiment, view, address)]
+    gathering, what = live.looked_at(gathering, view)
+    parts = [_choices(gathering, view, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
     else:
@@ -92,7 +91,8 @@ def _chart(
             return points_html(chart, frame)
 
 
-def _choices(experiment: Experiment, view: View, address: Address) -> str:
+def _choices(gathering: Gathering, view: View, address: Address) -> str:
+    experiment = gathering.experiment
     names: dict[str, str] = {"curves": "Curves", "runs": "Runs"}
     sweep = variants.swept(experiment)
     if sweep is not None:
@@ -101,6 +101,13 @@ def _choices(experiment: Experiment, view: View, address: Address) -> str:
     if view.chart == "curves":
         axes = {"steps": "steps", "trials": "trials"}
         parts.append(f"<span>against {_choice('axis', axes, view.axis, address)}</span>")
+    else:
+        metrics = [live.called(metric, experiment) for metric in charted(experiment)]
+        shown = {m.column: m.in_table.title if m.in_table else m.title for m in metrics}
+        if len(shown) > 1:
+            parts.append(
+                f"<span>of {_choice('metric', shown, gathering.metric.column, address)}</span>"
+            )
     if view.variant is not None:
         label = experiment.variants[view.variant].label
         cross = link(
