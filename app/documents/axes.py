@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from app.documents.ranges import Linear, Logarithmic, range_of
-from app.documents.samples import Item, SameAs, Sample
+from app.documents.samples import Item, SameAs, Sample, label_of
 from app.documents.tree import Key, Node, children, key_of, n_values, plain, without
 
 
@@ -75,7 +75,7 @@ class Draws:
                 else column._replace(value=value)
                 for column, value in zip(self.columns, drawn, strict=True)
             ]
-            yield Choice(values, f"draw {number}", self.node, is_draw=True)
+            yield Choice(values, label_of(number), self.node, is_draw=True)
 
 
 class Axis(NamedTuple):

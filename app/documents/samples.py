@@ -8,6 +8,7 @@ higher count the first ones stay what they are. A draw that is there already is 
 """
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Final, NamedTuple, Self, cast
 
@@ -29,6 +30,16 @@ _ALLOWED: Final = (
     "a list of values, {start, stop}, {log_start, log_stop},"
     " or {same_as: another key of the sample}"
 )
+
+
+def label_of(number: int) -> str:
+    """What a draw is called: the first is number 1."""
+    return f"draw {number}"
+
+
+def is_draw(label: str) -> bool:
+    """Whether a variant of such a label was drawn; results keep no other word of it."""
+    return any(re.fullmatch(r"draw \d+", part) for part in label.split(", "))
 
 
 class Between(Spec):

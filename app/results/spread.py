@@ -112,7 +112,8 @@ def averaged(values: Sequence[FoldedValue]) -> FoldedValue:
 def quantities_of(settings: Mapping[str, Any], pictures: Pictures) -> dict[str, float]:
     """What the findings speak of, by name; what the run did not get to is not there."""
     # The regions that are measured are made of the standard world's states.
-    if pictures.share.shape[1:] != _SHAPE:
+    world = WorldSpec.model_validate(settings["world"])
+    if pictures.share.shape[1:] != _SHAPE or world.ring_exponent != WorldSpec().ring_exponent:
         return {}
     found = {}
     for moment, trial in moments_of(settings).items():

@@ -336,6 +336,7 @@ def test_names_are_escaped() -> None:
         0,
         0,
         0,
+        None,
         False,
         (OptionReading(evil, 0.0, 0, True), OptionReading(evil, 0.0, 0, True)),
         (SkillReading(evil, (0.0,) * N_MOVES, (0,)),),

@@ -1123,6 +1123,11 @@ def test_tables_are_copies() -> None:
 # --- What it is compiled from, and what it takes -------------------------------------------------
 
 PLAIN_STEPS = 4_000
+OPEN_POINTS = {
+    "skills see finer": ("world.skill_n_directions=24", "world.skill_n_distances=18"),
+    "all learn": ("learner.skills_that_learn=all", "learner.spiral_penalty=0"),
+    "binary": ("learner.local_rewards=binary", "world.ring_exponent=2.2"),
+}
 
 
 def _plain_run(name: str) -> Run:
@@ -1130,6 +1135,8 @@ def _plain_run(name: str) -> Run:
     if name in SCRIPTS:
         commands = [(step // 12, command) for step, command in SCRIPTS[name]]
         return drive(Run(small("timed", *BY_HAND), 12), [PLAIN_STEPS], commands)
+    if name in OPEN_POINTS:
+        return drive(Run(small("timed", *QUICK_SCHEDULE, *OPEN_POINTS[name]), 12), [PLAIN_STEPS])
     settings = QUICK_SCHEDULE if name == "timed" else ()
     return drive(Run(small(name, *settings), 12), [PLAIN_STEPS])
 
@@ -1139,7 +1146,7 @@ def _fingerprint(run: Run) -> str:
     return hashlib.sha256(b"".join(known[name] for name in sorted(known))).hexdigest()
 
 
-PLAIN_CASES = (*SHIPPED, *SCRIPTS)
+PLAIN_CASES = (*SHIPPED, *SCRIPTS, *OPEN_POINTS)
 
 
 def test_compiled_and_plain_python_agree_bit_for_bit() -> None:

@@ -69,7 +69,7 @@ def zeros(*more: int) -> np.ndarray:
 
 def state_at(east: int, north: int) -> tuple[int, int]:
     """Ring and sector of a place, counted from the prey."""
-    flat = geometry.skill_states(fresh().spec.world)[60 + north, 60 + east]
+    flat = geometry.readings(fresh().spec.world)[60 + north, 60 + east]
     return divmod(int(flat), SECTORS)
 
 

@@ -231,7 +231,7 @@ def test_regions_lie_where_their_names_say(region: Region, offset: tuple[int, in
     """The prey looks east, so its right is south."""
     spec = WorldSpec()
     x, y = (middle + along for middle, along in zip(geometry.prey_xy(spec), offset, strict=True))
-    ring, direction = divmod(int(geometry.skill_states(spec)[y, x]), spec.n_directions)
+    ring, direction = divmod(int(geometry.readings(spec)[y, x]), spec.n_directions)
     there = np.zeros((spec.n_distances, spec.n_directions))
     there[ring, direction] = 1
     assert region.of(there).sum() == 1
@@ -239,7 +239,7 @@ def test_regions_lie_where_their_names_say(region: Region, offset: tuple[int, in
 
 def test_what_is_seen_and_what_is_not() -> None:
     spec = WorldSpec()
-    states = geometry.skill_states(spec)
+    states = geometry.readings(spec)
     index = np.arange(spec.n_skill_states).reshape(spec.n_distances, spec.n_directions)
     seen = geometry.visible(spec)[0]
     assert seen[np.isin(states, spread.SEEN.of(index))].all()

@@ -11,8 +11,19 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from app.charts.model import Chart, Curves, Dots, Effects, Plane, Points, Rows
+from app.charts.model import (
+    Chart,
+    Curves,
+    Dots,
+    Effects,
+    Plane,
+    Points,
+    Rows,
+    Shares,
+    Trends,
+)
 from app.charts.paper.curves import curves_figure
+from app.charts.paper.designs import shares_figure, trends_figure
 from app.charts.paper.dots import dots_figure
 from app.charts.paper.fonts import fonts_for
 from app.charts.paper.plane import hints_of, plane_figure
@@ -86,6 +97,10 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
             figure = points_figure(chart, small_print)
         case Effects():
             figure = effects_figure(chart, small_print)
+        case Trends():
+            figure = trends_figure(chart, small_print)
+        case Shares():
+            figure = shares_figure(chart, small_print)
         case _:
             figure = values_figure(chart, small_print)
     return _saved(name, figure, chart.numbers, hints)

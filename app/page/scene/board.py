@@ -19,6 +19,7 @@ from app.page.scene.outlines import BOARD_UNITS, cell_centres, on_picture
 from app.page.widgets import assign
 from app.picture.colours import to_linear
 from app.picture.layer import Picture
+from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look, heading_shown
 from app.picture.theme import OUTCOME_SHAPES, Colour, Shape, Theme
 from sim.spec import WorldSpec
@@ -304,7 +305,8 @@ class BoardView:
         assign(self._zone, "visible", look.start_zone and flat)
         assign(self._field, "visible", look.field)
         if look.sensors:
-            self._set(self._sensors, "sensors", self._flat(outlines.sensors(spec), _Z_LINES))
+            seen_by = spec.of_skills if LAYERS[look.layer].about == "skill" else spec
+            self._set(self._sensors, "sensors", self._flat(outlines.sensors(seen_by), _Z_LINES))
         if look.start_zone:
             self._set(self._zone, "zone", self._flat(outlines.start_zone(spec), _Z_FIELD))
         self._set(
