@@ -538,7 +538,7 @@ def test_names_that_were_given_stay_and_others_are_made_of_what_differs() -> Non
 def test_what_is_final_is_said_as_it_was_measured(text: str, final: str) -> None:
     experiment = parse(f"presets: [timed]\n{text}", "some.yaml")
     runs = [fact(0, 0, 1.0), fact(0, 1, 2.0)]
-    page = shown(experiment, runs, View("runs"))
+    page = shown(experiment, runs, View("runs"), WIDE)
     assert f"final reward (mean per trial, {final})" in page.text
     assert f"final reward (mean per trial, {final}): sort" in headings_of(page)
     assert f"captures in per cent, {final}: sort" in headings_of(page)
