@@ -463,11 +463,37 @@ IN_TABLE: Final = tuple(
 """Those that have a column of the page's table of runs, in its order."""
 FINAL_REWARD: Final = BY_COLUMN["final_reward"]
 AREA: Final = BY_COLUMN["area"]
+AT_THE_HORIZON: Final = BY_COLUMN["horizon_area"], BY_COLUMN["horizon_reward"]
+"""Those that compare runs of equal experience, first the one that says most."""
 
 
-def shown_first(names: Sequence[str]) -> Metric:
-    """The number that charts show, of those an experiment asks for: the first that is a mean."""
-    return next((BY_COLUMN[name] for name in names if name not in MILESTONES), FINAL_REWARD)
+def shown_first(names: Sequence[str], is_stated: bool = False) -> Metric:
+    """The number that charts show, of those an experiment asks for: the first that is a mean.
+
+    Where that is the final reward and the experiment states a horizon, it is the area up to there,
+    or the reward there: runs of equal experience can be compared, runs of equal trials cannot. A
+    horizon that is not stated moves as runs come in, and what is charted is not to move with it.
+
+    Args:
+        names: columns that are asked for, in their order.
+        is_stated: whether the experiment states a horizon.
+    """
+    first = next((BY_COLUMN[name] for name in names if name not in MILESTONES), FINAL_REWARD)
+    if first is not FINAL_REWARD or not is_stated:
+        return first
+    return next((metric for metric in AT_THE_HORIZON if metric.column in names), first)
+
+
+def shown_means(names: Sequence[str], is_stated: bool, has_horizon: bool) -> Sequence[Metric]:
+    """The numbers that maps of settings are drawn of, each once.
+
+    Args:
+        names: columns that are asked for, in their order.
+        is_stated: whether the experiment states a horizon.
+        has_horizon: whether the runs have one in common, be it stated or not.
+    """
+    others = (*(AT_THE_HORIZON if has_horizon else ()), FINAL_REWARD, AREA)
+    return [*dict.fromkeys((shown_first(names, is_stated), *others))]
 
 
 _GREEDY: Final = frozenset({"final_greedy", "greedy_success", "horizon_greedy"})

@@ -31,8 +31,8 @@ def ratios_of(task: Task, rounds: int) -> tuple[float, float]:
     """How many times as long a run takes with greedy hunts at its end, and with a curve as well."""
     bare = tuple(name for name in NAMES if not wants_greedy([name]))
     ways = (
-        replace(task, metrics=bare, greedy_every=None),
-        replace(task, metrics=NAMES, greedy_every=None),
+        replace(task, metrics=bare, greedy_every=0),
+        replace(task, metrics=NAMES, greedy_every=0),
         replace(task, metrics=NAMES, greedy_every=EVERY),
     )
     found = [[seconds_of(way) for way in ways] for _ in range(rounds)]

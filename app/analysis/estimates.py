@@ -12,7 +12,7 @@ So below ``LEAST_RUNS`` nothing is decided; whoever draws conclusions has to loo
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -41,6 +41,11 @@ _BATCH_NUMBERS = 4_000_000
 """Numbers that are resampled at a time: 32 MB."""
 
 Axis = Literal["steps", "trials"]
+Windows = Literal["steps", "trials"]
+"""What the windows of a learning curve against steps are counted in. The thesis's are consecutive
+trials (section 4.1.2): where trials are short for a while, a window of steps holds very many of
+them, and what happened in that while is averaged away. Against trials, windows are of trials."""
+WINDOWS: Final[tuple[Windows, ...]] = get_args(Windows)
 
 
 class Estimate(NamedTuple):
@@ -77,11 +82,18 @@ class Band(NamedTuple):
     high: np.ndarray
     n: np.ndarray
     """(window,) int64: runs that the mean is over."""
+    is_at_end: bool = False
+    """Whether a window's mean belongs where it ended, as that of trials against steps does."""
 
     @property
-    def middle(self) -> np.ndarray:
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """All arrays, in their order."""
+        return self.start, self.end, self.mean, self.low, self.high, self.n
+
+    @property
+    def at(self) -> np.ndarray:
         """Where a window's mean belongs on the axis, (window,) float64."""
-        return (self.start + self.end) / 2
+        return self.end.astype(np.float64) if self.is_at_end else (self.start + self.end) / 2
 
 
 class Contrast(NamedTuple):
@@ -387,16 +399,34 @@ def windowed(reward: np.ndarray, steps: np.ndarray, width: int, axis: Axis) -> n
     return np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
 
 
+def window_ends(steps: np.ndarray, width: int) -> np.ndarray:
+    """Steps at which windows of so many consecutive trials ended, ``(window,) int64``.
+
+    Args:
+        steps: (trial,) that each trial took.
+        width: of a window, in trials.
+    """
+    return np.cumsum(steps, dtype=np.int64)[width - 1 :: width]
+
+
 def band(
     curves: Sequence[np.ndarray],
     width: int,
     rng: np.random.Generator,
+    ends: Sequence[np.ndarray] | None = None,
 ) -> Band:
     """Average of the curves of several runs, aligned at their first window.
 
     In each window the mean is over the runs that went through it, and ``n`` says how many those
     are; the curve is cut where fewer than ``LEAST_SHARE`` of the runs are left. Nothing is
     extrapolated.
+
+    Args:
+        curves: (window,) of each run.
+        width: of a window, on the axis.
+        rng: of the bootstrap.
+        ends: (window,) of each run: steps at which its windows ended, where these are of trials and
+            the axis is of steps; each is then placed at the mean over runs, and has no one width.
     """
     longest = max((curve.size for curve in curves), default=0)
     values = np.full((len(curves), longest), np.nan)
@@ -407,8 +437,16 @@ def band(
     n_windows = int((going >= LEAST_SHARE * len(curves)).sum())
     values = values[:, :n_windows]
     averages, low, high = _averages(values, rng)
-    start = np.arange(n_windows, dtype=np.int64) * width
-    return Band(start, start + width, averages, low, high, np.isfinite(values).sum(axis=0))
+    counts = np.isfinite(values).sum(axis=0)
+    if ends is None:
+        start = np.arange(n_windows, dtype=np.int64) * width
+        return Band(start, start + width, averages, low, high, counts)
+    reached = np.full((len(ends), longest), np.nan)
+    for row, of_run in zip(reached, ends, strict=True):
+        row[: of_run.size] = of_run
+    end = np.round(np.nanmean(reached[:, :n_windows], axis=0)).astype(np.int64)
+    start = np.concatenate([[0], end])[:-1]
+    return Band(start, end, averages, low, high, counts, is_at_end=True)
 
 
 def _averages(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.analysis.estimates import Axis, Estimate
+from app.analysis.estimates import Estimate
 from app.analysis.sweeps import Sweep
 from app.charts import variants
 from app.charts.model import (
@@ -41,13 +41,15 @@ def looked_at(gathering: Gathering, view: View) -> tuple[Gathering, str]:
     Variants have short names, and the number that is charted is the one that was chosen.
     """
     experiment, what = variants.with_short_names(gathering.experiment)
-    wanted = next((m for m in charted(experiment) if m.column == view.metric), gathering.metric)
-    return replace(gathering, experiment=experiment, metric=called(wanted, experiment)), what
+    wanted = next((m for m in charted(gathering) if m.column == view.metric), gathering.metric)
+    return replace(gathering, experiment=experiment, metric=called(wanted, gathering)), what
 
 
-def called(metric: Metric, experiment: Experiment) -> Metric:
-    """A metric in words that hold for the runs of an experiment."""
-    return metric.of_runs(*trials_of(experiment)).at(experiment.horizon_steps)
+def called(metric: Metric, gathering: Gathering) -> Metric:
+    """A metric in words that hold for the runs that there are."""
+    horizon = gathering.horizon
+    named = metric.of_runs(*trials_of(gathering.experiment))
+    return named.at(horizon.steps if horizon else None)
 
 
 def trials_of(experiment: Experiment) -> tuple[int, int]:
@@ -66,7 +68,7 @@ def chart_of(gatherer: Gatherer, gathering: Gathering, view: View) -> LiveChart:
         view: what is looked at.
     """
     if view.chart == "curves":
-        return _curves(gatherer, gathering, view.axis, view.variant)
+        return _curves(gatherer, gathering, view)
     sweep = variants.swept(gathering.experiment)
     if view.chart == "runs" or sweep is None:
         return _runs(gatherer, gathering)
@@ -87,20 +89,23 @@ def left_out(gathering: Gathering, chart: LiveChart) -> str:
     return " ".join(f"{counted(n, 'run')} {what}." for what, n in said.items() if n)
 
 
-def _curves(gatherer: Gatherer, gathering: Gathering, axis: Axis, chosen: int | None) -> Curves:
+def _curves(gatherer: Gatherer, gathering: Gathering, view: View) -> Curves:
     """The first few variants; if the chosen one is not among them, it comes last."""
+    axis, chosen = view.axis, view.variant
     every = gathering.experiment.variants
     first = range(min(len(every), MOST_CURVES))
     places = first if chosen is None or chosen in first else [*first[:-1], chosen]
     styles = styles_of([every[place].preset for place in places])
     lines: list[Line] = []
     for place, style in zip(places, styles, strict=True):
-        found = gatherer.curve(place, axis)
+        found = gatherer.curve(place, axis, view.windows)
         marks = [
             Mark(moment.step if axis == "steps" else moment.trial, plain(moment.skill))
             for moment in found.joined
         ]
-        lines.append(Line(every[place].label, found.band, style, found.n, marks, place))
+        lines.append(
+            Line(every[place].label, found.band, style, found.n, marks, place, found.greedy)
+        )
     ends = gathering.low, gathering.high
     return Curves(axis, [Panel(gathering.experiment.name, lines)], ends)
 

@@ -58,6 +58,8 @@ class Line(NamedTuple):
     marks: Sequence[Mark] = ()
     place: int = 0
     """Of its variant in the experiment, which a click chooses."""
+    greedy: Band | None = None
+    """Greedy reward in the course of the same runs, a thin curve; None where there is none."""
 
     @property
     def n_whole(self) -> int:
@@ -104,11 +106,11 @@ class Curves(NamedTuple):
         ]
         for panel in self.panels:
             for line in panel.lines:
-                columns = (column.tolist() for column in line.band)
-                rows += [
-                    [panel.title, line.label, start, end, mean, low, high, n]
-                    for start, end, mean, low, high, n in zip(*columns, strict=True)
-                ]
+                named = {line.label: line.band, f"{line.label}: greedy": line.greedy}
+                for label, band in named.items():
+                    if band is not None:
+                        columns = (column.tolist() for column in band.columns)
+                        rows += [[panel.title, label, *row] for row in zip(*columns, strict=True)]
                 rows += [
                     [panel.title, f"{line.label}: introduction of {mark.label}", mark.at, mark.at]
                     for mark in line.marks

@@ -1,9 +1,9 @@
 """Charts of results that are read back from their folders."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, bootstrap_rng
+from app.analysis.estimates import Axis, Windows
 from app.charts.model import Line, Mark, ValueMap, ValueMaps
 from app.charts.styles import Style
 from app.experiments.record import Record
@@ -14,11 +14,26 @@ from sim import geometry
 from sim.spec import WorldSpec
 
 
-def line_of(reader: Reader, label: str, runs: Iterable[Record], axis: Axis, style: Style) -> Line:
-    """The learning curve of runs against steps or trials, averaged, with its interval."""
+def line_of(
+    reader: Reader,
+    label: str,
+    runs: Sequence[Record],
+    axis: Axis,
+    style: Style,
+    windows: Windows = "steps",
+) -> Line:
+    """The learning curve of runs, averaged, with its interval.
+
+    Args:
+        reader: of their logs.
+        label: of the line.
+        runs: of one learner.
+        axis: what it is drawn against.
+        style: of the line.
+        windows: what its windows are counted in, where the axis is of steps.
+    """
     traces = reader.traces(runs)
-    curves = [trace.curves[axis] for trace in traces]
-    found = estimates.band(curves, reader.widths.of(axis), bootstrap_rng())
+    found = reader.band(runs, axis, windows)
     return Line(label, found, style, len(traces), _marks(traces, axis))
 
 

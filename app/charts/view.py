@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple, get_args
 
-from app.analysis.estimates import Axis
+from app.analysis.estimates import WINDOWS, Axis, Windows
 from app.charts.variants import swept
 from app.documents.experiments import Experiment
-from app.metrics import IN_TABLE, Metric, of_kind
+from app.metrics import IN_TABLE, Metric, of_kind, wants_greedy
 from app.results.gather import MOST_CURVES, Gathering, PlacedRun
 
 _USUAL_HEIGHT: Final = 752.0
@@ -62,6 +62,8 @@ class View:
     chart: Chart
     axis: Axis = "steps"
     """What curves are drawn against."""
+    windows: Windows = "steps"
+    """What their windows are counted in, where that is steps."""
     metric: str = ""
     """Column of what dots and cells show; empty for what the experiment asks for first."""
     variant: int | None = None
@@ -73,20 +75,24 @@ class View:
     """Of the table, from 0."""
 
 
-def charted(experiment: Experiment) -> Sequence[Metric]:
+def charted(gathering: Gathering) -> Sequence[Metric]:
     """What dots and cells can show of an experiment: how well its learners did."""
-    return [metric for metric in of_kind("performance") if _is_measured(metric, experiment)]
+    return [metric for metric in of_kind("performance") if _is_measured(metric, gathering)]
 
 
-def tabled(experiment: Experiment) -> Sequence[Metric]:
+def tabled(gathering: Gathering) -> Sequence[Metric]:
     """What the table of its runs can show."""
-    return [metric for metric in IN_TABLE if _is_measured(metric, experiment)]
+    return [metric for metric in IN_TABLE if _is_measured(metric, gathering)]
 
 
-def _is_measured(metric: Metric, experiment: Experiment) -> bool:
-    has_its_moment = not metric.is_at_horizon or experiment.horizon_steps is not None
-    is_asked_for = metric.kind == "length" or metric.column in experiment.metrics
-    return is_asked_for and has_its_moment
+def _is_measured(metric: Metric, gathering: Gathering) -> bool:
+    horizon = gathering.horizon
+    if metric.is_at_horizon and not (
+        horizon and (horizon.is_stated or not wants_greedy([metric.column]))
+    ):
+        # Where a horizon is found afterwards, no greedy hunts were made there.
+        return False
+    return metric.kind == "length" or metric.column in gathering.experiment.metrics
 
 
 def first_view(experiment: Experiment) -> View:
@@ -111,8 +117,11 @@ def answer(view: View, words: str, gathering: Gathering, rows: int) -> View:
         return _with_chart(view, what, gathering.experiment)
     if verb == "axis":
         return next((replace(view, axis=axis) for axis in get_args(Axis) if axis == what), view)
+    if verb == "windows":
+        found = next((each for each in WINDOWS if each == what), view.windows)
+        return replace(view, windows=found)
     if verb == "metric":
-        offered = {metric.column for metric in charted(gathering.experiment)}
+        offered = {metric.column for metric in charted(gathering)}
         return replace(view, metric=what) if what in offered else view
     if verb == "variant":
         return _with_variant(view, what, len(gathering.experiment.variants))

@@ -209,8 +209,8 @@ class ExperimentSpec(Spec):
     """Steps of each run; where ``trials`` is None they alone count."""
     horizon: Annotated[int, Field(ge=1, le=MAX_STEPS)] | None = None
     """Steps at which all runs are measured, and until which each goes on at least."""
-    greedy_every: Annotated[int, Field(ge=1, le=MAX_TRIALS)] | None = None
-    """Trials from one point of the greedy curve to the next; None where there is none."""
+    greedy_every: Annotated[int, Field(ge=0, le=MAX_TRIALS)] = 2_000
+    """Trials from one point of the greedy curve to the next; 0 where there is none."""
     metrics: Annotated[
         tuple[Annotated[str, PlainValidator(_metric)], ...],
         Field(strict=False, min_length=1, description=f"names from {', '.join(NAMES)}"),

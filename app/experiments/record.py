@@ -33,6 +33,11 @@ class Origin(NamedTuple):
     steps_alone: bool = False
     """Whether runs end after a number of steps, whatever trials their presets have."""
 
+    @property
+    def states_horizon(self) -> bool:
+        """Whether a horizon is stated that is not simply where the runs end."""
+        return self.horizon is not None and not self.steps_alone
+
 
 def origin_of(experiment: Experiment, folder: Path) -> Origin:
     """What the runs of an experiment have in common."""

@@ -53,8 +53,8 @@ class Task:
     metrics: tuple[str, ...]
     horizon: int | None = None
     """Steps until which it goes on at least, and at which it is measured."""
-    greedy_every: int | None = None
-    """Trials from one point of its greedy curve to the next; None where it has none."""
+    greedy_every: int = 0
+    """Trials from one point of its greedy curve to the next; 0 where it has none."""
     kept: Kept = "results"
 
 
@@ -280,7 +280,7 @@ def _probes_of(
         yield greedy.final_probe(task.trials)
         if task.horizon is not None:
             yield greedy.horizon_probe(task.horizon)
-        if task.kept == "results" and task.greedy_every is not None:
+        if task.kept == "results" and task.greedy_every:
             yield greedy.curve_probe(task.greedy_every)
 
 

@@ -13,11 +13,13 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, Band, Estimate
+from app.analysis.estimates import Axis, Band, Estimate, Windows
 from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
 from app.experiments.record import Record
-from app.metrics import Metric, shown_first
+from app.metrics import GreedyCurve, Metric, shown_first
+from app.results.greedy import greedy_band
+from app.results.horizon import Horizon, UpTo, of_shortest, up_to, with_values
 from learners import measures
 from learners.spec import RunSpec
 
@@ -48,6 +50,8 @@ class Curve(NamedTuple):
     band: Band
     joined: Sequence[Moment]
     """Skills that joined after the start, in all of its runs."""
+    greedy: Band | None = None
+    """Its greedy reward at some of its trials; None where that was not measured."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,8 @@ class Gathering:
     low: float
     """The lowest mean reward there can be, and the highest."""
     high: float
+    horizon: Horizon | None = None
+    """Where the runs are compared, as far as they are over."""
 
 
 @dataclass
@@ -71,10 +77,13 @@ class _Log:
     """
 
     seeds: list[int]
-    curves: Mapping[Axis, list[np.ndarray]]
+    places: list[int]
+    """Among all runs."""
+    curves: Mapping[tuple[Axis, Windows], list[np.ndarray]]
+    ends: list[np.ndarray]
+    """Steps at which the windows of trials ended that are drawn against steps."""
     joined: list[dict[str, tuple[int, int]]]
-    values: list[Mapping[str, float]]
-    """Of each run, by the column of a metric."""
+    greedy: list[GreedyCurve]
 
 
 class Gatherer:
@@ -89,17 +98,28 @@ class Gatherer:
                 suit it.
         """
         self._experiment = experiment
-        self._metric = shown_first(experiment.metrics)
         self._places = {v.label: place for place, v in enumerate(experiment.variants)}
         longest_trials = min(max(map(experiment.trials_of, experiment.variants)), longest_run)
-        self._widths: Mapping[Axis, int] = {
-            "steps": estimates.window_width(longest_run, measures.CURVE_WINDOW_STEPS, _WINDOWS),
-            "trials": estimates.window_width(longest_trials, _TRIALS_WINDOW, _WINDOWS),
+        of_trials = estimates.window_width(longest_trials, _TRIALS_WINDOW, _WINDOWS)
+        self._widths: Mapping[tuple[Axis, Windows], int] = {
+            ("steps", "steps"): estimates.window_width(
+                longest_run, measures.CURVE_WINDOW_STEPS, _WINDOWS
+            ),
+            ("steps", "trials"): min(of_trials, measures.CURVE_WINDOW_TRIALS),
+            ("trials", "trials"): of_trials,
         }
         self._lock = threading.Lock()
         self._runs: list[PlacedRun] = []
-        self._logs = [_Log([], {"steps": [], "trials": []}, [], []) for _ in experiment.variants]
-        self._curves: dict[tuple[int, Axis], Curve] = {}
+        self._up_to: list[UpTo | None] = []
+        """Of these runs, where they have values at a horizon that is not stated."""
+        stated = experiment.horizon_steps
+        self._metric = shown_first(experiment.metrics, experiment.horizon is not None)
+        self._horizon = None if stated is None else Horizon(stated, is_stated=True)
+        self._takes_shortest = stated is None and experiment.stop is None
+        self._logs = [
+            _Log([], [], {key: [] for key in self._widths}, [], [], []) for _ in self._places
+        ]
+        self._curves: dict[tuple[int, Axis, Windows], Curve] = {}
         self._estimates: dict[tuple[int, str], Estimate] = {}
         rewards = [_rewards(v.spec) for v in experiment.variants]
         self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
@@ -114,44 +134,81 @@ class Gatherer:
         if record.error:
             with self._lock:
                 self._runs.append((place, record))
+                self._up_to.append(None)
             return
         found = unpacked(arrays, record.trials, record.steps)
         world = self._experiment.variants[place].spec.world
         reward = measures.rewards(world, found.outcome)
-        windowed: dict[Axis, np.ndarray] = {
-            axis: estimates.windowed(reward, found.steps, width, axis)
-            for axis, width in self._widths.items()
+        windowed = {
+            (axis, windows): estimates.windowed(reward, found.steps, width, windows)
+            for (axis, windows), width in self._widths.items()
         }
+        ends = estimates.window_ends(found.steps, self._widths["steps", "trials"])
+        known = up_to(reward, found.steps, record.steps) if self._takes_shortest else None
         with self._lock:
-            self._runs.append((place, record))
             log = self._logs[place]
             at = bisect(log.seeds, record.seed)
             log.seeds.insert(at, record.seed)
-            for axis, curve in windowed.items():
-                log.curves[axis].insert(at, curve)
+            log.places.insert(at, len(self._runs))
+            for key, curve in windowed.items():
+                log.curves[key].insert(at, curve)
+            log.ends.insert(at, ends)
             log.joined.insert(at, found.joined)
-            log.values.insert(at, record.values)
+            log.greedy.insert(at, found.greedy)
+            self._up_to.append(known)
+            self._runs.append((place, with_values(record, self._horizon, known)))
+            if self._takes_shortest:
+                self._compare_at_most_after(record.steps)
+
+    def _compare_at_most_after(self, steps: int) -> None:
+        """See to it that runs are compared where all have got to, by a run of so many steps."""
+        found = of_shortest(steps)
+        if found is None or (self._horizon is not None and self._horizon.steps <= found.steps):
+            return
+        self._horizon = found
+        self._runs = [
+            (place, with_values(run, found, known))
+            for (place, run), known in zip(self._runs, self._up_to, strict=True)
+        ]
+        self._estimates.clear()
 
     def gathering(self) -> Gathering:
         """What there is."""
         with self._lock:
-            runs = tuple(self._runs)
-        return Gathering(self._experiment, self._metric, runs, *self._range)
+            runs, horizon = tuple(self._runs), self._horizon
+        metric = self._metric.at(horizon.steps if horizon else None)
+        return Gathering(self._experiment, metric, runs, *self._range, horizon)
 
-    def curve(self, variant: int, axis: Axis) -> Curve:
-        """The curve of a variant with its interval; found anew only if runs have come."""
+    def width(self, axis: Axis, windows: Windows = "steps") -> int:
+        """Steps or trials of a window of the curves; arguments as :meth:`curve` has them."""
+        return self._widths[axis, windows if axis == "steps" else "trials"]
+
+    def curve(self, variant: int, axis: Axis, windows: Windows = "steps") -> Curve:
+        """The curve of a variant with its interval; found anew only if runs have come.
+
+        Args:
+            variant: its place in the experiment.
+            axis: what the curve is drawn against.
+            windows: what its windows are counted in, where that is steps.
+        """
+        windows = windows if axis == "steps" else "trials"
         with self._lock:
             log = self._logs[variant]
-            curves, joined = tuple(log.curves[axis]), tuple(log.joined)
-            known = self._curves.get((variant, axis))
+            curves, joined = tuple(log.curves[axis, windows]), tuple(log.joined)
+            ends = tuple(log.ends) if (axis, windows) == ("steps", "trials") else None
+            greedy = tuple(log.greedy)
+            known = self._curves.get((variant, axis, windows))
         if known is not None and known.n == len(curves):
             return known
-        band = estimates.band(curves, self._widths[axis], estimates.bootstrap_rng())
+        width, rng = self._widths[axis, windows], estimates.bootstrap_rng()
+        band = estimates.band(curves, width, rng, ends)
         moments = estimates.medians_of_all(joined)
         shared = [Moment(name, *at) for name, at in moments.items()]
-        found = Curve(variant, len(curves), band, shared)
+        every = self._experiment.greedy_every
+        thin = greedy_band(greedy, every, axis) if every else None
+        found = Curve(variant, len(curves), band, shared, thin)
         with self._lock:
-            self._curves[variant, axis] = found
+            self._curves[variant, axis, windows] = found
         return found
 
     def estimate(self, variant: int, metric: Metric | None = None) -> Estimate:
@@ -159,14 +216,18 @@ class Gatherer:
         is named."""
         column = (metric or self._metric).column
         with self._lock:
-            values = [values[column] for values in self._logs[variant].values]
+            horizon = self._horizon
+            runs = [self._runs[place][1] for place in self._logs[variant].places]
             known = self._estimates.get((variant, column))
+        values = [run.values[column] for run in runs]
         n = sum(not np.isnan(value) for value in values)
         if known is not None and known.n == n:
             return known
         found = estimates.mean(values, estimates.bootstrap_rng())
         with self._lock:
-            self._estimates[variant, column] = found
+            # What was compared elsewhere in the meantime is found anew.
+            if self._horizon == horizon:
+                self._estimates[variant, column] = found
         return found
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis
+from app.analysis.estimates import Axis, Band, Windows
 from app.analysis.passages import Passage
 from app.analysis.sweeps import BETWEEN, short_names
 from app.documents import experiments
@@ -22,6 +22,7 @@ from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
 from app.experiments.table import DamageError, UnreadableError, VersionError
 from app.metrics import GreedyCurve
+from app.results.horizon import Horizon, UpTo, common, is_measured, up_to, with_values
 from app.util.texts import as_text
 from learners import measures
 from sim.spec import WorldSpec
@@ -325,10 +326,14 @@ class Widths:
 
     steps: int
     trials: int
+    trials_by_steps: int = measures.CURVE_WINDOW_TRIALS
+    """Trials in a window of a curve that is drawn against steps."""
 
-    def of(self, axis: Axis) -> int:
-        """The width of a window on an axis."""
-        return self.steps if axis == "steps" else self.trials
+    def of(self, axis: Axis, windows: Windows = "steps") -> int:
+        """The width of a window, in what it is counted in."""
+        if axis == "trials":
+            return self.trials
+        return self.steps if windows == "steps" else self.trials_by_steps
 
 
 def widths_of(rows: Iterable[Record]) -> Widths:
@@ -339,6 +344,7 @@ def widths_of(rows: Iterable[Record]) -> Widths:
     return Widths(
         estimates.window_width(steps, measures.CURVE_WINDOW_STEPS),
         estimates.window_width(trials, _WIDEST_TRIALS),
+        estimates.window_width(trials, measures.CURVE_WINDOW_TRIALS),
     )
 
 
@@ -348,6 +354,11 @@ class Trace(NamedTuple):
     seed: int
     curves: Mapping[Axis, np.ndarray]
     """(window,) float64 each: mean reward per trial, NaN where no trial ended."""
+    by_trials: tuple[np.ndarray, np.ndarray]
+    """(window,) each: mean reward of windows of consecutive trials, and the step at which they
+    ended."""
+    greedy: GreedyCurve
+    up_to: UpTo
     quantities: Mapping[str, float]
     introductions: Mapping[str, tuple[int, int]]
     """Trial and step of each skill that joined after the start."""
@@ -380,7 +391,19 @@ def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
     }
     ended = log.outcome.size, int(log.steps.sum())
     met = ended if _is_met(log, run.origin.stop) else None
-    return Trace(run.seed, curves, measure(run, log), log.joined, ended, met)
+    width = widths.trials_by_steps
+    by_trials = estimates.windowed(log.reward, log.steps, width, "trials")
+    return Trace(
+        seed=run.seed,
+        curves=curves,
+        by_trials=(by_trials, estimates.window_ends(log.steps, width)),
+        greedy=log.greedy,
+        up_to=up_to(log.reward, log.steps, run.steps),
+        quantities=measure(run, log),
+        introductions=log.joined,
+        ended=ended,
+        met=met,
+    )
 
 
 def _is_met(log: Log, stop: Stop | None) -> bool:
@@ -410,6 +433,38 @@ class Reader:
         """What is kept of the logs of runs, without those that cannot be read."""
         found = (self._trace(run) for run in runs)
         return [trace for trace in found if trace is not None]
+
+    def band(self, runs: Iterable[Record], axis: Axis, windows: Windows = "steps") -> Band:
+        """The learning curve of runs, averaged, with its interval.
+
+        Args:
+            runs: of one learner.
+            axis: what it is drawn against.
+            windows: what its windows are counted in, where that is steps.
+        """
+        traces, rng = self.traces(runs), estimates.bootstrap_rng()
+        width = self.widths.of(axis, windows)
+        if axis == "steps" and windows == "trials":
+            curves, ends = ([trace.by_trials[part] for trace in traces] for part in (0, 1))
+            return estimates.band(curves, width, rng, ends)
+        return estimates.band([trace.curves[axis] for trace in traces], width, rng)
+
+    def at_horizon(self, runs: Iterable[Record]) -> tuple[list[Record], Horizon | None]:
+        """Runs with their values at the horizon that they have in common, and that horizon.
+
+        Logs are read where it is no run's own.
+        """
+        every = list(runs)
+        horizon = common(every)
+        if horizon is None:
+            return every, None
+        return [self._at(run, horizon) for run in every], horizon
+
+    def _at(self, run: Record, horizon: Horizon) -> Record:
+        if run.error or is_measured(run, horizon):
+            return run
+        trace = self._trace(run)
+        return with_values(run, horizon, None if trace is None else trace.up_to)
 
     def pictures(self, runs: Iterable[Record]) -> list[Pictures]:
         """Pictures of the value in the logs of runs, without those that cannot be read.

@@ -206,7 +206,7 @@ def test_a_run_without_trials_has_no_windows() -> None:
 
 def test_the_band_of_two_runs() -> None:
     band = estimates.band([np.array([0.0, 2.0]), np.array([4.0, 2.0])], 10, rng())
-    np.testing.assert_array_equal(band.middle, [5.0, 15.0])
+    np.testing.assert_array_equal(band.at, [5.0, 15.0])
     np.testing.assert_array_equal(band.mean, [2.0, 2.0])
     np.testing.assert_array_equal(band.low, [0.0, 2.0])
     np.testing.assert_array_equal(band.high, [4.0, 2.0])

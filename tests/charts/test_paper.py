@@ -315,7 +315,7 @@ def test_a_curve_and_its_marks_lie_where_their_numbers_are() -> None:
     (mark,) = (drawn.get_xdata() for drawn in axes.lines if drawn.is_dashed())
     assert list(mark) == pytest.approx([0.25, 0.25])
     (shade,) = (area.get_paths()[0].vertices for area in axes.collections)
-    for x, low, high in zip(band.middle * 1e-6, band.low, band.high, strict=True):
+    for x, low, high in zip(band.at * 1e-6, band.low, band.high, strict=True):
         at = np.asarray(shade)[np.isclose(np.asarray(shade)[:, 0], x), 1]
         assert (at.min(), at.max()) == (low, high)
     assert axes.get_xlabel() == "simulation steps (millions)"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from app.analysis.estimates import Axis, Band, Estimate
+from app.analysis.estimates import Axis, Band, Estimate, Windows
 from app.charts import live
 from app.charts.live import LiveChart
 from app.charts.page.svg import Frame
@@ -45,7 +45,11 @@ class Averages:
         """The mean of a variant."""
         return self._found[place]
 
-    def curve(self, place: int, axis: Axis) -> Curve:
+    def width(self, axis: Axis, windows: Windows = "steps") -> int:
+        """Of a window."""
+        return 500
+
+    def curve(self, place: int, axis: Axis, windows: Windows = "steps") -> Curve:
         """The curve of a variant; empty unless there is one."""
         return self._curves.get(place, Curve(place, 0, NO_BAND, ()))
 

@@ -4,6 +4,7 @@ Pure functions. Every link calls the lab with words: ``variant/PLACE`` chooses a
 ``open/KEY`` opens a run, the others are those of :func:`app.charts.view.answer`.
 """
 
+from app.analysis.estimates import WINDOWS
 from app.charts import live, variants
 from app.charts.model import Curves, Dots, Plane
 from app.charts.page.colours import FAILED, LINK, style_sheet
@@ -58,7 +59,7 @@ def results_html(
         size: of the page's panel.
     """
     gathering, what = live.looked_at(gathering, view)
-    parts = [_choices(gathering, view, address)]
+    parts = [_choices(gatherer, gathering, view, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
     else:
@@ -91,7 +92,7 @@ def _chart(
             return points_html(chart, frame)
 
 
-def _choices(gathering: Gathering, view: View, address: Address) -> str:
+def _choices(gatherer: Gatherer, gathering: Gathering, view: View, address: Address) -> str:
     experiment = gathering.experiment
     names: dict[str, str] = {"curves": "Curves", "runs": "Runs"}
     sweep = variants.swept(experiment)
@@ -101,8 +102,12 @@ def _choices(gathering: Gathering, view: View, address: Address) -> str:
     if view.chart == "curves":
         axes = {"steps": "steps", "trials": "trials"}
         parts.append(f"<span>against {_choice('axis', axes, view.axis, address)}</span>")
+        if view.axis == "steps":
+            widths = {each: f"{gatherer.width('steps', each):,} {each}" for each in WINDOWS}
+            choice = _choice("windows", widths, view.windows, address)
+            parts.append(f"<span>in windows of {choice}</span>")
     else:
-        metrics = [live.called(metric, experiment) for metric in charted(experiment)]
+        metrics = [live.called(metric, gathering) for metric in charted(gathering)]
         shown = {m.column: m.in_table.title if m.in_table else m.title for m in metrics}
         if len(shown) > 1:
             parts.append(

@@ -49,7 +49,7 @@ def _heads(gathering: Gathering, width: float) -> Sequence[_Head]:
             lambda run: shown_number(run.values[charted.column], "#.4g"),
         ),
     ]
-    metrics = [_head_of(metric, gathering) for metric in tabled(gathering.experiment)]
+    metrics = [_head_of(metric, gathering) for metric in tabled(gathering)]
     digest = "of the learned tables: equal ones learned the same"
     last = [
         _Head(
@@ -80,7 +80,7 @@ def _rank(head: _Head) -> int:
 
 
 def _head_of(metric: Metric, gathering: Gathering) -> _Head:
-    shown = called(metric, gathering.experiment).in_table
+    shown = called(metric, gathering).in_table
     assert shown is not None
     column, text = metric.column, shown.text
     value = _value_of(column)

@@ -39,11 +39,14 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
         band, style = line.band, line.style
         if not band.mean.size:
             continue
-        x = band.middle * scale
+        x = band.at * scale
         _draw_mean(axes, style, x[: line.n_whole], band.mean[: line.n_whole], 1)
         rest = slice(max(line.n_whole - 1, 0), None)
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
         axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
+        if line.greedy is not None:
+            at, mean = line.greedy.at * scale, line.greedy.mean
+            axes.plot(at, mean, ".-", color=style.colour, linewidth=0.6, markersize=2.5, zorder=2)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
     axes.set_xlim(left=0)
     axes.margins(x=0.02)

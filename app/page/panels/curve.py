@@ -1,10 +1,11 @@
 """The learning curve beside the board: its points, its axes, and the names of its marks."""
 
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
 from viser import uplot
 
+from app.analysis.estimates import WINDOWS, Windows
 from app.charts.page.svg import Address, link
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
 from app.metrics import GREEDY_HUNTS, GreedyCurve
@@ -26,10 +27,6 @@ from learners.commands import (
     SetParameter,
     StopExploring,
 )
-
-Windows = Literal["steps", "trials"]
-"""Over what the learning curve averages: so many steps, or so many trials in a row."""
-WINDOWS: Final[tuple[Windows, ...]] = get_args(Windows)
 
 _THICK, _THIN, _DOT = 2.0, 1.0, 4.0
 """Width of the learning curve and of the greedy one in pixels, and of the dots of the latter."""

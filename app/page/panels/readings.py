@@ -11,6 +11,7 @@ import numpy as np
 import viser
 from viser import uplot
 
+from app.analysis.estimates import WINDOWS, Windows
 from app.charts.page.svg import frame_html
 from app.explain import sentence
 from app.live.session import Status
@@ -19,7 +20,6 @@ from app.metrics import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.page import keys
 from app.page.inbox import Inbox, Intent
 from app.page.panels import curve
-from app.page.panels.curve import WINDOWS, Windows
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.page.widgets import Choice, assign
 from app.picture.layer import Extras, Layer
