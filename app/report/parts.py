@@ -11,7 +11,7 @@ from app.charts.model import Curves, Panel
 from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.metrics import Metric
-from app.report.document import Page, details, minor
+from app.report.document import Page, View, minor, switch
 from app.results.read import Group, Reader, Widths
 from app.util.html import Markup, element, joined
 from app.words.numbers import NONE, counted, in_short
@@ -61,6 +61,8 @@ class Shown(NamedTuple):
     swept: Sequence[Metric]
     """What maps and points are of, ``first`` included."""
     every: Sequence[Metric]
+    horizon: int | None = None
+    """Steps at which all runs were measured as well; None where they have none in common."""
 
 
 # --- Curves --------------------------------------------------------------------------------------
@@ -101,7 +103,8 @@ def curve_pictures(
 
     by_steps = picture("steps", name, caption)
     by_trials = picture("trials", f"{name}_trials", f"{caption}, against trials")
-    return joined([by_steps, details("The same against trials", by_trials)])
+    views = [View("against steps", by_steps), View("against trials", by_trials)]
+    return switch(name, caption, views)
 
 
 def bars_note(shown: Iterable[Estimate]) -> str:

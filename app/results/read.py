@@ -53,6 +53,8 @@ class Folder:
     """A folder of results."""
 
     path: Path
+    name: str
+    """Of the experiment."""
     rows: Sequence[Record]
     lost: Sequence[Record]
     """Runs that count as missing, since their arrays are damaged or gone; not among the rows."""
@@ -113,6 +115,7 @@ def read_folder(path: Path) -> Folder:
         labels = _names_in(about, "variants")
         seeds = _seeds_in(about)
         command, description = _command_of(path, about), str(about["description"])
+        name = str(about["name"])
         planned = sum(len(seeds.own.get(label, seeds.every)) for label in labels)
     except VersionError as error:
         raise ResultsError(
@@ -133,6 +136,7 @@ def read_folder(path: Path) -> Folder:
     lost = {row.key for row in rows if not row.error and not _has_arrays(row)}
     return Folder(
         path=path,
+        name=name,
         rows=_in_order(labels, (row for row in rows if row.key not in lost)),
         lost=_in_order(labels, (row for row in rows if row.key in lost)),
         command=command,

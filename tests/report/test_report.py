@@ -158,7 +158,7 @@ def test_a_run_that_may_have_ended_early_is_no_copy_of_one_that_may_not(tmp_path
     assert "Findings" not in text
     assert f"may have ended the runs in {limited} early" in text
     text = text_of(page_of(limited, whole))
-    assert "4 runs over 1 seed," in text
+    assert "4 runs over 1 seed ·" in text
     assert "Figure 4.1" in text
     assert {row["n"] for row in rows_of(limited, "figure_4_1") if row["reward"]} == {"1"}
 
@@ -492,8 +492,8 @@ def test_variants_of_many_settings_have_short_names_and_it_is_said_what_they_are
     assert names[0] == "0.05 / 1 / 0.9, 300"
     assert len({*names}) == 18
     what = " / ".join((*KEYS[:2], f"{KEYS[2]}, {KEYS[3]}"))
-    # With the differences, the curves and the scalars.
-    assert text_of(page).count(f"named by their values of {what}, in this order.") == 3
+    # With the differences, both views of the curves, and the scalars.
+    assert text_of(page).count(f"named by their values of {what}, in this order.") == 4
     assert "final reward: difference to 0.05 / 1 / 0.9, 300 [95 %]" in text_of(page)
 
 

@@ -33,7 +33,10 @@ class _Head(NamedTuple):
 
 _LEAST_LABEL_PX: Final = 120
 """For the name of a variant, before there are further columns."""
-_FIRST: Final = ("final_greedy", "steps_to_70", "horizon_area", "final_success", "horizon_reward")
+_FIRST: Final = (
+    *("final_reward", "final_greedy", "steps_to_70", "final_success"),
+    *("horizon_reward", "horizon_area"),
+)
 """Columns that are there where not all have room, the foremost first."""
 
 

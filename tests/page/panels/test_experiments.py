@@ -58,7 +58,7 @@ def test_what_was_done_by_hand_is_run_beside_the_preset_on_the_same_seeds() -> N
     run.apply(Explore("circle_clockwise", 100, 0.5))
     run.advance(until_trial=80)
     experiment = session_experiment(moment(run, 'mein "Räuber" 🐈'), 30)
-    mine, former = experiment.variants
+    former, mine = experiment.variants
     assert mine.spec == carried.preset_of(moment(run, "timed"))[0]
     assert mine.spec.schedule.introduced_at("circle_clockwise") == 50
     assert former.spec == spec
