@@ -76,7 +76,8 @@ class InTable(NamedTuple):
     width: int
     """In pixels."""
     text: Callable[[float], str]
-    """Of a value: NaN where there is none."""
+    """Of a value: NaN where there is none; of a milestone, the steps at which it was reached, or at
+    which the run ended before."""
 
 
 class Metric(NamedTuple):

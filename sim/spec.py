@@ -107,6 +107,15 @@ class WorldSpec(Spec):
         )
 
     @property
+    def shares_sensors(self) -> bool:
+        """Whether skills tell apart what the selection does."""
+        of_skills = self.of_skills
+        return (of_skills.n_directions, of_skills.n_distances) == (
+            self.n_directions,
+            self.n_distances,
+        )
+
+    @property
     def n_readings(self) -> int:
         """Distinct readings of direction and distance."""
         return self.n_directions * self.n_distances

@@ -107,10 +107,10 @@ def compile_world(spec: WorldSpec) -> World:
 
 
 def _skill_states(spec: WorldSpec) -> np.ndarray | None:
-    of_skills = spec.of_skills
-    if (of_skills.n_distances, of_skills.n_directions) == (spec.n_distances, spec.n_directions):
+    if spec.shares_sensors:
         return None
-    return np.pad(geometry.readings(of_skills), 1, mode="edge").astype(np.uint32).ravel()
+    readings = geometry.readings(spec.of_skills)
+    return np.pad(readings, 1, mode="edge").astype(np.uint32).ravel()
 
 
 def board_xy(world: World, cell: int) -> tuple[int, int]:

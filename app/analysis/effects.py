@@ -301,4 +301,5 @@ def _resampled(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     squares = (matrix[:, :, np.newaxis] * matrix[:, np.newaxis, :]).reshape(n, -1)
     left = (counts @ squares).reshape(-1, n_columns, n_columns) + _RIDGE * n * np.eye(n_columns)
     right = counts @ (matrix * values[:, np.newaxis])
-    return np.linalg.solve(left, right[:, :, np.newaxis])[:, :, 0]
+    found: np.ndarray = np.linalg.solve(left, right[:, :, np.newaxis])
+    return found[:, :, 0]

@@ -234,7 +234,7 @@ def pairing(groups: Sequence[Collection[int]]) -> list[int]:
     Args:
         groups: seeds of the runs of each.
     """
-    shared = sorted(set.intersection(*(set(group) for group in groups)))
+    shared = [seed for seed in sorted(groups[0]) if all(seed in group for group in groups)]
     fewest = max(2.0, LEAST_PAIRED * max(map(len, groups)))
     return shared if len(shared) >= fewest else []
 
@@ -350,13 +350,12 @@ def improvement(scores: np.ndarray, rng: np.random.Generator) -> Estimate:
         def mean(first: np.ndarray, second: np.ndarray, axis: int) -> Any:
             del axis  # Always the last one.
             mine, theirs = (
-                _times_drawn(rows, size)
-                for rows, size in zip((first, second), scores.shape, strict=True)
+                _times_drawn(drawn, size)
+                for drawn, size in zip((first, second), scores.shape, strict=True)
             )
             return np.einsum("...i,ij,...j->...", mine, scores, theirs) / scores.size
 
-        rows = [np.arange(size) for size in scores.shape]
-        low, high = _interval(rows, mean, rng)
+        low, high = _interval([*map(np.arange, scores.shape)], mean, rng)
     return Estimate(value, float(low), float(high), n)
 
 

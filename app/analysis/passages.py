@@ -10,7 +10,7 @@ the interval of the median is where this band crosses one half (Brookmeyer and C
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -80,13 +80,14 @@ def arrivals(passages: Sequence[Passage]) -> Arrivals:
     """The Kaplan-Meier estimate of the share of runs that have got somewhere, with its interval."""
     from scipy import stats
 
+    survival: Any = stats  # Its types do not know of censored data.
     steps = np.asarray([passage.steps for passage in passages], np.float64)
     censored = np.asarray([passage.censored for passage in passages], np.bool_)
     ended = np.sort(steps[censored])
     if censored.all():
         nothing = np.zeros(0)
         return Arrivals(nothing, nothing, nothing, nothing, ended, steps.size)
-    still = stats.ecdf(stats.CensoredData.right_censored(steps, censored)).sf
+    still = survival.ecdf(survival.CensoredData.right_censored(steps, censored)).sf
     events = np.isin(still.quantiles, steps[~censored])
     # Where all runs have got there, or none, there is no interval, and NaN says so.
     warnings.filterwarnings("ignore", "The confidence interval is undefined", RuntimeWarning)

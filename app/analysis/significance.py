@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from app.analysis.estimates import Contrast
 
@@ -18,7 +19,8 @@ def one_sided(effect: Contrast, bound: float) -> tuple[float, float]:
     if error == 0:  # All runs say the same.
         return float(excess <= 0), float(excess >= 0)
     t = excess / error
-    return float(stats.t.sf(t, effect.freedom)), float(stats.t.cdf(t, effect.freedom))
+    student: Any = stats.t
+    return float(student.sf(t, effect.freedom)), float(student.cdf(t, effect.freedom))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

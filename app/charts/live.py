@@ -10,6 +10,7 @@ import numpy as np
 from app.analysis.estimates import Estimate
 from app.analysis.sweeps import Sweep
 from app.charts import variants
+from app.charts.greedy import averaged
 from app.charts.model import (
     Choice,
     Curves,
@@ -104,7 +105,15 @@ def _curves(gatherer: Gatherer, gathering: Gathering, view: View) -> Curves:
             for moment in found.joined
         ]
         lines.append(
-            Line(every[place].label, found.band, style, found.n, marks, place, found.greedy)
+            Line(
+                every[place].label,
+                found.band,
+                style,
+                found.n,
+                marks,
+                place,
+                averaged(found.greedy, axis),
+            )
         )
     ends = gathering.low, gathering.high
     return Curves(axis, [Panel(gathering.experiment.name, lines)], ends)

@@ -21,6 +21,7 @@ import numpy as np
 from app.analysis.axles import Axle
 from app.analysis.effects import Analysis
 from app.analysis.estimates import Axis, Band, Estimate
+from app.analysis.passages import Arrivals
 from app.analysis.sweeps import Place
 from app.charts.styles import Style
 from learners.measures import FoldedValue
@@ -47,6 +48,15 @@ class Mark(NamedTuple):
     label: str
 
 
+class Greedy(NamedTuple):
+    """A curve of greedy reward, averaged over runs."""
+
+    at: np.ndarray
+    """(point,) float64: steps or trials."""
+    reward: np.ndarray
+    """(point,) float64: mean per hunt."""
+
+
 class Line(NamedTuple):
     """A curve with its name."""
 
@@ -58,8 +68,8 @@ class Line(NamedTuple):
     marks: Sequence[Mark] = ()
     place: int = 0
     """Of its variant in the experiment, which a click chooses."""
-    greedy: Band | None = None
-    """Greedy reward in the course of the same runs, a thin curve; None where there is none."""
+    greedy: Greedy | None = None
+    """If it was measured on the way."""
 
     @property
     def n_whole(self) -> int:
@@ -106,11 +116,15 @@ class Curves(NamedTuple):
         ]
         for panel in self.panels:
             for line in panel.lines:
-                named = {line.label: line.band, f"{line.label}: greedy": line.greedy}
-                for label, band in named.items():
-                    if band is not None:
-                        columns = (column.tolist() for column in band.columns)
-                        rows += [[panel.title, label, *row] for row in zip(*columns, strict=True)]
+                columns = (column.tolist() for column in line.band.columns)
+                rows += [
+                    [panel.title, line.label, start, end, mean, low, high, n]
+                    for start, end, mean, low, high, n in zip(*columns, strict=True)
+                ]
+                if line.greedy is not None:
+                    points = zip(line.greedy.at.tolist(), line.greedy.reward.tolist(), strict=True)
+                    name = f"{line.label}: greedy"
+                    rows += [[panel.title, name, at, at, reward] for at, reward in points]
                 rows += [
                     [panel.title, f"{line.label}: introduction of {mark.label}", mark.at, mark.at]
                     for mark in line.marks
@@ -132,6 +146,66 @@ def levels(places: Sequence[float], room: float) -> list[int]:
         following = place
         found.insert(0, level)
     return found
+
+
+# --- Arrivals ------------------------------------------------------------------------------------
+
+
+class ArrivalLine(NamedTuple):
+    """The share of runs that have got somewhere, with its name."""
+
+    label: str
+    arrivals: Arrivals
+    style: Style
+
+
+class ArrivalPanel(NamedTuple):
+    """Lines on how soon the same thing was reached."""
+
+    title: str
+    lines: Sequence[ArrivalLine]
+
+
+class Arriving(NamedTuple):
+    """Shares of runs that have got somewhere, against steps: a panel for each thing reached.
+
+    Lines are steps, each from the steps at which a run gets there to those of the next one, up to
+    the last of which anything is known; ticks on them are runs that ended before they got there.
+    """
+
+    panels: Sequence[ArrivalPanel]
+
+    @property
+    def counts(self) -> Mapping[tuple[str, Style], str]:
+        """How many runs each line is of, by its name and how it looks."""
+        found: dict[tuple[str, Style], set[int]] = {}
+        for panel in self.panels:
+            for line in panel.lines:
+                found.setdefault((line.label, line.style), set()).add(line.arrivals.n)
+        return {
+            name: f"n = {min(n)}" if len(n) == 1 else f"n = {min(n)}–{max(n)}"
+            for name, n in found.items()
+        }
+
+    @property
+    def numbers(self) -> Rows:
+        """All steps of all lines, then the runs that ended before; of these there is no share."""
+        rows: Rows = [["panel", "line", "steps", "share", "low", "high", "n"]]
+        for panel in self.panels:
+            for line in panel.lines:
+                found = line.arrivals
+                columns = (
+                    part.tolist() for part in (found.steps, found.share, found.low, found.high)
+                )
+                rows += [
+                    [panel.title, line.label, *numbers, found.n]
+                    for numbers in zip(*columns, strict=True)
+                ]
+                rows += [
+                    [panel.title, f"{line.label}: ended before", steps]
+                    for steps in found.censored.tolist()
+                ]
+        return rows
 
 
 # --- Dots ----------------------------------------------------------------------------------------
@@ -411,4 +485,6 @@ class Schedules(NamedTuple):
         return rows
 
 
-Chart = Curves | Dots | Plane | Points | Effects | Trends | Shares | ValueMaps | Schedules
+Chart = (
+    Curves | Arriving | Dots | Plane | Points | Effects | Trends | Shares | ValueMaps | Schedules
+)

@@ -36,7 +36,9 @@ def line_of(
     """
     traces = reader.traces(runs)
     found = reader.band(runs, axis, windows)
-    return Line(label, found, style, len(traces), _marks(traces, axis))
+    marks = _marks(traces, axis)
+    greedy = averaged([trace.greedy for trace in traces], axis)
+    return Line(label, found, style, len(traces), marks, greedy=greedy)
 
 
 def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:

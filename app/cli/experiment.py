@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "pounce experiment figure_4_1",
-    "pounce experiment timing_circle_avoid --seeds 10 --dry-run",
+    "pounce experiment timing_plane --seeds 3 --dry-run",
     "pounce experiment my-experiment.yaml --out results --resume",
     "pounce experiment figure_4_2 --cluster tcp://HOST:8786",
 )

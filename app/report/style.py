@@ -28,7 +28,7 @@ p, figcaption, ul.plain { max-width: 52rem; overflow-wrap: anywhere; }
 .tally .holds { border-color: var(--good); } .tally .fails { border-color: var(--bad); }
 .contents { font-size: .92rem; margin-top: 1.2rem; }
 .contents h2 { font-size: 1rem; margin: 0 0 .3rem; padding: 0; border: 0; }
-.contents ol { margin: 0; padding-left: 1.5rem; columns: 18rem; }
+.contents ol { margin: 0; padding-left: 2rem; columns: 18rem; }
 .contents li { margin: .15rem 0; break-inside: avoid; overflow-wrap: anywhere; }
 @media (min-width: 72rem) {
   .paper { grid-template-columns: 15rem minmax(0, 1fr); column-gap: 2.6rem; }
@@ -86,7 +86,7 @@ summary { cursor: pointer; margin: .6rem 0; color: var(--accent); }
   th, td, tbody th { white-space: normal; min-width: 0; padding-right: .4rem; }
   .words, .few { min-width: 0; max-width: none; }
   th:first-child { overflow-wrap: anywhere; min-width: 5rem; }
-  figure svg, figure svg.wide { width: auto; max-width: 100%; }
+  figure svg, figure svg.wide { width: auto; max-width: 100%; max-height: 95mm; }
   tr, figure, .tally li, .headline { break-inside: avoid; }
   h2, h3, summary, thead { break-after: avoid; } a { color: inherit; }
   .tally li, pre { border: 1px solid var(--line); }

@@ -18,7 +18,6 @@ from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
 from app.experiments.record import Record
 from app.metrics import GreedyCurve, Metric, shown_first
-from app.results.greedy import greedy_band
 from app.results.horizon import Horizon, UpTo, of_shortest, up_to, with_values
 from learners import measures
 from learners.spec import RunSpec
@@ -50,8 +49,8 @@ class Curve(NamedTuple):
     band: Band
     joined: Sequence[Moment]
     """Skills that joined after the start, in all of its runs."""
-    greedy: Band | None = None
-    """Its greedy reward at some of its trials; None where that was not measured."""
+    greedy: Sequence[GreedyCurve] = ()
+    """Of each of its runs."""
 
 
 @dataclass(frozen=True)
@@ -204,9 +203,7 @@ class Gatherer:
         band = estimates.band(curves, width, rng, ends)
         moments = estimates.medians_of_all(joined)
         shared = [Moment(name, *at) for name, at in moments.items()]
-        every = self._experiment.greedy_every
-        thin = greedy_band(greedy, every, axis) if every else None
-        found = Curve(variant, len(curves), band, shared, thin)
+        found = Curve(variant, len(curves), band, shared, greedy)
         with self._lock:
             self._curves[variant, axis, windows] = found
         return found

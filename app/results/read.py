@@ -87,12 +87,22 @@ class Group:
 
     def passages(self, column: str) -> dict[int, Passage]:
         """After how many steps something was reached, by each run of which it was measured."""
-        found = ((run, run.values[column]) for run in self.runs)
-        return {
-            run.seed: Passage(at if math.isfinite(at) else run.steps, not math.isfinite(at))
-            for run, at in found
-            if not math.isnan(at)
-        }
+        return passages_of(self.runs, column)
+
+
+def passages_of(runs: Iterable[Record], column: str) -> dict[int, Passage]:
+    """After how many steps runs reached something, by seed, if it was measured of them.
+
+    Args:
+        runs: of different seeds.
+        column: a milestone.
+    """
+    found = ((run, run.values[column]) for run in runs)
+    return {
+        run.seed: Passage(at if math.isfinite(at) else run.steps, not math.isfinite(at))
+        for run, at in found
+        if not math.isnan(at)
+    }
 
 
 def read_folder(path: Path) -> Folder:

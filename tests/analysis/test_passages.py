@@ -112,8 +112,8 @@ def test_the_interval_of_the_median_covers_it() -> None:
 # --- Two groups ----------------------------------------------------------------------------------
 
 
-def compared(*groups: dict[int, Passage]) -> estimates.Comparison:
-    return later(*groups, estimates.bootstrap_rng())
+def compared(first: dict[int, Passage], second: dict[int, Passage]) -> estimates.Comparison:
+    return later(first, second, estimates.bootstrap_rng())
 
 
 def test_of_two_runs_the_one_that_is_known_to_take_more_is_later() -> None:

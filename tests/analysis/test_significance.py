@@ -1,12 +1,12 @@
 """Tests against a bound, and their correction for being many."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 
 from app.analysis import estimates, significance
 
@@ -18,10 +18,14 @@ def of_one_group(values: list[float]) -> estimates.Contrast:
 
 
 def test_they_are_those_of_a_t_test() -> None:
+    from scipy import stats
+
+    scipy: Any = stats
+    test = scipy.ttest_1samp
     values = np.random.default_rng(8).normal(1, 2, size=12)
     more, less = significance.one_sided(of_one_group(values.tolist()), 0.5)
-    assert more == pytest.approx(stats.ttest_1samp(values, 0.5, alternative="greater").pvalue)
-    assert less == pytest.approx(stats.ttest_1samp(values, 0.5, alternative="less").pvalue)
+    assert more == pytest.approx(test(values, 0.5, alternative="greater").pvalue)
+    assert less == pytest.approx(test(values, 0.5, alternative="less").pvalue)
 
 
 def test_runs_that_all_say_the_same_are_certain() -> None:

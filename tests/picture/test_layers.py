@@ -927,6 +927,14 @@ WORLDS = {
     "no rewards": ("world.capture_reward=0", "world.flight_reward=0"),
     "turned about": ("world.capture_reward=-5", "world.flight_reward=3"),
     "short-sighted": ("learner.gamma=0",),
+    "skills that see finer": (
+        "world.n_directions=8",
+        "world.n_distances=6",
+        "world.skill_n_directions=24",
+        "world.skill_n_distances=18",
+    ),
+    "skills that see coarser": ("world.skill_n_distances=2", "world.ring_exponent=1"),
+    "binary local rewards": ("learner.local_rewards=binary", "world.size=30"),
 }
 LOOKS = [
     {"theme": theme, "frame": frame, "scale": scale, "fitted": fitted, "surface": fitted}

@@ -321,7 +321,7 @@ def test_skills_have_the_sensors_that_are_stated_and_otherwise_those_of_the_sele
         read = skill_state_of(world.skill_states, U(cell), U(by_selection[cell]))
         assert read == by_skills[cell]
     same = (alone.n_directions, alone.n_distances) == (16, 11)
-    assert (world.skill_states is None) == same
+    assert (world.skill_states is None) == spec.shares_sensors == same
 
 
 def test_the_standard_world_has_3456_states_and_432_skill_states() -> None:

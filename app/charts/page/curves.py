@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.analysis.estimates import Axis, Band
+from app.analysis.estimates import Axis
 from app.charts.model import AXIS_UNITS, Curves, Line, Mark, clear_marks, levels
 from app.charts.page import svg
 from app.charts.page.colours import colour_of
@@ -88,7 +88,8 @@ def _plot_of(chart: Curves, there: Sequence[Line], marks: Sequence[Mark], frame:
     factor, _ = AXIS_UNITS[chart.axis]
     end = max((float(line.band.end[-1]) for line in there), default=0.0) * factor or 1.0
     heights = levels([mark.at * factor / end * width for mark in marks], _NAME_ROOM_PX)
-    means = [band.mean for line in there for band in (line.band, line.greedy) if band is not None]
+    means = [line.band.mean for line in there]
+    means += [line.greedy.reward for line in there if line.greedy is not None]
     numbers = [*(chart.ends or ()), *(value for mean in means for value in _finite(mean))]
     low, high = min(numbers, default=0.0), max(numbers, default=0.0)
     if low == high:
@@ -176,7 +177,7 @@ def _curve(line: Line, look: _Look, plot: _Plot) -> str:
     band = line.band
     if not band.mean.size:
         return ""
-    across, up = _across(band, plot), [_up(v, plot) for v in (band.mean, band.low, band.high)]
+    across, up = _across(band.at, plot), [_up(v, plot) for v in (band.mean, band.low, band.high)]
     first, rest = slice(0, line.n_whole), slice(max(line.n_whole - 1, 0), None)
     parts: list[str] = []
     if look.has_band:
@@ -204,7 +205,7 @@ def _greedy_curve(line: Line, look: _Look, plot: _Plot) -> str:
     if line.greedy is None or not look.has_band:
         return ""
     is_inside = line.greedy.at * plot.factor <= plot.x.high
-    x, y = _across(line.greedy, plot)[is_inside], _up(line.greedy.mean, plot)[is_inside]
+    x, y = _across(line.greedy.at, plot)[is_inside], _up(line.greedy.reward, plot)[is_inside]
     path = _line_path(x, y)
     if not path:
         return ""
@@ -216,8 +217,8 @@ def _greedy_curve(line: Line, look: _Look, plot: _Plot) -> str:
     )
 
 
-def _across(band: Band, plot: _Plot) -> np.ndarray:
-    return plot.x.start + band.at * plot.factor / plot.x.high * (plot.x.end - plot.x.start)
+def _across(at: np.ndarray, plot: _Plot) -> np.ndarray:
+    return plot.x.start + at * plot.factor / plot.x.high * (plot.x.end - plot.x.start)
 
 
 def _up(values: np.ndarray, plot: _Plot) -> np.ndarray:

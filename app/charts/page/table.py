@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
+from app.analysis.passages import arrivals
 from app.charts.live import called
 from app.charts.page.svg import Address, link
 from app.charts.view import Size, View, listed, n_pages, tabled
@@ -12,6 +14,7 @@ from app.charts.wording import short_label
 from app.experiments.record import Record
 from app.metrics import Metric
 from app.results.gather import Gathering, PlacedRun
+from app.results.read import passages_of
 from app.util.html import escaped
 from app.words.numbers import NONE, shown_number
 
@@ -86,28 +89,42 @@ def _head_of(metric: Metric, gathering: Gathering) -> _Head:
     shown = called(metric, gathering).in_table
     assert shown is not None
     column, text = metric.column, shown.text
-    value = _value_of(column)
-    if metric.kind != "milestone":
-        return _Head(
-            column, shown.title, shown.hint, shown.width, value, lambda run: text(value(run))
-        )
-    # What was not reached by the end of a run may be reached later.
-    hint = f"{shown.hint}; > where it was not by the end of the run"
-    return _Head(
-        *(column, shown.title, hint, shown.width),
-        value,
-        lambda run: f"&gt;{text(run.steps)}" if math.isinf(value(run)) else text(value(run)),
-    )
+    value: Callable[[Record], Any] = _value_of(column)
+    if metric.kind == "milestone":
+        value, text = _passage_of(column), partial(_passage_text, text)
+    return _Head(column, shown.title, shown.hint, shown.width, value, lambda run: text(value(run)))
 
 
 def _value_of(column: str) -> Callable[[Record], float]:
     return lambda run: run.values[column]
 
 
+def _passage_of(column: str) -> Callable[[Record], Any]:
+    """Whether a run ended before it got somewhere, and its steps there: in this order they sort."""
+
+    def value(run: Record) -> tuple[bool, float] | float:
+        passage = passages_of([run], column).get(run.seed)
+        return math.nan if passage is None else (passage.censored, passage.steps)
+
+    return value
+
+
+def _passage_text(text: Callable[[float], str], value: tuple[bool, float] | float) -> str:
+    """Steps until something was reached; of a run that ended before, that it takes more."""
+    if not isinstance(value, tuple):
+        return text(value)
+    censored, steps = value
+    return f"{_MORE_THAN if censored else ''}{text(steps)}"
+
+
 def _seconds(value: float) -> str:
     return NONE if math.isnan(value) else f"{value:.1f}"
 
 
+_MORE_THAN = "&gt;\N{NO-BREAK SPACE}"
+_MOST_MEDIANS = 8
+"""Variants whose medians are told."""
+_MEDIAN_CHARACTERS = 40
 _MOST_STRETCH = 1.5
 """Of columns in a wide table."""
 
@@ -132,8 +149,34 @@ def table_html(gathering: Gathering, view: View, address: Address, size: Size) -
     return (
         f'<div class="bar"><b>Runs</b>{_pager(len(shown), page, address, size.rows)}</div>'
         f'<table><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
-        f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>"
+        f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>{_medians(gathering)}"
     )
+
+
+def _medians(gathering: Gathering) -> str:
+    """Medians of the steps until something was reached, of variants that are not too many."""
+    every = gathering.experiment.variants
+    if len(every) > _MOST_MEDIANS:
+        return ""
+    told: list[str] = []
+    for metric in tabled(gathering):
+        if metric.kind != "milestone" or metric.in_table is None:
+            continue
+        medians: list[str] = []
+        for place, variant in enumerate(every):
+            runs = [run for at, run in gathering.runs if at == place and not run.error]
+            found = arrivals([*passages_of(runs, metric.column).values()])
+            if found.n:
+                beyond = math.isinf(found.median.value)
+                steps = metric.in_table.text(found.last if beyond else found.median.value)
+                name = escaped(short_label(variant.label, _MEDIAN_CHARACTERS))
+                medians.append(f"{name} {_MORE_THAN if beyond else ''}{steps}")
+        if medians:
+            told.append(
+                f"<p>Median {escaped(metric.in_table.title)}, runs that ended before counted until"
+                f" then: {'; '.join(medians)}.</p>"
+            )
+    return "".join(told)
 
 
 def _in_order(runs: Sequence[PlacedRun], view: View, heads: Sequence[_Head]) -> Sequence[PlacedRun]:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _LEGEND_CHARACTERS = 46
 _FAINT = 0.5
+_GREEDY_WIDTH = 0.9
 _MARGIN = 1.02
 """Of the axis, by the end of what goes on longest."""
 _NAME_ROOM = 0.24
@@ -50,10 +51,16 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
         _draw_mean(axes, style, x[: line.n_whole], band.mean[: line.n_whole], 1)
         rest = slice(max(line.n_whole - 1, 0), None)
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
-        axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
         if line.greedy is not None:
-            at, mean = line.greedy.at * scale, line.greedy.mean
-            axes.plot(at, mean, ".-", color=style.colour, linewidth=0.6, markersize=2.5, zorder=2)
+            axes.plot(
+                line.greedy.at * scale,
+                line.greedy.reward,
+                color=style.colour,
+                linewidth=_GREEDY_WIDTH,
+                linestyle=(0, (1, 1.5)),
+                zorder=2.5,
+            )
+        axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
     axes.set_xlabel(label)
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from app.charts.model import (
+    Arriving,
     Chart,
     Curves,
     Dots,
@@ -23,6 +24,7 @@ from app.charts.model import (
     Shares,
     Trends,
 )
+from app.charts.paper.arrivals import arrivals_figure
 from app.charts.paper.curves import curves_figure
 from app.charts.paper.designs import shares_figure, trends_figure
 from app.charts.paper.dots import dots_figure
@@ -99,6 +101,8 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
     match chart:
         case Curves():
             figure = curves_figure(chart, small_print)
+        case Arriving():
+            figure = arrivals_figure(chart, small_print)
         case Dots():
             figure = dots_figure(chart, small_print)
         case Plane():

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from app.analysis import estimates
 from app.analysis.axles import grouped
-from app.analysis.estimates import Axis, bootstrap_rng
+from app.analysis.estimates import Axis, Windows, bootstrap_rng
 from app.analysis.passages import Passage, later
 from app.analysis.sweeps import differing
 from app.charts.model import Dot, Dots, Panel, with_clear_marks
@@ -271,9 +271,9 @@ def _identical(pair: Pair) -> str:
 
 
 def _pair_curves(page: Page, reader: Reader, number: int, pair: Pair) -> None:
-    def panels(axis: Axis) -> list[Panel]:
+    def panels(axis: Axis, windows: Windows) -> list[Panel]:
         lines = [
-            line_of(reader, f"{side}: {group.label}", group.runs, axis, style_of(index))
+            line_of(reader, f"{side}: {group.label}", group.runs, axis, style_of(index), windows)
             for index, (side, group) in enumerate(zip("AB", pair, strict=True))
         ]
         return [Panel(_pair_name(pair), with_clear_marks(lines))]

@@ -67,9 +67,12 @@ def _count(page: Page, every: Sequence[Judged], n_absent: int) -> None:
         Count(verdicts.count(HOLDS), "findings hold", "holds"),
         Count(verdicts.count(FAILS), "do not hold", "fails"),
         Count(verdicts.count(UNDECIDED), "undecided"),
-        Count(corrected.count(HOLDS), "hold after Holm's correction", "holds"),
-        Count(corrected.count(FAILS), "do not, after it", "fails"),
     ]
+    if verdicts.count(UNDECIDED) < len(verdicts):
+        counts += [
+            Count(corrected.count(HOLDS), "hold after Holm's correction", "holds"),
+            Count(corrected.count(FAILS), "do not, after it", "fails"),
+        ]
     page.count(*counts, *([Count(n_absent, "not run here")] if n_absent else []))
 
 

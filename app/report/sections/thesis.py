@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, bootstrap_rng
+from app.analysis.estimates import Axis, Windows, bootstrap_rng
 from app.charts.model import Panel
 from app.charts.paper.drawing import drawn
 from app.charts.read import line_of, value_maps_of
@@ -15,11 +15,12 @@ from app.report.document import Page, table
 from app.report.headline import lead_with_thesis
 from app.report.parts import Shown, curve_pictures
 from app.report.sections.findings import write_findings
+from app.report.sections.passages import passages_picture
 from app.report.sections.runs import Row, runs_picture
 from app.results import spread, thesis
 from app.results.read import Reader, Trace
 from app.results.thesis import Placed
-from app.util.html import element
+from app.util.html import Markup, element
 
 
 def write_thesis(page: Page, reader: Reader, placed: Placed, shown: Shown) -> None:
@@ -33,6 +34,7 @@ def write_thesis(page: Page, reader: Reader, placed: Placed, shown: Shown) -> No
     """
     lead_with_thesis(page, reader, placed, shown.horizon)
     _thesis_figures(page, reader, placed, shown.every)
+    _passages(page, placed)
     _value_spread(page, reader, placed)
     write_findings(page, reader, placed)
     _window_means(page, reader, placed)
@@ -44,8 +46,8 @@ def _thesis_figures(page: Page, reader: Reader, placed: Placed, metrics: Sequenc
         if not here or (len(worlds) > 1 and len(here) < 2):
             continue
 
-        def panels(axis: Axis, here: Sequence[str] = here) -> list[Panel]:
-            return [_thesis_panel(reader, placed, world, axis) for world in here]
+        def panels(axis: Axis, windows: Windows, here: Sequence[str] = here) -> list[Panel]:
+            return [_thesis_panel(reader, placed, world, axis, windows) for world in here]
 
         rows = [
             Row(
@@ -65,13 +67,33 @@ def _thesis_figures(page: Page, reader: Reader, placed: Placed, metrics: Sequenc
         )
 
 
-def _thesis_panel(reader: Reader, placed: Placed, world: str, axis: Axis) -> Panel:
+def _thesis_panel(
+    reader: Reader, placed: Placed, world: str, axis: Axis, windows: Windows
+) -> Panel:
     lines = [
-        line_of(reader, thesis.LEARNER_TITLES[learner], placed[world, learner], axis, style)
+        line_of(
+            reader, thesis.LEARNER_TITLES[learner], placed[world, learner], axis, style, windows
+        )
         for learner, style in THESIS_STYLES.items()
         if (world, learner) in placed
     ]
     return Panel(thesis.WORLD_TITLES[world], lines)
+
+
+def _passages(page: Page, placed: Placed) -> None:
+    """How soon the thesis's learners get somewhere, in each world."""
+    pictures: list[Markup] = []
+    for number, (world, title) in enumerate(thesis.WORLD_TITLES.items(), 1):
+        variants = [
+            (thesis.LEARNER_TITLES[learner], placed[world, learner], style)
+            for learner, style in THESIS_STYLES.items()
+            if (world, learner) in placed
+        ]
+        caption = f"Share of runs that have got there: {title}"
+        if variants:
+            pictures.append(passages_picture(page, f"passages_world_{number}", caption, variants))
+    if any(pictures):
+        page.say("How soon it is reached", *pictures)
 
 
 def _value_spread(page: Page, reader: Reader, placed: Placed) -> None:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, Comparison, bootstrap_rng
+from app.analysis.estimates import Axis, Comparison, Windows, bootstrap_rng
 from app.analysis.passages import later
 from app.charts.model import NOTHING, Dot, Dots, Panel, RunDot, with_clear_marks
 from app.charts.paper.drawing import drawn
@@ -34,6 +34,7 @@ from app.report.parts import (
     reached_cell,
     scalar_cell,
 )
+from app.report.sections.passages import passages_picture
 from app.results.read import (
     Group,
     Reader,
@@ -51,9 +52,9 @@ def write_curves(
     """Curves of all variants, or of the best where they are too many for a picture."""
     shown = _best(groups, metric)
 
-    def panels(axis: Axis) -> list[Panel]:
+    def panels(axis: Axis, windows: Windows) -> list[Panel]:
         lines = [
-            line_of(reader, group.label, group.runs, axis, style_of(index))
+            line_of(reader, group.label, group.runs, axis, style_of(index), windows)
             for index, group in enumerate(shown)
         ]
         return [Panel("", with_clear_marks(lines))]
@@ -66,6 +67,18 @@ def write_curves(
         notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
     curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
     page.say("Learning curves", curves)
+
+
+def write_passages(page: Page, groups: Sequence[Group], metric: Metric, naming: str) -> None:
+    """How soon variants got somewhere, those of which curves are drawn; nothing if unmeasured."""
+    variants = [
+        (group.label, group.runs, style_of(index))
+        for index, group in enumerate(_best(groups, metric))
+    ]
+    caption = "Share of the runs of each variant that have got there"
+    picture = passages_picture(page, "passages", caption, variants, naming)
+    if picture:
+        page.say("How soon it is reached", picture)
 
 
 def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
