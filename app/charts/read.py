@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 
 from app.analysis import estimates
 from app.analysis.estimates import Axis, Windows
+from app.charts.greedy import averaged
 from app.charts.model import Lane, Line, Mark, Schedules, ValueMap, ValueMaps
 from app.charts.styles import Style
 from app.experiments.record import Record

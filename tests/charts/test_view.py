@@ -319,8 +319,8 @@ def test_medians_count_runs_that_ended_before_until_then() -> None:
         *(fact(0, seed, 1.0, steps=4_560_000) for seed in (1, 2)),
         *(fact(1, seed, 1.0, steps_to_70=seed * 1e6, steps=5_000_000) for seed in (1, 2, 3)),
     ]
-    first, second, *_ = experiment_of(THESIS).variants
-    text = shown(experiment_of(THESIS), runs, View("runs")).text
+    first, second, *_ = experiment_of(HORIZON).variants
+    text = shown(experiment_of(HORIZON), runs, View("runs")).text
     more_than = ">\N{NO-BREAK SPACE}4.56"
     assert f"{first.label} {more_than}; {second.label} 2.00." in text
 
@@ -580,7 +580,7 @@ def test_a_high_panel_has_a_high_chart_and_many_rows_and_a_low_one_few() -> None
 
 
 def test_what_was_not_measured_is_not_called_more() -> None:
-    experiment = experiment_of(THESIS)
+    experiment = experiment_of(HORIZON)
     runs = [
         fact(0, 0, 1.0, steps_to_70=math.inf, steps=9_000_000),
         fact(0, 1, 1.0, steps_to_70=math.nan),
