@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from app.analysis import effects, estimates, passages
 from app.analysis.effects import Analysis
@@ -28,6 +28,9 @@ SHOWN: Final[Mapping[str, str]] = {
     "horizon_area": "area to the horizon",
 }
 """Columns of tables of variants, with their headings."""
+SEARCHES: Final = ("baselines_search", "timing_seven")
+SEARCHED_FOR: Final = ("horizon_reward", "horizon_area")
+"""What is searched for: the end, and speed."""
 PASSAGE: Final = "steps_to_70"
 """The passage that tables of variants show."""
 
@@ -76,6 +79,8 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
     _add_learners(found, [every[name] for name in THESIS[:3]])
     for name in ("timing_seven", "timing_plane"):
         _add_spread(found, name, every[name])
+    for name in SEARCHES:
+        found.searches[name] = _best_of(every[name])
     tell("looking at what was drawn")
     _add_effects(found, every["timing_seven"])
     return found
@@ -105,7 +110,10 @@ def _add_findings(found: Found, results: Sequence[Results]) -> None:
     for topic in dict.fromkeys(judged.finding.topic for judged in every):
         of_topic = [judged for judged in every if judged.finding.topic == topic]
         found.tables[f"findings: {topic}"] = _findings_table(of_topic)
-    found.estimates = {judged.finding.claim: [*judged.effect.estimate] for judged in every}
+    found.estimates = {
+        judged.finding.claim: [float(f"{number:.7g}") for number in judged.effect.estimate]
+        for judged in every
+    }
     for judged in every:
         found.texts[f"finding: {judged.finding.claim}"] = _measured(judged)
     for name, verdict_of in (("", _verdict), (" corrected", _corrected)):
@@ -268,10 +276,23 @@ def _add_learners(found: Found, results: Sequence[Results]) -> None:
 
 def _add_spread(found: Found, name: str, results: Results) -> None:
     """From where to where the means of the variants of a search or a sweep reach."""
-    for column in ("horizon_reward", "horizon_area"):
+    for column in SEARCHED_FOR:
         means = [mean_of(group, column).value for group in results.groups]
         for key, value in (("lowest", min(means)), ("highest", max(means))):
             found.texts[f"{name}: {key} {column}"] = shown_number(value, _REWARDS)
+
+
+def _best_of(results: Results) -> dict[str, dict[str, Any]]:
+    """The best variant of each preset by each of what is searched for: the end, and speed."""
+    found: dict[str, dict[str, Any]] = {}
+    for preset in dict.fromkeys(group.preset for group in results.groups):
+        groups = [group for group in results.groups if group.preset == preset]
+        for column in SEARCHED_FOR:
+            best = max(groups, key=lambda group: mean_of(group, column).value)
+            mean = round(mean_of(best, column).value, 2)
+            entry = {"variant": best.label, "mean": mean, "sets": dict(best.overrides)}
+            found.setdefault(preset, {})[column] = entry
+    return found
 
 
 def _add_effects(found: Found, results: Results) -> None:
@@ -281,7 +302,7 @@ def _add_effects(found: Found, results: Results) -> None:
     factors = effects.factors_of([group.overrides for group in draws], settings)
     analyses = {
         column: effects.analysed(factors, [mean_of(group, column).value for group in draws])
-        for column in ("horizon_reward", "horizon_area")
+        for column in SEARCHED_FOR
     }
     header = ("number of the schedule", "of the reward at the horizon", "of the area")
     rows = [

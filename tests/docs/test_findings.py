@@ -1,18 +1,13 @@
 """The findings of the thesis (chapters 3 and 4): over the runs of the replication, and over a few.
 
 What a finding is, and how it is measured, is said in ``app/results/thesis/`` alone, and runs get
-there as those of any experiment do. ``findings.json`` holds what came out of the replication, as
-``docs/replication.md`` has it. A few other seeds must come out within four standard errors of that,
-so a change of nothing but the random numbers does not break a test. To measure again:
-``python -m tests.docs.test_findings FOLDER...`` with the folders of :data:`EXPERIMENTS`, which
-writes that file, the table of that page, and the counts there and in the README.
+there as those of any experiment do. ``docs/replication.json`` holds what came out of the replication,
+and a few other seeds must come out within four standard errors of that, so a change of nothing but
+the random numbers does not break a test.
 """
 
 import json
 import math
-import re
-import sys
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import NormalDist
@@ -25,30 +20,24 @@ from app.documents import experiments
 from app.experiments.crews import Threads
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder
-from app.results import findings, read, thesis
-from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding
+from app.replication.page import Found
+from app.replication.write import NUMBERS
+from app.results import read, thesis
+from app.results.findings import Finding
 from app.results.thesis import quantities
+from tests.support.pages import ROOT
 
 N_SEEDS = 3
 STANDARD_ERRORS = 4
 LEAST_MARGIN = 0.05
 """For what is the same over all runs."""
 N_THREADS = 2
-EXPERIMENTS = (*thesis.FIGURES, "sentences")
-"""The shipped experiments that make all the runs that findings speak of."""
 
-ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "replication.md"
-COUNTING = (PAGE, ROOT / "README.md")
-"""Pages that count what holds."""
-BEGINS, ENDS = "<!-- findings -->\n", "<!-- end of findings -->\n"
-"""Marks between which the page has the table."""
-COUNTS = re.compile(r"\b\d+ findings \d+ hold, \d+ do not, \d+ are undecided".replace(" ", r"\s+"))
-"""How pages count what holds, over however many lines."""
-
-TABLE = Path(__file__).with_name("findings.json")
 MEASURED: Mapping[str, Estimate] = {
-    claim: Estimate(*numbers) for claim, numbers in json.loads(TABLE.read_text("utf-8")).items()
+    claim: Estimate(numbers[0], numbers[1], numbers[2], int(numbers[3]))
+    for claim, numbers in Found.from_json(
+        (ROOT / "docs" / NUMBERS).read_text("utf-8")
+    ).estimates.items()
 }
 """By claim: the sum that it speaks of, with its 95 % interval and the number of runs."""
 
@@ -109,64 +98,3 @@ def test_a_few_seeds_come_out_as_thirty_did(
     expected, found = MEASURED[finding.claim], over_a_few_seeds[finding.claim]
     margin = max(STANDARD_ERRORS * standard_error(expected, found.n), LEAST_MARGIN)
     assert found.value == pytest.approx(expected.value, abs=margin)
-
-
-def table_of(measured: Mapping[str, Estimate]) -> str:
-    """Every finding beside its sentence, with what was measured, as a table in Markdown."""
-    rows = [["the thesis says", "tested", "measured [95 %]", "runs", "verdict"], ["---"] * 5]
-    before = Finding("", "", "", "", (), findings.MORE)
-    for finding in thesis.FINDINGS:
-        if (finding.topic, finding.section) != (before.topic, before.section):
-            rows.append([f"**{finding.topic} ({finding.section})**", "", "", "", ""])
-        sentence = "" if finding.sentence == before.sentence else finding.sentence
-        estimate = measured[finding.claim]
-        value, low, high = (format(part, finding.unit.form) for part in estimate[:3])
-        number = f"{value} [{low}, {high}]".replace("-", "\N{MINUS SIGN}")
-        found = findings.verdict(finding, estimate)
-        verdict = f"**{found}**" if found == FAILS else found
-        rows.append([sentence, finding.claim, number, str(estimate.n), verdict])
-        before = finding
-    return "".join(
-        "|" + "".join(f" {cell} |" if cell else " |" for cell in row) + "\n" for row in rows
-    )
-
-
-def counts_of(measured: Mapping[str, Estimate]) -> list[int]:
-    """How many findings there are, and how many hold, do not, and are undecided."""
-    n = Counter(findings.verdict(f, measured[f.claim]) for f in thesis.FINDINGS)
-    return [n.total(), n[HOLDS], n[FAILS], n[UNDECIDED]]
-
-
-def test_the_page_has_what_was_measured() -> None:
-    _, rest = PAGE.read_text("utf-8").split(BEGINS)
-    assert rest.split(ENDS)[0] == table_of(MEASURED)
-
-
-@pytest.mark.parametrize("file", COUNTING, ids=lambda file: file.name)
-def test_pages_count_what_holds(file: Path) -> None:
-    (found,) = COUNTS.finditer(file.read_text("utf-8"))
-    assert [int(number) for number in re.findall(r"\d+", found.group())] == counts_of(MEASURED)
-
-
-def main() -> None:
-    """Measure everything in folders of results, and write it down."""
-    found = effects_in([Path(name) for name in sys.argv[1:]])
-    lines = [
-        f"  {json.dumps(claim)}: {json.dumps([*(float(f'{part:.7g}') for part in sums), n])}"
-        for claim, (*sums, n) in found.items()
-    ]
-    TABLE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
-    before, rest = PAGE.read_text("utf-8").split(BEGINS)
-    after = rest.split(ENDS)[1]
-    PAGE.write_text(before + BEGINS + table_of(found) + ENDS + after, encoding="utf-8")
-    for file in COUNTING:
-        counts = iter(counts_of(found))
-        text = COUNTS.sub(
-            lambda match, counts=counts: re.sub(r"\d+", lambda _: str(next(counts)), match.group()),
-            file.read_text("utf-8"),
-        )
-        file.write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -71,8 +71,8 @@ LEARNERS: Mapping[str, Learner] = {
         "hierarchical_2",
         {"learner.alpha": 0.6},
     ),
-    "standard_q, tuned": Learner(
-        "standard Q, tuned for its end",
+    "standard_q, hopeful": Learner(
+        "standard Q that hopes for much and tries nothing at random",
         "standard_q",
         {
             "learner.alpha": 0.6,
