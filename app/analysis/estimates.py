@@ -443,8 +443,10 @@ def band(
     reached = np.full((len(ends), longest), np.nan)
     for row, of_run in zip(reached, ends, strict=True):
         row[: of_run.size] = of_run
-    end = np.round(np.nanmean(reached[:, :n_windows], axis=0)).astype(np.int64)
-    start = np.concatenate([[0], end])[:-1]
+    end = np.zeros(n_windows, np.int64)
+    np.rint(np.nanmean(reached[:, :n_windows], axis=0), out=end, casting="unsafe")
+    start = np.zeros(n_windows, np.int64)
+    start[1:] = end[:-1]
     return Band(start, end, averages, low, high, counts, is_at_end=True)
 
 

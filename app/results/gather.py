@@ -138,7 +138,7 @@ class Gatherer:
         found = unpacked(arrays, record.trials, record.steps)
         world = self._experiment.variants[place].spec.world
         reward = measures.rewards(world, found.outcome)
-        windowed = {
+        windowed: dict[tuple[Axis, Windows], np.ndarray] = {
             (axis, windows): estimates.windowed(reward, found.steps, width, windows)
             for (axis, windows), width in self._widths.items()
         }
