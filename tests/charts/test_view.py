@@ -587,3 +587,29 @@ def test_what_was_not_measured_is_not_called_more() -> None:
     ]
     cells = [row[5] for row in rows_of(shown(experiment, runs, View("runs")))]
     assert cells == [">\N{NO-BREAK SPACE}9.00", "–"]
+
+
+def test_of_a_search_it_says_where_the_effects_of_its_settings_are() -> None:
+    search = experiment_of(
+        "presets: [timed]\nsample: {count: 2, seed: 1, keys: {learner.gamma: [0.5, 0.9]}}"
+    )
+    assert "pounce report" in shown(search, [fact(0, 0, 1.0)], View("runs")).text
+    assert "pounce report" not in shown(experiment_of(PLANE), [fact(0, 0, 1.0)], View("runs")).text
+
+
+def test_windows_of_curves_are_of_steps_or_of_trials() -> None:
+    experiment = experiment_of(THESIS)
+    gatherer = filled(experiment, some_runs(experiment, 2))
+    gathering = gatherer.gathering()
+    page = shown(experiment, some_runs(experiment, 2), View("curves"))
+    assert set(page.links("windows")) == {"trials"}
+    view = answer(View("curves"), "windows/trials", gathering, ROWS)
+    assert view == View("curves", windows="trials")
+    assert set(Shown(results_html(gatherer, gathering, view, address, SIZE)).links("windows")) == {
+        "steps"
+    }
+    assert answer(view, "windows/years", gathering, ROWS) == view
+    # Against trials, windows are of trials.
+    against_trials = answer(view, "axis/trials", gathering, ROWS)
+    page = Shown(results_html(gatherer, gathering, against_trials, address, SIZE))
+    assert not page.links("windows")

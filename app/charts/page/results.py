@@ -4,6 +4,8 @@ Pure functions. Every link calls the lab with words: ``variant/PLACE`` chooses a
 ``open/KEY`` opens a run, the others are those of :func:`app.charts.view.answer`.
 """
 
+from typing import Final
+
 from app.analysis.estimates import WINDOWS
 from app.charts import live, variants
 from app.charts.model import Curves, Dots, Plane
@@ -46,6 +48,12 @@ _STYLE = (
 )
 
 
+_SEARCHED: Final = (
+    "<p>Values were drawn at random. What each setting does, and what pairs of them do beyond that,"
+    " is in the report: <code>pounce report</code> with the folder of these results.</p>"
+)
+
+
 def results_html(
     gatherer: Gatherer, gathering: Gathering, view: View, address: Address, size: Size
 ) -> str:
@@ -66,6 +74,8 @@ def results_html(
         parts.append(_chart(gatherer, gathering, view, address, size))
         if what:
             parts.append(f"<p>Variants are named by {escaped(what)}.</p>")
+        if gathering.experiment.n_drawn:
+            parts.append(_SEARCHED)
         parts.append(table_html(gathering, view, address, size))
     return (
         f'<div class="pounce-results" style="max-width:{size.width:.0f}px">'
