@@ -214,7 +214,9 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
         write_passages(page, others, shown.first, naming)
     if 0 < len(rest) <= MOST_ROWS:
         rows = [Row(group.label, group.runs) for group in rest]
-        page.say("Every run", runs_picture(page, "runs", "Every run", rows, shown.every))
+        picture = runs_picture(page, "runs", "Every run", rows, shown.every)
+        if picture:
+            page.say("Every run", picture)
     write_scalars(page, groups, shown, naming)
     lead_with_range(page, groups, shown.first)
 

@@ -20,6 +20,7 @@ from app.documents.experiment_spec import Stop
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
+from app.experiments.seed_lists import SeedLists
 from app.experiments.table import DamageError, UnreadableError, VersionError
 from app.metrics import GreedyCurve
 from app.results.horizon import Horizon, UpTo, common, is_measured, up_to, with_values
@@ -123,10 +124,10 @@ def read_folder(path: Path) -> Folder:
         origin = _origin_in(path, about)
         rows = records_of(found, origin)
         labels = _names_in(about, "variants")
-        seeds = _seeds_in(about)
+        seeds = SeedLists.noted(about)
         command, description = _command_of(path, about), str(about["description"])
         name = str(about["name"])
-        planned = sum(len(seeds.own.get(label, seeds.every)) for label in labels)
+        planned = sum(map(seeds.n_of, labels))
     except VersionError as error:
         raise ResultsError(
             f"{shown} holds results of version {error}, and this program reads version"
@@ -181,18 +182,6 @@ def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
     return found
 
 
-class _Seeds(NamedTuple):
-    """Seeds that an experiment has been run with so far."""
-
-    every: Sequence[int]
-    own: Mapping[str, Sequence[int]]
-    """Of the variants whose presets have their own, by label."""
-
-
-def _seeds_in(meta: Mapping[str, Any]) -> _Seeds:
-    return _Seeds(json.loads(meta["seeds"]), json.loads(meta["own_seeds"]))
-
-
 def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
@@ -208,12 +197,8 @@ def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     """What made the results."""
-    seeds = _seeds_in(meta)
-    # As many for each, counting up from a first one, is what --seeds asks for.
-    lists = [seeds.every, *seeds.own.values()]
-    count = len(seeds.every)
-    count_up = all(list(each) == list(range(each[0], each[0] + count)) for each in lists)
-    counted = ["--seeds", str(count)] if count_up else []
+    count = SeedLists.noted(meta).n_counting_up
+    counted = [] if count is None else ["--seeds", str(count)]
     source = str(meta["source"])
     if not source:
         # An experiment of the page has no file, and a name alone does not say where its file is.
@@ -328,6 +313,8 @@ class Log(NamedTuple):
     pictures: Pictures
     greedy: GreedyCurve
     """Of no points where none were measured."""
+    facts: Mapping[str, float]
+    """By name: what its probes found, as :mod:`app.experiments.facts` has it."""
 
 
 Measure = Callable[[Record, Log], Mapping[str, float]]
@@ -369,8 +356,7 @@ class Trace(NamedTuple):
     curves: Mapping[Axis, np.ndarray]
     """(window,) float64 each: mean reward per trial, NaN where no trial ended."""
     by_trials: tuple[np.ndarray, np.ndarray]
-    """(window,) each: mean reward of windows of consecutive trials, and the step at which they
-    ended."""
+    """(window,) each: mean reward of windows of trials, and the step at which they ended."""
     greedy: GreedyCurve
     up_to: UpTo
     quantities: Mapping[str, float]
@@ -396,7 +382,8 @@ def read_log(run: Record) -> Log:
     if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
         raise ArchiveError("its pictures of the value do not fit its world")
     reward = measures.rewards(world, found.outcome)
-    return Log(found.outcome, reward, found.steps, found.joined, pictures, found.greedy)
+    greedy, facts = found.greedy, found.facts
+    return Log(found.outcome, reward, found.steps, found.joined, pictures, greedy, facts)
 
 
 def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
@@ -475,10 +462,8 @@ class Reader:
         return [self._at(run, horizon) for run in every], horizon
 
     def _at(self, run: Record, horizon: Horizon) -> Record:
-        if run.error or is_measured(run, horizon):
-            return run
-        trace = self._trace(run)
-        return with_values(run, horizon, None if trace is None else trace.up_to)
+        trace = None if run.error or is_measured(run, horizon) else self._trace(run)
+        return with_values(run, horizon, trace and trace.up_to)
 
     def pictures(self, runs: Iterable[Record]) -> list[Pictures]:
         """Pictures of the value in the logs of runs, without those that cannot be read.

@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, ViewportSize, expect
 
 from app.report import write
 from tests.support.access import AXE, FINDINGS
 from tests.support.folders import add_run, new_folder
 
-PHONE = {"width": 390, "height": 844}
-WIDE = {"width": 1366, "height": 768}
+PHONE: ViewportSize = {"width": 390, "height": 844}
+WIDE: ViewportSize = {"width": 1366, "height": 768}
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,9 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE])
-def test_a_checker_finds_nothing_serious_in_a_report(page: Page, written: Path, size: dict) -> None:
+def test_a_checker_finds_nothing_serious_in_a_report(
+    page: Page, written: Path, size: ViewportSize
+) -> None:
     page.set_viewport_size(size)
     page.goto(written.as_uri())
     for details in page.locator("summary").all():

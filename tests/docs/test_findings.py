@@ -1,17 +1,19 @@
-"""The findings of the thesis (section 4.3): over thirty seeds, and over a few that come out near.
+"""The findings of the thesis (chapters 3 and 4): over the runs of the replication, and over a few.
 
-What a finding is, and how it is measured, is said in ``app/results/thesis.py`` alone, and runs get
-there as those of any experiment do. ``findings.json`` holds what came out over thirty seeds, as
-``docs/replication.md`` has it. A few seeds must come out within four standard errors of that, so a
-change of nothing but the random numbers does not break a test. To measure again:
-``python -m tests.docs.test_findings``, which writes that file; it takes a few minutes.
+What a finding is, and how it is measured, is said in ``app/results/thesis/`` alone, and runs get
+there as those of any experiment do. ``findings.json`` holds what came out of the replication, as
+``docs/replication.md`` has it. A few other seeds must come out within four standard errors of that,
+so a change of nothing but the random numbers does not break a test. To measure again:
+``python -m tests.docs.test_findings FOLDER...`` with the folders of :data:`EXPERIMENTS`, which
+writes that file, the table of that page, and the counts there and in the README.
 """
 
 import json
 import math
-import tempfile
+import re
+import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import NormalDist
 
@@ -25,52 +27,68 @@ from app.experiments.runner import run_experiment
 from app.experiments.store import Folder
 from app.results import findings, read, thesis
 from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding
+from app.results.thesis import quantities
 
-N_SEEDS = 4
-N_MEASURED_SEEDS = 30
+N_SEEDS = 3
 STANDARD_ERRORS = 4
 LEAST_MARGIN = 0.05
-"""For what is the same over thirty seeds."""
+"""For what is the same over all runs."""
 N_THREADS = 2
+EXPERIMENTS = (*thesis.FIGURES, "sentences")
+"""The shipped experiments that make all the runs that findings speak of."""
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "replication.md"
+COUNTING = (PAGE, ROOT / "README.md")
+"""Pages that count what holds."""
+BEGINS, ENDS = "<!-- findings -->\n", "<!-- end of findings -->\n"
+"""Marks between which the page has the table."""
+COUNTS = re.compile(r"\b\d+ findings \d+ hold, \d+ do not, \d+ are undecided".replace(" ", r"\s+"))
+"""How pages count what holds, over however many lines."""
 
 TABLE = Path(__file__).with_name("findings.json")
 MEASURED: Mapping[str, Estimate] = {
     claim: Estimate(*numbers) for claim, numbers in json.loads(TABLE.read_text("utf-8")).items()
 }
-"""By claim: the sum that it speaks of, over thirty seeds, with its 95 % interval."""
+"""By claim: the sum that it speaks of, with its 95 % interval and the number of runs."""
 
 
-def measured(folder: Path, n_seeds: int) -> dict[str, Estimate]:
-    """The sum that each finding speaks of, over some seeds; runs are kept in a folder."""
-    worlds = [
-        f"{{label: '{name}', world.size: {size}, world.n_directions: {n_directions},"
-        f" world.n_distances: {n_distances}}}"
-        for name, (size, n_directions, n_distances) in thesis.WORLDS.items()
-    ]
-    text = (
-        f"presets: [{', '.join(thesis.LEARNER_TITLES)}]\nsettings: [{', '.join(worlds)}]\n"
-        "metrics: [final_reward]\nseeds: 1\n"
-    )
-    experiment = experiments.parse(text, "findings.yaml", None, n_seeds)
-    with Folder(folder, experiment, resume=False, force=False) as results:
-        run_experiment(experiment, results, Threads(N_THREADS))
-    rows = read.read_folder(folder).rows
+def effects_in(folders: Sequence[Path]) -> dict[str, Estimate]:
+    """The sum that each finding speaks of, by its claim, from folders of results."""
+    rows = [row for folder in folders for row in read.read_folder(folder).rows]
     placed = thesis.placed_of(read.groups_of(rows))
     reader = read.Reader(read.widths_of(rows), thesis.quantities_of)
-    found = {}
+    found: dict[str, Estimate] = {}
     for finding in thesis.FINDINGS:
         effect = thesis.effect_of(finding, reader, placed, estimates.bootstrap_rng())
-        assert effect is not None
+        assert effect is not None, thesis.untestable(finding, reader, placed)
         found[finding.claim] = effect.estimate
     return found
 
 
+def few(n_seeds: int) -> str:
+    """An experiment that makes a few runs of each place that findings speak of."""
+    places = dict.fromkeys((t.world, t.learner) for f in thesis.FINDINGS for t in f.terms)
+    presets = [
+        {"preset": {**thesis.settings_of(place)}, "label": " ".join(place)} for place in places
+    ]
+    return json.dumps(
+        {
+            "presets": presets,
+            "horizon": quantities.HORIZON,
+            "metrics": ["final_reward"],
+            "seeds": n_seeds,
+        }
+    )
+
+
 @pytest.fixture(scope="module")
 def over_a_few_seeds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Estimate]:
-    return measured(tmp_path_factory.mktemp("findings") / "results", N_SEEDS)
+    experiment = experiments.parse(few(N_SEEDS), "findings.yaml")
+    path = tmp_path_factory.mktemp("findings") / "results"
+    with Folder(path, experiment, resume=False, force=False) as results:
+        run_experiment(experiment, results, Threads(N_THREADS))
+    return effects_in([path])
 
 
 def standard_error(estimate: Estimate, n_seeds: int) -> float:
@@ -93,30 +111,61 @@ def test_a_few_seeds_come_out_as_thirty_did(
     assert found.value == pytest.approx(expected.value, abs=margin)
 
 
-@pytest.mark.parametrize("finding", thesis.FINDINGS, ids=lambda finding: finding.claim)
-def test_the_page_has_what_was_measured(finding: Finding) -> None:
-    value, low, high, _ = (format(part, finding.unit.form) for part in MEASURED[finding.claim])
-    shown = f"{value} [{low}, {high}]".replace("-", "\N{MINUS SIGN}")
-    assert shown in PAGE.read_text("utf-8")
+def table_of(measured: Mapping[str, Estimate]) -> str:
+    """Every finding beside its sentence, with what was measured, as a table in Markdown."""
+    rows = [["the thesis says", "tested", "measured [95 %]", "runs", "verdict"], ["---"] * 5]
+    before = Finding("", "", "", "", (), findings.MORE)
+    for finding in thesis.FINDINGS:
+        if (finding.topic, finding.section) != (before.topic, before.section):
+            rows.append([f"**{finding.topic} ({finding.section})**", "", "", "", ""])
+        sentence = "" if finding.sentence == before.sentence else finding.sentence
+        estimate = measured[finding.claim]
+        value, low, high = (format(part, finding.unit.form) for part in estimate[:3])
+        number = f"{value} [{low}, {high}]".replace("-", "\N{MINUS SIGN}")
+        found = findings.verdict(finding, estimate)
+        verdict = f"**{found}**" if found == FAILS else found
+        rows.append([sentence, finding.claim, number, str(estimate.n), verdict])
+        before = finding
+    return "".join(
+        "|" + "".join(f" {cell} |" if cell else " |" for cell in row) + "\n" for row in rows
+    )
 
 
-@pytest.mark.parametrize("file", [PAGE, ROOT / "README.md"], ids=lambda file: file.name)
+def counts_of(measured: Mapping[str, Estimate]) -> list[int]:
+    """How many findings there are, and how many hold, do not, and are undecided."""
+    n = Counter(findings.verdict(f, measured[f.claim]) for f in thesis.FINDINGS)
+    return [n.total(), n[HOLDS], n[FAILS], n[UNDECIDED]]
+
+
+def test_the_page_has_what_was_measured() -> None:
+    _, rest = PAGE.read_text("utf-8").split(BEGINS)
+    assert rest.split(ENDS)[0] == table_of(MEASURED)
+
+
+@pytest.mark.parametrize("file", COUNTING, ids=lambda file: file.name)
 def test_pages_count_what_holds(file: Path) -> None:
-    n = Counter(findings.verdict(f, MEASURED[f.claim]) for f in thesis.FINDINGS)
-    assert (
-        f"f {n.total()} findings {n[HOLDS]} hold, {n[FAILS]} do not, {n[UNDECIDED]} are undecided"
-    ) in " ".join(file.read_text("utf-8").split())
+    (found,) = COUNTS.finditer(file.read_text("utf-8"))
+    assert [int(number) for number in re.findall(r"\d+", found.group())] == counts_of(MEASURED)
 
 
 def main() -> None:
-    """Measure everything over thirty seeds, and write it down."""
-    with tempfile.TemporaryDirectory() as folder:
-        found = measured(Path(folder) / "results", N_MEASURED_SEEDS)
+    """Measure everything in folders of results, and write it down."""
+    found = effects_in([Path(name) for name in sys.argv[1:]])
     lines = [
         f"  {json.dumps(claim)}: {json.dumps([*(float(f'{part:.7g}') for part in sums), n])}"
         for claim, (*sums, n) in found.items()
     ]
     TABLE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+    before, rest = PAGE.read_text("utf-8").split(BEGINS)
+    after = rest.split(ENDS)[1]
+    PAGE.write_text(before + BEGINS + table_of(found) + ENDS + after, encoding="utf-8")
+    for file in COUNTING:
+        counts = iter(counts_of(found))
+        text = COUNTS.sub(
+            lambda match, counts=counts: re.sub(r"\d+", lambda _: str(next(counts)), match.group()),
+            file.read_text("utf-8"),
+        )
+        file.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -104,8 +104,11 @@ def test_a_probe_looks_at_its_trials_and_steps_whatever_the_slices(
 
     def seen() -> list[tuple[int, int]]:
         moments: list[tuple[int, int]] = []
-        look = Probe(lambda run: moments.append((run.trial, run.step)), [0, 7, 20], [50, 777])
-        assert made_run(spec, 3, Limits(30), [look]) is not None
+
+        def look(run: Run) -> None:
+            moments.append((run.trial, run.step))
+
+        assert made_run(spec, 3, Limits(30), [Probe(look, [0, 7, 20], [50, 777])]) is not None
         return moments
 
     found = seen()
@@ -118,10 +121,10 @@ def test_a_probe_looks_at_its_trials_and_steps_whatever_the_slices(
 
 
 def test_a_probe_may_look_at_the_end_of_a_run_that_is_over_before_its_moments() -> None:
-    spec, ends = spec_of(task_of()), list[int]()
-    probes = [
-        Probe(lambda run: ends.append(run.trial), [100], or_end=True),
-        Probe(lambda run: ends.append(-run.trial), [10], or_end=True),
-    ]
-    made_run(spec, 3, Limits(20), probes)
-    assert ends == [-10, 20]
+    spec, seen = spec_of(task_of()), list[int]()
+
+    def look(run: Run) -> None:
+        seen.append(run.trial)
+
+    made_run(spec, 3, Limits(20), [Probe(look, [100], or_end=True), Probe(look, [10], or_end=True)])
+    assert seen == [10, 20]

@@ -76,6 +76,7 @@ def test_runs_that_are_read_have_values_at_the_shortest_of_them(tmp_path: Path) 
     reader = Reader(widths_of(rows), thesis.quantities_of)
     found, at = reader.at_horizon(rows)
     assert at == Horizon(3_000, is_stated=False)
+    assert at is not None
     assert at.words == "at 3,000 steps"
     assert [run.values["horizon_reward"] for run in found] == pytest.approx(
         [run.values["final_reward"] for run in rows]

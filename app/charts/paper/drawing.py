@@ -111,12 +111,12 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
             figure = points_figure(chart, small_print)
         case Effects():
             figure = effects_figure(chart, small_print)
+        case Schedules():
+            figure = schedules_figure(chart, small_print)
         case Trends():
             figure = trends_figure(chart, small_print)
         case Shares():
             figure = shares_figure(chart, small_print)
-        case Schedules():
-            figure = schedules_figure(chart, small_print)
         case _:
             figure = values_figure(chart, small_print)
     return _saved(name, figure, chart.numbers, hints, small_print)
@@ -147,11 +147,14 @@ def _saved(
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
     png = io.BytesIO()
     figure.savefig(png, format="png", dpi=_PNG_DPI)
+    foot = foot_of(figure)
+    # All has its place now; to find it a second time would take a third of the time of a picture.
+    figure.set_layout_engine("none")
     svg = io.StringIO()
     # The date and the maker's address have no place in a page that is to be the same every time.
     nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(svg, format="svg", metadata=nothing, dpi=_PNG_DPI)
-    document, foot = svg.getvalue(), foot_of(figure)
+    document = svg.getvalue()
     width, height = figure.get_size_inches()
     return Drawing(
         svg=_as_element(name, document, hints),

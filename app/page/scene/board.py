@@ -115,7 +115,7 @@ class BoardView:
     def __init__(self, scene: viser.SceneApi, snapshot: Snapshot, look: Look) -> None:
         self._scene = scene
         self._spec = snapshot.spec.world
-        self._look = look
+        self._look: Look = look
         self._flashes: dict[int, tuple[TrialEnd, float]] = {}
         self._last_end = (snapshot.generation, snapshot.trial - 1)
         self._handles: list[Any] = []
