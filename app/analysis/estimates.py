@@ -12,7 +12,7 @@ So below ``LEAST_RUNS`` nothing is decided; whoever draws conclusions has to loo
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -45,6 +45,7 @@ Windows = Literal["steps", "trials"]
 """What the windows of a learning curve against steps are counted in. The thesis's are consecutive
 trials (section 4.1.2): where trials are short for a while, a window of steps holds very many of
 them, and what happened in that while is averaged away. Against trials, windows are of trials."""
+WINDOWS: Final[tuple[Windows, ...]] = get_args(Windows)
 
 
 class Estimate(NamedTuple):
@@ -442,8 +443,11 @@ def band(
     reached = np.full((len(ends), longest), np.nan)
     for row, of_run in zip(reached, ends, strict=True):
         row[: of_run.size] = of_run
-    end = np.round(np.nanmean(reached[:, :n_windows], axis=0)).astype(np.int64)
-    return Band(np.concatenate([[0], end[:-1]]), end, averages, low, high, counts, is_at_end=True)
+    end = np.zeros(n_windows, np.int64)
+    np.rint(np.nanmean(reached[:, :n_windows], axis=0), out=end, casting="unsafe")
+    start = np.zeros(n_windows, np.int64)
+    start[1:] = end[:-1]
+    return Band(start, end, averages, low, high, counts, is_at_end=True)
 
 
 def _averages(

@@ -48,6 +48,15 @@ class Mark(NamedTuple):
     label: str
 
 
+class Greedy(NamedTuple):
+    """A curve of greedy reward, averaged over runs."""
+
+    at: np.ndarray
+    """(point,) float64: steps or trials."""
+    reward: np.ndarray
+    """(point,) float64: mean per hunt."""
+
+
 class Line(NamedTuple):
     """A curve with its name."""
 
@@ -59,6 +68,8 @@ class Line(NamedTuple):
     marks: Sequence[Mark] = ()
     place: int = 0
     """Of its variant in the experiment, which a click chooses."""
+    greedy: Greedy | None = None
+    """If it was measured on the way."""
 
     @property
     def n_whole(self) -> int:
@@ -89,7 +100,7 @@ class Panel(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Reward against steps or trials: a panel for each world, one scale of reward for all."""
+    """Reward against steps or trials: a panel for each world, all on the same scales."""
 
     axis: Axis
     panels: Sequence[Panel]
@@ -110,6 +121,10 @@ class Curves(NamedTuple):
                     [panel.title, line.label, start, end, mean, low, high, n]
                     for start, end, mean, low, high, n in zip(*columns, strict=True)
                 ]
+                if line.greedy is not None:
+                    points = zip(line.greedy.at.tolist(), line.greedy.reward.tolist(), strict=True)
+                    name = f"{line.label}: greedy"
+                    rows += [[panel.title, name, at, at, reward] for at, reward in points]
                 rows += [
                     [panel.title, f"{line.label}: introduction of {mark.label}", mark.at, mark.at]
                     for mark in line.marks
@@ -421,4 +436,55 @@ class ValueMaps(NamedTuple):
         return rows
 
 
-Chart = Curves | Arriving | Dots | Plane | Points | Effects | Trends | Shares | ValueMaps
+# --- Schedules -----------------------------------------------------------------------------------
+
+
+class Lane(NamedTuple):
+    """What is planned for a skill of a variant; all in trials."""
+
+    variant: str
+    skill: str
+    joins: int
+    """Beyond the last trial if it never does."""
+    freeze: int
+    """For how long the selection does not learn then."""
+    explored: Sequence[tuple[int, int, float]]
+    """First trial, the one after the last, and the chance of each step that the skill is taken."""
+    trials: int
+    """Of the run."""
+
+    @property
+    def words(self) -> str:
+        """What is planned, in short."""
+        joins = f"at {self.joins:,}" if self.joins else "from the start"
+        frozen = [f"frozen {self.freeze:,}"] if self.freeze else []
+        explored = [
+            f"explored {until - first:,} at {chance:.0%}"
+            + (f" from {first:,}" if first != self.joins else "")
+            for first, until, chance in self.explored
+        ]
+        return ", ".join([joins, *frozen, *explored])
+
+
+class Schedules(NamedTuple):
+    """Schedules of variants below one another, a lane for each skill, against trials."""
+
+    lanes: Sequence[Lane]
+    """Those of a variant together."""
+
+    @property
+    def numbers(self) -> Rows:
+        """All that is planned."""
+        rows: Rows = [["variant", "skill", "what", "from_trial", "to_trial", "probability"]]
+        for lane in self.lanes:
+            name = lane.variant, lane.skill
+            rows.append([*name, "among the options", lane.joins, lane.trials])
+            if lane.freeze:
+                rows.append([*name, "selection frozen", lane.joins, lane.joins + lane.freeze])
+            rows += [[*name, "explored", *stretch] for stretch in lane.explored]
+        return rows
+
+
+Chart = (
+    Curves | Arriving | Dots | Plane | Points | Effects | Trends | Shares | ValueMaps | Schedules
+)

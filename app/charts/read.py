@@ -1,15 +1,18 @@
 """Charts of results that are read back from their folders."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Sequence
 
 from app.analysis import estimates
 from app.analysis.estimates import Axis, Windows
-from app.charts.model import Line, Mark, ValueMap, ValueMaps
+from app.charts.greedy import averaged
+from app.charts.model import Lane, Line, Mark, Schedules, ValueMap, ValueMaps
 from app.charts.styles import Style
 from app.experiments.record import Record
 from app.results import spread
-from app.results.read import Reader, Trace
+from app.results.read import Group, Reader, Trace
 from app.words.plain import plain
+from learners.spec import LearnerSpec, ScheduleSpec
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -34,7 +37,9 @@ def line_of(
     """
     traces = reader.traces(runs)
     found = reader.band(runs, axis, windows)
-    return Line(label, found, style, len(traces), _marks(traces, axis))
+    marks = _marks(traces, axis)
+    greedy = averaged([trace.greedy for trace in traces], axis)
+    return Line(label, found, style, len(traces), marks, greedy=greedy)
 
 
 def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:
@@ -64,3 +69,42 @@ def value_maps_of(reader: Reader, runs: Sequence[Record]) -> ValueMaps:
             maps.append(ValueMap(title, spread.averaged(found), len(found)))
     world = WorldSpec.model_validate(settings["world"])
     return ValueMaps(maps, geometry.ring_edges(world), world.vision_radius * world.scale)
+
+
+def schedules_of(groups: Iterable[Group]) -> Schedules:
+    """The schedules of variants that have one, each once, with the names of all that have it.
+
+    A learner whose skills are all there from the start, and of which none is explored, has none.
+    """
+    named: dict[str, list[Group]] = {}
+    for group in groups:
+        settings = group.runs[0].settings
+        parts = {key: settings[key] for key in ("learner", "schedule", "trials") if key in settings}
+        if parts.get("schedule"):
+            options = parts["learner"]["options"]
+            key = json.dumps([options, parts["schedule"], parts["trials"]], sort_keys=True)
+            named.setdefault(key, []).append(group)
+    lanes: list[Lane] = []
+    for alike in named.values():
+        settings = alike[0].runs[0].settings
+        schedule = ScheduleSpec.model_validate(settings["schedule"])
+        learner = LearnerSpec.model_validate(settings["learner"])
+        if not (schedule.skills or schedule.episodes):
+            continue
+        name = ", ".join(dict.fromkeys(group.label for group in alike))
+        lanes += [
+            Lane(
+                name,
+                skill,
+                schedule.introduced_at(skill),
+                schedule.freeze_of(skill),
+                [
+                    (first := schedule.starts_at(e), first + e.duration, e.probability)
+                    for e in schedule.episodes
+                    if e.skill == skill
+                ],
+                int(settings["trials"]),
+            )
+            for skill in learner.skills
+        ]
+    return Schedules(lanes)

@@ -108,8 +108,8 @@ class Pictures:
 def moments_of(spec: RunSpec, trials: int) -> Sequence[int]:
     """Trials before which a picture of the value is taken: introductions, and half way."""
     joins = {spec.schedule.introduced_at(skill) for skill in spec.learner.skills}
-    half = {trials // 2} if trials == spec.trials else set()
-    return sorted(trial for trial in joins | half if 0 < trial < trials)
+    half = [trials // 2] if trials == spec.trials else []
+    return sorted(trial for trial in {*joins, *half} if 0 < trial < trials)
 
 
 # --- Greedy reward -------------------------------------------------------------------------------

@@ -31,6 +31,7 @@ from app.experiments.claims import (
     unwritable,
 )
 from app.experiments.record import DONE, FAILED, Record, origin_of, records_of, row_of
+from app.experiments.seed_lists import SeedLists
 from app.experiments.table import (
     COLUMNS,
     SCHEMA_VERSION,
@@ -240,11 +241,8 @@ class Folder:
             self._clear()
             self.arrays.mkdir(exist_ok=True)
             # Of other seeds, what is there stays.
-            seeds = dict.fromkeys([*json.loads(before.about["seeds"]), *experiment.seeds])
-            own = json.loads(before.about["own_seeds"])
-            for label, more in _stated_seeds(experiment).items():
-                own[label] = [*dict.fromkeys([*own[label], *more])]
-            table.note(self._database, seeds=json.dumps([*seeds]), own_seeds=json.dumps(own))
+            seeds = SeedLists.noted(before.about).and_of(SeedLists.of(experiment))
+            table.note(self._database, **seeds.notes)
         except BaseException:
             self._database.close()
             raise
@@ -253,10 +251,11 @@ class Folder:
         """Put a table of the rows that are whole into the place of one that is damaged."""
         if not goes_on(self.path, experiment):
             rows = _salvageable(self.path, experiment)
-            seeds = dict.fromkeys([*experiment.seeds, *(row["seed"] for row in rows)])
+            runs = ((row["variant"], row["seed"]) for row in rows)
+            seeds = SeedLists.of(experiment).and_of_runs(runs)
             shutil.copyfile(self.table, _free_name(self.path / "damaged.sqlite"))
             write_whole(self.path / "experiment.yaml", experiment.text)
-            self._begin_table({**_about(experiment), "seeds": json.dumps([*seeds])}, rows)
+            self._begin_table({**_about(experiment), **seeds.notes}, rows)
         self._go_on(experiment)
 
     def _remove_old_report(self) -> None:
@@ -283,16 +282,10 @@ def _about(experiment: Experiment) -> dict[str, str]:
         "steps_alone": json.dumps(experiment.steps is not None and experiment.trials is None),
         "metrics": json.dumps(experiment.metrics),
         "version": version(),
-        "seeds": json.dumps(list(experiment.seeds)),
-        "own_seeds": json.dumps(_stated_seeds(experiment)),
+        **SeedLists.of(experiment).notes,
         # Files of presets that the record names by their paths may not be found from here.
         "variants": json.dumps([variant.label for variant in experiment.variants]),
     }
-
-
-def _stated_seeds(experiment: Experiment) -> dict[str, list[int]]:
-    """Seeds of the variants whose presets have their own, by label, as they are stated."""
-    return {v.label: list(v.seeds) for v in experiment.variants if v.seeds is not None}
 
 
 def figures_of(page: Path) -> Path:

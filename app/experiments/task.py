@@ -10,7 +10,7 @@ import math
 import re
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -236,7 +236,7 @@ def made_run(
     spec: RunSpec,
     seed: int,
     limits: Limits,
-    probes: Sequence[Probe] = (),
+    probes: Iterable[Probe] = (),
     on_progress: Callable[[Run], object] = lambda _: None,
     wanted: Callable[[], bool] = lambda: True,
 ) -> Run | None:

@@ -5,13 +5,13 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from app.analysis import estimates
-from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, bootstrap_rng
+from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, Windows, bootstrap_rng
 from app.analysis.passages import Passage, arrivals
 from app.charts.model import Curves, Panel
 from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.metrics import Metric
-from app.report.document import Page, details, minor
+from app.report.document import Page, View, minor, switch
 from app.results.read import Group, Reader, Widths
 from app.util.html import Markup, element, joined
 from app.words.numbers import NONE, counted, in_short
@@ -61,26 +61,60 @@ class Shown(NamedTuple):
     swept: Sequence[Metric]
     """What maps and points are of, ``first`` included."""
     every: Sequence[Metric]
+    horizon: int | None = None
+    """Steps at which all runs were measured as well; None where they have none in common."""
 
 
 # --- Curves --------------------------------------------------------------------------------------
 
 
-def _curve_notes(widths: Widths, axis: Axis, panels: Sequence[Panel]) -> str:
+class Seen(NamedTuple):
+    """One of the ways to draw learning curves."""
+
+    axis: Axis
+    windows: Windows
+    ending: str
+    """Of the names of its files."""
+
+    def windows_in_words(self, widths: Widths) -> str:
+        """How wide windows are."""
+        consecutive = "consecutive " if self.windows == "trials" else ""
+        return f"{widths.of(self.axis, self.windows):,} {consecutive}{self.windows}"
+
+    def name(self, widths: Widths) -> str:
+        """What it is called where it is chosen."""
+        against = "" if self.axis == "steps" else ", against trials"
+        return f"windows of {self.windows_in_words(widths)}{against}"
+
+
+def _curve_notes(widths: Widths, seen: Seen, panels: Sequence[Panel]) -> str:
     share = f"{estimates.LEAST_SHARE:.0%}".replace("%", " %")
     lines = [line for panel in panels for line in panel.lines]
     has_marks = any(line.marks for line in lines)
     marks = " Dashed marks: introductions of skills (median over runs)." if has_marks else ""
+    greedy = (
+        " Thin and dotted: greedy reward, of hunts in which nothing is explored or learned."
+        if any(line.greedy is not None for line in lines)
+        else ""
+    )
     shaded = (
         "n runs (seeds) each; shaded: 95 % bootstrap interval over runs, point by point."
         if any(line.n > 1 for line in lines)
         else f"n runs (seeds) each. {NO_INTERVAL}"
     )
     return (
-        f"Mean reward per trial in windows of {widths.of(axis):,} {axis}; {shaded}{marks}"
-        " Faint: some runs have ended, and the mean is over those that go on, which may not be"
-        f" typical; where fewer than {share} do, the curve ends."
+        f"Mean reward per trial in windows of {seen.windows_in_words(widths)}; {shaded}{marks}"
+        f"{greedy} Faint: some runs have ended, and the mean is over those that go on, which may"
+        f" not be typical; where fewer than {share} do, the curve ends."
     )
+
+
+WAYS_TO_SEE = (
+    Seen("steps", "trials", "_by_trials"),
+    Seen("steps", "steps", ""),
+    Seen("trials", "trials", "_trials"),
+)
+"""First as the thesis draws them (4.1.2), which shows what is short in steps."""
 
 
 def curve_pictures(
@@ -88,20 +122,29 @@ def curve_pictures(
     reader: Reader,
     name: str,
     caption: str,
-    panels: Callable[[Axis], Sequence[Panel]],
+    panels: Callable[[Axis, Windows], Sequence[Panel]],
     note: str = "",
 ) -> Markup:
-    """A picture against steps, and the same against trials to be opened."""
+    """Learning curves with a switch between the ways to see them.
 
-    def picture(axis: Axis, name: str, caption: str) -> Markup:
-        chart = Curves(axis, panels(axis))
-        notes = [_curve_notes(reader.widths, axis, chart.panels), *([note] if note else [])]
-        drawing = drawn(name, chart, page.small_print(" ".join(notes)))
-        return page.picture(name, caption, drawing)
+    Args:
+        page: that keeps the pictures.
+        reader: of the logs.
+        name: that the names of their files begin with.
+        caption: what they are of.
+        panels: those of an axis, and of windows.
+        note: what one has to know of them besides.
+    """
 
-    by_steps = picture("steps", name, caption)
-    by_trials = picture("trials", f"{name}_trials", f"{caption}, against trials")
-    return joined([by_steps, details("The same against trials", by_trials)])
+    def view(seen: Seen) -> View:
+        chart = Curves(seen.axis, panels(seen.axis, seen.windows))
+        notes = [_curve_notes(reader.widths, seen, chart.panels), *([note] if note else [])]
+        file = f"{name}{seen.ending}"
+        drawing = drawn(file, chart, page.small_print(" ".join(notes)))
+        way = seen.name(reader.widths)
+        return View(way, page.picture(file, f"{caption}, {way}", drawing))
+
+    return switch(name, caption, [view(seen) for seen in WAYS_TO_SEE])
 
 
 def bars_note(shown: Iterable[Estimate]) -> str:

@@ -8,29 +8,29 @@ variants give curves, and unless they are of one such map they are set against t
 import os
 import shlex
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from app.charts.paper.drawing import missing_note
 from app.experiments.record import Record
 from app.experiments.store import REPORT_PAGE, figures_of, remove_figures
-from app.metrics import AREA, FINAL_REWARD, METRICS, shown_first
+from app.metrics import FINAL_REWARD, METRICS, shown_first, shown_means
 from app.report.document import FIGURE_FILES, Page, document, table
-from app.report.parts import (
-    Shown,
-)
+from app.report.headline import lead_with_range
+from app.report.overview import opening_of, title_of, write_again, write_what_was_run
+from app.report.parts import MOST_ROWS, Shown
 from app.report.sections.compare import write_comparison
 from app.report.sections.readings import write_readings
+from app.report.sections.runs import Row, runs_picture
+from app.report.sections.schedules import write_schedules
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
 from app.report.sections.thesis import write_thesis
-from app.report.sections.variants import (
-    write_curves,
-    write_passages,
-    write_scalars,
-    write_variants,
-)
+from app.report.sections.variants import write_curves, write_passages, write_scalars, write_variants
 from app.results import thesis
+from app.results.horizon import Horizon
 from app.results.read import (
     Folder,
     Group,
@@ -45,7 +45,7 @@ from app.results.read import (
 from app.results.readings import readings_of
 from app.util import leftovers
 from app.util.files import PASSING, write_whole
-from app.util.html import Markup, element, joined
+from app.util.html import element
 from app.util.texts import as_path, as_text
 from app.words.numbers import counted
 
@@ -86,36 +86,40 @@ def write_report(
     commands = [*(folder.command for folder in read), _command(folders, out, compare)]
     warnings = [*_unfinished(read), *_damaged(read)]
     page = Page(commands, figures_of(place).name, warnings=warnings, tell=tell)
+    several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
+    reader = Reader(
+        widths_of(run for folder in read for run in folder.rows),
+        thesis.quantities_of,
+        several,
+        lambda n: tell(f"reading logs: {counted(n, 'run')}"),
+    )
+    read, horizon = _compared(reader, read)
     tables = [folder.rows for folder in read]
     rows = [row for table in (tables if compare else _without_copies(tables)) for row in table]
     if all(row.error for row in rows):
         shown = ", ".join(repr(str(folder)) for folder in folders)
         nothing = f"no run is over in {shown}: there is nothing to report yet"
         raise ResultsError(" ".join([nothing, *_damaged(read)]))
-    several = folder_names(folder.path for folder in read) if len({*folders}) > 1 else {}
     # What both sides of a comparison hold is looked at twice, and was still run once.
     apart = [row for table in _without_copies(tables) for row in table]
-    reader = Reader(
-        widths_of(rows),
-        thesis.quantities_of,
-        several,
-        lambda n: tell(f"reading logs: {counted(n, 'run')}"),
-    )
     for run in (run for folder in read for run in folder.lost):
         reader.unreadable[reader.name_of(run)] = "its arrays are damaged or gone"
-    title = _overview(page, read, apart, compare)
+    title, opening = title_of(read, compare), opening_of(read, apart, compare)
     # Folders may differ in what they measure first; the page shows one thing all through.
-    shown = _shown(read[0], rows)
+    shown = _shown(read[0], rows, horizon)
+    groups = groups_of(apart)
     if compare:
         first, second = read
         write_comparison(page, reader, first, second, shown)
     else:
-        _everything(page, reader, groups_of(rows), shown)
+        _everything(page, reader, groups, shown)
+    write_what_was_run(page, read, groups, compare, horizon)
     _missing_runs(page, reader, rows)
-    notes = [*page.warnings, *_missing_characters(page)]
+    write_again(page, place, read)
+    page.warnings = [*page.warnings, *_missing_characters(page)]
     tell("writing the page")
-    _write_all(page, place, document(title, page))
-    return Written(place, notes)
+    _write_all(page, place, document(title, opening, page))
+    return Written(place, page.warnings)
 
 
 def default_place(folders: Sequence[Path], compare: bool) -> Path:
@@ -161,18 +165,30 @@ def _damaged(read: Iterable[Folder]) -> list[str]:
     ]
 
 
-def _shown(folder: Folder, rows: Iterable[Record]) -> Shown:
-    """What is shown of runs, of which the folder's are the first."""
-    lengths = [row.trials for row in rows if not row.error]
-    every = [metric.of_runs(min(lengths), max(lengths)) for metric in METRICS]
+def _compared(reader: Reader, read: Iterable[Folder]) -> tuple[list[Folder], Horizon | None]:
+    """Folders with the values of their runs at the horizon that all have in common."""
+    folders = [*read]
+    every, horizon = reader.at_horizon(run for folder in folders for run in folder.rows)
+    left = iter(every)
+    return [replace(folder, rows=[*islice(left, len(folder.rows))]) for folder in folders], horizon
+
+
+def _shown(folder: Folder, rows: Iterable[Record], horizon: Horizon | None) -> Shown:
+    """What is shown of runs that are compared at a horizon; the folder's are the first of them."""
+    done = [row for row in rows if not row.error]
+    lengths = [row.preset_trials for row in done]
+    at = None if horizon is None else horizon.steps
+    every = [m.of_runs(min(lengths), max(lengths)).at(at) for m in METRICS]
     by_column = {metric.column: metric for metric in every}
-    first = by_column[shown_first(folder.metrics).column]
-    swept = (first, by_column[FINAL_REWARD.column], by_column[AREA.column])
+    is_stated = all(row.origin.states_horizon for row in done)
+    first = by_column[shown_first(folder.metrics, is_stated).column]
+    means = shown_means(folder.metrics, is_stated, at is not None)
+    swept = [by_column[metric.column] for metric in means]
     if any(row.origin.stop is not None for row in folder.rows):
         # They end as good as one another, and in the midst of learning; what differs is how soon.
         first = by_column["steps"] if first.column == FINAL_REWARD.column else first
-        swept = (first,)
-    return Shown(first, [*dict.fromkeys(swept)], every)
+        swept = [first]
+    return Shown(first, swept, every, at)
 
 
 def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown) -> None:
@@ -186,7 +202,8 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if len({learner for _, learner in placed}) < 2:
         placed = {}
     if placed:
-        write_thesis(page, reader, placed)
+        write_thesis(page, reader, placed, shown)
+    write_schedules(page, groups)
     others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
     swept = write_sweeps(page, groups, shown)
     rest = [group for group in others if group.preset not in swept]
@@ -195,7 +212,13 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if others:
         write_curves(page, reader, others, shown.first, naming)
         write_passages(page, others, shown.first, naming)
+    if 0 < len(rest) <= MOST_ROWS:
+        rows = [Row(group.label, group.runs) for group in rest]
+        picture = runs_picture(page, "runs", "Every run", rows, shown.every)
+        if picture:
+            page.say("Every run", picture)
     write_scalars(page, groups, shown, naming)
+    lead_with_range(page, groups, shown.first)
 
 
 def _without_copies(tables: Iterable[Sequence[Record]]) -> list[list[Record]]:
@@ -217,46 +240,6 @@ def _command(folders: Sequence[Path], out: Path | None, compare: bool) -> str:
     return as_text(shlex.join([*words, *([] if out is None else ["--out", str(out)])]))
 
 
-def _overview(page: Page, read: Sequence[Folder], rows: Sequence[Record], compare: bool) -> str:
-    names = [folder.path.resolve().name for folder in read]
-    failed = sum(bool(row.error) for row in rows)
-    n_done = len(rows) - failed
-    versions = ", ".join(sorted({row.version for row in rows if row.version})) or "unknown"
-    seeds = {row.seed for row in rows}
-    also = f" ({failed} more failed)" if failed else ""
-    lines = [
-        *_descriptions(read),
-        f"{counted(n_done, 'run')} over {counted(len(seeds), 'seed')}{also}, by version {versions}"
-        " of the lab.",
-    ]
-    if compare:
-        lines.append(f"A is {read[0].path}, B is {read[1].path}.")
-    lines += [
-        f"A stop condition or a number of steps may have ended the runs in {folder.path} early, so"
-        " they do not count among the thesis's own."
-        for folder in read
-        if any(row.origin.limited for row in folder.rows)
-    ]
-    commands = [element("code", command) for command in page.commands]
-    content = [element("p", text, class_="warning") for text in page.warnings]
-    content += [element("p", line) for line in lines]
-    content.append(element("p", joined(["Made by", *commands], Markup("<br/>"))))
-    page.sections.append(joined(content))
-    return " and ".join(names) if compare else ", ".join(names)
-
-
-def _descriptions(read: Sequence[Folder]) -> list[str]:
-    """What the experiments are about, each with the names of its folders if there are several."""
-    names = folder_names(folder.path for folder in read)
-    by_text: dict[str, list[str]] = {}
-    for folder in read:
-        if folder.description:
-            by_text.setdefault(folder.description, []).append(names[folder.path])
-    if len(names) == 1:
-        return [*by_text]
-    return [f"{', '.join(dict.fromkeys(which))}: {text}" for text, which in by_text.items()]
-
-
 def _missing_runs(page: Page, reader: Reader, rows: Iterable[Record]) -> None:
     failed = {reader.name_of(run): run.error for run in rows if run.error}
     missing = {**failed, **reader.unreadable}
@@ -266,13 +249,11 @@ def _missing_runs(page: Page, reader: Reader, rows: Iterable[Record]) -> None:
 
 
 def _missing_characters(page: Page) -> list[str]:
-    """Which characters no font had, said at the beginning of the page; nothing if all were had."""
+    """Which characters no font had, to be said at the head of the page; nothing if all were had."""
     missing = "".join(dict.fromkeys("".join(d.missing for d in page.drawings.values())))
     if not missing:
         return []
-    note = missing_note(missing)
-    page.sections.insert(0, element("p", note, class_="warning"))
-    return [note]
+    return [missing_note(missing)]
 
 
 def _write_all(page: Page, place: Path, text: str) -> None:

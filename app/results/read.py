@@ -20,6 +20,7 @@ from app.documents.experiment_spec import Stop
 from app.experiments import archive, table
 from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
+from app.experiments.seed_lists import SeedLists
 from app.experiments.table import DamageError, UnreadableError, VersionError
 from app.metrics import GreedyCurve
 from app.results.horizon import Horizon, UpTo, common, is_measured, up_to, with_values
@@ -53,6 +54,8 @@ class Folder:
     """A folder of results."""
 
     path: Path
+    name: str
+    """Of the experiment."""
     rows: Sequence[Record]
     lost: Sequence[Record]
     """Runs that count as missing, since their arrays are damaged or gone; not among the rows."""
@@ -121,9 +124,10 @@ def read_folder(path: Path) -> Folder:
         origin = _origin_in(path, about)
         rows = records_of(found, origin)
         labels = _names_in(about, "variants")
-        seeds = _seeds_in(about)
+        seeds = SeedLists.noted(about)
         command, description = _command_of(path, about), str(about["description"])
-        planned = sum(len(seeds.own.get(label, seeds.every)) for label in labels)
+        name = str(about["name"])
+        planned = sum(map(seeds.n_of, labels))
     except VersionError as error:
         raise ResultsError(
             f"{shown} holds results of version {error}, and this program reads version"
@@ -143,6 +147,7 @@ def read_folder(path: Path) -> Folder:
     lost = {row.key for row in rows if not row.error and not _has_arrays(row)}
     return Folder(
         path=path,
+        name=name,
         rows=_in_order(labels, (row for row in rows if row.key not in lost)),
         lost=_in_order(labels, (row for row in rows if row.key in lost)),
         command=command,
@@ -177,18 +182,6 @@ def _names_in(meta: Mapping[str, Any], key: str) -> Sequence[str]:
     return found
 
 
-class _Seeds(NamedTuple):
-    """Seeds that an experiment has been run with so far."""
-
-    every: Sequence[int]
-    own: Mapping[str, Sequence[int]]
-    """Of the variants whose presets have their own, by label."""
-
-
-def _seeds_in(meta: Mapping[str, Any]) -> _Seeds:
-    return _Seeds(json.loads(meta["seeds"]), json.loads(meta["own_seeds"]))
-
-
 def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
     stop, steps = json.loads(meta["stop"]), json.loads(meta["steps"])
     limited = stop is not None or steps is not None
@@ -204,12 +197,8 @@ def _origin_in(path: Path, meta: Mapping[str, Any]) -> Origin:
 
 def _command_of(path: Path, meta: Mapping[str, Any]) -> str:
     """What made the results."""
-    seeds = _seeds_in(meta)
-    # As many for each, counting up from a first one, is what --seeds asks for.
-    lists = [seeds.every, *seeds.own.values()]
-    count = len(seeds.every)
-    count_up = all(list(each) == list(range(each[0], each[0] + count)) for each in lists)
-    counted = ["--seeds", str(count)] if count_up else []
+    count = SeedLists.noted(meta).n_counting_up
+    counted = [] if count is None else ["--seeds", str(count)]
     source = str(meta["source"])
     if not source:
         # An experiment of the page has no file, and a name alone does not say where its file is.
@@ -367,8 +356,7 @@ class Trace(NamedTuple):
     curves: Mapping[Axis, np.ndarray]
     """(window,) float64 each: mean reward per trial, NaN where no trial ended."""
     by_trials: tuple[np.ndarray, np.ndarray]
-    """(window,) each: mean reward of windows of consecutive trials, and the step at which they
-    ended."""
+    """(window,) each: mean reward of windows of trials, and the step at which they ended."""
     greedy: GreedyCurve
     up_to: UpTo
     quantities: Mapping[str, float]
@@ -474,10 +462,8 @@ class Reader:
         return [self._at(run, horizon) for run in every], horizon
 
     def _at(self, run: Record, horizon: Horizon) -> Record:
-        if run.error or is_measured(run, horizon):
-            return run
-        trace = self._trace(run)
-        return with_values(run, horizon, None if trace is None else trace.up_to)
+        trace = None if run.error or is_measured(run, horizon) else self._trace(run)
+        return with_values(run, horizon, trace and trace.up_to)
 
     def pictures(self, runs: Iterable[Record]) -> list[Pictures]:
         """Pictures of the value in the logs of runs, without those that cannot be read.

@@ -251,3 +251,14 @@ def test_an_empty_window_of_one_run_is_left_to_the_others() -> None:
 )
 def test_windows_have_a_round_width(longest: int, width: int) -> None:
     assert estimates.window_width(longest, 100_000) == width
+
+
+def test_windows_of_trials_stand_at_the_mean_step_at_which_they_ended() -> None:
+    reward, steps = np.array([0.0, 100.0, 50.0, 50.0, 9.0]), np.array([10, 10, 40, 60, 5])
+    values = estimates.windowed(reward, steps, 2, "trials")
+    ends = estimates.window_ends(steps, 2)
+    np.testing.assert_array_equal(ends, [20, 120])
+    found = estimates.band([values, values + 10], 2, rng(), [ends, ends + 100])
+    np.testing.assert_array_equal(found.mean, [55.0, 55.0])
+    np.testing.assert_array_equal(found.at, [70.0, 170.0])
+    np.testing.assert_array_equal(found.start, [0, 70])

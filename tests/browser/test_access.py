@@ -1,24 +1,16 @@
 """The page for those who do not see it, see little or see no hues; and when it is zoomed."""
 
 import re
-from importlib import resources
 from typing import Any
 
 import pytest
 from playwright.sync_api import Locator, expect
 
 from learners.commands import Introduce
+from tests.support.access import AXE, FINDINGS
 from tests.support.live import small_experiment
 from tests.support.screen import VIEWPORT, Screen, Shared
 
-AXE = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
-FINDINGS = """async () => {
-    const { violations } = await axe.run(document, { resultTypes: ["violations"] });
-    return violations
-        .filter(({ impact }) => impact === "serious" || impact === "critical")
-        .flatMap(({ id, nodes }) => nodes.map(node => [id, node.target.join(" "), node.html]));
-}"""
-"""What the checker finds that keeps people out. It loads nothing from elsewhere."""
 OF_VISER: tuple[tuple[str, str], ...] = ()
 """Rule and selector of what is viser's own and cannot be mended from outside: nothing so far."""
 HAS_NO_NAME = """node => {

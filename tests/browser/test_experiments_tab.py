@@ -155,7 +155,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     assert status.snapshot.step > before.step
 
     standing = live.at_end()
-    mine, former = standing.experiment.variants
+    former, mine = standing.experiment.variants
     assert mine.spec.schedule.introduced_at("circle_clockwise") == 50
     assert former.spec == preset_of("timed", "trials=2000")
     assert (mine.label, former.label) == ("this session", "timed as it was")
@@ -166,13 +166,13 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     other.results_button.click()
     for screen in (one, other):
         expect(column(screen, "variant")).to_have_text(
-            ["this session"] * 3 + ["timed as it was"] * 3
+            ["timed as it was"] * 3 + ["this session"] * 3
         )
         expect(column(screen, "seed")).to_have_text(["0", "1", "2"] * 2)
         expect(column(screen, "digest")).to_have_text(
             [
                 r.digest[:8]
-                for v in ("this session", "timed as it was")
+                for v in ("timed as it was", "this session")
                 for r in rows
                 if r.variant == v
             ]

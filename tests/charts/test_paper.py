@@ -321,6 +321,19 @@ def test_a_curve_and_its_marks_lie_where_their_numbers_are() -> None:
     assert axes.get_xlabel() == "simulation steps (millions)"
 
 
+def test_all_panels_of_a_figure_have_the_same_scales() -> None:
+    panels: list[Panel] = []
+    for n_windows, height in ((2, 10.0), (5, 80.0)):
+        starts = np.arange(n_windows) * 100_000
+        mean = np.full(n_windows, height)
+        band = Band(starts, starts + 100_000, mean, mean, mean, np.full(n_windows, 3))
+        panels.append(Panel("", [Line("a", band, style_of(0), 3)]))
+    short, long = curves_figure(Curves("steps", panels), "small print").axes
+    assert short.get_xlim() == long.get_xlim() == pytest.approx((0, 1.02 * 0.5))
+    assert short.get_ylim() == long.get_ylim()
+    assert long.get_ylim()[1] > 80
+
+
 @pytest.mark.parametrize("n_panels", [1, 3])
 def test_the_small_print_can_be_read_on_paper(n_panels: int, figures: list[Any]) -> None:
     band = Band(*(np.array([k]) for k in (0, 10, 1.0, 0.5, 1.5, 3)))

@@ -755,6 +755,64 @@ def test_where_starts_are_not_shared_no_two_runs_have_the_same_seed() -> None:
     assert len(starts) == 8
 
 
+def test_seeds_may_be_a_range_with_both_ends() -> None:
+    assert list(small(seeds={"start": 5, "stop": 8}).seeds) == [5, 6, 7, 8]
+    assert list(small(seeds={"start": 5, "stop": 11, "step": 3}).seeds) == [5, 8, 11]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("seeds: {start: 9, stop: 8}", "is no range; allowed: start up to stop"),
+        ("seeds: {start: 0, stop: 200000}", "has 200001 seeds; allowed: up to 100000"),
+        ("seeds: {start: 1}", "my.yaml:2: seeds"),
+        ("seeds: {start: 1, stop: 2, step: 0}", "my.yaml:2: seeds"),
+        ("steps: 50\nhorizon: 60", "horizon: value 60: lies beyond the end of all runs;"),
+        ("horizon: 0", "my.yaml:2: horizon: value 0"),
+        ("greedy_every: -1", "my.yaml:2: greedy_every: value -1"),
+    ],
+)
+def test_seeds_and_horizons_that_cannot_be_are_refused(text: str, said: str) -> None:
+    with pytest.raises(ExperimentError) as refused:
+        parse(f"presets: [timed]\n{text}\n", "my.yaml")
+    assert said in str(refused.value)
+
+
+OWN_SEEDS = """
+presets: [timed, {preset: hierarchical_3, seeds: {start: 100, stop: 104}}]
+seeds: [7, 3]
+trials: 300
+"""
+
+
+def test_a_preset_may_have_seeds_of_its_own() -> None:
+    experiment = parse(OWN_SEEDS, "my.yaml")
+    runs = [(variant.label, seed) for variant, seed in experiment.runs()]
+    assert len(runs) == experiment.n_runs == 7
+    assert runs[:3] == [("timed", 7), ("hierarchical_3", 100), ("timed", 3)]
+    assert experiment.seeds_in_words == "2 to 5 seeds"
+
+
+def test_a_number_of_seeds_counts_up_from_the_first_of_each() -> None:
+    experiment = parse(OWN_SEEDS, "my.yaml", n_seeds=3)
+    assert [list(experiment.seeds_of(v)) for v in experiment.variants] == [
+        [7, 8, 9],
+        [100, 101, 102],
+    ]
+    with pytest.raises(ExperimentError, match=f"allowed: up to {MAX_SEED}"):
+        parse(f"presets: [timed]\nseeds: [{MAX_SEED}]\n", "my.yaml", n_seeds=2)
+
+
+@pytest.mark.parametrize(
+    ("text", "horizon"),
+    [("", None), ("horizon: 70", 70), ("steps: 90", 90), ("steps: 90\nhorizon: 70", 70)],
+)
+def test_where_steps_alone_count_they_are_the_horizon(text: str, horizon: int | None) -> None:
+    assert parse(f"presets: [timed]\n{text}\n", "my.yaml").horizon_steps == horizon
+    with_trials = parse(f"presets: [timed]\ntrials: 50\n{text}\n", "my.yaml").horizon_steps
+    assert with_trials == (70 if "horizon" in text else None)
+
+
 def test_seeds_of_ones_own_stay_when_there_are_more() -> None:
     few, many = small(common_starts=False, seeds=2), small(common_starts=False, seeds=9)
     for variant in few.variants:

@@ -541,3 +541,29 @@ def test_a_wrong_file_is_said_on_standard_error_alone(
     out, err = capsys.readouterr()
     assert out == ""
     assert "small.yaml:1" in err
+
+
+OWN = """
+presets: [{preset: standard_q, seeds: {start: 8, stop: 9}}, {preset: timed, label: other}]
+set: {world.size: 20, world.step_limit: 20}
+trials: 20
+seeds: {start: 41001, stop: 41003}
+"""
+
+
+def test_a_folder_says_how_many_runs_its_presets_seeds_come_to(tmp_path: Path) -> None:
+    experiment = parse(OWN, "own.yaml")
+    with Folder(tmp_path / "a", experiment, False, False) as folder:
+        run_experiment(experiment, folder, Threads(2))
+    found = read_folder(tmp_path / "a")
+    assert found.planned == len(found.rows) == experiment.n_runs == 5
+    assert "--seeds" not in found.command
+    fewer = parse(OWN, "own.yaml", None, 1)
+    with Folder(tmp_path / "b", fewer, False, False) as folder:
+        run_experiment(fewer, folder, Threads(2))
+    found = read_folder(tmp_path / "b")
+    assert {run.seed for run in found.rows} == {8, 41_001}
+    assert "--seeds 1" in found.command
+    with Folder(tmp_path / "b", experiment, True, False) as folder:
+        run_experiment(experiment, folder, Threads(2))
+    assert read_folder(tmp_path / "b").planned == 5

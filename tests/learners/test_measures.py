@@ -117,3 +117,67 @@ def test_there_is_no_distance_to_a_capture_that_is_worth_nothing(capture_reward:
 
 def test_without_a_future_all_value_is_at_capture() -> None:
     assert not measures.equivalent_distance(np.array([1.0, 100.0, 200.0]), 100, 0.0).any()
+
+
+def test_windows_of_trials_end_where_their_last_trial_did() -> None:
+    reward = np.array([100.0, -50.0, 0.0, 100.0, 100.0])
+    steps = np.array([10, 20, 30, 40, 50], np.int32)
+    steps_at, mean = measures.curve_over_trials_of(reward, steps, 2)
+    assert steps_at.tolist() == [30, 100]
+    assert mean.tolist() == [25.0, 50.0]
+
+
+def test_of_fewer_trials_than_a_window_there_is_one_point() -> None:
+    steps_at, mean = measures.curve_over_trials_of(np.array([100.0, -50.0]), np.array([7, 5]), 500)
+    assert (steps_at.tolist(), mean.tolist()) == ([12], [25.0])
+    empty = measures.curve_over_trials_of(np.zeros(0), np.zeros(0, np.int32), 500)
+    assert (empty.steps.size, empty.reward.size) == (0, 0)
+
+
+# --- Passages ------------------------------------------------------------------------------------
+
+STEPS = np.full(20_000, 10)
+
+
+def rewards(*parts: tuple[int, float]) -> np.ndarray:
+    """Rewards of so many trials each."""
+    return np.concatenate([np.full(n, reward) for n, reward in parts])
+
+
+def test_a_passage_is_where_the_mean_of_the_last_thousand_trials_gets_to_a_level() -> None:
+    reward = rewards((3_000, 0.0), (9_000, 100.0))
+    # Half of a thousand trials are at 100 after 500 of them.
+    assert measures.first_passage(reward, STEPS, 50) == 3_500 * 10
+    assert measures.kept_passage(reward, STEPS, 50) == 3_500 * 10
+    assert measures.first_passage(reward, STEPS, 100.5) is None
+    assert measures.first_passage(reward[:999], STEPS, -50) is None
+
+
+def test_a_spike_is_a_first_passage_and_none_that_is_kept() -> None:
+    reward = rewards((2_000, 0.0), (800, 100.0), (2_000, 0.0), (7_000, 100.0))
+    assert measures.first_passage(reward, STEPS, 70) == 2_700 * 10
+    assert measures.kept_passage(reward, STEPS, 70) == (4_800 + 700) * 10
+
+
+def test_a_passage_that_few_trials_follow_is_not_known_to_be_kept() -> None:
+    reward = rewards((1_000, 0.0), (6_000, 100.0))
+    assert measures.kept_passage(reward[:6_499], STEPS, 50) is None
+    assert measures.kept_passage(reward[:6_500], STEPS, 50) == 1_500 * 10
+
+
+@pytest.mark.parametrize(("low", "at"), [(66.0, 1_000), (64.0, 3_000)])
+def test_a_kept_passage_may_fall_below_its_level_by_five(low: float, at: int) -> None:
+    reward = rewards((1_000, 70.0), (1_000, low), (9_000, 70.0))
+    assert measures.kept_passage(reward, STEPS, 70) == at * 10
+
+
+def test_so_many_trials_have_ended_by_a_step() -> None:
+    steps = np.array([10, 5, 20])
+    assert [measures.ended_by(steps, step) for step in (9, 10, 15, 34, 35, 99)] == [
+        0,
+        1,
+        2,
+        2,
+        3,
+        3,
+    ]

@@ -1142,7 +1142,7 @@ def test_a_skill_of_ones_own_joins_where_skills_see_otherwise_and_all_of_them_le
 
 
 def test_binary_local_rewards_are_worth_one_at_most_and_never_less_than_nothing() -> None:
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for rewards in ("signed", "binary"):
         run = Run(small("hierarchical_3", f"learner.local_rewards={rewards}"), 6)
         run.advance(max_steps=20_000)

@@ -975,10 +975,12 @@ def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
 @pytest.mark.filterwarnings("error")
 def test_every_layer_shows_every_world(key: str, world: str, preset: str) -> None:
     before = fresh(preset, *WORLDS[world])
+    extras = (Extras(), noisy_success(before))
     for moment in (before, noisy(base=before), unknown(before)):
-        for extras in (Extras(), noisy_success(before)):
-            for look in LOOKS:
-                sound(key, moment, extras, Look(layer=key, option=1, **look))
+        for place, look in enumerate(LOOKS):
+            # In turn, but for the layer that draws them.
+            for more in extras if key == "success" else extras[place % 2 :][:1]:
+                sound(key, moment, more, Look(layer=key, option=1, **look))
 
 
 def unknown(base: Snapshot) -> Snapshot:

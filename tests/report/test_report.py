@@ -158,7 +158,7 @@ def test_a_run_that_may_have_ended_early_is_no_copy_of_one_that_may_not(tmp_path
     assert "Findings" not in text
     assert f"may have ended the runs in {limited} early" in text
     text = text_of(page_of(limited, whole))
-    assert "4 runs over 1 seed," in text
+    assert "4 runs over 1 seed ·" in text
     assert "Figure 4.1" in text
     assert {row["n"] for row in rows_of(limited, "figure_4_1") if row["reward"]} == {"1"}
 
@@ -205,7 +205,8 @@ def test_every_figure_comes_as_svg_png_and_two_kinds_of_csv(folder: Path) -> Non
         add_run(folder, seed)
     page_of(folder)
     files = sorted(path.name for path in (folder / "report_figures").iterdir())
-    stems = ("curves", "curves_trials", "passages")
+    curves = ("curves", "curves_by_trials", "curves_trials")
+    stems = (*curves, "passages", "runs", "schedules")
     assert files == sorted(f"{stem}.{kind}" for stem in stems for kind in FIGURE_FILES)
     assert (folder / "report_figures" / "curves.png").read_bytes().startswith(b"\x89PNG")
     ET.parse(folder / "report_figures" / "curves.svg")
@@ -492,8 +493,8 @@ def test_variants_of_many_settings_have_short_names_and_it_is_said_what_they_are
     assert names[0] == "0.05 / 1 / 0.9, 300"
     assert len({*names}) == 18
     what = " / ".join((*KEYS[:2], f"{KEYS[2]}, {KEYS[3]}"))
-    # With the differences, the curves and the scalars.
-    assert text_of(page).count(f"named by their values of {what}, in this order.") == 3
+    # With the differences, all views of the curves, the passages and the scalars.
+    assert text_of(page).count(f"named by their values of {what}, in this order.") == 6
     assert "final reward: difference to 0.05 / 1 / 0.9, 300 [95 %]" in text_of(page)
 
 
@@ -575,7 +576,7 @@ def test_marks_are_spoken_of_only_where_there_are_any(folder: Path, tmp_path: Pa
         seal(without)
         drawn.clear()
         page_of(without)
-        assert len(drawn) == 2
+        assert len(drawn) == 3
         assert not any("Dashed marks" in small for small in drawn)
 
 

@@ -11,6 +11,7 @@ exactly: how a random draw is split into decisions, and that values are stored w
 (``float32`` rounds here in the same places).
 """
 
+import functools
 import math
 from collections import Counter
 from dataclasses import dataclass, field
@@ -120,7 +121,7 @@ class SlowWorld:
 
     def reading(self, cell: Cell) -> Reading:
         """What a skill sees from a cell (section 4.3.3)."""
-        return self.ring(cell, self.n_skill_rings), self.direction(cell, self.n_skill_sectors)
+        return _sensed(self, cell, self.n_skill_rings, self.n_skill_sectors)
 
     @property
     def n_skill_rings(self) -> int:
@@ -134,11 +135,7 @@ class SlowWorld:
 
     def state(self, heading: int, cell: Cell) -> State:
         """What the selection sees from a cell."""
-        return (
-            heading,
-            self.ring(cell, self.n_distances),
-            self.direction(cell, self.n_directions),
-        )
+        return heading, *_sensed(self, cell, self.n_distances, self.n_directions)
 
     def visible(self, heading: int, cell: Cell) -> bool:
         """Half-disc: offset . heading > 0 and distance <= 27 (scaled)."""
@@ -187,6 +184,12 @@ class SlowWorld:
         x = math.floor(self.prey[0] + radius * math.cos(angle) + 0.5)
         y = math.floor(self.prey[1] + radius * math.sin(angle) + 0.5)
         return self.moved((x, y), (0, 0)), heading
+
+
+@functools.cache
+def _sensed(world: SlowWorld, cell: Cell, n_rings: int, n_sectors: int) -> Reading:
+    """Worked out once for each cell: learners come by each of them some hundred times."""
+    return world.ring(cell, n_rings), world.direction(cell, n_sectors)
 
 
 def local_reward(

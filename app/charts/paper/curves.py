@@ -16,18 +16,26 @@ if TYPE_CHECKING:
 
 _LEGEND_CHARACTERS = 46
 _FAINT = 0.5
+_GREEDY_WIDTH = 0.9
+_MARGIN = 1.02
+"""Of the axis, by the end of what goes on longest."""
 _NAME_ROOM = 0.24
 """Of the name of a mark, as a share of the axis."""
 
 
 def curves_figure(chart: Curves, small_print: str) -> "Figure":
-    """A panel for each world, one scale of reward for all."""
+    """A panel for each world, all with the same scales."""
     panels = chart.panels
     width = 8.0 if len(panels) == 1 else min(3.9 * len(panels), 12.5)
     figure = new_figure(width, 4.6 if len(panels) == 1 else 4.2, small_print)
-    found = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    found = figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False)[0]
     for axes, panel in zip(found, panels, strict=True):
         _draw_panel(axes, panel, chart.axis)
+    ends = [line.band.end[-1] for panel in panels for line in panel.lines if line.band.end.size]
+    found[0].set_xlim(0, _MARGIN * AXIS_UNITS[chart.axis][0] * max(ends, default=1))
+    # Where the names of marks fit is known once all panels have their scale.
+    for axes, panel in zip(found, panels, strict=True):
+        _draw_marks(axes, panel, chart.axis)
     found[0].set_ylabel("mean reward per trial")
     _legend(figure, panels)
     return figure
@@ -43,18 +51,25 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
         _draw_mean(axes, style, x[: line.n_whole], band.mean[: line.n_whole], 1)
         rest = slice(max(line.n_whole - 1, 0), None)
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
+        if line.greedy is not None:
+            axes.plot(
+                line.greedy.at * scale,
+                line.greedy.reward,
+                color=style.colour,
+                linewidth=_GREEDY_WIDTH,
+                linestyle=(0, (1, 1.5)),
+                zorder=2.5,
+            )
         axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-    axes.set_xlim(left=0)
-    axes.margins(x=0.02)
     axes.set_xlabel(label)
-    marks = sorted({mark for line in panel.lines for mark in line.marks})
+
+
+def _draw_marks(axes: "Axes", panel: Panel, axis: Axis) -> None:
+    """The title, and lines with their names above the axes, each to the right of its mark."""
+    scale, _ = AXIS_UNITS[axis]
+    marks: Sequence[Mark] = sorted({mark for line in panel.lines for mark in line.marks})
     axes.set_title(plain(panel.title), fontsize=9.5, pad=22 if marks else 6)
-    _draw_marks(axes, marks, scale)
-
-
-def _draw_marks(axes: "Axes", marks: Sequence[Mark], scale: float) -> None:
-    """Lines with their names above the axes, each to the right of its mark."""
     places = [mark.at * scale for mark in marks]
     heights = levels(places, axes.get_xlim()[1] * _NAME_ROOM)
     for mark, at, level in zip(marks, places, heights, strict=True):

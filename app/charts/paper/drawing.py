@@ -20,6 +20,7 @@ from app.charts.model import (
     Plane,
     Points,
     Rows,
+    Schedules,
     Shares,
     Trends,
 )
@@ -30,6 +31,8 @@ from app.charts.paper.dots import dots_figure
 from app.charts.paper.fonts import fonts_for
 from app.charts.paper.plane import hints_of, plane_figure
 from app.charts.paper.points import effects_figure, points_figure
+from app.charts.paper.schedules import schedules_figure
+from app.charts.paper.sheet import SMALL_PRINT, foot_of
 from app.charts.paper.values import values_figure
 from app.util import csv_texts
 from app.util.html import escaped
@@ -49,10 +52,17 @@ class Drawing(NamedTuple):
     """A picture and the numbers in it."""
 
     svg: str
-    """An ``svg`` element, to stand in a page or in a file; its texts are texts."""
+    """An ``svg`` element for a file; its texts are texts."""
+    inline: str
+    """The same without its small print, for a page that has it as a text of its own."""
     png: bytes
     rows: Rows
     """The numbers, below the names of their columns."""
+    small_print: str
+    """What one has to know of the picture, a note a line."""
+    width: float
+    """In inches."""
+    height: float
     missing: str = ""
     """Characters that are boxes in the PNG, as no font of this machine has them."""
 
@@ -101,13 +111,15 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
             figure = points_figure(chart, small_print)
         case Effects():
             figure = effects_figure(chart, small_print)
+        case Schedules():
+            figure = schedules_figure(chart, small_print)
         case Trends():
             figure = trends_figure(chart, small_print)
         case Shares():
             figure = shares_figure(chart, small_print)
         case _:
             figure = values_figure(chart, small_print)
-    return _saved(name, figure, chart.numbers, hints)
+    return _saved(name, figure, chart.numbers, hints, small_print)
 
 
 @functools.cache
@@ -117,7 +129,9 @@ def _have_texts_stay_texts() -> None:
     rcParams["svg.fonttype"] = "none"
 
 
-def _saved(name: str, figure: "Figure", rows: Rows, hints: Mapping[str, str]) -> Drawing:
+def _saved(
+    name: str, figure: "Figure", rows: Rows, hints: Mapping[str, str], small_print: str
+) -> Drawing:
     """A figure as its files, with hints by the names of its parts."""
     from matplotlib.text import Text
 
@@ -133,12 +147,48 @@ def _saved(name: str, figure: "Figure", rows: Rows, hints: Mapping[str, str]) ->
     warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
     png = io.BytesIO()
     figure.savefig(png, format="png", dpi=_PNG_DPI)
+    foot = foot_of(figure)
+    # All has its place now; to find it a second time would take a third of the time of a picture.
+    figure.set_layout_engine("none")
     svg = io.StringIO()
     # The date and the maker's address have no place in a page that is to be the same every time.
     nothing: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     figure.savefig(svg, format="svg", metadata=nothing, dpi=_PNG_DPI)
-    element = _as_element(name, svg.getvalue(), hints)
-    return Drawing(element, png.getvalue(), rows, fonts.missing)
+    document = svg.getvalue()
+    width, height = figure.get_size_inches()
+    return Drawing(
+        svg=_as_element(name, document, hints),
+        inline=_as_element(name, _without_foot(document, height, foot), hints),
+        png=png.getvalue(),
+        rows=rows,
+        small_print=small_print,
+        width=width,
+        height=height - foot,
+        missing=fonts.missing,
+    )
+
+
+def _without_foot(document: str, height: float, foot: float) -> str:
+    """An SVG document that ends above its small print.
+
+    Args:
+        document: the whole one.
+        height: of it, in inches.
+        foot: height of the small print, in inches.
+    """
+    begin = end = document.find(f'<g id="{SMALL_PRINT}">')
+    if begin < 0:
+        return document
+    depth = 0
+    for tag in re.finditer(r"<(/?)g\b[^>]*>", document[begin:]):
+        depth += -1 if tag[1] else 1
+        if not depth:
+            end = begin + tag.end()
+            break
+    kept = f"{72 * (height - foot):.6g}"
+    text = document[:begin] + document[end:]
+    text = re.sub(r'(<svg [^>]*?height=")[^"]*(pt")', rf"\g<1>{kept}\2", text, count=1)
+    return re.sub(r'(viewBox="0 0 [^ "]+ )[^"]+"', rf'\g<1>{kept}"', text, count=1)
 
 
 def _as_element(name: str, document: str, hints: Mapping[str, str]) -> str:

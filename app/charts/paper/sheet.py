@@ -23,6 +23,8 @@ _SMALL_PRINT_PER_INCH = 0.95
 """Points of the small print by the width of the figure, as a wide one shrinks on paper."""
 _CHARACTERS_PER_INCH = 130
 """Of print of one point."""
+SMALL_PRINT = "small-print"
+"""Name of the small print among the parts of a figure."""
 _FILLER = "\x1f"
 """Stands beside a wide character while lines are filled, so that it counts twice."""
 
@@ -50,8 +52,16 @@ def new_figure(width: float, height: float, small_print: str, least_width: float
         color=GREY,
         va="top",
         linespacing=1.3,
+        gid=SMALL_PRINT,
     )
     return figure
+
+
+def foot_of(figure: "Figure") -> float:
+    """Height of the small print of a figure, in inches."""
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    return float(engine.get()["rect"][1]) * float(figure.get_size_inches()[1])
 
 
 def wrapped(text: str, width: int = 60, most_lines: int | None = None) -> str:

@@ -53,7 +53,8 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
     """The schedule of a session, as it was and is planned, over many seeds.
 
     Where it differs from the preset of its name, that preset is run beside it on the same seeds,
-    so that what was done by hand can be seen against what was not. What a preset cannot repeat is
+    so that what was done by hand can be seen against what was not: it comes first, as that which
+    variants are set against. What a preset cannot repeat is
     said in comments of the file, and by :func:`not_repeated`.
 
     Raises:
@@ -64,11 +65,11 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
     beside = "; beside it, on the same seeds, its preset as it was" if differs else ""
     lines = [f"# {sentence}" for sentence in left_out]
     lines += [f"description: What was done and is planned in this session{beside}.", "presets:"]
-    lines += ["  - label: this session", "    preset:", textwrap.indent(dump(spec), "      ")]
     if differs:
         name = f"{snapshot.preset} as it was"[:MAX_LABEL]
         lines += [f"  - label: {json.dumps(name, ensure_ascii=False)}", "    preset:"]
         lines.append(textwrap.indent(dump(snapshot.preset_spec), "      "))
+    lines += ["  - label: this session", "    preset:", textwrap.indent(dump(spec), "      ")]
     text = "\n".join(line.rstrip() for line in lines) + "\n"
     return experiments.parse(text, f"{SESSION_NAME}.yaml", None, n_seeds)
 

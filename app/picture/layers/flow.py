@@ -27,11 +27,11 @@ def _moves(snapshot: Snapshot, look: Look) -> np.ndarray:
     # Place by place, since skills may tell other states apart than the selection does.
     option = at_places(greedy(in_frame(snapshot.selection_q, snapshot, look)), world)
     of_skill = greedy(snapshot.skill_q)
-    every = np.arange(of_skill[0].size).reshape(of_skill.shape[1:])
-    turned = in_frame(np.broadcast_to(every, (N_HEADINGS, *every.shape)), snapshot, look)
-    state = at_places(turned, world.of_skills)
+    n_skill_states, of_skills = world.n_skill_states, world.of_skills
+    every = np.arange(n_skill_states).reshape(of_skills.n_distances, of_skills.n_directions)
+    state = at_places(in_frame(np.stack([every] * N_HEADINGS), snapshot, look), of_skills)
     # An option of -1 wraps to some skill here, and is taken out again below.
-    move = of_skill.ravel().take(option * every.size + state, mode="wrap")
+    move = of_skill.ravel().take(option * n_skill_states + state, mode="wrap")
     clear = (option >= 0) & (move >= 0)
     if folds(look):
         move = TURNED[np.arange(N_HEADINGS)[:, None], move]

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from app.analysis import estimates
 from app.analysis.axles import grouped
-from app.analysis.estimates import Axis, bootstrap_rng
+from app.analysis.estimates import Axis, Windows, bootstrap_rng
 from app.analysis.passages import Passage, later
 from app.analysis.sweeps import differing
 from app.charts.model import Dot, Dots, Panel, with_clear_marks
@@ -18,6 +18,7 @@ from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
 from app.metrics import MILESTONES, Metric
 from app.report.document import Page, table
+from app.report.headline import Against, lead_with_differences
 from app.report.parts import (
     CHANCE_RULE,
     DIFFERENCES_RULE,
@@ -121,6 +122,8 @@ def write_comparison(
         for side, group in zip("AB", pair, strict=True)
     ]
     write_stops(page, reader, both)
+    against = [Against(_pair_name(pair), _compared(pair, shown.first).difference) for pair in pairs]
+    lead_with_differences(page, "A", against, shown.first, "variants of B")
     picture = _comparison_picture(page, pairs, shown.first)
     rules = [MEANS_RULE, DIFFERENCES_RULE, _SAMPLES_RULE, CHANCE_RULE]
     if any(group.passages(name) for pair in pairs for group in pair for name in MILESTONES):
@@ -268,9 +271,9 @@ def _identical(pair: Pair) -> str:
 
 
 def _pair_curves(page: Page, reader: Reader, number: int, pair: Pair) -> None:
-    def panels(axis: Axis) -> list[Panel]:
+    def panels(axis: Axis, windows: Windows) -> list[Panel]:
         lines = [
-            line_of(reader, f"{side}: {group.label}", group.runs, axis, style_of(index))
+            line_of(reader, f"{side}: {group.label}", group.runs, axis, style_of(index), windows)
             for index, (side, group) in enumerate(zip("AB", pair, strict=True))
         ]
         return [Panel(_pair_name(pair), with_clear_marks(lines))]

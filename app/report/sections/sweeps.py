@@ -22,7 +22,7 @@ from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.documents import presets
 from app.documents.samples import is_draw
-from app.metrics import Metric
+from app.metrics import SHARES, Metric
 from app.report.document import Page, details, table
 from app.report.parts import NO_INTERVAL, Shown, bars_note
 from app.report.sections.effects import counts, swept_metrics, write_designs
@@ -204,10 +204,9 @@ def _at(axles: Sequence[Axle], place: Place) -> str:
 def _span(metric: Metric, settings: Mapping[str, Any]) -> float | None:
     if metric.kind != "performance":
         return None
-    if metric.unit.startswith("share"):
-        return 1.0
     world = settings["world"]
-    return abs(world["capture_reward"] - world["flight_reward"])
+    is_share = metric.column in SHARES
+    return 1.0 if is_share else abs(world["capture_reward"] - world["flight_reward"])
 
 
 def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]) -> Markup:

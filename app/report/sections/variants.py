@@ -4,15 +4,17 @@ import math
 from collections.abc import Callable, Sequence
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, Comparison, bootstrap_rng
+from app.analysis.estimates import Axis, Comparison, Windows, bootstrap_rng
 from app.analysis.passages import later
 from app.charts.model import NOTHING, Dot, Dots, Panel, RunDot, with_clear_marks
 from app.charts.paper.drawing import drawn
 from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
-from app.metrics import MILESTONES, Metric
+from app.documents import presets
+from app.metrics import AT_HORIZON, BY_COLUMN, MILESTONES, Metric, at_steps
 from app.report.document import Page, details, table
+from app.report.headline import Against, lead_with_differences
 from app.report.parts import (
     CHANCE_RULE,
     DIFFERENCES_RULE,
@@ -28,7 +30,6 @@ from app.report.parts import (
     difference_cell,
     left_out,
     mean_cell,
-    minor_text,
     pairing_cell,
     reached_cell,
     scalar_cell,
@@ -51,9 +52,9 @@ def write_curves(
     """Curves of all variants, or of the best where they are too many for a picture."""
     shown = _best(groups, metric)
 
-    def panels(axis: Axis) -> list[Panel]:
+    def panels(axis: Axis, windows: Windows) -> list[Panel]:
         lines = [
-            line_of(reader, group.label, group.runs, axis, style_of(index))
+            line_of(reader, group.label, group.runs, axis, style_of(index), windows)
             for index, group in enumerate(shown)
         ]
         return [Panel("", with_clear_marks(lines))]
@@ -65,7 +66,7 @@ def write_curves(
         caption = f"Reward of {which}"
         notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
     curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
-    page.say("Learning curves", curves, minor_text(naming))
+    page.say("Learning curves", curves)
 
 
 def write_passages(page: Page, groups: Sequence[Group], metric: Metric, naming: str) -> None:
@@ -77,7 +78,7 @@ def write_passages(page: Page, groups: Sequence[Group], metric: Metric, naming: 
     caption = "Share of the runs of each variant that have got there"
     picture = passages_picture(page, "passages", caption, variants, naming)
     if picture:
-        page.say("How soon it is reached", picture, minor_text(naming))
+        page.say("How soon it is reached", picture)
 
 
 def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
@@ -104,18 +105,27 @@ def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str
         for kind in ("performance", "behaviour", "endings", "length")
     )
     some = groups[:MOST_ROWS]
+    by_horizon = [metric for metric in how_well if AT_HORIZON in BY_COLUMN[metric.column].title]
+    finals = [metric for metric in how_well if metric not in by_horizon]
+    at = AT_HORIZON if shown.horizon is None else at_steps(shown.horizon)
     tables = joined(
         [
-            _scalar_table(some, how_well, scalar_cell, ()),
-            _scalar_table(some, how, mean_cell, milestones),
-            _scalar_table(some, endings, mean_cell, ()),
-            _scalar_table(some, length, mean_cell, ()),
+            _titled("After the preset's trials", _scalar_table(some, finals, scalar_cell, ())),
+            _titled(f"{at[:1].upper()}{at[1:]}", _scalar_table(some, by_horizon, scalar_cell, ())),
+            _titled("How it went", _scalar_table(some, how, mean_cell, milestones)),
+            _titled("How trials ended", _scalar_table(some, endings, mean_cell, ())),
+            _titled("How long runs were", _scalar_table(some, length, mean_cell, ())),
             left_out(len(groups)),
         ]
     )
     if len(groups) > _MOST_OPEN_ROWS:
         tables = details(f"The scalars of {len(some)} variants", tables)
     page.say("Scalars", element("p", f"{rule} {naming}".strip()), tables)
+
+
+def _titled(title: str, content: Markup) -> Markup:
+    """A table below its title; nothing where there is none."""
+    return joined([element("h3", title), content]) if content else content
 
 
 def _scalar_table(
@@ -141,9 +151,9 @@ def _scalar_table(
 
 
 def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
-    """Variants beside the first one."""
+    """Variants beside the first that is a preset as it is, or beside the first of all."""
     page.tell("setting variants beside one another")
-    base, *others = groups[:MOST_ROWS]
+    base, *others = with_reference_first(groups)[:MOST_ROWS]
     metric = shown.first
     first = base.by_seed(metric.column)
     found = [
@@ -151,13 +161,35 @@ def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: st
         for group in others
     ]
     difference = f"{metric.title}: difference to {base.label}"
+    against = [Against(group.label, compared.difference) for group, compared in found]
+    lead_with_differences(page, base.label, against, metric)
     page.say(
         "Variants beside one another",
         _ablation_picture(page, base, found, metric, difference, naming),
-        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {CHANCE_RULE} {naming}".strip()),
+        element("p", f"{MEANS_RULE} {DIFFERENCES_RULE} {CHANCE_RULE}"),
         _ablation_table(base, found, metric, difference),
         _other_differences(base, others, shown),
         left_out(len(groups)),
+    )
+
+
+def with_reference_first(groups: Sequence[Group]) -> list[Group]:
+    """Variants, first the one that the others are set against: a preset as it is, if there is one.
+
+    So the sign of a difference is what a reader expects: what was changed, less what was there.
+    """
+    place = next((place for place, group in enumerate(groups) if _is_plain(group)), 0)
+    return [groups[place], *groups[:place], *groups[place + 1 :]]
+
+
+def _is_plain(group: Group) -> bool:
+    """Whether a variant is a shipped preset, by its name or written out."""
+    if group.overrides:
+        return False
+    mine = {**group.runs[0].settings, "description": ""}
+    return group.runs[0].preset_name in presets.shipped() or any(
+        mine == {**(presets.shipped_settings(name) or {}), "description": ""}
+        for name in presets.shipped()
     )
 
 
