@@ -1,6 +1,7 @@
 """What came out, as numbers and tables of the pages: read from the folders of all experiments."""
 
 import math
+import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -16,8 +17,9 @@ from app.replication.page import Found, Table
 from app.replication.plan import EXPERIMENTS, THESIS
 from app.report.sections.effects import in_words
 from app.results import findings, read, readings, thesis
-from app.results.findings import FAILS, HOLDS, UNDECIDED, Judged
+from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged
 from app.results.read import Folder, Group, Reader, groups_of, read_folder
+from app.results.thesis import Placed
 from app.words.numbers import NONE, shown_number
 
 SHOWN: Final[Mapping[str, str]] = {
@@ -114,6 +116,7 @@ def _add_findings(found: Found, results: Sequence[Results]) -> None:
         judged.finding.claim: [float(f"{number:.7g}") for number in judged.effect.estimate]
         for judged in every
     }
+    found.spreads = {j.finding.claim: _spread(j.finding, reader, placed) for j in every}
     for judged in every:
         found.texts[f"finding: {judged.finding.claim}"] = _measured(judged)
     for name, verdict_of in (("", _verdict), (" corrected", _corrected)):
@@ -122,6 +125,17 @@ def _add_findings(found: Found, results: Sequence[Results]) -> None:
             found.texts[f"{key}{name}"] = str(counts[verdict])
     found.texts["findings"] = str(len(every))
     found.texts["untestable"] = str(len(measured) - len(every))
+
+
+def _spread(finding: Finding, reader: Reader, placed: Placed) -> float:
+    """Standard deviation of the sum that a finding speaks of, of one run of each learner."""
+    variance = 0.0
+    for term in finding.terms:
+        traces = reader.traces(placed[term.world, term.learner])
+        values = [trace.quantities[term.quantity] for trace in traces]
+        if len(values) > 1:
+            variance += term.weight**2 * statistics.variance(values)
+    return float(f"{math.sqrt(variance):.4g}")
 
 
 def _verdict(judged: Judged) -> str:

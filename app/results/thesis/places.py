@@ -38,15 +38,16 @@ WORLD_TITLES: Mapping[str, str] = {
     "150": "grid 150 × 150, sensors 24 × 18",
     "16×11": "grid 120 × 120, sensors 16 × 11",
     "8×6": "grid 120 × 120, sensors 8 × 6",
-    "16×11 selection": "grid 120 × 120, sensors 16 × 11, of skills 24 × 18",
-    "8×6 selection": "grid 120 × 120, sensors 8 × 6, of skills 24 × 18",
+    "16×11 selection": "grid 120 × 120, selection 16 × 11",
+    "8×6 selection": "grid 120 × 120, selection 8 × 6",
 }
 FIGURES: Mapping[str, tuple[str, Sequence[str]]] = {
     "figure_4_1": ("Figure 4.1: performance in the standard environment", ("120",)),
     "figure_4_2": ("Figure 4.2: scaling with environment size", ("60", "120", "150")),
-    "figure_4_3": (
-        "Figure 4.3: scaling with state resolution",
-        ("120", "16×11", "8×6", "16×11 selection", "8×6 selection"),
+    "figure_4_3": ("Figure 4.3: scaling with state resolution", ("120", "16×11", "8×6")),
+    "figure_4_3_selection": (
+        "Figure 4.3 as well: scaling with the resolution of the selection alone",
+        ("120", "16×11 selection", "8×6 selection"),
     ),
 }
 """By name: title and worlds."""

@@ -89,7 +89,8 @@ FINDINGS: Sequence[Finding] = (
         ahead(
             *_RESOLUTION,
             _NOT_ENOUGH,
-            f"timed ends above a standard Q that hopes for much and tries nothing at random, {where}",
+            "timed ends above a standard Q that hopes for much and tries nothing at random,"
+            f" {where}",
             term(world, "timed"),
             term(world, "standard_q, hopeful"),
         )
