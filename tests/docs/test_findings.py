@@ -8,7 +8,6 @@ the random numbers does not break a test.
 
 import json
 import math
-from pathlib import Path
 
 import pytest
 
