@@ -1,9 +1,9 @@
 """The findings of the thesis (chapters 3 and 4): over the runs of the replication, and over a few.
 
 What a finding is, and how it is measured, is said in ``app/results/thesis/`` alone, and runs get
-there as those of any experiment do. ``docs/replication.json`` holds what came out of the replication,
-and a few other seeds must come out within four standard errors of that, so a change of nothing but
-the random numbers does not break a test.
+there as those of any experiment do. ``docs/replication.json`` holds what came out of the
+replication, and a few other seeds must come out within four standard errors of that, so a change of
+nothing but the random numbers does not break a test.
 """
 
 import json
