@@ -90,7 +90,7 @@ def _head_of(metric: Metric, gathering: Gathering) -> _Head:
     assert shown is not None
     column, text = metric.column, shown.text
     value: Callable[[Record], Any] = _value_of(column)
-    if metric.kind == "milestone":
+    if metric.kind == "passage":
         value, text = _passage_of(column), partial(_passage_text, text)
     return _Head(column, shown.title, shown.hint, shown.width, value, lambda run: text(value(run)))
 
@@ -160,7 +160,7 @@ def _medians(gathering: Gathering) -> str:
         return ""
     told: list[str] = []
     for metric in tabled(gathering):
-        if metric.kind != "milestone" or metric.in_table is None:
+        if metric.kind != "passage" or metric.in_table is None:
             continue
         medians: list[str] = []
         for place, variant in enumerate(every):
