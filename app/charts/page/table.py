@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from app.analysis.passages import arrivals
 from app.charts.live import called
@@ -19,7 +20,8 @@ from app.util.html import escaped
 from app.words.numbers import NONE, shown_number
 
 
-class _Head(NamedTuple):
+@dataclass(frozen=True)
+class _Head:
     """A column of the table."""
 
     column: str
@@ -133,7 +135,7 @@ def table_html(gathering: Gathering, view: View, address: Address, size: Size) -
     """A page of the table, with the way to its other pages."""
     stretch = min(max(size.width / Size().width, 1), _MOST_STRETCH)
     heads = [
-        head._replace(width=round(head.width * stretch))
+        replace(head, width=round(head.width * stretch))
         for head in _heads(gathering, size.width / stretch)
     ]
     shown = _in_order(listed(gathering, view), view, heads)
