@@ -715,7 +715,7 @@ def test_only_what_was_measured_has_a_table(tmp_path: Path) -> None:
     heads = [["".join(c.itertext()) for c in table.iter("th")] for table in root.iter("table")]
     assert all(len(head) > 3 for head in heads)
     (row,) = table_of(page, "mean hunt (steps)")
-    assert row["steps to 50 % success"] == "200 [100, \N{INFINITY}] by 3 of 3 runs"
+    assert row["steps to a reward of 50"] == "200 [100, \N{INFINITY}] by 3 of 3 runs"
     assert "steps to 70 %" not in text_of(page)
 
 
@@ -948,14 +948,14 @@ def test_steps_to_a_share_of_captures_are_compared_as_medians(tmp_path: Path) ->
         later = None if seed == 2 else 100 * seed + 150
         add_run(folders[1], seed, steps_to_50=later, steps_to_70=None)
     rows = {row["quantity"]: row for row in table_of(page_of(*folders, compare=True), "P(B > A)")}
-    row = rows["steps to 50 % success"]
+    row = rows["steps to a reward of 50"]
     assert row["A"] == "200 [100, \N{INFINITY}] by 3 of 3 runs"
     assert row["B"] == "250 [150, \N{INFINITY}] by 2 of 3 runs"
     assert row["B \N{MINUS SIGN} A [95 %]"] == "50"
     # The run that did not get there had more steps than its partner took.
     assert row["P(B > A) [95 %]"] == "1.00 [0.29, 1.00]"
     assert (row["n"], row["paired"]) == ("3", "by seed")
-    row = rows["steps to 70 % success"]
+    row = rows["steps to a reward of 70"]
     assert row["A"] == "more than 3,000 by 0 of 3 runs"
     assert row["B \N{MINUS SIGN} A [95 %]"] == "–"
     # Of runs that all ended before, it cannot be told which would be later.
@@ -973,7 +973,7 @@ def test_variants_differ_in_all_that_was_measured(folder: Path) -> None:
     assert row["variant"] == "b"
     assert row["difference to timed [95 %]"] == "2 [2, 2]"
     assert row["P(variant higher) [95 %]"] == "1.00 [0.48, 1.00]"
-    row = rows["steps to 50 % success"]
+    row = rows["steps to a reward of 50"]
     assert row["difference to timed [95 %]"] == "–"
     assert row["P(variant higher) [95 %]"] == "1.00 [0.48, 1.00]"
     assert "greedy success (share of captures)" not in rows
