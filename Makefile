@@ -3,6 +3,7 @@
 # make check             format, lint, imports and types
 # make test              everything: make check and all tests
 # make test AREA=charts  one folder of tests, and nothing else
+# make replication       runs all experiments of the replication and rewrites its pages
 # make baseline          lists anew what old files get wrong in types
 
 # The newest Python there is, 3.11 or later.
@@ -11,7 +12,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 p
 BIN := .venv/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: lab setup test check format lint imports types baseline browser clean
+.PHONY: lab setup test check format lint imports types baseline replication browser clean
 
 lab: setup
 	@$(BIN)/pounce lab
@@ -42,6 +43,9 @@ imports:
 
 types:
 	@$(BIN)/basedpyright --pythonpath $(BIN)/python
+
+replication: setup
+	@$(BIN)/pounce replicate --force --docs docs
 
 baseline: .venv/.installed-test
 	-@$(BIN)/basedpyright --pythonpath $(BIN)/python --writebaseline > /dev/null

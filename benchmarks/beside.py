@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 from app.documents import experiments, presets
+from app.experiments.runner import Progress
 from app.live.session import Session, StartAgain
 from app.live.worker import FULL_SPEED
 from app.results.service import Service
@@ -32,6 +33,21 @@ def rate_of(session: Session, spec: RunSpec) -> float:
     return (session.status.snapshot.step - step) / (time.perf_counter() - began)
 
 
+def progress_of(service: Service) -> Progress:
+    """How far an experiment is, as soon as it is known.
+
+    Raises:
+        TimeoutError: it has not begun in time.
+    """
+    ends = time.perf_counter() + PATIENCE_S
+    while time.perf_counter() < ends:
+        standing = service.standing
+        if standing is not None and standing.progress is not None:
+            return standing.progress
+        time.sleep(0.01)
+    raise TimeoutError("the experiment did not begin in time")
+
+
 def main(workers: int) -> None:
     """Measure in turns, and print the median of the ratios."""
     spec = presets.load("timed", [f"trials={MAX_TRIALS}"])
@@ -44,10 +60,10 @@ def main(workers: int) -> None:
             alone = rate_of(session, spec)
             service = Service(Path(folder, str(number)))
             service.start(experiments.load("figure_4_1", 1_000), workers)
+            # Beside one that has not begun there is nothing to measure.
+            progress_of(service)
             ratios.append(rate_of(session, spec) / alone)
-            standing = service.standing
-            if standing is not None and standing.progress is not None:
-                rates.append(standing.progress.steps_per_s)
+            rates.append(progress_of(service).steps_per_s)
             service.close()
     session.stop()
     print(

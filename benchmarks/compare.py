@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 C_SOURCE = Path(__file__).with_name("learner.c")
 C_FLAGS = ("-O3", "-march=native")
 
+SENSORS_OF_SKILLS = ("skill_n_directions", "skill_n_distances")
+"""Settings of a world that the loop alone knows."""
+
 PYTHON_STEPS = 40_000
 """Steps after which the Python agent finishes its trial and stops: below a second."""
 SHORT_RUNS = 5
@@ -83,6 +86,18 @@ class Timed(NamedTuple):
     def rate(self) -> float:
         """Steps per second."""
         return self.steps / self.seconds
+
+
+def incomparable(spec: RunSpec) -> str | None:
+    """What of a preset the programs beside the loop do not know, if anything, and what they do."""
+    if not spec.world.shares_sensors:
+        keys = " and ".join(f"world.{key}" for key in SENSORS_OF_SKILLS)
+        return f"{keys}: skills see otherwise than the selection; allowed: null"
+    for key, known in (("local_rewards", "signed"), ("skills_that_learn", "chosen")):
+        value = getattr(spec.learner, key)
+        if value != known:
+            return f"learner.{key}: value {value!r}; allowed: {known}"
+    return None
 
 
 def compare(
@@ -247,7 +262,8 @@ def c_arguments(spec: RunSpec, seed: int) -> list[str]:
     """A preset as the command line of the C program."""
     world, learner, schedule = spec.world, spec.learner, spec.schedule
     numbers: list[object] = ["--size", world.size, "--directions", world.n_directions]
-    numbers += ["--distances", world.n_distances, "--vision", world.vision_radius]
+    numbers += ["--distances", world.n_distances, "--ring-exponent", world.ring_exponent]
+    numbers += ["--vision", world.vision_radius]
     numbers += ["--start", *world.start_radius, "--step-limit", world.step_limit]
     numbers += ["--capture", world.capture_reward, "--flight", world.flight_reward]
     numbers += ["--alpha", learner.alpha, "--skill-alpha", learner.skill_alpha]
@@ -279,7 +295,7 @@ def time_python(spec: RunSpec, seed: int) -> tuple[Timed, int]:
     # Imported here because gymnasium is an extra.
     from benchmarks import gym_agent
 
-    env = gym_agent.PredatorEnv(**spec.world.model_dump())
+    env = gym_agent.PredatorEnv(**spec.world.model_dump(exclude={*SENSORS_OF_SKILLS}))
     agent = python_agent(spec, seed)
     start = time.thread_time()
     steps, trials = gym_agent.train(env, agent, spec.trials, PYTHON_STEPS, seed)

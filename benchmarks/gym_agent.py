@@ -36,6 +36,7 @@ class PredatorEnv(gym.Env[np.ndarray, np.int64]):
         size: int = 120,
         n_directions: int = 24,
         n_distances: int = 18,
+        ring_exponent: float = 1.5,
         vision_radius: float = 27.0,
         start_radius: tuple[float, float] = (10.0, 60.0),
         step_limit: int = 500,
@@ -53,7 +54,9 @@ class PredatorEnv(gym.Env[np.ndarray, np.int64]):
         self.flight_reward = flight_reward
         self.prey = (size // 2, size // 2)
         farthest = math.hypot(*self.prey)
-        self.ring_edges = [farthest * (k / n_distances) ** 1.5 for k in range(1, n_distances + 1)]
+        self.ring_edges = [
+            farthest * (k / n_distances) ** ring_exponent for k in range(1, n_distances + 1)
+        ]
 
         self.action_space = spaces.Discrete(len(MOVES))
         self.observation_space = spaces.MultiDiscrete([n_directions, n_distances, N_HEADINGS])

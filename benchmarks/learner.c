@@ -53,7 +53,7 @@ ALWAYS_INLINE uint64_t mix(uint64_t counter)
 
 typedef struct {
     int size, n_directions, n_distances, step_limit;
-    double vision_radius, start_nearest, start_farthest;
+    double ring_exponent, vision_radius, start_nearest, start_farthest;
     float capture_reward, flight_reward;
 } WorldSettings;
 
@@ -514,7 +514,8 @@ static void prepare(Learner *learner)
             const int direction = (turns + world->n_directions) % world->n_directions;
             int ring = 0;
             while (ring < world->n_distances - 1 &&
-                   far * pow((ring + 1.0) / world->n_distances, 1.5) < distance * (1 - 1e-12))
+                   far * pow((ring + 1.0) / world->n_distances, world->ring_exponent) <
+                       distance * (1 - 1e-12))
                 ring++;
             cell->state = (uint32_t)(ring * world->n_directions + direction);
             cell->bits = x != fx - 1 || y != fy - 1 ? FRAME_BIT : 0;
@@ -584,7 +585,7 @@ static uint64_t integer(char **text)
 static Settings parse(char **argument)
 {
     Settings s = {
-        .world = {120, 24, 18, 500, 27.0, 10.0, 60.0, 100.0f, -50.0f},
+        .world = {120, 24, 18, 500, 1.5, 27.0, 10.0, 60.0, 100.0f, -50.0f},
         .moves = true,
         .safe_introduction = true,
         .alpha = 0.6f,
@@ -600,6 +601,7 @@ static Settings parse(char **argument)
         if (TAKES("--size")) s.world.size = (int)NUMBER();
         else if (TAKES("--directions")) s.world.n_directions = (int)NUMBER();
         else if (TAKES("--distances")) s.world.n_distances = (int)NUMBER();
+        else if (TAKES("--ring-exponent")) s.world.ring_exponent = NUMBER();
         else if (TAKES("--vision")) s.world.vision_radius = NUMBER();
         else if (TAKES("--start")) {
             s.world.start_nearest = NUMBER();

@@ -83,7 +83,7 @@ def board(spec: WorldSpec) -> Board:
     to_y = np.clip(y[..., None] + geometry.MOVES[:, 1], 0, size - 1)
     return Board(
         next_cell=(to_y * size + to_x).reshape(-1, geometry.N_MOVES),
-        skill_state=geometry.skill_states(spec).ravel(),
+        skill_state=geometry.readings(spec).ravel(),
         distance=np.hypot(dx, dy).ravel(),
         angle=np.arctan2(dy, dx).ravel(),
         visible=geometry.visible(spec).reshape(N_HEADINGS, -1),

@@ -29,11 +29,12 @@ from sim.world import (
     FLIGHT,
     ONGOING,
     PREY_BIT,
-    STATE_SHIFT,
+    READING_SHIFT,
     TIMEOUT,
     World,
     in_view,
     moved,
+    skill_state_of,
     start_of_trial,
 )
 
@@ -52,8 +53,8 @@ class Policy(NamedTuple):
     """What is greedy where, as sets of small numbers in the bits of a word."""
 
     moves: np.ndarray
-    """(option, distance, direction) uint16: greedy moves of each option; of a primitive move,
-    itself."""
+    """(option, distance, direction) uint16: greedy moves of each option, by what skills see; of a
+    primitive move, itself."""
     options: np.ndarray
     """(heading, distance, direction) uint16: greedy options of each state."""
 
@@ -76,13 +77,13 @@ class Hunt(NamedTuple):
         return len(self.moves)
 
 
-def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray | None) -> Policy:
+def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray) -> Policy:
     """The greedy policy of a learner.
 
     Args:
         selection_q: ``(heading, distance, direction, option)``, minus infinity where not present.
-        skill_q: ``(skill, distance, direction, move)``, a skill for each option; None where the
-            options are the primitive moves.
+        skill_q: ``(skill, distance, direction, move)``, a skill for each option, distance and
+            direction as skills see them; no skill where the options are the primitive moves.
 
     Raises:
         ValueError: no option is present in some state.
@@ -90,8 +91,7 @@ def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray | None) -> Policy:
     present = np.isfinite(selection_q)
     if not present.any(axis=-1).all():
         raise ValueError("selection_q: no option is present in some state; allowed: at least one")
-    shape = selection_q.shape[1:3]
-    moves = _single_moves(shape) if skill_q is None else _largest(skill_q)
+    moves = _largest(skill_q) if len(skill_q) else _single_moves(skill_q.shape[1:3])
     return Policy(moves, _largest(selection_q))
 
 
@@ -100,11 +100,13 @@ def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
 
     It is that of :func:`greedy_moves`, for a tenth of the time.
     """
-    shape = spec.world.n_distances, spec.world.n_directions
-    options = rows.greedy_sets(state.selection_words).reshape(N_HEADINGS, *shape)
+    world, of_skills = spec.world, spec.world.of_skills
+    shape = of_skills.n_distances, of_skills.n_directions
+    options = rows.greedy_sets(state.selection_words)
+    moves = rows.greedy_sets(state.skill_words).reshape(-1, *shape)
     if not spec.learner.skills:
-        return Policy(_single_moves(shape), options)
-    return Policy(rows.greedy_sets(state.skill_words).reshape(-1, *shape), options)
+        moves = _single_moves(shape)
+    return Policy(moves, options.reshape(N_HEADINGS, world.n_distances, world.n_directions))
 
 
 def _single_moves(shape: tuple[int, ...]) -> np.ndarray:
@@ -181,13 +183,14 @@ def follow(
         The outcome and the number of steps.
     """
     room = way.size
-    base = heading * world.n_skill_states
+    base = heading * world.n_readings
     landmark = _NOWHERE
     for step in range(max_steps):
-        skill_state = U(world.cell_word[cell]) >> STATE_SHIFT
+        reading = U(world.cell_word[cell]) >> READING_SHIFT
+        skill_state = skill_state_of(world.skill_states, cell, reading)
         counter += GAMMA
         draw = mix(counter)
-        best_options = U(options[base + skill_state])
+        best_options = U(options[base + reading])
         option = pick(best_options, (draw >> _S16) & _LOW16)
         best_moves = U(moves[option * world.n_skill_states + skill_state])
         move = pick(best_moves, draw >> _S48)
@@ -375,8 +378,8 @@ def ring_of_starts(world: World, radius: float, n: int = 16) -> np.ndarray:
 
 def prepare(world: World) -> None:
     """Compile what hunts take, or load what was compiled before, ahead of the first one."""
-    anything = np.zeros((N_HEADINGS, 1, int(world.n_skill_states), N_MOVES))
-    policy = greedy_moves(anything, None)
+    anything = np.zeros((N_HEADINGS, 1, int(world.n_readings), N_MOVES))
+    policy = greedy_moves(anything, np.zeros((0, 1, int(world.n_skill_states), N_MOVES)))
     success_map(world._replace(step_limit=0), policy)
     hunt(world, policy, int(world.prey_cell), 0, max_steps=1)
     stepped(world, world.prey_cell, U(0), U(STAY))

@@ -249,6 +249,8 @@ class Run:
             present=U(present),
             options_are_moves=learner.options == MOVES,
             reward_weights=weights.ravel(),
+            rewards_are_binary=True if learner.local_rewards == "binary" else None,
+            all_skills_learn=True if learner.skills_that_learn == "all" else None,
             alpha=np.float32(0.0 if self.selection_is_frozen else learner.alpha),
             skill_alpha=np.float32(skill_alpha),
             gamma=np.float32(learner.gamma),

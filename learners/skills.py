@@ -11,7 +11,9 @@ arc    dtheta * d0     arc length, counter-clockwise
 inward max(d0 - d1, 0) ground given up towards the prey; its weight is a penalty
 ====== =============== =========================================================
 
-The penalty keeps a circle from spiralling inwards into the prey's view.
+The penalty keeps a circle from spiralling inwards into the prey's view. How large it is the thesis
+leaves open, as it does whether a local reward says how well a move did or only that it did well:
+both are settings of the learner.
 """
 
 from typing import NamedTuple
@@ -21,9 +23,10 @@ import numpy as np
 from sim.compiled import piece
 
 SPIRAL_PENALTY = 0.2
-"""Share of the ground given up towards the prey that a circle is charged for."""
+"""Share of the ground given up towards the prey that a circle is charged for, unless stated."""
 
 _ZERO = np.float32(0)
+_ONE = np.float32(1)
 _PI = np.float32(np.pi)
 _TURN = np.float32(2 * np.pi)
 
@@ -36,13 +39,18 @@ class LocalReward(NamedTuple):
     inward: float
 
 
-SKILLS: dict[str, LocalReward] = {
-    "approach": LocalReward(gain=1.0, arc=0.0, inward=0.0),
-    "avoid": LocalReward(gain=-1.0, arc=0.0, inward=0.0),
-    "circle_clockwise": LocalReward(gain=0.0, arc=-1.0, inward=-SPIRAL_PENALTY),
-    "circle_counterclockwise": LocalReward(gain=0.0, arc=1.0, inward=-SPIRAL_PENALTY),
-}
+SKILLS = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
 """The skills that a preset can name."""
+
+
+def rewards(spiral_penalty: float) -> dict[str, LocalReward]:
+    """Local rewards of the ``SKILLS``, the circles charged so much for the ground they give up."""
+    return {
+        "approach": LocalReward(gain=1.0, arc=0.0, inward=0.0),
+        "avoid": LocalReward(gain=-1.0, arc=0.0, inward=0.0),
+        "circle_clockwise": LocalReward(gain=0.0, arc=-1.0, inward=-spiral_penalty),
+        "circle_counterclockwise": LocalReward(gain=0.0, arc=1.0, inward=-spiral_penalty),
+    }
 
 
 @piece
@@ -57,13 +65,31 @@ def wrapped(angle: np.float32) -> np.float32:
 
 @piece
 def local_reward(
-    weights: np.ndarray, skill: np.uint64, d_tm1: np.float32, d_t: np.float32, turn: np.float32
+    weights: np.ndarray,
+    binary: bool | None,
+    skill: np.uint64,
+    d_tm1: np.float32,
+    d_t: np.float32,
+    turn: np.float32,
 ) -> np.float32:
-    """Local reward of a move; ``weights`` is ``(skill * 4,) float32``: gain, arc, inward, and 0."""
+    """Local reward of a move.
+
+    Args:
+        weights: ``(skill * 4,) float32``: gain, arc, inward, and 0.
+        binary: whether it is only told that the sum is above 0, by a reward of 1; None if not.
+        skill: whose reward.
+        d_tm1: distance before the move, in cells.
+        d_t: distance after it.
+        turn: of the bearing, in radians.
+    """
     gain = d_tm1 - d_t
     base = skill * np.uint64(4)
-    return (
+    total = (
         weights[base] * gain
         + weights[base + np.uint64(1)] * (turn * d_tm1)
         + weights[base + np.uint64(2)] * max(gain, _ZERO)
     )
+    # Told by the type, so that the compiler leaves out what is not asked for.
+    if binary is None:
+        return total
+    return _ONE if total > _ZERO else _ZERO

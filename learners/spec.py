@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from learners.kernel.rows import MAX_ACTIONS
-from learners.skills import SKILLS, LocalReward
+from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward, rewards
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec, WorldSpec
 
 MAX_TRIALS = 2_000_000
@@ -66,11 +66,12 @@ class SkillWeights(Spec):
     circle_clockwise: Weight = 0.0
     circle_counterclockwise: Weight = 0.0
 
-    @property
-    def reward(self) -> LocalReward:
-        """The sum as weights of the three metrics."""
+    def reward(self, spiral_penalty: float) -> LocalReward:
+        """The sum as weights of the three metrics, for circles that are charged so much."""
+        of_skill = rewards(spiral_penalty)
         parts = [
-            [weight * part for part in SKILLS[skill]] for skill, weight in self.model_dump().items()
+            [weight * part for part in of_skill[skill]]
+            for skill, weight in self.model_dump().items()
         ]
         return LocalReward(*(sum(column) for column in zip(*parts, strict=True)))
 
@@ -138,6 +139,14 @@ class LearnerSpec(Spec):
     """Chance of a random choice, at both levels."""
     initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6), AfterValidator(_plain_zero)] = 0.0
     """Value of everything not yet tried, at both levels."""
+    spiral_penalty: Annotated[FiniteFloat, Field(ge=0, le=1), AfterValidator(_plain_zero)] = (
+        SPIRAL_PENALTY
+    )
+    """Share of the ground given up towards the prey that a circle is charged for."""
+    local_rewards: Literal["signed", "binary"] = "signed"
+    """Whether a local reward is what the move earned, or 1 where that is above 0 and else 0."""
+    skills_that_learn: Literal["chosen", "all"] = "chosen"
+    """Whether of the present skills the one that made the move learns from it, or each of them."""
     custom_skills: Annotated[dict[SkillName, SkillWeights], AfterValidator(_of_ones_own)] = Field(
         default_factory=dict
     )
@@ -163,8 +172,10 @@ class LearnerSpec(Spec):
         return (*SKILLS, *self.custom_skills)
 
     def reward_of(self, skill: str) -> LocalReward:
-        """Local reward of a skill by its name."""
-        return SKILLS[skill] if skill in SKILLS else self.custom_skills[skill].reward
+        """Local reward of a skill by its name, as weights of the three metrics."""
+        if skill in SKILLS:
+            return rewards(self.spiral_penalty)[skill]
+        return self.custom_skills[skill].reward(self.spiral_penalty)
 
     @property
     def skills(self) -> tuple[str, ...]:

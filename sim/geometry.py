@@ -19,8 +19,6 @@ HEADINGS = np.array(
 )
 """(heading, xy): heading f points to f * 45 degrees, counter-clockwise from east."""
 
-RING_EXPONENT = 1.5
-
 
 def prey_xy(spec: WorldSpec) -> tuple[int, int]:
     """The prey's cell: the middle of the grid."""
@@ -39,11 +37,13 @@ def ring_edges(spec: WorldSpec) -> np.ndarray:
     """Outer edge of each ring in cells, ``(ring,) float64``; the last reaches the far corner."""
     px, py = prey_xy(spec)
     far = np.hypot(max(px, spec.size - 1 - px), max(py, spec.size - 1 - py))
-    return far * (np.arange(1, spec.n_distances + 1) / spec.n_distances) ** RING_EXPONENT
+    return far * (np.arange(1, spec.n_distances + 1) / spec.n_distances) ** spec.ring_exponent
 
 
-def skill_states(spec: WorldSpec) -> np.ndarray:
+def readings(spec: WorldSpec) -> np.ndarray:
     """Reading of ring and direction at each cell, ``ring * n_directions + direction``.
+
+    It is the selection's; that of skills is ``readings(spec.of_skills)``.
 
     Direction is the sector in which the predator stands as seen from the prey, the first
     centred on east (section 4.1.1 has it the other way round, which only renames sectors).

@@ -46,7 +46,14 @@ class WorldSpec(Spec):
     n_directions: Annotated[int, Field(ge=8, le=48, multiple_of=8)] = 24
     """Equal sectors of the direction sensor."""
     n_distances: Annotated[int, Field(ge=2, le=64)] = 18
-    """Rings of the distance sensor, thinner near the prey."""
+    """Rings of the distance sensor."""
+    skill_n_directions: Annotated[int | None, Field(ge=8, le=48, multiple_of=8)] = None
+    """Sectors that skills tell apart; those of the selection unless given (section 4.3.3)."""
+    skill_n_distances: Annotated[int | None, Field(ge=2, le=64)] = None
+    """Rings that skills tell apart; those of the selection unless given."""
+    ring_exponent: Annotated[FiniteFloat, Field(ge=1, le=3)] = 1.5
+    """Of the rings' outer edges, ``d_max (k / n) ** ring_exponent``: above 1, thinner near the
+    prey."""
     vision_radius: Annotated[FiniteFloat, Field(ge=0, le=1000)] = 27.0
     """How far the prey sees, as on a grid of 120."""
     start_radius: Annotated[
@@ -89,11 +96,36 @@ class WorldSpec(Spec):
         return self.size / STANDARD_SIZE
 
     @property
-    def n_skill_states(self) -> int:
-        """Distinct readings of direction and distance: what a skill tells apart."""
+    def of_skills(self) -> "WorldSpec":
+        """The same world as skills see it: their sensors in the place of the selection's."""
+        sensors = {
+            "n_directions": self.skill_n_directions or self.n_directions,
+            "n_distances": self.skill_n_distances or self.n_distances,
+        }
+        return self.model_copy(
+            update=sensors | {"skill_n_directions": None, "skill_n_distances": None}
+        )
+
+    @property
+    def shares_sensors(self) -> bool:
+        """Whether skills tell apart what the selection does."""
+        of_skills = self.of_skills
+        return (of_skills.n_directions, of_skills.n_distances) == (
+            self.n_directions,
+            self.n_distances,
+        )
+
+    @property
+    def n_readings(self) -> int:
+        """Distinct readings of direction and distance."""
         return self.n_directions * self.n_distances
 
     @property
     def n_states(self) -> int:
         """Distinct readings of direction, distance and heading: what the selection tells apart."""
-        return self.n_skill_states * N_HEADINGS
+        return self.n_readings * N_HEADINGS
+
+    @property
+    def n_skill_states(self) -> int:
+        """Distinct readings of the skills' own sensors: what a skill tells apart."""
+        return self.of_skills.n_readings

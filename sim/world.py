@@ -18,7 +18,7 @@ from sim.spec import N_HEADINGS, WorldSpec
 
 PREY_BIT = U(1 << 8)
 FRAME_BIT = U(1 << 9)
-STATE_SHIFT = U(16)
+READING_SHIFT = U(16)
 
 ONGOING = 0
 CAPTURE = 1
@@ -40,7 +40,10 @@ class World(NamedTuple):
     """Tables and numbers of one world. A cell is ``(y + 1) * width + x + 1``."""
 
     cell_word: np.ndarray
-    """(cell,) uint32: visibility by heading, prey and frame bits, skill state from bit 16."""
+    """(cell,) uint32: visibility by heading, prey and frame bits, and from bit 16 the selection's
+    reading of direction and distance."""
+    skill_states: np.ndarray | None
+    """(cell,) uint32: what skills read there; None where it is what the selection reads."""
     distance: np.ndarray
     """(cell,) float32: cells from the prey."""
     angle: np.ndarray
@@ -49,6 +52,8 @@ class World(NamedTuple):
     """(cell,) uint32: the board cell that stands for a cell of the frame."""
     move_step: np.ndarray
     """(move,) uint64: what a move adds to a cell, wrapping."""
+    n_readings: np.uint64
+    """Of direction and distance, by the selection."""
     n_skill_states: np.uint64
     prey_cell: np.uint64
     width: np.uint64
@@ -71,7 +76,7 @@ def compile_world(spec: WorldSpec) -> World:
     word = (geometry.visible(spec).astype(np.uint32) << headings.astype(np.uint32)).sum(
         axis=0, dtype=np.uint32
     )
-    word |= geometry.skill_states(spec).astype(np.uint32) << np.uint32(STATE_SHIFT)
+    word |= geometry.readings(spec).astype(np.uint32) << np.uint32(READING_SHIFT)
     word[py, px] |= np.uint32(PREY_BIT)
 
     framed = np.pad(word, 1, mode="edge")
@@ -83,10 +88,12 @@ def compile_world(spec: WorldSpec) -> World:
     steps = geometry.MOVES[:, 1] * width + geometry.MOVES[:, 0]
     return World(
         cell_word=framed.ravel(),
+        skill_states=_skill_states(spec),
         distance=np.pad(np.hypot(dx, dy), 1, mode="edge").astype(np.float32).ravel(),
         angle=np.pad(np.arctan2(dy, dx), 1, mode="edge").astype(np.float32).ravel(),
         clipped=clipped.astype(np.uint32).ravel(),
         move_step=steps.astype(np.uint64),
+        n_readings=U(spec.n_readings),
         n_skill_states=U(spec.n_skill_states),
         prey_cell=U((py + 1) * width + px + 1),
         width=U(width),
@@ -97,6 +104,13 @@ def compile_world(spec: WorldSpec) -> World:
         capture_reward=np.float32(spec.capture_reward),
         flight_reward=np.float32(spec.flight_reward),
     )
+
+
+def _skill_states(spec: WorldSpec) -> np.ndarray | None:
+    if spec.shares_sensors:
+        return None
+    readings = geometry.readings(spec.of_skills)
+    return np.pad(readings, 1, mode="edge").astype(np.uint32).ravel()
 
 
 def board_xy(world: World, cell: int) -> tuple[int, int]:
@@ -135,6 +149,17 @@ def start_of_trial(world: World, starts: np.uint64, trial: int) -> tuple[np.uint
     x = min(max(x, 0), world.size - 1)
     y = min(max(y, 0), world.size - 1)
     return U(y + 1) * world.width + U(x + 1), facing >> _S61
+
+
+@piece
+def skill_state_of(
+    skill_states: np.ndarray | None, cell: np.uint64, reading: np.uint64
+) -> np.uint64:
+    """What skills read at a cell where the selection has this reading."""
+    # Told by the type, so that the compiler leaves out what is not asked for.
+    if skill_states is None:
+        return reading
+    return U(skill_states[cell])
 
 
 @piece

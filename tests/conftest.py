@@ -1,6 +1,7 @@
 """What all tests share: the browser, and how patient property-based tests are."""
 
 import os
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,9 @@ HARMLESS_WARNINGS = (
 )
 
 BROWSER_TESTS = Path(__file__).parent / "browser"
+BEGINNING = ("browser", "report", "experiments", "learners")
+"""Folders whose tests take longest, these first; what is short comes last, so that of several
+workers none is at work long after the others."""
 
 # The first call of a compiled function takes seconds; a shared machine is slow at times. The same
 # examples each time, so that a test fails only where something has changed.
@@ -41,17 +45,34 @@ def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[s
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the browser tests, and put them where they hold up nobody.
+    """Mark the browser tests, and put all where they hold up nobody.
 
-    In one process they come last, after the quick tests; of several workers one begins with them,
-    since they take longest.
+    In one process the browser tests come last, after the quick tests; several workers begin with
+    what takes longest.
     """
     for item in items:
         if BROWSER_TESTS in item.path.parents:
             item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.filterwarnings(*HARMLESS_WARNINGS))
-    is_worker = hasattr(config, "workerinput")
-    items.sort(key=lambda item: (BROWSER_TESTS in item.path.parents) != is_worker)
+    if hasattr(config, "workerinput"):
+        items.sort(key=_place_among_workers)
+    else:
+        items.sort(key=lambda item: BROWSER_TESTS in item.path.parents)
+
+
+def _place_among_workers(item: pytest.Item) -> int:
+    folder = item.path.relative_to(BROWSER_TESTS.parent).parts[0]
+    return BEGINNING.index(folder) if folder in BEGINNING else len(BEGINNING)
+
+
+@pytest.hookimpl(optionalhook=True, wrapper=True)
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """With ``-n auto``, one worker more than there are processors.
+
+    Tests wait for half of their time: for a browser, for a program that starts, for a disk.
+    """
+    n_processors = yield
+    return n_processors + ("PYTEST_XDIST_AUTO_NUM_WORKERS" not in os.environ)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -59,8 +59,8 @@ def sweep_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Swee
     bundles = _bundles(variants)
     if not 1 <= len(bundles) <= 2:
         return None
-    columns = [_column(bundle, variants) for bundle in bundles]
-    axles = tuple(map(partial(_axle, settings=settings), bundles, columns))
+    columns = [column_of(bundle, variants) for bundle in bundles]
+    axles = tuple(map(partial(axle_of, settings=settings), bundles, columns))
     along = (map(axle.values.index, column) for axle, column in zip(axles, columns, strict=True))
     places = {where: place for place, where in enumerate(zip(*along, strict=True))}
     return Sweep(axles, places) if len(places) == len(variants) else None
@@ -89,8 +89,8 @@ def design_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Des
     if any(set(overrides) != set(variants[0]) for overrides in variants):
         return None
     bundles = _bundles(variants)
-    columns = [_column(bundle, variants) for bundle in bundles]
-    axles = tuple(map(partial(_axle, settings=settings), bundles, columns))
+    columns = [column_of(bundle, variants) for bundle in bundles]
+    axles = tuple(map(partial(axle_of, settings=settings), bundles, columns))
     combinations = math.prod(len(axle.values) for axle in axles)
     there = {*zip(*columns, strict=True)}
     if len(axles) <= 2 or len(there) < max(len(variants), _LEAST_COMBINED * combinations):
@@ -116,7 +116,14 @@ def _bundles(variants: Sequence[Overrides]) -> list[list[str]]:
     return list(columns.values())
 
 
-def _axle(bundle: Sequence[str], column: Sequence[Any], settings: Mapping[str, Any]) -> Axle:
+def axle_of(bundle: Sequence[str], column: Sequence[Any], settings: Mapping[str, Any]) -> Axle:
+    """Keys that move together as one setting, its values in order.
+
+    Args:
+        bundle: the keys.
+        column: what they are set to in each variant (:func:`column_of`).
+        settings: all settings of a variant, to call an episode by its skill.
+    """
     values = list(dict.fromkeys(column))
     axle = Axle(_name(bundle, settings), values, _words(bundle, settings))
     return axle._replace(values=sorted(values)) if axle.is_numeric else axle
@@ -179,7 +186,7 @@ def _skill(name_or_place: str, settings: Mapping[str, Any]) -> str:
     return episodes[place]["skill"] if place < len(episodes) else ""
 
 
-def _column(bundle: Sequence[str], variants: Sequence[Overrides]) -> list[Any]:
+def column_of(bundle: Sequence[str], variants: Sequence[Overrides]) -> list[Any]:
     """What keys that move together are set to in each variant: a number, or a text."""
     texts = [told_apart([overrides[key] for overrides in variants]) for key in bundle]
     column: list[Any] = []
@@ -215,9 +222,9 @@ def names_of(variants: Sequence[Overrides], settings: Mapping[str, Any]) -> Name
     bundles = _bundles(variants)
     if not bundles:
         return None
-    columns = [_column(bundle, variants) for bundle in bundles]
+    columns = [column_of(bundle, variants) for bundle in bundles]
     what = tuple(
-        _axle(bundle, column, settings).label
+        axle_of(bundle, column, settings).label
         for bundle, column in zip(bundles, columns, strict=True)
     )
     shown = (told_apart(column, grouped) for column in columns)

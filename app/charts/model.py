@@ -19,6 +19,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from app.analysis.axles import Axle
+from app.analysis.effects import Analysis
 from app.analysis.estimates import Axis, Band, Estimate
 from app.analysis.passages import Arrivals
 from app.analysis.sweeps import Place
@@ -342,6 +343,52 @@ class Effects(NamedTuple):
         return rows
 
 
+class Trends(NamedTuple):
+    """What each setting of a design does: a small plot for each, all on one scale.
+
+    Dots are variants; the line is what the setting does by itself, with its band.
+    """
+
+    what: str
+    """The name of the quantity."""
+    analysis: Analysis
+
+    @property
+    def numbers(self) -> Rows:
+        """All points of the lines, then the values of all variants once for each setting."""
+        rows: Rows = [["setting", "shown", "value", self.what, "low", "high"]]
+        for axle, values, *columns in self.analysis.responses:
+            points = zip(values, *(column.tolist() for column in columns), strict=True)
+            rows += [[axle.key, "line", *point] for point in points]
+        for axle, column in self.analysis.factors:
+            pairs = zip(column, self.analysis.values.tolist(), strict=True)
+            rows += [[axle.key, "variant", *pair] for pair in pairs]
+        return rows
+
+
+class Shares(NamedTuple):
+    """How much settings of a design account for: each by itself, and each pair beyond that."""
+
+    what: str
+    """The name of the quantity."""
+    analysis: Analysis
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The settings."""
+        return [factor.axle.label for factor in self.analysis.factors]
+
+    @property
+    def numbers(self) -> Rows:
+        """All shares."""
+        rows: Rows = [["setting", "with", f"share of the variance of {self.what}", "p"]]
+        names = self.names
+        rows += [[name, "", *share] for name, share in zip(names, self.analysis.alone, strict=True)]
+        for (first, second), share in self.analysis.together.items():
+            rows.append([names[first], names[second], *share])
+        return rows
+
+
 # --- Maps of value -------------------------------------------------------------------------------
 
 
@@ -438,4 +485,6 @@ class Schedules(NamedTuple):
         return rows
 
 
-Chart = Curves | Arriving | Dots | Plane | Points | Effects | ValueMaps | Schedules
+Chart = (
+    Curves | Arriving | Dots | Plane | Points | Effects | Trends | Shares | ValueMaps | Schedules
+)

@@ -18,7 +18,7 @@ def swept(experiment: Experiment) -> Sweep | None:
     """What was swept, if all variants belong to one preset and fit into a plane or on a line."""
     variants = experiment.variants
     one_preset = len({variant.preset for variant in variants}) == 1
-    if not one_preset or len(variants) > MOST_CELLS:
+    if not one_preset or len(variants) > MOST_CELLS or experiment.n_drawn:
         return None
     found = sweep_of([v.overrides for v in variants], variants[0].spec.model_dump())
     if found is None or math.prod(len(axle.values) for axle in found.axles) > MOST_CELLS:

@@ -20,6 +20,7 @@ from app.cli.answers import (
     filled,
     number,
     say,
+    shown,
     spec_of,
     table,
     whole_number,
@@ -80,8 +81,11 @@ def obey(command: Bench) -> int:
     if command.load is not None:
         n_pages = whole_number("--load", command.load, 1, MAX_PAGES)
         return _measure_load(command, specs, repetitions, n_pages)
-    from benchmarks.compare import MismatchError, compare
+    from benchmarks.compare import MismatchError, compare, incomparable
 
+    for name, spec in specs.items():
+        if problem := incomparable(spec):
+            raise UsageError(f"{shown(name)}: the programs compared do not know {problem}")
     try:
         with interrupts.undoing(), terminal.status() as on_progress:
             found = compare(specs, repetitions, on_progress)

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "pounce experiment figure_4_1",
-    "pounce experiment timing_circle_avoid --seeds 10 --dry-run",
+    "pounce experiment timing_plane --seeds 3 --dry-run",
     "pounce experiment my-experiment.yaml --out results --resume",
     "pounce experiment figure_4_2 --cluster tcp://HOST:8786",
 )
@@ -249,8 +249,9 @@ def _planned(command: Experiment, experiment: "experiments.Experiment", workers:
         return json.dumps(document)
     about = "at most about" if found.at_most else "about"
     there = f"; {found.done:,} are done" if found.done else ""
+    drawn = f", {found.drawn:,} drawn at random" if found.drawn else ""
     return (
-        f"{experiment.name}: {found.runs:,} runs ({found.variants:,} variants,"
+        f"{experiment.name}: {found.runs:,} runs ({found.variants:,} variants{drawn},"
         f" {experiment.seeds_in_words}{there})\n"
         f"  steps  {about} {in_short(found.steps)}\n"
         f"  time   {_lasting(found.seconds, about)} with {workers} at a time\n"

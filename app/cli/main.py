@@ -19,7 +19,7 @@ import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 
 from app import __version__
-from app.cli import bench, doctor, experiment, lab, report, run
+from app.cli import bench, doctor, experiment, lab, replicate, report, run
 from app.cli.answers import (
     EXIT_FAILED,
     EXIT_OK,
@@ -37,6 +37,7 @@ from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.lab import Lab
+from app.cli.replicate import Replicate
 from app.cli.report import Report
 from app.cli.run import Run
 from app.util import interrupts
@@ -53,7 +54,7 @@ class Presets:
     """List the shipped presets."""
 
 
-Command = Lab | Presets | Run | Experiment | Report | Bench | Doctor
+Command = Lab | Presets | Run | Experiment | Report | Replicate | Bench | Doctor
 
 COMMANDS: dict[str, type[Command]] = {
     "lab": Lab,
@@ -61,6 +62,7 @@ COMMANDS: dict[str, type[Command]] = {
     "run": Run,
     "experiment": Experiment,
     "report": Report,
+    "replicate": Replicate,
     "bench": Bench,
     "doctor": Doctor,
 }
@@ -71,6 +73,7 @@ EXAMPLES: dict[type[Command], Sequence[str]] = {
     Run: run.EXAMPLES,
     Experiment: experiment.EXAMPLES,
     Report: report.EXAMPLES,
+    Replicate: replicate.EXAMPLES,
     Bench: bench.EXAMPLES,
     Doctor: doctor.EXAMPLES,
 }
@@ -89,6 +92,7 @@ class Pounce:
         | Annotated[Run, tyro.conf.subcommand("run")]
         | Annotated[Experiment, tyro.conf.subcommand("experiment")]
         | Annotated[Report, tyro.conf.subcommand("report")]
+        | Annotated[Replicate, tyro.conf.subcommand("replicate")]
         | Annotated[Bench, tyro.conf.subcommand("bench")]
         | Annotated[Doctor, tyro.conf.subcommand("doctor")]
     ] = dataclasses.field(default_factory=Lab)
@@ -217,6 +221,8 @@ def _obey(command: Command | Pounce | None) -> int:
             return experiment.obey(command)
         case Report():
             return report.obey(command)
+        case Replicate():
+            return replicate.obey(command)
         case Bench():
             return bench.obey(command)
         case Doctor():

@@ -19,7 +19,8 @@ from pydantic import (
 
 from app.documents.faults import written_so
 from app.documents.ranges import Linear, Logarithmic, range_of
-from app.documents.tree import EXTENDS, MAX_DEPTH, Key
+from app.documents.samples import Sample
+from app.documents.tree import Key, key_of
 from app.metrics import METRICS, NAMES
 from learners.measures import RECENT_TRIALS
 from learners.spec import MAX_TRIALS, RunSpec, Truth, did_you_mean
@@ -32,16 +33,6 @@ MAX_LABEL: Final = 200
 
 _KEYS_OF_PRESETS: Final = "keys of presets"
 _MEANS: Final = tuple(metric.column for metric in METRICS)
-
-
-def key_of(name: str) -> Key:
-    """The key of a preset that a dotted name stands for; raises `ValueError`."""
-    key = tuple(name.split("."))
-    if not all(key) or len(key) > MAX_DEPTH:
-        raise ValueError("is not a key; allowed: a dotted key of a preset")
-    if key[0] == EXTENDS:
-        raise ValueError("cannot be varied; allowed: in a preset's file")
-    return key
 
 
 def _values(value: Any) -> list[Any] | Linear | Logarithmic:
@@ -171,6 +162,7 @@ class PresetItem(Spec):
     grid: Columns = Field(default_factory=dict)
     linked: Groups = ()
     settings: Choices = ()
+    sample: Sample | None = None
     seeds: Seeds | None = None
     """Its own; None where it has those of the experiment."""
 
@@ -207,6 +199,7 @@ class ExperimentSpec(Spec):
     grid: Columns = Field(default_factory=dict)
     linked: Groups = ()
     settings: Choices = ()
+    sample: Sample | None = None
     seeds: Seeds = range(1)
     common_starts: Truth = True
     """Whether all variants run with the same seeds, and so with the same starts of trials."""

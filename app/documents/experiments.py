@@ -70,6 +70,11 @@ class Experiment(ExperimentSpec):
         """Runs in all."""
         return sum(len(self.seeds_of(variant)) for variant in self.variants)
 
+    @property
+    def n_drawn(self) -> int:
+        """Variants of which some values were drawn at random."""
+        return sum(variant.is_draw for variant in self.variants)
+
     def seeds_of(self, variant: Variant) -> Sequence[int]:
         """The seeds of a variant: those of all, unless it has its own or starts are not shared."""
         return self.own_seeds.get(variant.label, self.seeds)

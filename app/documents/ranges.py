@@ -26,7 +26,7 @@ def _finite(value: Any) -> Number:
     return value
 
 
-_Finite = Annotated[Number, PlainValidator(_finite)]
+Finite = Annotated[Number, PlainValidator(_finite)]
 """A whole number stays one: where all of a range are, so are its numbers."""
 
 
@@ -38,9 +38,9 @@ def _check_count(count: float) -> None:
 class Linear(Spec):
     """Numbers that are one step apart."""
 
-    start: _Finite
-    stop: _Finite
-    step: _Finite
+    start: Finite
+    stop: Finite
+    step: Finite
 
     @model_validator(mode="after")
     def _has_an_end(self) -> Self:
@@ -67,9 +67,9 @@ class Linear(Spec):
 class Logarithmic(Spec):
     """Numbers that grow by a factor."""
 
-    log_start: _Finite
-    log_stop: _Finite
-    count: _Finite
+    log_start: Finite
+    log_stop: Finite
+    count: Finite
 
     @model_validator(mode="after")
     def _has_an_end(self) -> Self:

@@ -108,6 +108,16 @@ def in_order(problems: Iterable[PresetProblem]) -> list[PresetProblem]:
     return sorted(found, key=lambda problem: (sources.index(problem.source), problem.line or 0))
 
 
+def key_of(name: str) -> Key:
+    """The key of a preset that a dotted name stands for; raises `ValueError`."""
+    key = tuple(name.split("."))
+    if not all(key) or len(key) > MAX_DEPTH:
+        raise ValueError("is not a key; allowed: a dotted key of a preset")
+    if key[0] == EXTENDS:
+        raise ValueError("cannot be varied; allowed: in a preset's file")
+    return key
+
+
 # --- Tree: values that know where they came from -------------------------------------------------
 
 

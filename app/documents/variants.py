@@ -1,10 +1,12 @@
 """Variants: all combinations of what an experiment varies, counted before any of them is made.
 
-Values come from three kinds of axes, and a variant takes one choice from each:
+Values come from four kinds of axes (:mod:`app.documents.axes`), and a variant takes one choice from
+each:
 
 - ``grid``: keys of presets, each with its values, in every combination;
 - ``linked``: groups of keys whose values move together, first with first, second with second;
-- ``settings``: a list of choices, each with any keys, and perhaps a label.
+- ``settings``: a list of choices, each with any keys, and perhaps a label;
+- ``sample``: choices that are drawn at random (:mod:`app.documents.samples`).
 
 Every value keeps the line it stands on, so that what a preset says of it can be said of that line.
 """
@@ -20,8 +22,18 @@ from sys import intern
 from typing import Any, Final, NamedTuple, cast
 
 from app.documents import presets
-from app.documents.experiment_spec import MAX_RUNS, ExperimentSpec, key_of
-from app.documents.ranges import Linear, Logarithmic, range_of
+from app.documents.axes import (
+    Axis,
+    Choice,
+    Linked,
+    Range,
+    choice_of,
+    column_of,
+    drawn_axis,
+    values_of,
+    with_key,
+)
+from app.documents.experiment_spec import MAX_RUNS, ExperimentSpec
 from app.documents.tree import (
     Key,
     Node,
@@ -31,11 +43,11 @@ from app.documents.tree import (
     UnusableError,
     children,
     dotted,
+    key_of,
     n_values,
     plain,
     printable,
     quoted,
-    without,
 )
 from learners.spec import RunSpec
 
@@ -66,60 +78,11 @@ class Variant:
     """What the experiment sets in the preset, by dotted key."""
     seeds: Sequence[int] | None = None
     """That its preset has of its own in the experiment; None where it has those of all."""
+    is_draw: bool = False
+    """Whether some of its values were drawn at random."""
 
 
-# --- Axes: what is varied ------------------------------------------------------------------------
-
-
-class _Choice(NamedTuple):
-    """Values that are taken together."""
-
-    values: Sequence[Node]
-    """Each knows its key in the preset, and the place of the experiment it is from."""
-    label: str | None = None
-    whole: Node | None = None
-    """Where all of it stands: its label if it has one; None if it has only its values."""
-
-
-@dataclass(frozen=True)
-class _Range:
-    """Values of a range, made as they are taken."""
-
-    node: Node
-    """As it is written, with the key that its values are for."""
-    numbers: Linear | Logarithmic
-
-    def __len__(self) -> int:
-        return self.numbers.size
-
-    def __iter__(self) -> Iterator[Node]:
-        return (self.node._replace(value=number) for number in self.numbers.numbers())
-
-
-_Column = Sequence[Node] | _Range
-"""The values of a key."""
-
-
-@dataclass(frozen=True)
-class _Linked:
-    """Choices of values that move together, made as they are taken."""
-
-    columns: tuple[_Column, ...]
-
-    def __len__(self) -> int:
-        return len(self.columns[0])
-
-    def __iter__(self) -> Iterator[_Choice]:
-        return map(_Choice, zip(*self.columns, strict=True))
-
-
-class _Axis(NamedTuple):
-    """Choices of which a variant takes one."""
-
-    keys: tuple[Key, ...]
-    choices: Sequence[_Choice] | _Linked
-    n_values: int
-    """In all choices together."""
+# --- Plans: a preset and what is varied in it ----------------------------------------------------
 
 
 class Plan(NamedTuple):
@@ -131,7 +94,7 @@ class Plan(NamedTuple):
     """Its label if it has one, else the preset as it is named."""
     base: presets.Base
     fixed: Sequence[Node]
-    axes: Sequence[_Axis]
+    axes: Sequence[Axis]
     seeds: Sequence[int] | None
     """Of its own."""
 
@@ -147,18 +110,6 @@ class Plan(NamedTuple):
         # Each choice is in as many variants as any other of its axis.
         varied = (axis.n_values * n_variants // len(axis.choices) for axis in self.axes)
         return given * n_variants + sum(varied)
-
-
-def _with_key(node: Node, key: Key) -> Node:
-    """The same value, and all within it, under another key."""
-    match node.value:
-        case dict():
-            value = {name: _with_key(inner, (*key, name)) for name, inner in children(node)}
-        case list():
-            value = [_with_key(inner, (*key, index)) for index, inner in children(node)]
-        case _:
-            value = node.value
-    return node._replace(key=key, value=value)
 
 
 # --- From what is asked for to variants ----------------------------------------------------------
@@ -193,7 +144,7 @@ class Expansion:
         return [plan for plan in plans if plan is not None]
 
     def _plan(
-        self, item: Node, seeds: Sequence[int] | None, fixed: list[Node], axes: list[_Axis]
+        self, item: Node, seeds: Sequence[int] | None, fixed: list[Node], axes: list[Axis]
     ) -> Plan | None:
         is_mapping = isinstance(item.value, dict)
         entries: dict[Any, Node] = dict(children(item)) if is_mapping else {"preset": item}
@@ -209,7 +160,7 @@ class Expansion:
                 case str(name):
                     base = self._shelf.base_of(name)
                 case dict() if label:
-                    name, base = label, self._shelf.base_within(_with_key(at, ()))
+                    name, base = label, self._shelf.base_within(with_key(at, ()))
                 case dict():
                     at = item
                     raise UnusableError(
@@ -226,9 +177,9 @@ class Expansion:
         label = label or Path(name).stem
         return Plan(name, label, named_by, base, [*fixed, *own_fixed], [*axes, *own_axes], seeds)
 
-    def _varied(self, entries: Mapping[str, Node]) -> tuple[list[Node], list[_Axis]]:
+    def _varied(self, entries: Mapping[str, Node]) -> tuple[list[Node], list[Axis]]:
         """What is set once, and the axes."""
-        fixed = _values(entries["set"]) if "set" in entries else []
+        fixed = values_of(entries["set"]) if "set" in entries else []
         groups: list[Node] = []
         if "grid" in entries:
             columns = entries["grid"].value.items()
@@ -237,28 +188,30 @@ class Expansion:
             groups += entries["linked"].value
         axes = [axis for group in groups if (axis := self._linked(group)) is not None]
         if "settings" in entries:
-            choices = list(map(_choice, entries["settings"].value))
+            choices = list(map(choice_of, entries["settings"].value))
             values = [value for choice in choices for value in choice.values]
             keys = dict.fromkeys(value.key for value in values)
-            axes.append(_Axis(tuple(keys), choices, sum(map(n_values, values))))
+            axes.append(Axis(tuple(keys), choices, sum(map(n_values, values))))
+        if "sample" in entries:
+            axes.append(drawn_axis(entries["sample"]))
         return fixed, axes
 
-    def _linked(self, group: Node) -> _Axis | None:
+    def _linked(self, group: Node) -> Axis | None:
         """The axis of keys that move together, if they can."""
-        columns = {name: _column(name, node) for name, node in group.value.items()}
+        columns = {name: column_of(name, node) for name, node in group.value.items()}
         if len(set(map(len, columns.values()))) == 1:
             n_in_all = sum(
-                len(column) if isinstance(column, _Range) else sum(map(n_values, column))
+                len(column) if isinstance(column, Range) else sum(map(n_values, column))
                 for column in columns.values()
             )
-            return _Axis(tuple(map(key_of, columns)), _Linked(tuple(columns.values())), n_in_all)
+            return Axis(tuple(map(key_of, columns)), Linked(tuple(columns.values())), n_in_all)
         if columns:
             listed = ", ".join(f"{printable(name)}: {len(of)}" for name, of in columns.items())
             message = f"has values that cannot move together ({listed}); allowed: as many for each"
             self._problems.append(group.problem(message))
         return None
 
-    def _refuse_twice(self, axes: Iterable[_Axis], others: Iterable[_Axis]) -> None:
+    def _refuse_twice(self, axes: Iterable[Axis], others: Iterable[Axis]) -> None:
         """No key of an axis may be one of another, or of those that were looked at before."""
         seen = {key for axis in others for key in axis.keys}
         for axis in axes:
@@ -295,7 +248,8 @@ class Expansion:
         found: dict[str, Variant] = {}
         made: dict[str, _Made] = {}
         effects: dict[tuple[object, ...], _Made] = {}
-        late: dict[PresetProblem, PresetProblem] = {}  # One for all values of a line that are late.
+        # One for all values of a line that are late, and for all that are drawn from one range.
+        late: dict[PresetProblem, PresetProblem] = {}
         wrong: dict[PresetProblem, None] = {}
         n_wrong_values = 0
         for plan, base, choices in _combinations(plans):
@@ -304,7 +258,11 @@ class Expansion:
             try:
                 variant = _variant(plan, base, choices)
             except PresetError as error:
-                wrong.update(dict.fromkeys(error.problems))
+                if any(choice.is_draw for choice in choices):
+                    alike = (late.setdefault(p._replace(value=None), p) for p in error.problems)
+                    wrong.update(dict.fromkeys(alike))
+                else:
+                    wrong.update(dict.fromkeys(error.problems))
                 n_wrong_values += plan.n_values // plan.n_variants
                 continue
             this, n_trials = _Made(plan, choices), self._asked.last_trial(variant.spec)
@@ -331,30 +289,9 @@ class Expansion:
         return tuple(found.values())
 
 
-def _column(name: str, node: Node) -> _Column:
-    """The values of a key, out of what states them."""
-    key = key_of(name)
-    if isinstance(node.value, list):
-        return [_with_key(value, key) for _, value in children(node)]
-    return _Range(node._replace(key=key), range_of(plain(node)))
-
-
-def _choice(item: Node) -> _Choice:
-    written = item.value.get("label")
-    values = _values(without(item, [("label",)]))
-    if written is None or not written.value:
-        return _Choice(values, None, item)
-    return _Choice(values, written.value, written)
-
-
-def _values(node: Node) -> list[Node]:
-    """One value for each key, out of the mapping that states them."""
-    return [_with_key(value, key_of(name)) for name, value in node.value.items()]
-
-
 def _combinations(
     plans: Iterable[Plan],
-) -> Iterator[tuple[Plan, presets.Base, Sequence[_Choice]]]:
+) -> Iterator[tuple[Plan, presets.Base, Sequence[Choice]]]:
     """Every variant as its plan, what is the same in all variants of that, and its choices."""
     for plan in plans:
         base = presets.with_settings(plan.base, plan.fixed)
@@ -366,9 +303,9 @@ class _Made(NamedTuple):
     """What a variant is made of."""
 
     plan: Plan
-    choices: Sequence[_Choice]
+    choices: Sequence[Choice]
 
-    def first_unlike(self, other: "_Made") -> tuple[_Choice, _Choice]:
+    def first_unlike(self, other: "_Made") -> tuple[Choice, Choice]:
         """The first choice in which two variants of one plan differ: its own, and the other's."""
         pairs = zip(self.choices, other.choices, strict=True)
         return next((own, its) for own, its in pairs if own is not its)
@@ -410,7 +347,7 @@ def _is_late(leaf: Node, n_trials: int) -> bool:
             return False
 
 
-def _effects(choices: Iterable[_Choice], n_trials: int) -> Iterator[object]:
+def _effects(choices: Iterable[Choice], n_trials: int) -> Iterator[object]:
     """What choices of one plan lead to, alike where they differ only in what is late."""
     for choice in choices:
         leaves = [leaf for value in choice.values for leaf in _leaves(value)]
@@ -441,7 +378,7 @@ def _counted(count: int) -> str:
     return str(count) if count <= _MAX_SHOWN_COUNT else f"more than {_MAX_SHOWN_COUNT}"
 
 
-def _variant(plan: Plan, base: presets.Base, choices: Sequence[_Choice]) -> Variant:
+def _variant(plan: Plan, base: presets.Base, choices: Sequence[Choice]) -> Variant:
     """A variant of a plan, of whose base all that is fixed is a part."""
     chosen = [value for choice in choices for value in choice.values]
     spec = presets.completed(base, chosen)
@@ -449,10 +386,11 @@ def _variant(plan: Plan, base: presets.Base, choices: Sequence[_Choice]) -> Vari
     overrides = {
         intern(".".join(map(str, node.key))): plain(node) for node in (*plan.fixed, *chosen)
     }
-    return Variant(_label(plan, choices), plan.name, spec, overrides, plan.seeds)
+    is_draw = any(choice.is_draw for choice in choices)
+    return Variant(_label(plan, choices), plan.name, spec, overrides, plan.seeds, is_draw)
 
 
-def _label(plan: Plan, choices: Sequence[_Choice]) -> str:
+def _label(plan: Plan, choices: Sequence[Choice]) -> str:
     parts = [plan.label]
     names = iter(_short(tuple(value.key for choice in choices for value in choice.values)))
     for choice in choices:

@@ -35,6 +35,8 @@ _KINDS: Final[Mapping[str, tuple[str, int]]] = {
     "greedy_trial": ("iu", 1),
     "greedy_step": ("iu", 1),
     "greedy_reward": ("f", 1),
+    "probe_names": ("U", 1),
+    "probe_values": ("f", 1),
 }
 """By name of an array: the kinds of number it may hold, and how many axes it has."""
 _HEADERS: Final = {
@@ -63,6 +65,8 @@ class Arrays(NamedTuple):
     value_distance: np.ndarray
     """(moment, ring, direction) float32."""
     greedy: GreedyCurve
+    facts: dict[str, float]
+    """By name, as :mod:`app.experiments.facts` has them; none of them is NaN."""
 
 
 def packed(arrays: dict[str, np.ndarray], compressed: bool = True) -> bytes:
@@ -164,9 +168,12 @@ def _unpacked(archive: bytes, n_trials: int, n_steps: int) -> Arrays:
     curve = GreedyCurve(found["greedy_trial"], found["greedy_step"], found["greedy_reward"])
     if not len(curve.trial) == len(curve.step) == len(curve.reward):
         raise ValueError("they do not fit together")
+    facts = dict(zip(found["probe_names"].tolist(), found["probe_values"].tolist(), strict=True))
+    if not np.isfinite(found["probe_values"]).all():
+        raise ValueError("they hold a fact that is no number")
     introduced = zip(found["introduced"].tolist(), found["introductions"].tolist(), strict=True)
     joined = {name: (trial, step) for name, (trial, step) in introduced if trial > 0}
-    return Arrays(outcome, steps, joined, moments, share, distance, curve)
+    return Arrays(outcome, steps, joined, moments, share, distance, curve, facts)
 
 
 def _array(data: bytes) -> np.ndarray:

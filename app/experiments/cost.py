@@ -63,6 +63,8 @@ class Plan(NamedTuple):
     disk_bytes: int
     at_most: bool = False
     """Whether runs end as soon as they are good enough, so that it may be far less than that."""
+    drawn: int = 0
+    """Of the variants, those with values that were drawn at random."""
 
 
 def plan(experiment: Experiment, workers: int, finished: Collection[str] = frozenset()) -> Plan:
@@ -93,6 +95,7 @@ def plan(experiment: Experiment, workers: int, finished: Collection[str] = froze
         seconds=seconds / max(min(workers, n_left), 1),
         disk_bytes=int(n_left * _BYTES_PER_RUN + trials * _BYTES_PER_TRIAL),
         at_most=experiment.stop is not None,
+        drawn=experiment.n_drawn,
     )
 
 

@@ -20,9 +20,10 @@ from app.documents.experiment_spec import Stop
 from app.documents.experiments import Experiment
 from app.documents.variants import Variant
 from app.experiments.archive import packed
+from app.experiments.facts import Facts
 from app.experiments.probes import Agenda, GreedyNotes, Pictures, Probe
 from app.metrics import Course, greedy_of, measured, wants_greedy
-from learners import measures
+from learners import behaviour, measures
 from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
@@ -176,6 +177,7 @@ def prepare(metrics: Sequence[str] = ()) -> None:
     }
     run = Run(RunSpec.model_validate(spec), seed=0)
     run.advance(max_steps=1)
+    behaviour.prepare(run)
     if wants_greedy(metrics):
         greedy_of(run)
 
@@ -207,15 +209,15 @@ def perform(
     try:
         spec = RunSpec.model_validate_json(task.settings)
         limits = Limits(task.trials, task.steps, task.horizon, task.stop)
-        pictures, greedy = Pictures(), GreedyNotes()
-        probes = _probes_of(task, spec, pictures, greedy)
+        pictures, facts, greedy = Pictures(), Facts(), GreedyNotes()
+        probes = _probes_of(task, spec, pictures, facts, greedy)
         run = made_run(spec, task.seed, limits, probes, on_progress, still_wanted)
         if run is None:
             return None
         notes = greedy.final, greedy.at_horizon, greedy.curve
         course = Course(run, task.trials, task.horizon, *notes)
         values, known = measured(course, task.metrics), digest(run.state)
-        arrays = packed(arrays_of(course, pictures), compressed=task.kept == "results")
+        arrays = packed(arrays_of(course, pictures, facts), compressed=task.kept == "results")
         final = packed(tables(run.spec, run.state)) if task.kept == "log and tables" else b""
     except Exception as error:  # noqa: BLE001 - whatever it is, it is noted, and others go on
         return failed(task.key, error, time.perf_counter() - began - waited)
@@ -271,11 +273,12 @@ def made_run(
 
 
 def _probes_of(
-    task: Task, spec: RunSpec, pictures: Pictures, greedy: GreedyNotes
+    task: Task, spec: RunSpec, pictures: Pictures, facts: Facts, greedy: GreedyNotes
 ) -> Iterator[Probe]:
     """What looks at the run of a task on its way."""
     if task.kept == "results":
         yield pictures.probe(spec, task.trials)
+        yield from facts.probes(spec, task.trials)
     if wants_greedy(task.metrics):
         yield greedy.final_probe(task.trials)
         if task.horizon is not None:
@@ -295,14 +298,15 @@ def _is_good_enough(run: Run, stop: Stop) -> bool:
 # --- What is kept of it --------------------------------------------------------------------------
 
 
-def arrays_of(course: Course, pictures: Pictures) -> dict[str, np.ndarray]:
+def arrays_of(course: Course, pictures: Pictures, facts: Facts) -> dict[str, np.ndarray]:
     """What is kept of a run beside its row.
 
     ``outcome (trial,) int8``, ``steps (trial,) int32``, ``introductions (skill, [trial, step])
     int64``, and the names of these skills, ``introduced (skill,)``. Of the pictures of its value:
     ``moments (moment,) int64``, ``value_share`` and ``value_distance (moment, ring, direction)
     float32``, as :func:`learners.measures.folded_value` has them. Of its greedy curve:
-    ``greedy_trial`` and ``greedy_step (point,) int64``, ``greedy_reward (point,) float32``.
+    ``greedy_trial`` and ``greedy_step (point,) int64``, ``greedy_reward (point,) float32``. And of
+    the facts that its log does not say ``probe_names`` and ``probe_values (fact,) float64``.
     """
     run = course.run
     joined = run.control.introductions
@@ -319,4 +323,6 @@ def arrays_of(course: Course, pictures: Pictures) -> dict[str, np.ndarray]:
         "greedy_trial": course.greedy_curve.trial,
         "greedy_step": course.greedy_curve.step,
         "greedy_reward": course.greedy_curve.reward,
+        "probe_names": np.array([*facts.found], np.str_),
+        "probe_values": np.array([*facts.found.values()], np.float64),
     }

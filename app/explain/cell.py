@@ -24,7 +24,7 @@ from learners.kernel.state import NOT_REACHED
 from learners.spec import MOVES
 from sim import geometry
 from sim.geometry import N_MOVES, STAY
-from sim.world import CAPTURE, FLIGHT, STATE_SHIFT, TIMEOUT, cell_at
+from sim.world import CAPTURE, FLIGHT, READING_SHIFT, TIMEOUT, cell_at
 
 ACTION_NAMES = tuple(
     "stay" if move == STAY else f"move {name}" for move, name in enumerate(MOVE_NAMES)
@@ -71,6 +71,8 @@ class CellReading:
     """Sector from 0, the first centred on east, counter-clockwise."""
     state: int
     """Number of the state among all of them: heading, then ring, then direction."""
+    of_skills: tuple[int, int] | None
+    """Ring and sector as skills see them, where these have sensors of their own."""
     seen: bool
     """Whether the cell lies in the prey's visual field."""
     options: tuple[OptionReading, ...]
@@ -85,8 +87,7 @@ class CellReading:
 
 def policy_of(snapshot: Snapshot) -> Policy:
     """What is greedy in each state."""
-    options_are_moves = snapshot.spec.learner.options == MOVES
-    return hunts.greedy_moves(snapshot.selection_q, None if options_are_moves else snapshot.skill_q)
+    return hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q)
 
 
 def moment_of(snapshot: Snapshot) -> Hashable:
@@ -143,6 +144,7 @@ def reading_at(
     """
     cell = cell_at(snapshot.world, x, y)
     ring, direction = sensed(snapshot, cell)
+    of_skills = sensed_by_skills(snapshot, cell)
     here = (heading, ring, direction)
     world = snapshot.spec.world
     first_reach = int(snapshot.first_reach[here])
@@ -156,19 +158,28 @@ def reading_at(
         heading=heading,
         ring=ring,
         direction=direction,
-        state=heading * world.n_skill_states + ring * world.n_directions + direction,
+        state=heading * world.n_readings + ring * world.n_directions + direction,
+        of_skills=None if snapshot.world.skill_states is None else of_skills,
         seen=bool(int(snapshot.world.cell_word[cell]) >> heading & 1),
         options=_options_read(snapshot, here),
-        skills=_skills_read(snapshot, ring, direction),
+        skills=_skills_read(snapshot, *of_skills),
         first_reach=None if first_reach == NOT_REACHED else first_reach,
         outcome=outcome,
     )
 
 
 def sensed(snapshot: Snapshot, cell: int) -> tuple[int, int]:
-    """Ring and direction of a cell."""
-    skill_state = int(snapshot.world.cell_word[cell]) >> int(STATE_SHIFT)
-    return divmod(skill_state, snapshot.spec.world.n_directions)
+    """Ring and direction that the selection reads at a cell."""
+    reading = int(snapshot.world.cell_word[cell]) >> int(READING_SHIFT)
+    return divmod(reading, snapshot.spec.world.n_directions)
+
+
+def sensed_by_skills(snapshot: Snapshot, cell: int) -> tuple[int, int]:
+    """Ring and direction that skills read at a cell."""
+    skill_states = snapshot.world.skill_states
+    if skill_states is None:
+        return sensed(snapshot, cell)
+    return divmod(int(skill_states[cell]), snapshot.spec.world.of_skills.n_directions)
 
 
 def _options_read(snapshot: Snapshot, here: tuple[int, int, int]) -> tuple[OptionReading, ...]:
@@ -224,10 +235,19 @@ def reading_html(reading: CellReading) -> str:
     return block(
         element("div", joined([cell, f", {sight}"], ""), style="font-size:1.15em"),
         element("div", state, title=f"{numbering}, all from 0"),
+        _of_skills(reading),
         element("div", joined([f"{reach} Hunting greedily from here ends in ", outcome, "."], "")),
         options_html(reading.options),
         _roses_html(reading),
     )
+
+
+def _of_skills(reading: CellReading) -> str:
+    """Where skills see the cell, if otherwise than the selection does."""
+    if reading.of_skills is None or not reading.skills:
+        return ""
+    ring, direction = reading.of_skills
+    return element("div", f"Skills see ring {ring}, direction {direction}.")
 
 
 def options_html(options: Sequence[OptionReading]) -> Markup:

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from app.explain.cell import ACTION_NAMES, actions_of, block, policy_of, sensed
+from app.explain.cell import ACTION_NAMES, actions_of, block, policy_of, sensed, sensed_by_skills
 from app.live.snapshot import Snapshot
 from app.util.html import element, joined
 from app.words.numbers import in_hundredths
@@ -117,7 +117,7 @@ def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -
     }
     for option in _members(policy.options[heading, ring, direction]):
         q = float(snapshot.selection_q[heading, ring, direction, option])
-        for move in _members(policy.moves[option, ring, direction]):
+        for move in _members(policy.moves[(option, *sensed_by_skills(snapshot, cell))]):
             after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
             cell_t, future = int(after), 0.0
             if outcome == ONGOING:

@@ -79,7 +79,7 @@ class Snapshot:
     option_visits: np.ndarray
     """(option,) int64: how often each option has been taken so far."""
     skill_q: np.ndarray
-    """(skill, distance, direction, move) float32."""
+    """(skill, distance, direction, move) float32, distance and direction as skills see them."""
     learning_now: np.ndarray
     """(heading, distance, direction) float32: how much values changed lately, fading."""
     trail: np.ndarray
@@ -118,7 +118,7 @@ def take(
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
     n_options = n_options_of(spec)
     visits = state.visits.reshape(*shape, n_options).copy()
-    n_skills = len(spec.learner.skills)
+    n_skills, of_skills = len(spec.learner.skills), spec.world.of_skills
     selection_q = rows.values(state.selection)[:, :n_options].reshape(*shape, n_options).copy()
     if new_curve or former is None:
         curve = measures.curve(state, curve_window(run.step))
@@ -145,7 +145,7 @@ def take(
         visits=visits,
         option_visits=visits.sum(axis=(0, 1, 2), dtype=np.int64),
         skill_q=rows.values(state.skills)[:, :N_MOVES]
-        .reshape(n_skills, *shape[1:], N_MOVES)
+        .reshape(n_skills, of_skills.n_distances, of_skills.n_directions, N_MOVES)
         .copy(),
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),

@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from app.picture.raster import raster
+from app.picture.raster import Sensors, raster, sensors_of
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -24,12 +24,11 @@ def arrows(moves: np.ndarray, world: WorldSpec) -> np.ndarray:
     They point the mean way of the headings; where these disagree, or stay, there is none.
 
     Args:
-        moves: ``(heading, distance, direction)``, -1 where there is none to show.
+        moves: ``(heading, place)``, -1 where there is none to show; see :func:`at_places`.
         world: the board.
     """
-    places, states = _lattice(world.size, world.n_directions, world.n_distances)
-    move = moves.reshape(len(moves), -1)[:, states]
-    mean = (_POINTING[move] * (move >= 0)[..., None]).mean(axis=0)
+    places, _ = _lattice(sensors_of(world))
+    mean = (_POINTING[moves] * (moves >= 0)[..., None]).mean(axis=0)
     length = np.hypot(mean[:, 0], mean[:, 1])
     shown = length > _AGREEMENT
     # A board of few cells has an arrow on each; a larger one on every so many.
@@ -38,13 +37,20 @@ def arrows(moves: np.ndarray, world: WorldSpec) -> np.ndarray:
     return np.stack([places[shown] - half, places[shown] + half], axis=1).astype(np.float32)
 
 
+def at_places(per_state: np.ndarray, world: WorldSpec) -> np.ndarray:
+    """What holds where arrows may be, ``(..., place)`` from ``(..., distance, direction)``."""
+    _, states = _lattice(sensors_of(world))
+    return per_state.reshape(*per_state.shape[:-2], -1)[..., states]
+
+
 @functools.lru_cache(maxsize=8)
-def _lattice(size: int, n_directions: int, n_distances: int) -> tuple[np.ndarray, np.ndarray]:
+def _lattice(sensors: Sensors) -> tuple[np.ndarray, np.ndarray]:
     """Cells that carry arrows: ``(n, xy)`` from the prey, and ``(n,)`` their states.
 
     All but the prey's own, where no arrow means anything.
     """
-    world = WorldSpec(size=size, n_directions=n_directions, n_distances=n_distances)
+    world = WorldSpec.model_validate(sensors._asdict())
+    size = world.size
     found = raster(world, min(_LATTICE, size))
     prey = np.array(geometry.prey_xy(world))
     places = np.stack([found.cells % size, found.cells // size], axis=1) - prey

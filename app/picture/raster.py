@@ -4,6 +4,7 @@ Arrays over the board are ``(y, x)``, row by row from the south-west.
 """
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,16 +26,35 @@ class Raster(NamedTuple):
 
 def raster(world: WorldSpec, side: int | None = None) -> Raster:
     """The board in so many pixels along each side; one for each cell unless given."""
-    return _raster(world.size, world.n_directions, world.n_distances, side or world.size)
+    return _raster(sensors_of(world), side or world.size)
+
+
+def as_skills_see(raster: Raster, world: WorldSpec) -> Raster:
+    """The same pixels with the states that skills tell apart."""
+    return _raster(sensors_of(world.of_skills), math.isqrt(len(raster.cells)))
+
+
+class Sensors(NamedTuple):
+    """What decides which state lies where: found again after a change of all else in a world."""
+
+    size: int
+    n_directions: int
+    n_distances: int
+    ring_exponent: float
+
+
+def sensors_of(world: WorldSpec) -> Sensors:
+    """The part of a world that decides which state lies where."""
+    return Sensors(world.size, world.n_directions, world.n_distances, world.ring_exponent)
 
 
 @functools.lru_cache(maxsize=8)
-def _raster(size: int, n_directions: int, n_distances: int, side: int) -> Raster:
-    # By what it depends on alone, so that a change of the visual field finds it again.
-    world = WorldSpec(size=size, n_directions=n_directions, n_distances=n_distances)
+def _raster(sensors: Sensors, side: int) -> Raster:
+    world = WorldSpec.model_validate(sensors._asdict())
+    size = world.size
     nearest = (np.arange(side) * 2 + 1) * size // (2 * side)
     cells = (nearest[:, None] * size + nearest).ravel()
-    states = geometry.skill_states(world).ravel()[cells]
+    states = geometry.readings(world).ravel()[cells]
     pixels = np.arange(side * side).reshape(side, side)
     pairs = np.concatenate(
         [

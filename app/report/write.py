@@ -22,6 +22,7 @@ from app.report.headline import lead_with_range
 from app.report.overview import opening_of, title_of, write_again, write_what_was_run
 from app.report.parts import MOST_ROWS, Shown
 from app.report.sections.compare import write_comparison
+from app.report.sections.readings import write_readings
 from app.report.sections.runs import Row, runs_picture
 from app.report.sections.schedules import write_schedules
 from app.report.sections.stops import write_stops
@@ -41,6 +42,7 @@ from app.results.read import (
     widths_of,
     with_short_names,
 )
+from app.results.readings import readings_of
 from app.util import leftovers
 from app.util.files import PASSING, write_whole
 from app.util.html import element
@@ -192,7 +194,10 @@ def _shown(folder: Folder, rows: Iterable[Record], horizon: Horizon | None) -> S
 def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown) -> None:
     groups, naming = with_short_names(found)
     write_stops(page, reader, groups)
-    placed = thesis.placed_of(groups)
+    read_otherwise = readings_of(found)
+    if read_otherwise:
+        write_readings(page, reader, read_otherwise)
+    placed = {} if read_otherwise else thesis.placed_of(groups)
     # One learner alone in a world replicates nothing; it is a variant like any other.
     if len({learner for _, learner in placed}) < 2:
         placed = {}

@@ -48,6 +48,17 @@ REWARD = Unit("", ".1f")
 """Mean reward per trial."""
 SHARE = Unit(" of the states", ".2f")
 STEPS = Unit(" steps", ".1f")
+MILLION_STEPS = Unit(" M steps", ".2f")
+CELLS = Unit(" cells", ".1f")
+CELLS_A_STEP = Unit(" cells a step", ".2f")
+CAPTURES = Unit(" captures", ".0f")
+STATES_A_TRIAL = Unit(" states a trial", ".2f")
+
+
+def share_of(what: str) -> Unit:
+    """Share of things that are no states, such as trials."""
+    return Unit(f" of the {what}", ".2f")
+
 
 Condition = Literal["above", "below", "within"]
 """Where a sum is to lie: above or below the bound, or between the bound and its negative."""

@@ -313,6 +313,8 @@ class Log(NamedTuple):
     pictures: Pictures
     greedy: GreedyCurve
     """Of no points where none were measured."""
+    facts: Mapping[str, float]
+    """By name: what its probes found, as :mod:`app.experiments.facts` has it."""
 
 
 Measure = Callable[[Record, Log], Mapping[str, float]]
@@ -354,8 +356,7 @@ class Trace(NamedTuple):
     curves: Mapping[Axis, np.ndarray]
     """(window,) float64 each: mean reward per trial, NaN where no trial ended."""
     by_trials: tuple[np.ndarray, np.ndarray]
-    """(window,) each: mean reward of windows of consecutive trials, and the step at which they
-    ended."""
+    """(window,) each: mean reward of windows of trials, and the step at which they ended."""
     greedy: GreedyCurve
     up_to: UpTo
     quantities: Mapping[str, float]
@@ -381,7 +382,8 @@ def read_log(run: Record) -> Log:
     if pictures.share.shape[1:] != (world.n_distances, world.n_directions):
         raise ArchiveError("its pictures of the value do not fit its world")
     reward = measures.rewards(world, found.outcome)
-    return Log(found.outcome, reward, found.steps, found.joined, pictures, found.greedy)
+    greedy, facts = found.greedy, found.facts
+    return Log(found.outcome, reward, found.steps, found.joined, pictures, greedy, facts)
 
 
 def _trace_of(run: Record, log: Log, widths: Widths, measure: Measure) -> Trace:
@@ -460,10 +462,8 @@ class Reader:
         return [self._at(run, horizon) for run in every], horizon
 
     def _at(self, run: Record, horizon: Horizon) -> Record:
-        if run.error or is_measured(run, horizon):
-            return run
-        trace = self._trace(run)
-        return with_values(run, horizon, None if trace is None else trace.up_to)
+        trace = None if run.error or is_measured(run, horizon) else self._trace(run)
+        return with_values(run, horizon, trace and trace.up_to)
 
     def pictures(self, runs: Iterable[Record]) -> list[Pictures]:
         """Pictures of the value in the logs of runs, without those that cannot be read.

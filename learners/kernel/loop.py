@@ -1,8 +1,12 @@
 """The loop that learns: timed hierarchical Q-learning, one step after another (section 3.3).
 
 Every step chooses an option, lets the option choose a move, makes the move, and learns twice:
-the selection table from the global reward, and the chosen skill from its local reward. An
-option is a primitive move or a skill; all learners of the thesis are settings of this loop.
+the selection table from the global reward, and the chosen skill, or every skill that is present,
+from its local reward. An option is a primitive move or a skill; all learners of the thesis are
+settings of this loop.
+
+Switches. What a setting or a table does only where it is asked for is None elsewhere: the compiler
+goes by types, makes a loop for each combination that is met, and leaves out of it what is None.
 
 Draws. A step takes one draw of 64 bits from the stream of decisions and splits it into four of
 16 bits, from the low end: whether to explore at the selection, which option, whether to explore
@@ -36,7 +40,7 @@ from learners.kernel.state import (
     LearnerState,
 )
 from learners.skills import local_reward, wrapped
-from sim.bits import U
+from sim.bits import U, lowest
 from sim.compiled import loop, piece
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
 from sim.world import (
@@ -44,11 +48,12 @@ from sim.world import (
     FLIGHT,
     ONGOING,
     PREY_BIT,
-    STATE_SHIFT,
+    READING_SHIFT,
     TIMEOUT,
     World,
     in_view,
     moved,
+    skill_state_of,
     start_of_trial,
 )
 
@@ -63,6 +68,10 @@ class Settings(NamedTuple):
     """Whether options are the primitive moves; otherwise each is the skill of its number."""
     reward_weights: np.ndarray
     """(skill * 4,) float32, see ``learners.skills.local_reward``."""
+    rewards_are_binary: bool | None
+    """Whether a local reward only tells that a move earned anything; None if not."""
+    all_skills_learn: bool | None
+    """Whether every skill that is present learns from every move; None if only the chosen one."""
     alpha: np.float32
     """Learning rate of the selection; 0 while it is frozen."""
     skill_alpha: np.float32
@@ -100,6 +109,22 @@ def backup(
     return q_t - q_tm1
 
 
+@piece
+def learn_skill(
+    table: np.ndarray,
+    words: np.ndarray,
+    row: np.uint64,
+    row_t: np.uint64,
+    move: np.uint64,
+    r_t: np.float32,
+    gamma: np.float32,
+    alpha: np.float32,
+) -> None:
+    """Let a skill learn from one move; its task goes on when the trial ends (section 4.2.2)."""
+    target = np.float32(r_t + gamma * table[row_t + _BEST])
+    backup(table, words, row, move, target, alpha)
+
+
 @loop
 def advance(
     world: World, state: LearnerState, settings: Settings, max_steps: int, until_trial: int
@@ -116,7 +141,9 @@ def advance(
     skill_table = state.skills
     skill_words = state.skill_words
     cell_word = world.cell_word
-    n_skill_states = world.n_skill_states
+    n_readings = world.n_readings
+    skill_states = world.skill_states
+    n_skill_states = n_readings if skill_states is None else world.n_skill_states
     n_options = settings.n_options
     present = settings.present
     epsilon16 = settings.epsilon16
@@ -128,6 +155,7 @@ def advance(
     episode_chance = settings.episode_chance
     options_are_moves = settings.options_are_moves
     weights = settings.reward_weights
+    binary = settings.rewards_are_binary
     distance = world.distance
     angle = world.angle
     clipped = world.clipped
@@ -150,11 +178,11 @@ def advance(
     repertoire = np.uint8(state.tally[REPERTOIRE])
     change = state.change[0]
 
-    skill_state = U(cell_word[cell]) >> STATE_SHIFT
+    reading = U(cell_word[cell]) >> READING_SHIFT
     end_step = step + max_steps
     while step < end_step and trial < until_trial:
         word = U(cell_word[cell])
-        s_tm1 = heading * n_skill_states + skill_state
+        s_tm1 = heading * n_readings + reading
         row = s_tm1 << _ROW_SHIFT
 
         option = U(NO_OPTION)
@@ -168,19 +196,21 @@ def advance(
         if option == U(NO_OPTION):
             option = selected_option(table, words, row, allowed, epsilon16, draw)
 
+        skill_state = _ZERO
         skill_row = _ZERO
         if options_are_moves:
             move = option
         else:
+            skill_state = skill_state_of(skill_states, cell, reading)
             skill_row = (option * n_skill_states + skill_state) << _ROW_SHIFT
             move = skill_move(skill_words, skill_row, epsilon16, draw)
 
         cell_t = moved(cell_word, clipped, move_step, cell, move)
         word_t = U(cell_word[cell_t])
-        skill_state_t = word_t >> STATE_SHIFT
+        reading_t = word_t >> READING_SHIFT
         outcome = ONGOING
         reward = _NOTHING
-        future = table[((heading * n_skill_states + skill_state_t) << _ROW_SHIFT) + _BEST]
+        future = table[((heading * n_readings + reading_t) << _ROW_SHIFT) + _BEST]
         if word_t & (PREY_BIT | (_ONE << heading)):
             if in_view(word, word_t, heading) and distance[cell_t] < distance[cell]:
                 outcome = FLIGHT
@@ -215,13 +245,29 @@ def advance(
             turn = _NOTHING
             if not word_t & PREY_BIT:
                 turn = wrapped(angle[cell_t] - angle[cell])
-            r_t = local_reward(weights, option, distance[cell], distance[cell_t], turn)
-            skill_row_t = (option * n_skill_states + skill_state_t) << _ROW_SHIFT
-            target = np.float32(r_t + gamma * skill_table[skill_row_t + _BEST])
-            backup(skill_table, skill_words, skill_row, move, target, skill_alpha)
+            skill_state_t = skill_state_of(skill_states, cell_t, reading_t)
+            if settings.all_skills_learn is None:
+                r_t = local_reward(weights, binary, option, distance[cell], distance[cell_t], turn)
+                row_t = (option * n_skill_states + skill_state_t) << _ROW_SHIFT
+                learn_skill(
+                    skill_table, skill_words, skill_row, row_t, move, r_t, gamma, skill_alpha
+                )
+            else:
+                learning = present
+                while learning != _ZERO:
+                    skill = lowest(learning)
+                    learning &= learning - _ONE
+                    r_t = local_reward(
+                        weights, binary, skill, distance[cell], distance[cell_t], turn
+                    )
+                    row_tm1 = (skill * n_skill_states + skill_state) << _ROW_SHIFT
+                    row_t = (skill * n_skill_states + skill_state_t) << _ROW_SHIFT
+                    learn_skill(
+                        skill_table, skill_words, row_tm1, row_t, move, r_t, gamma, skill_alpha
+                    )
 
         cell = cell_t
-        skill_state = skill_state_t
+        reading = reading_t
         previous = option
         if outcome != ONGOING:
             state.log_outcome[trial] = outcome
@@ -237,7 +283,7 @@ def advance(
             change = 0.0
             previous = U(NO_OPTION)
             cell, heading = start_of_trial(world, state.streams[STARTS], trial)
-            skill_state = U(cell_word[cell]) >> STATE_SHIFT
+            reading = U(cell_word[cell]) >> READING_SHIFT
 
     made = step - state.tally[STEP]
     state.place[CELL] = cell

@@ -41,7 +41,7 @@ class LearnerState(NamedTuple):
     selection_words: np.ndarray
     """The same memory seen as uint32."""
     skills: np.ndarray
-    """(skill, distance, direction) rows of moves; float32."""
+    """(skill, distance, direction) rows of moves, as skills see these; float32."""
     skill_words: np.ndarray
     """The same memory seen as uint32."""
     visits: np.ndarray
@@ -197,17 +197,18 @@ def tables(spec: RunSpec, state: LearnerState) -> dict[str, np.ndarray]:
     """The tables under their own shapes, as copies.
 
     ``selection_q (heading, distance, direction, option)``, NaN where an option is absent;
-    ``skill_q (skill, distance, direction, move)``; ``visits`` like ``selection_q``;
-    ``first_reach (heading, distance, direction)``, -1 where never.
+    ``skill_q (skill, distance, direction, move)``, distance and direction as skills see them;
+    ``visits`` like ``selection_q``; ``first_reach (heading, distance, direction)``, -1 where never.
     """
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
+    of_skills = spec.world.of_skills
     n_options, n_skills = n_options_of(spec), len(spec.learner.skills)
     selection = rows.values(state.selection)[:, :n_options].copy()
     selection[np.isneginf(selection)] = np.nan
     skills = rows.values(state.skills)[:, :N_MOVES].copy()
     return {
         "selection_q": selection.reshape(*shape, n_options),
-        "skill_q": skills.reshape(n_skills, *shape[1:], N_MOVES),
+        "skill_q": skills.reshape(n_skills, of_skills.n_distances, of_skills.n_directions, N_MOVES),
         "visits": state.visits.reshape(*shape, n_options).copy(),
         "first_reach": state.first_reach.reshape(shape).copy(),
     }

@@ -10,6 +10,7 @@ from benchmarks import beside, load, page
 from benchmarks.compare import (
     c_program,
     compare,
+    incomparable,
     time_c,
     time_kernel,
     time_plain,
@@ -26,6 +27,12 @@ EARLY = (
     "schedule.episodes.0.duration=200",
 )
 """The timed schedule within so many trials."""
+SOON = (
+    "schedule.skills.circle_clockwise={at: 150}",
+    "schedule.episodes.0.duration=100",
+    "schedule.episodes.1.duration=300",
+)
+"""The schedule that was searched for, likewise."""
 SPIRAL = (
     "learner.custom_skills={spiral_in: {approach: 0.5, circle_clockwise: 1}}",
     "learner.options=[approach, spiral_in]",
@@ -42,8 +49,13 @@ PRESETS = {
     "hierarchical_2": ("hierarchical_2", ()),
     "hierarchical_3": ("hierarchical_3", ()),
     "timed": ("timed", EARLY),
+    "timed_early": ("timed_early", SOON),
     "a skill of one's own": ("hierarchical_2", SPIRAL),
     "unsafe introduction": ("timed", UNSAFE),
+    "other rings, and circles that spiral": (
+        "hierarchical_2",
+        ("world.ring_exponent=2.3", "world.n_distances=9", "learner.spiral_penalty=0.05"),
+    ),
     "a hundred explorations": ("hierarchical_2", OFTEN),
 }
 
@@ -90,6 +102,26 @@ def test_the_plain_loop_learns_a_preset(name: str) -> None:
     assert sum(ends) == spec.trials
     assert all(ends)
     assert time_plain(spec, 0).steps == steps
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        (
+            "world.skill_n_distances=9",
+            "world.skill_n_distances: skills see",
+        ),
+        (
+            "world.skill_n_directions=8",
+            "world.skill_n_distances: skills see",
+        ),
+        ("learner.local_rewards=binary", "learner.local_rewards: value 'binary'; allowed: signed"),
+        ("learner.skills_that_learn=all", "learner.skills_that_learn: value 'all'; allowed:"),
+    ],
+)
+def test_a_preset_that_the_programs_do_not_know_is_not_compared(setting: str, said: str) -> None:
+    assert incomparable(presets.load("timed")) is None
+    assert said in str(incomparable(presets.load("timed", [setting])))
 
 
 def test_an_unsafe_introduction_is_made_by_all() -> None:

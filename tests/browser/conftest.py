@@ -10,6 +10,9 @@ from learners.spec import RunSpec
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
 from tests.support.screen import VIEWPORT, Begin, OpenPage, Screen, Shared, StartLab
 
+FIRST_TRIAL = 100
+"""Where a lab stands that no test has begun in a way of its own."""
+
 
 @pytest.fixture
 def start_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartLab]:
@@ -50,7 +53,7 @@ def open_page(
 
 
 class Stage:
-    """The lab and the page that the tests of a file use one after the other."""
+    """The lab and the page that tests use one after the other."""
 
     def __init__(self, browser: Browser, folder: Callable[[], Path]) -> None:
         self._browser, self._folder = browser, folder
@@ -58,11 +61,11 @@ class Stage:
 
     @property
     def shared(self) -> Shared:
-        """Both as the test before has left them; at trial 100 if there was none."""
+        """Both as the test before has left them; at the first trial of all if there was none."""
         if self._shared is None:
             expect.set_options(timeout=PATIENCE_S * 1000)
             live = LiveLab(preset_of(), 20_000.0, self._folder())
-            live.go_to_trial(100)
+            live.go_to_trial(FIRST_TRIAL)
             context = self._browser.new_context(viewport=VIEWPORT)
             context.set_default_timeout(PATIENCE_S * 1000)
             context.grant_permissions(["clipboard-read", "clipboard-write"])
@@ -83,6 +86,11 @@ class Stage:
         screen.expect_cell_colours(live.colours())
         return self.shared
 
+    def clear(self) -> None:
+        """What is open begins as a new one would, for the tests of another file."""
+        if self._shared is not None:
+            self.begin(trial=FIRST_TRIAL)
+
     def close(self) -> None:
         """End both."""
         if self._shared is not None:
@@ -91,12 +99,19 @@ class Stage:
             self._shared = None
 
 
-@pytest.fixture(scope="module")
-def stage(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
-    """A lab and a page for a file, opened when they are needed."""
+@pytest.fixture(scope="session")
+def only_stage(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+    """A lab and a page, opened when they are needed; a page takes seconds to open."""
     stage = Stage(browser, lambda: tmp_path_factory.mktemp("lab") / "results")
     yield stage
     stage.close()
+
+
+@pytest.fixture(scope="module")
+def stage(only_stage: Stage) -> Stage:
+    """The lab and the page as new ones, for the tests of a file."""
+    only_stage.clear()
+    return only_stage
 
 
 @pytest.fixture

@@ -40,7 +40,7 @@ class Shown(NamedTuple):
 
 RESULTS = {
     "experiments": Shown("figure_4_1", 10),
-    "timing": Shown("timing_circle_avoid", 3),
+    "timing": Shown("timing_plane", 3),
 }
 
 

@@ -444,7 +444,7 @@ def test_the_panel_is_as_wide_as_it_is_asked_to_be() -> None:
 
 
 def test_what_was_swept_is_called_by_its_values_and_the_presets_own_place_is_framed() -> None:
-    experiment = load("timing_circle_avoid", 1)
+    experiment = load("timing_plane", 1)
     own = next(
         place
         for place, variant in enumerate(experiment.variants)

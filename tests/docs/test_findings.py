@@ -1,17 +1,18 @@
-"""The findings of the thesis (section 4.3): over thirty seeds, and over a few that come out near.
+"""The findings of the thesis (chapters 3 and 4): over the runs of the replication, and over a few.
 
-What a finding is, and how it is measured, is said in ``app/results/thesis.py`` alone, and runs get
-there as those of any experiment do. ``findings.json`` holds what came out over thirty seeds, as
-``docs/replication.md`` has it. A few seeds must come out within four standard errors of that, so a
-change of nothing but the random numbers does not break a test. To measure again:
-``python -m tests.docs.test_findings``, which writes that file; it takes a few minutes.
+What a finding is, and how it is measured, is said in ``app/results/thesis/`` alone, and runs get
+there as those of any experiment do. ``findings.json`` holds what came out of the replication, as
+``docs/replication.md`` has it. A few other seeds must come out within four standard errors of that,
+so a change of nothing but the random numbers does not break a test. To measure again:
+``python -m tests.docs.test_findings FOLDER...`` with the folders of :data:`EXPERIMENTS`, which
+writes that file.
 """
 
 import json
 import math
-import tempfile
+import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import NormalDist
 
@@ -25,13 +26,15 @@ from app.experiments.runner import run_experiment
 from app.experiments.store import Folder
 from app.results import findings, read, thesis
 from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding
+from app.results.thesis import quantities
 
-N_SEEDS = 4
-N_MEASURED_SEEDS = 30
+N_SEEDS = 3
 STANDARD_ERRORS = 4
 LEAST_MARGIN = 0.05
-"""For what is the same over thirty seeds."""
+"""For what is the same over all runs."""
 N_THREADS = 2
+EXPERIMENTS = (*thesis.FIGURES, "sentences")
+"""The shipped experiments that make all the runs that findings speak of."""
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "replication.md"
@@ -40,37 +43,45 @@ TABLE = Path(__file__).with_name("findings.json")
 MEASURED: Mapping[str, Estimate] = {
     claim: Estimate(*numbers) for claim, numbers in json.loads(TABLE.read_text("utf-8")).items()
 }
-"""By claim: the sum that it speaks of, over thirty seeds, with its 95 % interval."""
+"""By claim: the sum that it speaks of, with its 95 % interval and the number of runs."""
 
 
-def measured(folder: Path, n_seeds: int) -> dict[str, Estimate]:
-    """The sum that each finding speaks of, over some seeds; runs are kept in a folder."""
-    worlds = [
-        f"{{label: '{name}', world.size: {size}, world.n_directions: {n_directions},"
-        f" world.n_distances: {n_distances}}}"
-        for name, (size, n_directions, n_distances) in thesis.WORLDS.items()
-    ]
-    text = (
-        f"presets: [{', '.join(thesis.LEARNER_TITLES)}]\nsettings: [{', '.join(worlds)}]\n"
-        "metrics: [final_reward]\nseeds: 1\n"
-    )
-    experiment = experiments.parse(text, "findings.yaml", None, n_seeds)
-    with Folder(folder, experiment, resume=False, force=False) as results:
-        run_experiment(experiment, results, Threads(N_THREADS))
-    rows = read.read_folder(folder).rows
+def effects_in(folders: Sequence[Path]) -> dict[str, Estimate]:
+    """The sum that each finding speaks of, by its claim, from folders of results."""
+    rows = [row for folder in folders for row in read.read_folder(folder).rows]
     placed = thesis.placed_of(read.groups_of(rows))
     reader = read.Reader(read.widths_of(rows), thesis.quantities_of)
-    found = {}
+    found: dict[str, Estimate] = {}
     for finding in thesis.FINDINGS:
         effect = thesis.effect_of(finding, reader, placed, estimates.bootstrap_rng())
-        assert effect is not None
+        assert effect is not None, thesis.untestable(finding, reader, placed)
         found[finding.claim] = effect.estimate
     return found
 
 
+def few(n_seeds: int) -> str:
+    """An experiment that makes a few runs of each place that findings speak of."""
+    places = dict.fromkeys((t.world, t.learner) for f in thesis.FINDINGS for t in f.terms)
+    presets = [
+        {"preset": {**thesis.settings_of(place)}, "label": " ".join(place)} for place in places
+    ]
+    return json.dumps(
+        {
+            "presets": presets,
+            "horizon": quantities.HORIZON,
+            "metrics": ["final_reward"],
+            "seeds": n_seeds,
+        }
+    )
+
+
 @pytest.fixture(scope="module")
 def over_a_few_seeds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Estimate]:
-    return measured(tmp_path_factory.mktemp("findings") / "results", N_SEEDS)
+    experiment = experiments.parse(few(N_SEEDS), "findings.yaml")
+    path = tmp_path_factory.mktemp("findings") / "results"
+    with Folder(path, experiment, resume=False, force=False) as results:
+        run_experiment(experiment, results, Threads(N_THREADS))
+    return effects_in([path])
 
 
 def standard_error(estimate: Estimate, n_seeds: int) -> float:
@@ -109,9 +120,8 @@ def test_pages_count_what_holds(file: Path) -> None:
 
 
 def main() -> None:
-    """Measure everything over thirty seeds, and write it down."""
-    with tempfile.TemporaryDirectory() as folder:
-        found = measured(Path(folder) / "results", N_MEASURED_SEEDS)
+    """Measure everything in folders of results, and write it down."""
+    found = effects_in([Path(name) for name in sys.argv[1:]])
     lines = [
         f"  {json.dumps(claim)}: {json.dumps([*(float(f'{part:.7g}') for part in sums), n])}"
         for claim, (*sums, n) in found.items()

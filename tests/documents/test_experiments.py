@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import main
-from app.documents import experiments, presets, variants
+from app.documents import axes, experiments, presets, variants
 from app.documents.experiments import Experiment, ExperimentError, load, own_seed, parse
 from app.documents.tree import MAX_BYTES, Node
 from app.experiments import probes, runner, store, task
@@ -89,13 +89,20 @@ def test_every_shipped_experiment_is_sound(name: str) -> None:
 
 def test_figures_of_the_thesis_come_first() -> None:
     assert list(experiments.shipped())[:3] == ["figure_4_1", "figure_4_2", "figure_4_3"]
-    assert load("figure_4_1").n_runs == 4 * 30
+    # Three skills from the start have 120 seeds, as their runs differ most.
+    assert load("figure_4_1").n_runs == 3 * 30 + 120
     sizes = {variant.spec.world.size for variant in load("figure_4_2").variants}
     assert sizes == {60, 120, 150}
     sensors = {
         (v.spec.world.n_directions, v.spec.world.n_distances) for v in load("figure_4_3").variants
     }
     assert sensors == {(24, 18), (16, 11), (8, 6)}
+    of_skills = {
+        (s.of_skills.n_directions, s.of_skills.n_distances)
+        for s in (v.spec.world for v in load("figure_4_3").variants)
+        if (s.n_directions, s.n_distances) == (8, 6)
+    }
+    assert of_skills == {(8, 6), (24, 18)}
 
 
 @pytest.mark.parametrize("name", ["figure_4_1", "figure_4_2", "figure_4_3"])
@@ -105,7 +112,7 @@ def test_figures_of_the_thesis_have_seeds_enough_to_tell_learners_apart(name: st
 
 
 def test_the_thesis_is_a_point_of_the_timing_plane() -> None:
-    specs = [variant.spec for variant in load("timing_circle_avoid").variants]
+    specs = [variant.spec for variant in load("timing_plane").variants]
     assert presets.load("timed") in specs
 
 
@@ -207,7 +214,7 @@ def test_a_whole_preset_may_be_written_in_an_experiment() -> None:
 def test_the_example_of_the_reference_is_sound() -> None:
     page = (ROOT / "presets" / "experiments" / "README.md").read_text(encoding="utf-8")
     experiment = parse(page.split("```yaml\n")[1].split("```")[0], "README.md")
-    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 1
+    assert len(experiment.variants) == 1 + 3 * 4 * 3 * 2 + 20 + 1
 
 
 def test_the_reference_lists_every_shipped_experiment_with_its_size() -> None:
@@ -626,9 +633,9 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     if n_settings:
         lines.append(f"settings: [{entries(n_settings, '{label: c#, learner.alpha: 0.#}')}]")
     n_made = 0
-    iterated = variants._Range.__iter__
+    iterated = axes.Range.__iter__
 
-    def counted(values: variants._Range) -> Iterator[Node]:
+    def counted(values: axes.Range) -> Iterator[Node]:
         nonlocal n_made
         for node in iterated(values):
             n_made += 1
@@ -637,7 +644,7 @@ def test_whatever_is_asked_for_no_more_is_made_than_is_allowed(
     with pytest.MonkeyPatch.context() as patch:
         for name, limit in (("MAX_VARIANTS", 99), ("MAX_RUNS", 990), ("MAX_VALUES", 3_000)):
             patch.setattr(variants, name, limit)
-        patch.setattr(variants._Range, "__iter__", counted)
+        patch.setattr(axes.Range, "__iter__", counted)
         made = variants_made(patch)
         try:
             experiment = parse("\n".join(lines), "my.yaml")
@@ -1279,6 +1286,16 @@ def test_a_dry_run_makes_nothing(file: str, capsys: pytest.CaptureFixture[str]) 
     assert document["seconds"] > 0
     assert document["disk_bytes"] > 0
     assert not Path("results").exists()
+
+
+def test_a_dry_run_says_how_many_variants_are_drawn_at_random(
+    file: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path(file).read_text("utf-8")
+    sample = "sample: {count: 2, keys: {learner.gamma: {start: 0.8, stop: 0.9}}}\n"
+    Path(file).write_text(text + sample, "utf-8")
+    assert main.main(["experiment", file, "--dry-run"]) == 0
+    assert "16 runs (8 variants, 8 drawn at random, 2 seeds)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -112,6 +112,9 @@ def test_the_world_is_that_of_the_thesis() -> None:
         size=120,
         n_directions=24,
         n_distances=18,
+        skill_n_directions=None,
+        skill_n_distances=None,
+        ring_exponent=1.5,
         vision_radius=27.0,
         start_radius=(10.0, 60.0),
         step_limit=500,
@@ -421,7 +424,7 @@ def test_a_skill_of_ones_own_is_a_weighted_sum() -> None:
         },
     )
     assert spec.learner.reward_of("spiral_in") == LocalReward(0.5, -1.0, -SPIRAL_PENALTY)
-    assert spec.learner.reward_of("approach") == SKILLS["approach"]
+    assert spec.learner.reward_of("approach") == LocalReward(gain=1.0, arc=0.0, inward=0.0)
     assert spec.schedule.introduced_at("spiral_in") == 5
 
 
@@ -735,7 +738,7 @@ KEYS = dict(fields(RunSpec))
 
 
 def test_the_keys_of_this_test_are_those_of_a_preset() -> None:
-    assert len(KEYS) == 5 + 8 + 7 + 4 + 3 + 2 + 4
+    assert len(KEYS) == 5 + 11 + 10 + 4 + 3 + 2 + 4
     assert {"world.size", "schedule.skills.SKILL.at", "schedule.episodes.N.skill"} <= KEYS.keys()
     assert "learner.custom_skills.SKILL.approach" in KEYS
 
@@ -1294,6 +1297,9 @@ def worlds(draw: st.DrawFn) -> WorldSpec:
         size=size,
         n_directions=draw(st.sampled_from(range(8, 49, 8))),
         n_distances=draw(st.integers(2, 64)),
+        skill_n_directions=draw(st.none() | st.sampled_from(range(8, 49, 8))),
+        skill_n_distances=draw(st.none() | st.integers(2, 64)),
+        ring_exponent=draw(st.floats(1, 3)),
         vision_radius=draw(st.floats(0, 1000)),
         start_radius=(nearest, draw(st.floats(nearest, 60))),
         step_limit=draw(st.integers(1, 1_000_000)),
@@ -1357,6 +1363,9 @@ def runs(draw: st.DrawFn) -> RunSpec:
             gamma=draw(st.floats(0, 1, exclude_max=True)),
             epsilon=draw(rates),
             initial_q=draw(rewards),
+            spiral_penalty=draw(rates),
+            local_rewards=draw(st.sampled_from(["signed", "binary"])),
+            skills_that_learn=draw(st.sampled_from(["chosen", "all"])),
             custom_skills=custom,
         ),
         schedule=draw(st.just(ScheduleSpec()) | schedules(skills)) if skills else ScheduleSpec(),

@@ -190,6 +190,34 @@ def test_the_numbers_are_those_of_the_parameters_as_they_are(behind: Snapshot) -
     ]
 
 
+def test_skills_are_read_and_followed_by_what_they_see_themselves() -> None:
+    """Two cells of one state of the selection, in which the skill tells two states apart."""
+    taken = moment(skill_n_distances=8)
+    assert taken.skill_q.shape == (2, 8, 8, N_MOVES)
+    taken = valued(taken, {(EAST, 2, WEST, APPROACH): 9})
+    # The edges of the skills' rings, from the fourth on: 5.00, 6.99, 9.19.
+    near, far = reading_at(taken, 4, 10, EAST), reading_at(taken, 2, 10, EAST)
+    assert (near.ring, near.direction) == (far.ring, far.direction) == (2, WEST)
+    assert (near.of_skills, far.of_skills) == ((4, WEST), (5, WEST))
+    skill_q = np.zeros_like(taken.skill_q)
+    skill_q[APPROACH, 4, WEST, MOVE_EAST] = 5
+    skill_q[APPROACH, 5, WEST, MOVE_NORTH] = 7
+    taken = replace(taken, skill_q=skill_q)
+    assert reading_at(taken, 4, 10, EAST).skills[APPROACH].greedy == (MOVE_EAST,)
+    assert reading_at(taken, 2, 10, EAST).skills[APPROACH].greedy == (MOVE_NORTH,)
+    assert chain_of(taken, 4, 10, EAST).links[0].move == MOVE_EAST
+    assert chain_of(taken, 2, 10, EAST).links[0].move == MOVE_NORTH
+    assert "Skills see ring 4, direction 4." in reading_html(reading_at(taken, 4, 10, EAST))
+
+
+def test_nothing_is_said_of_the_skills_sensors_where_they_are_the_selections() -> None:
+    taken = moment()
+    assert reading_at(taken, 4, 10, EAST).of_skills is None
+    assert "Skills see" not in reading_html(reading_at(taken, 4, 10, EAST))
+    moves = moment(MOVES, skill_n_distances=8)
+    assert "Skills see" not in reading_html(reading_at(moves, 4, 10, EAST))
+
+
 def with_moves(taken: Snapshot, skill: int, moves: dict[tuple[int, int], list[int]]) -> Snapshot:
     """The same moment with other greedy moves of a skill, by ``(ring, direction)``."""
     skill_q = taken.skill_q.copy()
@@ -336,6 +364,7 @@ def test_names_are_escaped() -> None:
         0,
         0,
         0,
+        None,
         False,
         (OptionReading(evil, 0.0, 0, True), OptionReading(evil, 0.0, 0, True)),
         (SkillReading(evil, (0.0,) * N_MOVES, (0,)),),

@@ -1,5 +1,6 @@
 """Greedy hunts, against hunts worked out as slowly and plainly as they can be."""
 
+import dataclasses
 import hashlib
 import os
 import subprocess
@@ -40,6 +41,7 @@ EAST, WEST = 0, 4
 SIZE, SECTORS, RINGS, LIMIT = 20, 8, 4, 60
 SPEC = WorldSpec(size=SIZE, n_directions=SECTORS, n_distances=RINGS, step_limit=LIMIT)
 SLOW = SlowWorld(size=SIZE, n_directions=SECTORS, n_distances=RINGS, step_limit=LIMIT)
+NO_SKILLS = np.zeros((0, RINGS, SECTORS, N_MOVES), np.float32)
 PREY = SIZE // 2
 
 
@@ -80,7 +82,7 @@ def random_tables(seed: int, n_options: int, levels: int = 0) -> tuple[np.ndarra
 def slow_hunt(
     world: SlowWorld,
     selection_q: np.ndarray,
-    skill_q: np.ndarray | None,
+    skill_q: np.ndarray,
     start: tuple[int, int],
     heading: int,
     seed: int,
@@ -100,7 +102,7 @@ def slow_hunt(
         draw = draws.draw()
         option = one_of_best(selection_q[heading_ring_direction], draw >> 16 & 0xFFFF)
         move = option
-        if skill_q is not None:
+        if len(skill_q):
             move = one_of_best(skill_q[(option, *world.reading(cells[-1]))], draw >> 48)
         before = cells[-1]
         cells.append(world.moved(before, SLOW_MOVES[move]))
@@ -146,7 +148,7 @@ def test_greedy_sets_name_all_that_tie_and_nothing_absent() -> None:
 
 def test_primitive_moves_are_options_that_know_only_themselves() -> None:
     selection_q = np.zeros((N_HEADINGS, RINGS, SECTORS, N_MOVES), np.float32)
-    moves, options = greedy_moves(selection_q, None)
+    moves, options = greedy_moves(selection_q, NO_SKILLS)
     assert (options == 0b111111111).all()
     for move in range(N_MOVES):
         assert (moves[move] == 1 << move).all()
@@ -185,7 +187,7 @@ def test_an_approach_in_sight_ends_in_flight() -> None:
 def test_a_hunt_that_stays_times_out() -> None:
     selection_q = np.zeros((N_HEADINGS, RINGS, SECTORS, N_MOVES), np.float32)
     selection_q[..., STAY] = 1
-    world, policy = compile_world(SPEC), greedy_moves(selection_q, None)
+    world, policy = compile_world(SPEC), greedy_moves(selection_q, NO_SKILLS)
     hunt = hunt_at(world, policy, 3, 4, heading=2)
     assert (hunt.outcome, hunt.steps) == (TIMEOUT, LIMIT)
     assert {board_xy(world, cell) for cell in hunt.cells} == {(3, 4)}
@@ -197,7 +199,7 @@ def test_a_hunt_that_stays_times_out() -> None:
 @pytest.mark.parametrize("skills", [True, False], ids=["skills", "moves"])
 def test_a_hunt_goes_the_way_of_the_slow_one(skills: bool, levels: int) -> None:
     selection_q, skill_q = random_tables(5, 3 if skills else N_MOVES, levels)
-    skills_q = skill_q if skills else None
+    skills_q = skill_q if skills else NO_SKILLS
     world, policy = compile_world(SPEC), greedy_moves(selection_q, skills_q)
     seen = Counter()
     for case in range(150):
@@ -215,9 +217,30 @@ def test_a_hunt_goes_the_way_of_the_slow_one(skills: bool, levels: int) -> None:
     assert len(seen) == 3, "each outcome must have been compared"
 
 
+@pytest.mark.parametrize("skills", [True, False], ids=["skills", "moves"])
+def test_skills_are_asked_by_what_they_see_themselves(skills: bool) -> None:
+    finer = {"skill_n_directions": 24, "skill_n_distances": 18}
+    slow = dataclasses.replace(SLOW, **finer)
+    world = compile_world(SPEC.model_copy(update=finer))
+    n_options = 3 if skills else N_MOVES
+    selection_q, _ = random_tables(5, n_options)
+    skill_q = np.random.default_rng(5).normal(size=(3 if skills else 0, 18, 24, N_MOVES))
+    policy = greedy_moves(selection_q, skill_q.astype(np.float32))
+    assert policy.moves.shape == (n_options, 18, 24)
+    for case in range(60):
+        draw = np.random.default_rng(case)
+        x, y, heading = (int(n) for n in draw.integers(0, [SIZE, SIZE, N_HEADINGS]))
+        _, cells, options, moves = slow_hunt(slow, selection_q, skill_q, (x, y), heading, case)
+        hunt = hunt_at(world, policy, x, y, heading, case)
+        assert [board_xy(world, cell) for cell in hunt.cells] == cells
+        assert hunt.options.tolist() == options
+        assert hunt.moves.tolist() == moves
+
+
 def test_ties_are_broken_at_random_and_by_the_seed_alone() -> None:
     world = compile_world(SPEC)
-    policy = greedy_moves(np.zeros((N_HEADINGS, RINGS, SECTORS, N_MOVES), np.float32), None)
+    values = np.zeros((N_HEADINGS, RINGS, SECTORS, N_MOVES), np.float32)
+    policy = greedy_moves(values, NO_SKILLS)
     first = [hunt_at(world, policy, 2, 2, 0, seed).moves[0] for seed in range(1_800)]
     counts = Counter(int(move) for move in first)
     assert set(counts) == set(range(N_MOVES))
@@ -391,7 +414,7 @@ def test_the_endings_of_many_hunts_are_those_of_single_ones(preset: str) -> None
     run.advance(until_trial=2_000)
     found = tables(run.spec, run.state)
     selection_q = np.nan_to_num(found["selection_q"], nan=-np.inf)
-    policy = hunts.greedy_moves(selection_q, found["skill_q"] if run.spec.learner.skills else None)
+    policy = hunts.greedy_moves(selection_q, found["skill_q"])
     starts, outcomes = rng.streams(11)[rng.STARTS], list[int]()
     for number in range(300):
         cell, heading = start_of_trial(run.world, starts, number)

@@ -34,6 +34,20 @@ CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), 
 ODD = SlowWorld(size=29, n_directions=16, n_distances=11, step_limit=80)
 COARSE = SlowWorld(size=30, n_directions=8, n_distances=6, step_limit=100)
 # Starts lie on the edge, and beyond it by rounding.
+# Skills see finer than the selection, and other rings.
+BLURRED = SlowWorld(
+    size=26,
+    n_directions=8,
+    n_distances=6,
+    step_limit=80,
+    skill_n_directions=24,
+    skill_n_distances=18,
+    twice_ring_exponent=4,
+)
+# Skills see coarser than the selection, in one of the two alone.
+FINE = SlowWorld(
+    size=27, n_directions=24, n_distances=9, skill_n_directions=8, twice_ring_exponent=2
+)
 WALLED = SlowWorld(size=20, start_radius=(57, 60), step_limit=50, vision_radius=40)
 THREE_SKILLS = ("approach", "circle_clockwise", "avoid")
 
@@ -158,6 +172,54 @@ CASES = {
         14,
         {"best option left out": 50, "imposed": 100},
     ),
+    "skills that see finer": Case(
+        SlowSettings(BLURRED, THREE_SKILLS), 6_000, 17, {"flight": 20, "capture": 3}
+    ),
+    "skills that see coarser": Case(
+        SlowSettings(FINE, ("circle_counterclockwise", "approach")), 5_000, 18, {"flight": 20}
+    ),
+    "moves, whatever skills would see": Case(SlowSettings(BLURRED, alpha=0.6), 4_000, 19),
+    "circles free to spiral": Case(
+        SlowSettings(
+            SMALL,
+            ("circle_clockwise", "approach", "circle_counterclockwise"),
+            spiral_penalty=0.0,
+        ),
+        5_000,
+        20,
+        {"flight": 20},
+    ),
+    "local rewards that are binary": Case(
+        SlowSettings(
+            SMALL,
+            (*THREE_SKILLS, "circle_counterclockwise"),
+            spiral_penalty=0.8,
+            binary_rewards=True,
+        ),
+        6_000,
+        22,
+        {"flight": 20},
+    ),
+    "all present skills learn": Case(
+        SlowSettings(
+            SMALL,
+            THREE_SKILLS,
+            timers={"circle_clockwise": SlowTimer(40, 15), "avoid": SlowTimer(80)},
+            episodes=(SlowEpisode("circle_clockwise", 40, 60, 0.7),),
+            all_skills_learn=True,
+        ),
+        8_000,
+        23,
+        {"imposed": 500, "frozen": 100, "learned from another's move": 5_000},
+    ),
+    "every open point at once": Case(
+        SlowSettings(
+            BLURRED, THREE_SKILLS, spiral_penalty=0.5, binary_rewards=True, all_skills_learn=True
+        ),
+        6_000,
+        24,
+        {"learned from another's move": 10_000},
+    ),
     "one skill": Case(SlowSettings(ODD, ("avoid",)), 3_000, 13, {"clipped": 500}),
 }
 
@@ -176,6 +238,9 @@ def spec_of(settings: SlowSettings) -> RunSpec:
                 "step_limit": world.step_limit,
                 "capture_reward": world.capture_reward,
                 "flight_reward": world.flight_reward,
+                "skill_n_directions": world.skill_n_directions,
+                "skill_n_distances": world.skill_n_distances,
+                "ring_exponent": world.twice_ring_exponent / 2,
             },
             "learner": {
                 "options": list(settings.skills) or "moves",
@@ -184,6 +249,9 @@ def spec_of(settings: SlowSettings) -> RunSpec:
                 "gamma": settings.gamma,
                 "epsilon": settings.epsilon,
                 "initial_q": settings.initial_q,
+                "spiral_penalty": settings.spiral_penalty,
+                "local_rewards": "binary" if settings.binary_rewards else "signed",
+                "skills_that_learn": "all" if settings.all_skills_learn else "chosen",
             },
             "schedule": {
                 "safe_introduction": settings.safe_introduction,
@@ -237,7 +305,7 @@ def selection_of(slow: SlowLearner) -> np.ndarray:
 def skills_of(slow: SlowLearner) -> np.ndarray:
     """``(skill, distance, direction, move) float32``."""
     world = slow.world
-    shape = (len(slow.settings.skills), world.n_distances, world.n_directions, len(MOVES))
+    shape = (len(slow.settings.skills), world.n_skill_rings, world.n_skill_sectors, len(MOVES))
     skills = np.full(shape, np.nan, np.float32)
     for number, skill in enumerate(slow.settings.skills):
         for reading, values in slow.skills[skill].items():

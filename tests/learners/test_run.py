@@ -47,6 +47,7 @@ from learners.kernel.state import (
     tables,
 )
 from learners.run import Run, replay
+from learners.skills import LocalReward
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
 from sim.world import CAPTURE, TIMEOUT, compile_world
 
@@ -1120,9 +1121,55 @@ def test_tables_are_copies() -> None:
     assert everything(run) == before
 
 
+# --- Skills that see, earn and learn otherwise ---------------------------------------------------
+
+
+def test_a_skill_of_ones_own_joins_where_skills_see_otherwise_and_all_of_them_learn() -> None:
+    finer = ("world.skill_n_directions=24", "world.skill_n_distances=9")
+    run = Run(small("timed", *BY_HAND, *finer, "learner.skills_that_learn=all"), 5)
+    run.advance(max_steps=2_000)
+    run.apply(DefineSkill("nearer", SkillWeights(approach=0.5, circle_clockwise=1.0)))
+    run.apply(Introduce("nearer", 10))
+    before = tables(run.spec, run.state)["skill_q"]
+    assert before.shape == (4, 9, 24, 9)
+    assert not before[3].any()
+    run.apply(Explore("approach", 1_000, 1.0))
+    run.advance(max_steps=2_000)
+    after = tables(run.spec, run.state)["skill_q"]
+    assert after[3].any(), "it learned, though approach made every move"
+    assert not np.array_equal(after[0], before[0])
+    assert not after[[1, 2]].any(), "those that are not present learned nothing"
+
+
+def test_binary_local_rewards_are_worth_one_at_most_and_never_less_than_nothing() -> None:
+    found: dict[str, np.ndarray] = {}
+    for rewards in ("signed", "binary"):
+        run = Run(small("hierarchical_3", f"learner.local_rewards={rewards}"), 6)
+        run.advance(max_steps=20_000)
+        found[rewards] = tables(run.spec, run.state)["skill_q"]
+    assert found["signed"].min() < 0
+    assert found["binary"].min() == 0
+    # One at every step, discounted by 0.9.
+    assert 5 < found["binary"].max() <= 10 + 1e-4
+
+
+def test_the_penalty_of_circles_is_part_of_a_skill_of_ones_own() -> None:
+    weights = SkillWeights(approach=0.5, circle_clockwise=1.0)
+    learner = small("timed", "learner.spiral_penalty=0.75").learner
+    own = learner.model_copy(update={"custom_skills": {"nearer": weights}})
+    assert own.reward_of("nearer") == LocalReward(0.5, -1.0, -0.75)
+    assert own.reward_of("circle_counterclockwise") == LocalReward(0.0, 1.0, -0.75)
+    assert own.reward_of("avoid") == LocalReward(-1.0, 0.0, 0.0)
+
+
 # --- What it is compiled from, and what it takes -------------------------------------------------
 
 PLAIN_STEPS = 4_000
+OPEN_POINTS = {
+    "skills see finer": ("world.skill_n_directions=24", "world.skill_n_distances=18"),
+    "all learn": ("learner.skills_that_learn=all", "learner.spiral_penalty=0"),
+    "binary": ("learner.local_rewards=binary", "world.ring_exponent=2.2"),
+}
 
 
 def _plain_run(name: str) -> Run:
@@ -1130,6 +1177,8 @@ def _plain_run(name: str) -> Run:
     if name in SCRIPTS:
         commands = [(step // 12, command) for step, command in SCRIPTS[name]]
         return drive(Run(small("timed", *BY_HAND), 12), [PLAIN_STEPS], commands)
+    if name in OPEN_POINTS:
+        return drive(Run(small("timed", *QUICK_SCHEDULE, *OPEN_POINTS[name]), 12), [PLAIN_STEPS])
     settings = QUICK_SCHEDULE if name == "timed" else ()
     return drive(Run(small(name, *settings), 12), [PLAIN_STEPS])
 
@@ -1139,7 +1188,7 @@ def _fingerprint(run: Run) -> str:
     return hashlib.sha256(b"".join(known[name] for name in sorted(known))).hexdigest()
 
 
-PLAIN_CASES = (*SHIPPED, *SCRIPTS)
+PLAIN_CASES = (*SHIPPED, *SCRIPTS, *OPEN_POINTS)
 
 
 def test_compiled_and_plain_python_agree_bit_for_bit() -> None:

@@ -648,7 +648,13 @@ def test_after_an_error_nothing_goes_on_until_the_next_run(
         assert complaint(session, request) == (
             "the learner has stopped: BrokenError: the learner is broken"
         )
-    status = ask(session, StartAgain(spec_of(), "timed", SEED), StepOnce())
+    asked = threading.Event()
+    # Until this one has been told, the worker takes no other: both wait when it goes on.
+    session.submit(Play(), lambda _: asked.wait(PATIENCE_S))
+    session.submit(StartAgain(spec_of(), "timed", SEED))
+    ticket = session.submit(StepOnce())
+    asked.set()
+    status = session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
     assert (status.error, status.snapshot.step, status.snapshot.generation) == (None, 1, 1)
 
 

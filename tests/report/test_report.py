@@ -716,7 +716,7 @@ def test_only_what_was_measured_has_a_table(tmp_path: Path) -> None:
     assert all(len(head) > 3 for head in heads)
     (row,) = table_of(page, "mean hunt (steps)")
     assert row["steps to a reward of 50"] == "200 [100, \N{INFINITY}] by 3 of 3 runs"
-    assert "steps to 70 %" not in text_of(page)
+    assert "steps to a reward of 70" not in text_of(page)
 
 
 # --- Two folders ---------------------------------------------------------------------------------

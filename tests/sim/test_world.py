@@ -19,13 +19,14 @@ from sim.spec import N_HEADINGS, WorldSpec
 from sim.world import (
     FRAME_BIT,
     PREY_BIT,
-    STATE_SHIFT,
+    READING_SHIFT,
     World,
     board_xy,
     cell_at,
     compile_world,
     in_view,
     moved,
+    skill_state_of,
     start_of_trial,
 )
 from tests.support.frames import unfold
@@ -114,7 +115,7 @@ def test_the_compiled_cells_say_what_the_geometry_says(
     spec = WorldSpec(size=size, n_directions=n_directions, n_distances=n_distances)
     world = compile_world(spec)
     board = world.cell_word.reshape(size + 2, size + 2)[1:-1, 1:-1]
-    np.testing.assert_array_equal(board >> np.uint32(STATE_SHIFT), geometry.skill_states(spec))
+    np.testing.assert_array_equal(board >> np.uint32(READING_SHIFT), geometry.readings(spec))
     for heading, visible in enumerate(geometry.visible(spec)):
         np.testing.assert_array_equal(((board >> np.uint32(heading)) & 1).astype(bool), visible)
     dx, dy = whole_offsets(size)
@@ -177,18 +178,21 @@ def test_any_other_move_is_judged_from_where_it_ends() -> None:
 # Sensors
 
 
-@given(size=sizes, n_distances=st.integers(2, 64))
-def test_every_cell_is_in_the_ring_whose_edges_enclose_it(size: int, n_distances: int) -> None:
-    """d <= d_max * (k / n)^1.5, asked in whole numbers: d^2 * n^3 <= d_max^2 * k^3."""
-    spec = WorldSpec(size=size, n_distances=n_distances)
-    ring = geometry.skill_states(spec) // spec.n_directions
+@given(size=sizes, n_distances=st.integers(2, 64), twice=st.integers(2, 6))
+def test_every_cell_is_in_the_ring_whose_edges_enclose_it(
+    size: int, n_distances: int, twice: int
+) -> None:
+    """d <= d_max * (k / n)^e, asked in whole numbers: d^2 * n^2e <= d_max^2 * k^2e."""
+    spec = WorldSpec(size=size, n_distances=n_distances, ring_exponent=twice / 2)
+    ring = geometry.readings(spec) // spec.n_directions
     dx, dy = whole_offsets(size)
     distance_squared = dx**2 + dy**2
     farthest_squared = int(distance_squared.max())
     outer = ring + 1
-    assert (distance_squared * n_distances**3 <= farthest_squared * outer**3).all()
+    scaled = distance_squared * n_distances**twice
+    assert (scaled <= farthest_squared * outer**twice).all()
     inside = ring > 0
-    beyond_inner = distance_squared * n_distances**3 > farthest_squared * ring**3
+    beyond_inner = scaled > farthest_squared * ring**twice
     assert beyond_inner[inside].all()
     assert ring.min() == 0
     assert ring[0, 0] == n_distances - 1, "the last ring includes the far corner"
@@ -205,10 +209,17 @@ def test_outer_edges_of_rings(size: int, n_distances: int) -> None:
     assert (np.diff(widths) > 0).all(), "near rings are thinner"
 
 
+def test_rings_are_equally_wide_for_an_exponent_of_one_and_thinner_for_a_larger_one() -> None:
+    first = {e: geometry.ring_edges(WorldSpec(ring_exponent=e))[0] for e in (1.0, 1.5, 3.0)}
+    widths = np.diff(geometry.ring_edges(WorldSpec(ring_exponent=1.0)), prepend=0.0)
+    np.testing.assert_allclose(widths, 60 * math.sqrt(2) / 18)
+    assert first[1.0] > first[1.5] > first[3.0]
+
+
 def test_a_cell_exactly_on_an_edge_belongs_to_the_ring_inside_it() -> None:
     """Size 54: d_max = 27 sqrt(2); the edge of ring 2 of 18 is d_max / 27 = sqrt(2)."""
     spec = WorldSpec(size=54)
-    ring = geometry.skill_states(spec) // spec.n_directions
+    ring = geometry.readings(spec) // spec.n_directions
     assert ring[28, 28] == 1
     assert ring[27, 29] == 2
 
@@ -218,7 +229,7 @@ def test_sectors_are_equal_centred_on_east_and_counter_clockwise(
     size: int, n_directions: int
 ) -> None:
     spec = WorldSpec(size=size, n_directions=n_directions)
-    direction = geometry.skill_states(spec) % n_directions
+    direction = geometry.readings(spec) % n_directions
     dx, dy = whole_offsets(size)
     # The bearing less that of the middle of the cell's sector is within half a sector.
     middle = direction * 2 * np.pi / n_directions
@@ -249,7 +260,7 @@ def test_a_quarter_turn_shifts_the_direction_by_a_quarter_and_the_heading_by_two
     here = (y + centre, x + centre)
     turned = (x + centre, -y + centre)
 
-    reading = geometry.skill_states(spec)
+    reading = geometry.readings(spec)
     ring, direction = reading // n_directions, reading % n_directions
     np.testing.assert_array_equal(ring[turned], ring[here])
     elsewhere = (x != 0) | (y != 0)
@@ -267,11 +278,50 @@ def test_every_cell_reads_one_of_the_skill_states_of_which_each_heading_has_all(
     size: int, n_directions: int, n_distances: int
 ) -> None:
     spec = WorldSpec(size=size, n_directions=n_directions, n_distances=n_distances)
-    reading = geometry.skill_states(spec)
-    assert spec.n_skill_states == n_distances * n_directions
-    assert spec.n_states == 8 * spec.n_skill_states
+    reading = geometry.readings(spec)
+    assert spec.n_readings == spec.n_skill_states == n_distances * n_directions
+    assert spec.n_states == 8 * spec.n_readings
     assert reading.min() >= 0
-    assert reading.max() < spec.n_skill_states
+    assert reading.max() < spec.n_readings
+
+
+@given(
+    size=sizes,
+    skill_n_directions=st.none() | sectors,
+    skill_n_distances=st.none() | st.integers(2, 64),
+    ring_exponent=st.floats(1, 3),
+)
+def test_skills_have_the_sensors_that_are_stated_and_otherwise_those_of_the_selection(
+    size: int,
+    skill_n_directions: int | None,
+    skill_n_distances: int | None,
+    ring_exponent: float,
+) -> None:
+    spec = WorldSpec(
+        size=size,
+        n_directions=16,
+        n_distances=11,
+        skill_n_directions=skill_n_directions,
+        skill_n_distances=skill_n_distances,
+        ring_exponent=ring_exponent,
+    )
+    alone = WorldSpec(
+        size=size,
+        n_directions=skill_n_directions or 16,
+        n_distances=skill_n_distances or 11,
+        ring_exponent=ring_exponent,
+    )
+    assert spec.of_skills == alone
+    assert spec.n_skill_states == alone.n_readings
+    assert spec.n_states == 8 * 16 * 11
+    world, skills = compile_world(spec), compile_world(alone)
+    by_skills = skills.cell_word >> np.uint32(READING_SHIFT)
+    by_selection = world.cell_word >> np.uint32(READING_SHIFT)
+    for cell in cell_at(world, 0, 0), cell_at(world, size // 3, size - 1), int(world.prey_cell):
+        read = skill_state_of(world.skill_states, U(cell), U(by_selection[cell]))
+        assert read == by_skills[cell]
+    same = (alone.n_directions, alone.n_distances) == (16, 11)
+    assert (world.skill_states is None) == spec.shares_sensors == same
 
 
 def test_the_standard_world_has_3456_states_and_432_skill_states() -> None:
@@ -307,7 +357,7 @@ def test_the_fold_of_a_map_in_the_preys_frame_is_the_same_for_all_headings(
 
 
 def test_the_cell_straight_ahead_folds_to_direction_0() -> None:
-    direction = geometry.skill_states(STANDARD) % 24
+    direction = geometry.readings(STANDARD) % 24
     marks = np.zeros((N_HEADINGS, 1, 24), dtype=bool)
     for heading, (dx, dy) in enumerate(HEADINGS.tolist()):
         marks[heading, 0, direction[60 + 10 * dy, 60 + 10 * dx]] = True
@@ -472,6 +522,10 @@ def test_lengths_scale_with_the_size_and_the_step_limit_does_not(
         ({"n_directions": 0}, ["n_directions\n", "input_value=0", "greater than or equal to 8"]),
         ({"n_directions": 56}, ["n_directions\n", "input_value=56", "less than or equal to 48"]),
         ({"n_distances": 1}, ["n_distances\n", "input_value=1", "greater than or equal to 2"]),
+        ({"skill_n_directions": 12}, ["skill_n_directions\n", "input_value=12", "multiple of 8"]),
+        ({"skill_n_distances": 1}, ["skill_n_distances\n", "greater than or equal to 2"]),
+        ({"ring_exponent": 0.9}, ["ring_exponent\n", "greater than or equal to 1"]),
+        ({"ring_exponent": 3.1}, ["ring_exponent\n", "less than or equal to 3"]),
         ({"n_distances": 65}, ["n_distances\n", "input_value=65", "less than or equal to 64"]),
         (
             {"vision_radius": -1.0},

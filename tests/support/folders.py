@@ -54,6 +54,11 @@ def greedy_curve(
     }
 
 
+def no_facts() -> dict[str, np.ndarray]:
+    """Arrays of no facts."""
+    return {"probe_names": np.zeros(0, np.str_), "probe_values": np.zeros(0)}
+
+
 def add_run(
     folder: Path,
     seed: int,
@@ -105,7 +110,9 @@ def add_run(
 
 def add_arrays(folder: Path, key: str, **arrays: np.ndarray) -> None:
     """Put the archive of a run into place, without a word in its row."""
-    (folder / "arrays" / f"{key}.npz").write_bytes(archive.packed({**greedy_curve(), **arrays}))
+    (folder / "arrays" / f"{key}.npz").write_bytes(
+        archive.packed({**greedy_curve(), **no_facts(), **arrays})
+    )
 
 
 def checksum_in(folder: Path, key: str) -> str:

@@ -8,6 +8,7 @@ import asyncio
 import inspect
 import re
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from html import unescape
 from types import SimpleNamespace
 from typing import Any
@@ -143,7 +144,9 @@ class Person:
 
     def send(self, handle: Any, *values: Any) -> None:
         """What happens when the page sends the values of a widget, one after the other."""
-        asyncio.run(self.sends(handle, *values))
+        # In a thread of its own: where a browser was driven before, this one has a loop already.
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(asyncio.run, self.sends(handle, *values)).result()
 
     async def sends(self, handle: Any, *values: Any) -> None:
         """The same in a loop that goes on, for what takes place a while after."""

@@ -11,6 +11,7 @@ exactly: how a random draw is split into decisions, and that values are stored w
 (``float32`` rounds here in the same places).
 """
 
+import functools
 import math
 from collections import Counter
 from dataclasses import dataclass, field
@@ -37,7 +38,6 @@ MOVES: list[Move] = [(dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
 
 SKILL_NAMES = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
 
-SPIRAL_PENALTY = float32(0.2)
 WORD = 2**64 - 1
 
 
@@ -72,6 +72,11 @@ class SlowWorld:
     step_limit: int = 500
     capture_reward: float = 100.0
     flight_reward: float = -50.0
+    skill_n_directions: int | None = None
+    """Sectors and rings that skills tell apart; those of the selection unless given."""
+    skill_n_distances: int | None = None
+    twice_ring_exponent: int = 3
+    """Rings' outer edges are d_max * (k / n)^e; that 2 e is whole keeps the comparison exact."""
 
     @property
     def prey(self) -> Cell:
@@ -96,31 +101,41 @@ class SlowWorld:
         dx, dy = self.offset(cell)
         return math.atan2(dy, dx)
 
-    def direction(self, cell: Cell) -> int:
-        """One of ``n_directions`` equal sectors, the first centred on east."""
-        sectors_turned = self.bearing(cell) / (2 * math.pi) * self.n_directions
-        return math.floor(sectors_turned + 0.5) % self.n_directions
+    def direction(self, cell: Cell, n: int) -> int:
+        """One of n equal sectors, the first centred on east."""
+        sectors_turned = self.bearing(cell) / (2 * math.pi) * n
+        return math.floor(sectors_turned + 0.5) % n
 
-    def ring(self, cell: Cell) -> int:
-        """One of ``n_distances`` rings, whose outer edges are d_max * (k / n)^1.5.
+    def ring(self, cell: Cell, n: int) -> int:
+        """One of n rings, whose outer edges are d_max * (k / n)^e.
 
-        d <= d_max * (k / n)^1.5 is asked as d^2 * n^3 <= d_max^2 * k^3, which is exact.
+        d <= d_max * (k / n)^e is asked as d^2 * n^2e <= d_max^2 * k^2e, which is exact.
         """
-        n = self.n_distances
+        power = self.twice_ring_exponent
         corners = [(x, y) for x in (0, self.size - 1) for y in (0, self.size - 1)]
         farthest_squared = max(self.distance_squared(corner) for corner in corners)
         k = 1
-        while self.distance_squared(cell) * n**3 > farthest_squared * k**3:
+        while self.distance_squared(cell) * n**power > farthest_squared * k**power:
             k += 1
         return k - 1
 
     def reading(self, cell: Cell) -> Reading:
-        """What a skill sees from a cell."""
-        return self.ring(cell), self.direction(cell)
+        """What a skill sees from a cell (section 4.3.3)."""
+        return _sensed(self, cell, self.n_skill_rings, self.n_skill_sectors)
+
+    @property
+    def n_skill_rings(self) -> int:
+        """Rings that skills tell apart."""
+        return self.skill_n_distances or self.n_distances
+
+    @property
+    def n_skill_sectors(self) -> int:
+        """Sectors that skills tell apart."""
+        return self.skill_n_directions or self.n_directions
 
     def state(self, heading: int, cell: Cell) -> State:
         """What the selection sees from a cell."""
-        return heading, self.ring(cell), self.direction(cell)
+        return heading, *_sensed(self, cell, self.n_distances, self.n_directions)
 
     def visible(self, heading: int, cell: Cell) -> bool:
         """Half-disc: offset . heading > 0 and distance <= 27 (scaled)."""
@@ -171,8 +186,19 @@ class SlowWorld:
         return self.moved((x, y), (0, 0)), heading
 
 
-def local_reward(world: SlowWorld, skill: str, before: Cell, after: Cell) -> float32:
-    """Section 4.2.2: what a skill earns for a move from distance d0 to d1 that turns by dtheta."""
+@functools.cache
+def _sensed(world: SlowWorld, cell: Cell, n_rings: int, n_sectors: int) -> Reading:
+    """Worked out once for each cell: learners come by each of them some hundred times."""
+    return world.ring(cell, n_rings), world.direction(cell, n_sectors)
+
+
+def local_reward(
+    world: SlowWorld, skill: str, before: Cell, after: Cell, spiral_penalty: float = 0.2
+) -> float32:
+    """Section 4.2.2: what a skill earns for a move from distance d0 to d1 that turns by dtheta.
+
+    A circle is charged for a share of the ground that it gives up towards the prey.
+    """
     d0, d1 = float32(world.distance(before)), float32(world.distance(after))
     if skill == "approach":
         return d0 - d1
@@ -180,9 +206,9 @@ def local_reward(world: SlowWorld, skill: str, before: Cell, after: Cell) -> flo
         return d1 - d0
     inward = max(d0 - d1, float32(0))
     if skill == "circle_clockwise":
-        return -turned(world, before, after) * d0 - SPIRAL_PENALTY * inward
+        return -turned(world, before, after) * d0 - float32(spiral_penalty) * inward
     if skill == "circle_counterclockwise":
-        return turned(world, before, after) * d0 - SPIRAL_PENALTY * inward
+        return turned(world, before, after) * d0 - float32(spiral_penalty) * inward
     raise ValueError(f"skill: {skill} is not known; allowed: {', '.join(SKILL_NAMES)}")
 
 
@@ -238,6 +264,11 @@ class SlowSettings:
     timers: dict[str, SlowTimer] = field(default_factory=dict)
     """A skill without a timer is there from the first trial."""
     episodes: tuple[SlowEpisode, ...] = ()
+    spiral_penalty: float = 0.2
+    binary_rewards: bool = False
+    """Whether a local reward is 1 for a move that earned anything, and 0 for any other."""
+    all_skills_learn: bool = False
+    """Whether each skill that is present learns from every move, whichever made it."""
     safe_introduction: bool = True
     """Whether a skill that joins leaves the utility of every state as it is."""
 
@@ -287,6 +318,11 @@ class SlowLearner:
             for ring in range(self.world.n_distances)
             for direction in range(self.world.n_directions)
         ]
+        skill_readings = [
+            (ring, direction)
+            for ring in range(self.world.n_skill_rings)
+            for direction in range(self.world.n_skill_sectors)
+        ]
         initial_q = float32(settings.initial_q)
         self.selection: dict[State, dict[Option, float32]] = {
             (heading, *reading): dict.fromkeys(self.present, initial_q)
@@ -294,7 +330,7 @@ class SlowLearner:
             for reading in readings
         }
         self.skills: dict[str, dict[Reading, dict[Move, float32]]] = {
-            skill: {reading: dict.fromkeys(MOVES, initial_q) for reading in readings}
+            skill: {reading: dict.fromkeys(MOVES, initial_q) for reading in skill_readings}
             for skill in settings.skills
         }
         self.visits: Counter[tuple[State, Option]] = Counter()
@@ -313,8 +349,10 @@ class SlowLearner:
             outcome = "timeout"
         self.visits[self.world.state(heading, before), option] += 1
         self._learn_selection(option, before, after, outcome)
-        if isinstance(option, str):
-            self._learn_skill(option, move, before, after)
+        for skill in self.settings.skills:
+            if skill == option or (self.settings.all_skills_learn and skill in self.present):
+                self.happened["learned from another's move"] += skill != option
+                self._learn_skill(skill, move, before, after)
         self._note(before, move, after, outcome)
         self.cell = after
         if outcome is not None:
@@ -422,13 +460,16 @@ class SlowLearner:
         values[option] = values[option] + alpha * (target - values[option])
 
     def _learn_skill(self, skill: str, move: Move, before: Cell, after: Cell) -> None:
-        """Only the chosen skill learns, from its local reward.
+        """Only the chosen skill learns, or each that is present, from its own local reward.
 
         Skills treat their task as continuing: they bootstrap across the end of a trial.
         """
         values = self.skills[skill][self.world.reading(before)]
         future = max(self.skills[skill][self.world.reading(after)].values())
-        reward = local_reward(self.world, skill, before, after)
+        penalty = self.settings.spiral_penalty
+        reward = local_reward(self.world, skill, before, after, penalty)
+        if self.settings.binary_rewards:
+            reward = float32(reward > 0)
         target = reward + float32(self.settings.gamma) * future
         values[move] = values[move] + float32(self.settings.skill_alpha) * (target - values[move])
 

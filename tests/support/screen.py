@@ -22,6 +22,8 @@ from tests.support.live import PATIENCE_S, LiveLab
 VIEWPORT: ViewportSize = {"width": 1366, "height": 768}
 """The smallest screen on which everything has its place."""
 
+FIRST_LAYER = "State value"
+
 _CELL_COLOURS = """() => {
     const cells = window.__viserSceneTree?.getState()["/board/cells"];
     return cells ? Array.from(cells.message.props.colors) : [];
@@ -38,8 +40,12 @@ _HAS_COLOURS = """colours => {
     return shown?.length === colours.length && shown.every((part, i) => part === colours[i]);
 }"""
 
-_PUT_NOTICES_AWAY = """() => document.querySelectorAll(".mantine-Notification-closeButton")
-    .forEach(button => button.click())"""
+_PUT_DOWN = """() => {
+    const notices = document.querySelectorAll(".mantine-Notification-closeButton");
+    notices.forEach(button => button.click());
+    document.activeElement?.blur();
+}"""
+"""Puts notices away, and takes the keyboard from whatever has it."""
 
 _PROJECT = """index => {
     const { camera, canvas, nodeRefFromName } = window.__viserMutable;
@@ -85,7 +91,7 @@ class Screen:
         """Put away what is open, and show what a page shows at first."""
         if self.page.viewport_size != VIEWPORT:
             self.page.set_viewport_size(VIEWPORT)
-        self.page.evaluate(_PUT_NOTICES_AWAY)
+        self.page.evaluate(_PUT_DOWN)
         self.page.mouse.move(0, 0)
         dialog = self.page.get_by_role("dialog")
         if dialog.count():
@@ -94,8 +100,12 @@ class Screen:
         if self.results.is_visible():
             self.click("Close")
             expect(self.results).to_be_hidden()
-        self.turn_to("Now")
-        self.turn_to("Run")
+        for tab in ("Now", "Run"):
+            # A tab that is clicked is drawn anew, even if it is the one that is shown.
+            if self.tab(tab).get_attribute("aria-selected") != "true":
+                self.turn_to(tab)
+        if self.field("Layer").input_value() != FIRST_LAYER:
+            self.choose("Layer", FIRST_LAYER)
 
     # Reading
 
@@ -130,8 +140,8 @@ class Screen:
         return self.page.get_by_role("button", name=re.compile("^Show results of "))
 
     def reads(self, words: str) -> bool:
-        """Wait until the page says so."""
-        expect(self.text(words)).to_be_visible()
+        """Wait until the page says so; what a tab has that is not turned to does not count."""
+        expect(self.text(words).locator("visible=true")).to_be_visible()
         return True
 
     def cell_colours(self) -> np.ndarray:
@@ -164,6 +174,10 @@ class Screen:
         """A button by what is written on it."""
         return self.page.get_by_role("button", name=name, exact=True)
 
+    def tab(self, name: str) -> Locator:
+        """A tab by what is written on it."""
+        return self.page.get_by_role("tab", name=name, exact=True)
+
     def checkbox(self, label: str) -> Locator:
         """A checkbox by its label."""
         return self.page.get_by_role("checkbox", name=label, exact=True)
@@ -178,7 +192,7 @@ class Screen:
 
     def turn_to(self, tab: str) -> None:
         """Turn to another tab."""
-        self.page.get_by_role("tab", name=tab, exact=True).click()
+        self.tab(tab).click()
 
     def show_results(self) -> None:
         """Open the panel with the results from the tab."""

@@ -29,11 +29,16 @@ def move_towards(heading: int) -> int:
 MOVE_EAST, MOVE_WEST, MOVE_NORTH = (move_towards(heading) for heading in (EAST, WEST, NORTH))
 
 
-def moment(options: Sequence[str] | str = ("approach", "circle_clockwise")) -> Snapshot:
-    """An untrained learner in the small world; approach goes straight for the prey."""
+def moment(
+    options: Sequence[str] | str = ("approach", "circle_clockwise"), **world: int
+) -> Snapshot:
+    """An untrained learner in the small world; approach goes straight for the prey.
+
+    ``world`` is what is stated of it besides.
+    """
     spec = RunSpec.model_validate(
         {
-            "world": {"size": 20, "n_directions": 8, "n_distances": 4},
+            "world": {"size": 20, "n_directions": 8, "n_distances": 4, **world},
             "learner": {
                 "options": options if options == MOVES else tuple(options),
                 "alpha": 0.1,

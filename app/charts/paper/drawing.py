@@ -21,9 +21,12 @@ from app.charts.model import (
     Points,
     Rows,
     Schedules,
+    Shares,
+    Trends,
 )
 from app.charts.paper.arrivals import arrivals_figure
 from app.charts.paper.curves import curves_figure
+from app.charts.paper.designs import shares_figure, trends_figure
 from app.charts.paper.dots import dots_figure
 from app.charts.paper.fonts import fonts_for
 from app.charts.paper.plane import hints_of, plane_figure
@@ -110,6 +113,10 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
             figure = effects_figure(chart, small_print)
         case Schedules():
             figure = schedules_figure(chart, small_print)
+        case Trends():
+            figure = trends_figure(chart, small_print)
+        case Shares():
+            figure = shares_figure(chart, small_print)
         case _:
             figure = values_figure(chart, small_print)
     return _saved(name, figure, chart.numbers, hints, small_print)

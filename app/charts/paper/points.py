@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_BESIDE = 4
+MOST_BESIDE = 4
 """Small plots in a row."""
-_SMALL_AXIS_CHARACTERS = 40
-_SMALL_TICK_CHARACTERS = 32
+SMALL_AXIS_CHARACTERS = 40
+SMALL_TICK_CHARACTERS = 32
 """Of all ticks of a small plot, and of its title that stands upright."""
-_MOST_TICKS = 6
+MOST_TICKS = 6
 """Values that a small plot has a tick for each of."""
 
 
@@ -35,7 +35,7 @@ def points_figure(chart: Points, small_print: str) -> "Figure":
     """Points with intervals, a line through them for each series."""
     figure = new_figure(7.2, 4.2, small_print)
     axes = figure.subplots()
-    x = _places_along(axes, chart.axle)
+    x = places_along(axes, chart.axle)
     for index, (label, estimates, _) in enumerate(chart.series):
         there = [k for k, estimate in enumerate(estimates) if estimate is not None]
         found = [estimate for estimate in estimates if estimate is not None]
@@ -63,12 +63,12 @@ def points_figure(chart: Points, small_print: str) -> "Figure":
 def effects_figure(chart: Effects, small_print: str) -> "Figure":
     """A small plot for each setting, all on one scale."""
     effects = chart.effects
-    across = min(len(effects), _MOST_BESIDE)
+    across = min(len(effects), MOST_BESIDE)
     up = math.ceil(len(effects) / across)
     figure = new_figure(2.7 * across + 0.6, 2.9 * up, small_print, least_width=5.5)
     found = figure.subplots(up, across, sharey=True, squeeze=False)
     for axes, (axle, estimates) in zip(found.flat, effects, strict=False):
-        x = _places_along(axes, axle)
+        x = places_along(axes, axle)
         axes.errorbar(
             x,
             [estimate.value for estimate in estimates],
@@ -84,20 +84,20 @@ def effects_figure(chart: Effects, small_print: str) -> "Figure":
         )
         axes.margins(x=0.12)
         shown = told_apart(axle.values)
-        if len(shown) <= _MOST_TICKS:
+        if len(shown) <= MOST_TICKS:
             axes.set_xticks(x, list(map(plain, shown)))
-        if sum(map(len, shown)) > _SMALL_TICK_CHARACTERS:
+        if sum(map(len, shown)) > SMALL_TICK_CHARACTERS:
             axes.tick_params(axis="x", rotation=45)
         axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
-        axes.set_xlabel(wrapped(axle.label, _SMALL_AXIS_CHARACTERS, AXIS_LINES), fontsize=8)
+        axes.set_xlabel(wrapped(axle.label, SMALL_AXIS_CHARACTERS, AXIS_LINES), fontsize=8)
     for axes in found.flat[len(effects) :]:
         axes.set_visible(False)
     for axes in found[:, 0]:
-        axes.set_ylabel(wrapped(chart.what, _SMALL_TICK_CHARACTERS, AXIS_LINES), fontsize=8)
+        axes.set_ylabel(wrapped(chart.what, SMALL_TICK_CHARACTERS, AXIS_LINES), fontsize=8)
     return figure
 
 
-def _places_along(axes: "Axes", axle: Axle) -> np.ndarray:
+def places_along(axes: "Axes", axle: Axle) -> np.ndarray:
     """Where the values of a setting lie along the axis, which is made to suit them."""
     x = np.asarray(axle.places)
     if axle.is_logarithmic:

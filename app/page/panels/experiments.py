@@ -106,8 +106,9 @@ def cost_html(quote: Quote, seeds: str) -> str:
     are = "is" if found.done == 1 else "are"
     there = f"; {found.done:,} {are} there already" if found.done else ""
     about = "At most about" if found.at_most else "About"
+    drawn = f" ({found.drawn:,} drawn at random)" if found.drawn else ""
     return (
-        f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')},"
+        f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')}{drawn},"
         f" {seeds} each{there}."
         f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
         f" {megabytes(found.disk_bytes)}, in <b>{escaped(quote.folder)}</b>."

@@ -125,11 +125,6 @@ class _Strokes:
         under = points - np.array([0.0, 0.0, _RIM_DEPTH], np.float32)
         _place(self._rim, under, np.broadcast_to(in_linear_light(rim), points.shape))
 
-    def remove(self) -> None:
-        """Take them off the scene."""
-        self._rim.remove()
-        self._line.remove()
-
 
 def _place(handle: Any, points: np.ndarray, colors: np.ndarray) -> None:
     """Give a handle other points and colours, if they are others."""
@@ -183,11 +178,6 @@ class _Overlay:
             np.concatenate([_NO_LINE[0, :1], ends]),
             np.array([(0, 0, 0), *colours], np.uint8),
         )
-
-    def remove(self) -> None:
-        """Take everything off the scene."""
-        for handle in (self._hunts, self._facing, self._chain, self._cell, self._ends):
-            handle.remove()
 
 
 def _square(world: World, cell: tuple[int, int]) -> np.ndarray:
@@ -258,12 +248,6 @@ class Inspection:
         self._show_cell(snapshot, heading, look.theme, success)
         self._show_hunts(snapshot, heading, look.theme)
 
-    def remove(self) -> None:
-        """Take everything off the page."""
-        self._overlay.remove()
-        for handle in self._widgets:
-            handle.remove()
-
     def _build(self, gui: viser.GuiApi, container: Any) -> None:
         with container:
             self._reading = gui.add_html(nothing_chosen_html())
@@ -287,16 +271,6 @@ class Inspection:
                 "Why this value?", False, hint="Follow the greedy backups to the reward"
             )
             self._reasons = gui.add_html("")
-        self._widgets = (
-            self._reading,
-            self._prey_faces.handle,
-            self._here,
-            ring,
-            clear,
-            self._results,
-            explained,
-            self._reasons,
-        )
         explained.on_update(Intent(lambda _, on: self._ask(partial(self._explain, on))))
         self._here.on_click(Intent(lambda _, __: self._ask(self._hunt_here)))
         ring.on_click(Intent(lambda _, __: self._ask(self._hunt_ring)))

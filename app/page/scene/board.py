@@ -19,6 +19,7 @@ from app.page.scene.outlines import BOARD_UNITS, cell_centres, on_picture
 from app.page.widgets import assign
 from app.picture.colours import to_linear
 from app.picture.layer import Picture
+from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look, heading_shown
 from app.picture.theme import OUTCOME_SHAPES, Colour, Shape, Theme
 from sim.spec import WorldSpec
@@ -114,7 +115,7 @@ class BoardView:
     def __init__(self, scene: viser.SceneApi, snapshot: Snapshot, look: Look) -> None:
         self._scene = scene
         self._spec = snapshot.spec.world
-        self._look = look
+        self._look: Look = look
         self._flashes: dict[int, tuple[TrialEnd, float]] = {}
         self._last_end = (snapshot.generation, snapshot.trial - 1)
         self._handles: list[Any] = []
@@ -304,7 +305,8 @@ class BoardView:
         assign(self._zone, "visible", look.start_zone and flat)
         assign(self._field, "visible", look.field)
         if look.sensors:
-            self._set(self._sensors, "sensors", self._flat(outlines.sensors(spec), _Z_LINES))
+            lines = outlines.sensors(_as_shown(spec, look))
+            self._set(self._sensors, "sensors", self._flat(lines, _Z_LINES))
         if look.start_zone:
             self._set(self._zone, "zone", self._flat(outlines.start_zone(spec), _Z_FIELD))
         self._set(
@@ -377,6 +379,11 @@ class BoardView:
         for outcome, handle in self._flash.items():
             self._set(handle, f"flash {outcome}", points[outcomes[inside] == outcome])
         self._set(self._rims, "rims", points - np.array([0, 0, 0.002], np.float32))
+
+
+def _as_shown(spec: WorldSpec, look: Look) -> WorldSpec:
+    """The world as it is seen by whom the layer is about: by a skill, or by the selection."""
+    return spec.of_skills if LAYERS[look.layer].about == "skill" else spec
 
 
 def _smoothed(height: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.arrows import arrows
+from app.picture.arrows import arrows, at_places
 from app.picture.colours import css, over_board
 from app.picture.frames import folds
 from app.picture.layer import Extras, Layer, Picture, spread
@@ -40,7 +40,8 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     cover = np.where(alone, most / len(choice), 0.0)
     _, height = state_value_map(snapshot, look)
     # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
-    ways = arrows(choice, snapshot.spec.world) if has_moves(snapshot) else None
+    world = snapshot.spec.world
+    ways = arrows(at_places(choice, world), world) if has_moves(snapshot) else None
     picture = spread(over_board(colours, cover, look.theme), height, raster, ways)
     if has_moves(snapshot) or lone_option(snapshot) is not None:
         return picture

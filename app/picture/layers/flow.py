@@ -4,7 +4,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.arrows import arrows
+from app.picture.arrows import arrows, at_places
 from app.picture.colours import over_board
 from app.picture.frames import TURNED, folds, in_frame
 from app.picture.layer import Extras, Layer, Picture, spread
@@ -17,21 +17,24 @@ from sim.spec import N_HEADINGS
 
 
 def _moves(snapshot: Snapshot, look: Look) -> np.ndarray:
-    """The move that the whole hierarchy makes, ``(heading, distance, direction)``; -1 for ties.
+    """The move that the whole hierarchy makes where arrows may be, ``(heading, place)``.
 
-    In the frame of the picture.
+    In the frame of the picture; -1 for ties.
     """
+    world = snapshot.spec.world
     if has_moves(snapshot):
-        return greedy(options_in_frame(snapshot, look))
-    option = greedy(in_frame(snapshot.selection_q, snapshot, look))
+        return at_places(greedy(options_in_frame(snapshot, look)), world)
+    # Place by place, since skills may tell other states apart than the selection does.
+    option = at_places(greedy(in_frame(snapshot.selection_q, snapshot, look)), world)
     of_skill = greedy(snapshot.skill_q)
-    every = np.arange(of_skill[0].size).reshape(of_skill.shape[1:])
-    state = in_frame(np.broadcast_to(every, (N_HEADINGS, *every.shape)), snapshot, look)
+    n_skill_states, of_skills = world.n_skill_states, world.of_skills
+    every = np.arange(n_skill_states).reshape(of_skills.n_distances, of_skills.n_directions)
+    state = at_places(in_frame(np.stack([every] * N_HEADINGS), snapshot, look), of_skills)
     # An option of -1 wraps to some skill here, and is taken out again below.
-    move = of_skill.ravel().take(option * every.size + state, mode="wrap")
+    move = of_skill.ravel().take(option * n_skill_states + state, mode="wrap")
     clear = (option >= 0) & (move >= 0)
     if folds(look):
-        move = TURNED[np.arange(N_HEADINGS)[:, None, None], move]
+        move = TURNED[np.arange(N_HEADINGS)[:, None], move]
     return np.where(clear, move, -1)
 
 

@@ -4,13 +4,13 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.arrows import arrows
+from app.picture.arrows import arrows, at_places
 from app.picture.colours import over_board
 from app.picture.layer import Extras, Layer, Picture, blank, spread
 from app.picture.legend import legend, patch_of_board
 from app.picture.look import Look
 from app.picture.options import greedy, option_names, option_shown, present
-from app.picture.raster import Raster
+from app.picture.raster import Raster, as_skills_see
 from app.picture.shading import Shading, fitted_shading, fixed_shading
 from app.picture.value_maps import FAINT, losses, value_map, value_scale
 from app.util.html import element
@@ -29,6 +29,8 @@ def _shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading:
     weights = learner.reward_of(learner.skills[option_shown(snapshot, look)])
     # A move covers at most the diagonal of a cell, towards the prey or round it.
     earned = np.sqrt(2.0) * (max(abs(weights.gain), abs(weights.arc)) or 1.0)
+    if learner.local_rewards == "binary":
+        earned = 1.0
     most = float(earned / (1.0 - learner.gamma))
     fixed = fixed_shading("linear", most, most)
     return fitted_shading(values, learner.gamma, fixed, most) if look.fitted else fixed
@@ -42,7 +44,9 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     shading = _shading(snapshot, look, values)
     colours, height = value_map(values, shading, snapshot, look)
     faint = over_board(colours, FAINT, look.theme)
-    return spread(faint, height, raster, arrows(greedy(table)[None], snapshot.spec.world))
+    world = snapshot.spec.world
+    ways = arrows(at_places(greedy(table)[None], world.of_skills), world)
+    return spread(faint, height, as_skills_see(raster, world), ways)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:

@@ -1,32 +1,32 @@
 """Sections of a report on what was swept: maps, points, and whether it makes a difference."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from app.analysis import estimates
 from app.analysis.axles import Axle, grouped
 from app.analysis.estimates import Contrast, Estimate, bootstrap_rng
 from app.analysis.sweeps import (
-    Design,
     Place,
     Sweep,
     Values,
-    design_of,
     differences,
     highest,
     highest_unseen,
     own_place,
     sweep_of,
 )
-from app.charts.model import Effect, Effects, Plane, Points, Series
+from app.charts.model import Plane, Points, Series
 from app.charts.paper.drawing import drawn
 from app.charts.wording import shown_estimate
 from app.documents import presets
+from app.documents.samples import is_draw
 from app.metrics import SHARES, Metric
 from app.report.document import Page, details, table
 from app.report.parts import NO_INTERVAL, Shown, bars_note
-from app.results.read import Group, measured
+from app.report.sections.effects import counts, swept_metrics, write_designs
+from app.results.read import Group
 from app.util.html import Markup, element
 from app.words.numbers import NONE
 
@@ -54,7 +54,7 @@ def write_sweeps(page: Page, groups: Sequence[Group], shown: Shown) -> set[str]:
         shown: the numbers that are shown.
 
     Returns:
-        The presets of which one setting or two were swept.
+        The presets of which one setting or two were swept, or any number drawn at random.
     """
     by_preset: dict[str, list[Group]] = {}
     for group in groups:
@@ -74,31 +74,18 @@ def write_sweeps(page: Page, groups: Sequence[Group], shown: Shown) -> set[str]:
         _plane_section(page, number, preset, swept, shown)
     for number, of_presets in enumerate(rows.values(), 1):
         _points_section(page, number, of_presets, shown)
-    designs = {
-        preset: design
-        for preset, of_preset in by_preset.items()
-        if preset not in there and (design := _design(of_preset)) is not None
-    }
-    for number, (preset, design) in enumerate(designs.items(), 1):
-        _effects_section(page, number, preset, design, by_preset[preset], shown)
-    return set(there)
+    designs = [preset for preset in by_preset if preset not in there]
+    searched = write_designs(page, {preset: by_preset[preset] for preset in designs}, shown)
+    return {*there, *searched}
 
 
 def _swept(groups: Sequence[Group]) -> _Swept | None:
+    if any(is_draw(group.label) for group in groups):
+        return None
     found = sweep_of([group.overrides for group in groups], groups[0].runs[0].settings)
     if found is None:
         return None
     return _Swept(found, {place: groups[index] for place, index in found.places.items()})
-
-
-def _design(groups: Sequence[Group]) -> Design | None:
-    return design_of([group.overrides for group in groups], groups[0].runs[0].settings)
-
-
-def _metrics(groups: Iterable[Group], shown: Shown) -> list[Metric]:
-    """What is shown of a sweep, of what was measured."""
-    groups = list(groups)
-    return [metric for metric in shown.swept if measured(groups, metric.column)]
 
 
 # --- Points --------------------------------------------------------------------------------------
@@ -110,7 +97,7 @@ def _points_section(
     parts = []
     (axle,) = next(iter(of_presets.values())).sweep.axles
     everything = [group for swept in of_presets.values() for group in swept.groups.values()]
-    for metric in _metrics(everything, shown):
+    for metric in swept_metrics(everything, shown):
         page.tell(f"looking at what was swept: {metric.title}")
         series = [
             Series(
@@ -128,76 +115,6 @@ def _points_section(
         drawing = drawn(name, Points(axle, metric.label, series), small)
         parts.append(page.picture(name, f"{metric.label} against {axle.label}", drawing))
     page.say(f"Sweep over {axle.label}", *parts)
-
-
-# --- Many settings -------------------------------------------------------------------------------
-
-
-def _effects_section(
-    page: Page,
-    number: int,
-    preset: str,
-    design: Design,
-    groups: Sequence[Group],
-    shown: Shown,
-) -> None:
-    parts: list[Markup] = []
-    texts: list[str] = []
-    for metric in _metrics(groups, shown):
-        page.tell(f"looking at what was swept: {metric.title}")
-        values = [group.by_seed(metric.column) for group in groups]
-        found = [
-            [_mean_over([values[k] for k in places]) for places in having]
-            for having in design.having
-        ]
-        effects = [
-            Effect(axle, [contrast.estimate for contrast in contrasts])
-            for axle, contrasts in zip(design.axles, found, strict=True)
-        ]
-        text = _effects_text(design, [contrast for contrasts in found for contrast in contrasts])
-        texts.append(text)
-        name = f"settings_{number}_{metric.column}"
-        chart = Effects(metric.label, effects)
-        drawing = drawn(name, chart, page.small_print(f"{preset}. {text}"))
-        caption = f"{metric.label} of {preset} at each value of each setting"
-        parts.append(page.picture(name, caption, drawing))
-        rows = [
-            (axle.label, grouped(value), shown_estimate(estimate), estimate.n, len(places))
-            for (axle, found_at), having in zip(effects, design.having, strict=True)
-            for value, estimate, places in zip(axle.values, found_at, having, strict=True)
-        ]
-        header = ("setting", "value", f"{metric.label} [95 %]", "n", "variants")
-        parts.append(details("The intervals", table(header, rows)))
-    # Small print is part of a picture, where it can be neither searched nor read aloud.
-    said = [element("p", text) for text in dict.fromkeys(texts)]
-    page.say(f"Each setting of {preset}", *said, *parts)
-
-
-def _mean_over(values: Sequence[Values]) -> Contrast:
-    """Mean over variants of equal weight, by seed where they share seeds."""
-    return estimates.contrast([(1 / len(values), by_seed) for by_seed in values], bootstrap_rng())
-
-
-def _effects_text(design: Design, found: Sequence[Contrast]) -> str:
-    """What the points and bars of the settings are, as far as it is true of these."""
-    n = _counts(contrast.estimate for contrast in found)
-    notes = ["Mean over all variants that have a value of a setting, whatever their others."]
-    if all(contrast.paired for contrast in found):
-        notes += [
-            f"Bars: 95 % bootstrap interval over n = {n} seeds, each averaged over the variants"
-            " first. As points share seeds, two may well differ though their bars overlap."
-        ]
-    elif any(contrast.estimate.n > 1 for contrast in found):
-        notes += [f"Bars: 95 % bootstrap interval over n = {n} runs of each variant."]
-    else:
-        notes += [NO_INTERVAL]
-    notes += ["What settings do together is not seen here."]
-    if not design.is_whole:
-        notes += [
-            "Not all combinations of the values are there, so two points may differ by what else"
-            " differs between their variants."
-        ]
-    return " ".join(notes)
 
 
 # --- Planes --------------------------------------------------------------------------------------
@@ -234,7 +151,7 @@ class _Plane(NamedTuple):
 
 def _plane_section(page: Page, number: int, preset: str, swept: _Swept, shown: Shown) -> None:
     parts: list[Markup] = []
-    for metric in _metrics(swept.groups.values(), shown):
+    for metric in swept_metrics(swept.groups.values(), shown):
         page.tell(f"looking at what was swept: {metric.title}")
         plane = _plane(preset, swept, metric)
         cells = {
@@ -300,7 +217,7 @@ def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]
         else NO_INTERVAL
     )
     small = page.small_print(
-        f"{plane.preset}. Mean over n = {_counts(cells.values())} runs (seeds) in each cell."
+        f"{plane.preset}. Mean over n = {counts(cells.values())} runs (seeds) in each cell."
         f" {intervals} Cells have equal sizes whatever the values of the settings. Hatched: not"
         " run."
     )
@@ -337,7 +254,7 @@ _CURSE = (
 
 def _pairing(plane: _Plane) -> str:
     found = plane.differences.values()
-    n = _counts(contrast.estimate for contrast in found)
+    n = counts(contrast.estimate for contrast in found)
     if all(contrast.paired for contrast in found):
         return f"Differences are paired by seed (n = {n})."
     return f"Differences are paired by seed where enough are shared (n = {n})."
@@ -445,11 +362,6 @@ def _estimates(plane: _Plane) -> list[Estimate]:
     """The differences that could be measured."""
     found = (contrast.estimate for contrast in plane.differences.values())
     return [estimate for estimate in found if estimate.n]
-
-
-def _counts(of: Iterable[Estimate]) -> str:
-    found = sorted({estimate.n for estimate in of})
-    return str(found[0]) if len(found) == 1 else f"{found[0]} to {found[-1]}"
 
 
 def _share(n: int, of: Sequence[Estimate]) -> str:

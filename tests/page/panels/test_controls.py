@@ -8,12 +8,15 @@ import pytest
 import viser
 
 from app.documents import presets
+from app.live import snapshot
 from app.live.session import Request, Session, SetSpeed, StartAgain, Status
 from app.live.worker import FULL_SPEED
 from app.page import widgets
 from app.page.panels.controls import MOST_LOADED, Controls, speed_label
 from app.server.server import close_server, open_server
+from app.words.plain import plain
 from learners.commands import FreezeSelection
+from learners.run import Run
 from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 from tests.support.person import Person
@@ -24,6 +27,7 @@ def spec_of(name: str = "timed") -> RunSpec:
     return presets.load(name, ["world.size=40"])
 
 
+ALL_SKILLS = ("approach", "circle clockwise", "avoid")
 OFFERED = {name: spec_of(name) for name in ("timed", "hierarchical_2")}
 
 
@@ -170,6 +174,32 @@ def test_only_a_skill_that_has_joined_can_be_explored(desk: Desk) -> None:
     desk.person.press("Explore the chosen skill")
     assert desk.requests == []
     assert desk.person.told == ["a skill must have joined before it can be explored"]
+
+
+def test_rows_of_skills_follow_the_run_and_no_widget_is_removed(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A page that takes an update and a removal at once removes first, and misses what to update.
+    sent: list[str] = []
+    pages: Any = desk.person.gui._websock_interface
+    queue = pages.queue_message
+
+    def noted(message: Any) -> None:
+        sent.append(type(message).__name__)
+        queue(message)
+
+    monkeypatch.setattr(pages, "queue_message", noted)
+    for number, (preset, absent) in enumerate(
+        [("standard_q", []), ("timed", ["circle clockwise", "avoid"]), ("hierarchical_2", [])], 1
+    ):
+        moment = snapshot.take(Run(spec_of(preset), 3), preset, number)
+        desk.controls.update(replace(desk.status, snapshot=moment))
+        skills = [plain(skill) for skill in moment.spec.learner.skills]
+        offered = [skill for skill in ALL_SKILLS if desk.person.sees(f"Add {skill} now")]
+        assert offered == absent
+        assert [skill for skill in ALL_SKILLS if desk.person.reads(f"{skill}: ")] == skills
+    assert "GuiUpdateMessage" in sent
+    assert "GuiRemoveMessage" not in sent
 
 
 def test_where_nothing_is_explored_nothing_can_be_stopped(desk: Desk) -> None:

@@ -105,6 +105,13 @@ def test_the_cost_is_of_what_is_left() -> None:
     assert "All 12 runs are in" in cost_html(quote(done=12), 3)
 
 
+def test_the_cost_says_how_many_variants_are_drawn_at_random() -> None:
+    found = quote()
+    searched = found._replace(plan=found.plan._replace(drawn=3))
+    assert "4 variants (3 drawn at random), 3 seeds each." in cost_html(searched, 3)
+    assert "drawn" not in cost_html(found, 3)
+
+
 def test_nothing_takes_no_time() -> None:
     short = Quote(Plan(1, 3, 0, 285_000, 0.1, 1_000), Path("results"))
     assert "About 285 k steps, <b>1 s</b>" in cost_html(short, 3)

@@ -275,14 +275,3 @@ def test_the_themes_colours_are_used(
     assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == LIGHT.capture
     inspection.update(behind, Look(theme=DARK))
     assert tuple(drawn(person.scene, "/inspect/ends").colors[1]) == DARK.capture
-
-
-def test_removing_takes_everything_away(
-    person: Watcher, inspection: Inspection, behind: Snapshot
-) -> None:
-    choose(inspection, 6, 10)
-    inspection.update(behind, Look())
-    inspection.remove()
-    assert person.html == ""
-    with pytest.raises(KeyError):
-        person.points("cell/line")

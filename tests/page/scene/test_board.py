@@ -23,8 +23,8 @@ from tests.support.person import drawn
 SIZE = 20
 
 
-def moment(size: int = SIZE) -> Snapshot:
-    spec = presets.load("timed", [f"world.size={size}"])
+def moment(size: int = SIZE, *settings: str) -> Snapshot:
+    spec = presets.load("timed", [f"world.size={size}", *settings])
     return snapshot.take(Run(spec, seed=1), "timed", 0)
 
 
@@ -55,6 +55,20 @@ class Board(BoardView):
 @pytest.fixture
 def board(server: viser.ViserServer) -> Board:
     return Board(server.scene)
+
+
+# Sensors
+
+
+def test_the_sensors_are_those_of_the_skills_where_a_skill_is_shown(board: Board) -> None:
+    taken = moment(SIZE, "world.skill_n_directions=8", "world.skill_n_distances=3")
+
+    def lines(layer: str) -> int:
+        board.update(taken, picture(), Look(layer=layer, sensors=True), now_s=0.0)
+        return len(board.drawn("sensors").points)
+
+    assert lines("skill") < lines("value") / 2
+    assert lines("option") == lines("value")
 
 
 # Points

@@ -1,0 +1,157 @@
+"""The command ``pounce replicate``: everything that the pages on the replication say, from nothing.
+
+Like the command line, it imports what takes long only once it is needed.
+"""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import arg
+
+from app.cli import terminal
+from app.cli.answers import (
+    EXIT_FAILED,
+    EXIT_OK,
+    RESULTS,
+    Flag,
+    UsageError,
+    complain,
+    say,
+    shown,
+    whole_number,
+    workers_of,
+)
+from app.util import interrupts
+from app.util.interrupts import ended_by
+from app.words.numbers import counted, duration, in_short
+
+if TYPE_CHECKING:
+    from app.experiments.runner import Progress
+    from app.replication.run import Made
+
+EXAMPLES = (
+    "pounce replicate",
+    "pounce replicate --docs docs",
+    "pounce replicate --seeds 2 --out a-try",
+)
+
+_OUT = f"{RESULTS}/replication"
+
+
+@dataclass(frozen=True)
+class Replicate:
+    """Run every experiment of the replication, and report on each."""
+
+    out: Annotated[str, arg(metavar="DIR")] = _OUT
+    """Folder that gets a folder of results for each experiment; what is there is gone on with."""
+    seeds: Annotated[
+        str | None, arg(metavar="N", help_behavior_hint="(default: the experiments')")
+    ] = None
+    """Run so many seeds of every variant, for a try."""
+    workers: Annotated[str | None, arg(metavar="N", help_behavior_hint="(default: all cores)")] = (
+        None
+    )
+    """Runs at a time; makes no difference to their results."""
+    force: Flag = False
+    """Begin every experiment again; results that are there are lost."""
+    docs: Annotated[str | None, arg(metavar="DIR", help_behavior_hint="(default: none)")] = None
+    """Folder of the documentation, in which replication.md with its numbers and figures is written
+    anew, and the headline of the README.md beside it."""
+
+
+def obey(command: Replicate) -> int:
+    """Run it all, and say how that ended; returns the exit code.
+
+    Raises:
+        UsageError: the words make no sense.
+    """
+    workers = workers_of(command.workers)
+    n_seeds = _n_seeds(command)
+    docs = _docs_of(command)
+    from app.experiments.crews import CrewError, Threads
+    from app.experiments.store import FolderError
+    from app.replication import plan
+    from app.replication.run import make_all
+    from app.replication.write import write_docs, write_reports
+    from app.results.read import ResultsError
+
+    out = Path(command.out)
+    try:
+        with interrupts.undoing():
+            with _progress(len(plan.EXPERIMENTS)) as tell:
+                made = make_all(
+                    plan.EXPERIMENTS, out, lambda: Threads(workers), n_seeds, command.force, tell
+                )
+            _say_made(made)
+            if made.failed:
+                complain("some runs failed, so nothing is reported")
+                return EXIT_FAILED
+            with terminal.status() as tell_status:
+                tell_status("writing reports")
+                for page in write_reports(out, workers):
+                    say(str(page))
+                if docs is not None:
+                    write_docs(out, docs, tell_status)
+                    say(str(docs / "replication.md"))
+    except FolderError as error:
+        raise UsageError(f"--out: {shown(command.out)} {error}") from error
+    except (CrewError, ResultsError, OSError) as error:
+        complain(str(error))
+        return EXIT_FAILED
+    except KeyboardInterrupt as ending:
+        said, code = ended_by(ending)
+        # Where it was the terminal that went, there is nobody to tell.
+        with contextlib.suppress(OSError):
+            complain(f"{said}; what is finished is in {command.out}, and the same command goes on")
+        return code
+    return EXIT_OK
+
+
+def _n_seeds(command: Replicate) -> int | None:
+    from app.documents.experiment_spec import MAX_RUNS
+
+    if command.seeds is None:
+        return None
+    if command.docs is not None:
+        raise UsageError("--seeds and --docs exclude each other; allowed: one of them")
+    return whole_number("--seeds", command.seeds, 1, MAX_RUNS)
+
+
+def _docs_of(command: Replicate) -> Path | None:
+    if not command.out or "\0" in command.out:
+        raise UsageError(f"--out: {shown(command.out)} is not allowed; allowed: a folder")
+    if command.docs is None:
+        return None
+    docs = Path(command.docs)
+    if not (docs / "replication.md").is_file() or not (docs.parent / "README.md").is_file():
+        raise UsageError(
+            f"--docs: {shown(command.docs)} is not allowed; allowed: a folder with a replication.md"
+            " in it and a README.md beside it"
+        )
+    return docs
+
+
+@contextlib.contextmanager
+def _progress(n_experiments: int) -> "Iterator[Callable[[str, Progress], None]]":
+    """What shows the progress on a terminal; nothing where there is none."""
+    with terminal.progress_bar(n_experiments, n_experiments) as show:
+        names: list[str] = []
+
+        def tell(name: str, progress: "Progress") -> None:
+            if name not in names:
+                names.append(name)
+            show(
+                len(names) - 1 + progress.share,
+                f"{name} ({len(names)}/{n_experiments}): {progress.done}/{progress.total} runs",
+                f"{progress.steps_per_s / 1e6:.1f} M steps/s",
+            )
+
+        yield tell
+
+
+def _say_made(made: "Made") -> None:
+    runs, failed = counted(made.runs, "run"), f", {made.failed:,} failed" if made.failed else ""
+    say(f"{runs}{failed}, {in_short(made.steps)} steps in {duration(made.seconds)}")
