@@ -16,12 +16,14 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from app.words.numbers import NONE, in_short
+from app.words.numbers import NONE, in_short, shown_number
 from learners import hunts, measures
+from learners.hunts import Policy
 from learners.measures import FINAL_TRIALS
 from learners.run import Run
 from sim import rng
-from sim.world import CAPTURE, FLIGHT, TIMEOUT
+from sim.spec import WorldSpec
+from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
 
 GREEDY_HUNTS: Final = 2_000
 """Hunts by which a greedy policy is measured: a share of 0.8 is known to within 0.01 by them."""
@@ -67,7 +69,7 @@ def at_steps(horizon: int) -> str:
 
 
 class InTable(NamedTuple):
-    """How the page's table of runs shows a metric."""
+    """How the page's table of runs shows a metric, and what a choice of metrics calls it."""
 
     title: str
     hint: str
@@ -97,6 +99,11 @@ class Metric(NamedTuple):
         """Its title with its unit, if it has one."""
         return f"{self.title} ({self.unit})" if self.unit else self.title
 
+    @property
+    def is_at_horizon(self) -> bool:
+        """Whether it is of the moment of a horizon, which an experiment may not have."""
+        return AT_HORIZON in self.title
+
     def of_runs(self, fewest: int, most: int) -> "Metric":
         """The same, its words as they are of runs of so many trials (see :func:`final_trials`)."""
         final, table = final_trials(fewest, most), self.in_table
@@ -109,7 +116,15 @@ class Metric(NamedTuple):
         """The same, its words as they are with a horizon of so many steps, if there is one."""
         if horizon is None:
             return self
-        return self._replace(title=self.title.replace(AT_HORIZON, at_steps(horizon)))
+        when, table = at_steps(horizon), self.in_table
+        return self._replace(
+            title=self.title.replace(AT_HORIZON, when),
+            in_table=table
+            and table._replace(
+                title=table.title.replace(AT_HORIZON, f"at {in_short(horizon)}"),
+                hint=table.hint.replace(AT_HORIZON, when),
+            ),
+        )
 
 
 # --- How a run went ------------------------------------------------------------------------------
@@ -140,10 +155,13 @@ NO_CURVE: Final = GreedyCurve(np.zeros(0, np.int64), np.zeros(0, np.int64), np.z
 
 def greedy_of(run: Run, n_hunts: int = GREEDY_HUNTS) -> Greedy:
     """What a learner would do now if it were greedy at both levels, and learned no more."""
-    policy = hunts.policy_of(run.spec, run.state)
-    starts = rng.streams(GREEDY_SEED)[rng.STARTS]
-    ends, world = hunts.endings(run.world, policy, starts, n_hunts), run.spec.world
-    total = ends.captures * world.capture_reward + ends.flights * world.flight_reward
+    return greedy_by(run.world, hunts.policy_of(run.spec, run.state), run.spec.world, n_hunts)
+
+
+def greedy_by(world: World, policy: Policy, spec: WorldSpec, n_hunts: int = GREEDY_HUNTS) -> Greedy:
+    """What hunts come to by a policy, in a world with the rewards of ``spec``."""
+    ends = hunts.endings(world, policy, rng.streams(GREEDY_SEED)[rng.STARTS], n_hunts)
+    total = ends.captures * spec.capture_reward + ends.flights * spec.flight_reward
     return Greedy(ends.captures / n_hunts, total / n_hunts)
 
 
@@ -310,6 +328,10 @@ def _millions(steps: float) -> str:
     return NONE if math.isnan(steps) else f"{steps / 1e6:.2f}"
 
 
+def _reward(value: float) -> str:
+    return shown_number(value, ".1f")
+
+
 _SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
 _LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
 _TO_70 = InTable(
@@ -318,6 +340,12 @@ _TO_70 = InTable(
     82,
     _millions,
 )
+_GREEDILY = "without random moves, nothing learned"
+
+
+def _rewards_in_table(title: str, hint: str) -> InTable:
+    return InTable(title, hint, 62, _reward)
+
 
 # --- The registry --------------------------------------------------------------------------------
 
@@ -328,8 +356,22 @@ _ALL_STEPS = "mean reward per trial over all steps"
 _STEPS_BY_THEN = "mean reward per trial over the steps by then"
 
 _REGISTRY: Final[Sequence[Metric]] = (
-    Metric("final_reward", "final reward", _PER_TRIAL, "performance", _final_reward),
-    Metric("final_greedy", "final greedy reward", _PER_HUNT, "performance", _final_greedy),
+    Metric(
+        "final_reward",
+        "final reward",
+        _PER_TRIAL,
+        "performance",
+        _final_reward,
+        in_table=_rewards_in_table("reward", f"mean reward per trial, {_FINAL}"),
+    ),
+    Metric(
+        "final_greedy",
+        "final greedy reward",
+        _PER_HUNT,
+        "performance",
+        _final_greedy,
+        in_table=_rewards_in_table("greedy", f"mean reward per hunt in the end, {_GREEDILY}"),
+    ),
     Metric(
         "final_success",
         "final success as learned",
@@ -339,10 +381,33 @@ _REGISTRY: Final[Sequence[Metric]] = (
         in_table=_SUCCESS,
     ),
     Metric("greedy_success", "greedy success", "share of captures", "performance", _greedy_success),
-    Metric("area", "area under the curve", _ALL_STEPS, "performance", _area),
-    Metric("horizon_reward", f"reward {AT_HORIZON}", _BY_THEN, "performance", _horizon_reward),
     Metric(
-        "horizon_greedy", f"greedy reward {AT_HORIZON}", _PER_HUNT, "performance", _horizon_greedy
+        "area",
+        "area under the curve",
+        _ALL_STEPS,
+        "performance",
+        _area,
+        in_table=_rewards_in_table("area", f"under the curve: {_ALL_STEPS}"),
+    ),
+    Metric(
+        "horizon_reward",
+        f"reward {AT_HORIZON}",
+        _BY_THEN,
+        "performance",
+        _horizon_reward,
+        in_table=_rewards_in_table(
+            f"reward {AT_HORIZON}", f"mean reward per trial, last 2,000 trials {AT_HORIZON}"
+        ),
+    ),
+    Metric(
+        "horizon_greedy",
+        f"greedy reward {AT_HORIZON}",
+        _PER_HUNT,
+        "performance",
+        _horizon_greedy,
+        in_table=_rewards_in_table(
+            f"greedy {AT_HORIZON}", f"mean reward per hunt {AT_HORIZON}, {_GREEDILY}"
+        ),
     ),
     Metric(
         "horizon_area",
@@ -350,6 +415,9 @@ _REGISTRY: Final[Sequence[Metric]] = (
         _STEPS_BY_THEN,
         "performance",
         _horizon_area,
+        in_table=_rewards_in_table(
+            f"area {AT_HORIZON}", f"under the curve {AT_HORIZON}: {_STEPS_BY_THEN}"
+        ),
     ),
     Metric("captures", "captures", "", "endings", _ending_in(CAPTURE), whole=True),
     Metric("flights", "flights", "", "endings", _ending_in(FLIGHT), whole=True),

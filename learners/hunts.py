@@ -382,4 +382,5 @@ def prepare(world: World) -> None:
     policy = greedy_moves(anything, np.zeros((0, 1, int(world.n_skill_states), N_MOVES)))
     success_map(world._replace(step_limit=0), policy)
     hunt(world, policy, int(world.prey_cell), 0, max_steps=1)
+    endings(world, policy, U(0), n_hunts=1)
     stepped(world, world.prey_cell, U(0), U(STAY))

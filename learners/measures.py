@@ -22,7 +22,7 @@ KEPT_WITHIN = 5.0
 
 
 class Curve(NamedTuple):
-    """Mean reward per trial over windows of steps, the thesis's measure (section 4.1.2)."""
+    """Mean reward per trial over windows of steps, or of trials."""
 
     steps: np.ndarray
     """(window,) int64: end of each window, or of the run where that comes first."""
@@ -93,6 +93,36 @@ def curve_of(
     total = np.bincount(window, reward, minlength=n_windows)
     mean = np.divide(total, count, out=np.full(n_windows, np.nan), where=count > 0)
     return Curve(np.minimum((np.arange(n_windows) + 1) * window_steps, n_steps), mean)
+
+
+def curve_over_trials(state: LearnerState, window_trials: int = CURVE_WINDOW_TRIALS) -> Curve:
+    """Learning curve of a run over windows of trials, as :func:`curve_over_trials_of`."""
+    done = trials_done(state)
+    return curve_over_trials_of(state.log_reward[:done], state.log_steps[:done], window_trials)
+
+
+def curve_over_trials_of(
+    reward: np.ndarray, steps: np.ndarray, window_trials: int = CURVE_WINDOW_TRIALS
+) -> Curve:
+    """Learning curve over windows of consecutive trials, each at the step at which it ended.
+
+    This is the thesis's measure (section 4.1.2). Where trials are short for a while, a window of
+    steps holds very many of them, and what happened in that while is averaged away. Trials after
+    the last whole window are left out, unless there is none.
+
+    Args:
+        reward: (trial,) of each trial.
+        steps: (trial,) that each trial took.
+        window_trials: width of a window.
+    """
+    if reward.size == 0:
+        return Curve(np.zeros(0, np.int64), np.zeros(0))
+    width = min(window_trials, reward.size)
+    n_whole = reward.size // width
+    whole = slice(n_whole * width)
+    mean = reward[whole].reshape(n_whole, width).mean(axis=1, dtype=np.float64)
+    ends = np.cumsum(steps[whole].reshape(n_whole, width).sum(axis=1, dtype=np.int64))
+    return Curve(ends, mean)
 
 
 def endings(state: LearnerState, recent: int | None = None) -> Endings:

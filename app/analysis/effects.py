@@ -15,7 +15,7 @@ for their number by Holm's procedure. Bands are percentile bootstraps over varia
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -301,4 +301,6 @@ def _resampled(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     squares = (matrix[:, :, np.newaxis] * matrix[:, np.newaxis, :]).reshape(n, -1)
     left = (counts @ squares).reshape(-1, n_columns, n_columns) + _RIDGE * n * np.eye(n_columns)
     right = counts @ (matrix * values[:, np.newaxis])
-    return np.linalg.solve(left, right[:, :, np.newaxis])[:, :, 0]
+    solve: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.linalg.solve
+    found = solve(left, right[:, :, np.newaxis])
+    return found[:, :, 0]

@@ -12,7 +12,7 @@ So below ``LEAST_RUNS`` nothing is decided; whoever draws conclusions has to loo
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -45,6 +45,7 @@ Windows = Literal["steps", "trials"]
 """What the windows of a learning curve against steps are counted in. The thesis's are consecutive
 trials (section 4.1.2): where trials are short for a while, a window of steps holds very many of
 them, and what happened in that while is averaged away. Against trials, windows are of trials."""
+WINDOWS: Final[tuple[Windows, ...]] = get_args(Windows)
 
 
 class Estimate(NamedTuple):

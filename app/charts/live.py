@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.analysis.estimates import Axis, Estimate
+from app.analysis.estimates import Estimate
 from app.analysis.sweeps import Sweep
 from app.charts import variants
+from app.charts.greedy import averaged
 from app.charts.model import (
     Choice,
     Curves,
@@ -24,8 +25,9 @@ from app.charts.model import (
     Series,
 )
 from app.charts.styles import styles_of
-from app.charts.view import View
+from app.charts.view import View, charted
 from app.documents.experiments import Experiment
+from app.metrics import Metric
 from app.results.gather import MOST_CURVES, Gatherer, Gathering
 from app.words.numbers import counted
 from app.words.plain import plain
@@ -34,14 +36,21 @@ LiveChart = Curves | Dots | Plane | Points
 """Each of one panel, one quantity, or one series."""
 
 
-def with_short_names(gathering: Gathering) -> tuple[Gathering, str]:
-    """What there is, with short names of variants, and what these are made of (else nothing).
+def looked_at(gathering: Gathering, view: View) -> tuple[Gathering, str]:
+    """What there is as somebody looks at it, and what short names are made of (else nothing).
 
-    The number that is charted is called as it is of runs as long as these.
+    Variants have short names, and the number that is charted is the one that was chosen.
     """
     experiment, what = variants.with_short_names(gathering.experiment)
-    metric = gathering.metric.of_runs(*trials_of(experiment))
-    return replace(gathering, experiment=experiment, metric=metric), what
+    wanted = next((m for m in charted(gathering) if m.column == view.metric), gathering.metric)
+    return replace(gathering, experiment=experiment, metric=called(wanted, gathering)), what
+
+
+def called(metric: Metric, gathering: Gathering) -> Metric:
+    """A metric in words that hold for the runs that there are."""
+    horizon = gathering.horizon
+    named = metric.of_runs(*trials_of(gathering.experiment))
+    return named.at(horizon.steps if horizon else None)
 
 
 def trials_of(experiment: Experiment) -> tuple[int, int]:
@@ -60,7 +69,7 @@ def chart_of(gatherer: Gatherer, gathering: Gathering, view: View) -> LiveChart:
         view: what is looked at.
     """
     if view.chart == "curves":
-        return _curves(gatherer, gathering, view.axis, view.variant)
+        return _curves(gatherer, gathering, view)
     sweep = variants.swept(gathering.experiment)
     if view.chart == "runs" or sweep is None:
         return _runs(gatherer, gathering)
@@ -81,20 +90,31 @@ def left_out(gathering: Gathering, chart: LiveChart) -> str:
     return " ".join(f"{counted(n, 'run')} {what}." for what, n in said.items() if n)
 
 
-def _curves(gatherer: Gatherer, gathering: Gathering, axis: Axis, chosen: int | None) -> Curves:
+def _curves(gatherer: Gatherer, gathering: Gathering, view: View) -> Curves:
     """The first few variants; if the chosen one is not among them, it comes last."""
+    axis, chosen = view.axis, view.variant
     every = gathering.experiment.variants
     first = range(min(len(every), MOST_CURVES))
     places = first if chosen is None or chosen in first else [*first[:-1], chosen]
     styles = styles_of([every[place].preset for place in places])
     lines: list[Line] = []
     for place, style in zip(places, styles, strict=True):
-        found = gatherer.curve(place, axis)
+        found = gatherer.curve(place, axis, view.windows)
         marks = [
             Mark(moment.step if axis == "steps" else moment.trial, plain(moment.skill))
             for moment in found.joined
         ]
-        lines.append(Line(every[place].label, found.band, style, found.n, marks, place))
+        lines.append(
+            Line(
+                every[place].label,
+                found.band,
+                style,
+                found.n,
+                marks,
+                place,
+                averaged(found.greedy, axis),
+            )
+        )
     ends = gathering.low, gathering.high
     return Curves(axis, [Panel(gathering.experiment.name, lines)], ends)
 
@@ -108,7 +128,8 @@ def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:
         if not run.error and math.isfinite(value):
             dots[place].append(RunDot(value, run.seed, run.key))
     if len(every) <= variants.MOST_CELLS:
-        estimates = [gatherer.estimate(place) for place in range(len(every))]
+        metric = gathering.metric
+        estimates = [gatherer.estimate(place, metric) for place in range(len(every))]
     else:  # The intervals of so many take seconds.
         estimates = [_mean([dot.value for dot in dots[place]]) for place in range(len(every))]
     styles = styles_of([v.preset for v in every]) if len(every) <= MOST_CURVES else []
@@ -127,7 +148,8 @@ def _mean(values: Sequence[float]) -> Estimate:
 
 def _plane(gatherer: Gatherer, gathering: Gathering, sweep: Sweep) -> Plane:
     across, up = sweep.axles
-    there = {at: gatherer.estimate(place) for at, place in sweep.places.items()}
+    metric = gathering.metric
+    there = {at: gatherer.estimate(place, metric) for at, place in sweep.places.items()}
     cells = {at: found for at, found in there.items() if found.n}
     own = variants.own_setting(gathering.experiment)
     framed = next((at for at, place in sweep.places.items() if place == own), None)
@@ -140,7 +162,8 @@ def _points(gatherer: Gatherer, gathering: Gathering, sweep: Sweep) -> Points:
     (axle,) = sweep.axles
     every = gathering.experiment.variants
     places = [sweep.places.get((index,)) for index in range(len(axle.values))]
-    found = [None if place is None else gatherer.estimate(place) for place in places]
+    metric = gathering.metric
+    found = [None if place is None else gatherer.estimate(place, metric) for place in places]
     series = Series(
         every[0].preset,
         [estimate if estimate is not None and estimate.n else None for estimate in found],

@@ -3,11 +3,10 @@
 import json
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from app.analysis import estimates
 from app.analysis.estimates import Axis, Windows
-from app.charts.model import Greedy, Lane, Line, Mark, Schedules, ValueMap, ValueMaps
+from app.charts.greedy import averaged
+from app.charts.model import Lane, Line, Mark, Schedules, ValueMap, ValueMaps
 from app.charts.styles import Style
 from app.experiments.record import Record
 from app.results import spread
@@ -38,24 +37,9 @@ def line_of(
     """
     traces = reader.traces(runs)
     found = reader.band(runs, axis, windows)
-    marks, greedy = _marks(traces, axis), _greedy(traces, axis)
+    marks = _marks(traces, axis)
+    greedy = averaged([trace.greedy for trace in traces], axis)
     return Line(label, found, style, len(traces), marks, greedy=greedy)
-
-
-def _greedy(traces: Sequence[Trace], axis: Axis) -> Greedy | None:
-    """Greedy reward after as many trials, over the runs that came so far, if enough of them did."""
-    points: dict[int, list[tuple[int, float]]] = {}
-    for trace in traces:
-        trials, steps, rewards = (part.tolist() for part in trace.greedy)
-        for trial, step, reward in zip(trials, steps, rewards, strict=True):
-            points.setdefault(trial, []).append((step, reward))
-    fewest = estimates.LEAST_SHARE * len(traces)
-    there = [trial for trial in sorted(points) if len(points[trial]) >= fewest]
-    if len(there) < 2:
-        return None
-    means = np.asarray([np.mean(points[trial], axis=0) for trial in there])
-    at = means[:, 0] if axis == "steps" else np.asarray(there, np.float64)
-    return Greedy(at, means[:, 1])
 
 
 def _marks(traces: Sequence[Trace], axis: Axis) -> list[Mark]:

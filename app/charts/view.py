@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple, get_args
 
-from app.analysis.estimates import Axis
+from app.analysis.estimates import WINDOWS, Axis, Windows
 from app.charts.variants import swept
 from app.documents.experiments import Experiment
-from app.metrics import IN_TABLE
+from app.metrics import IN_TABLE, Metric, of_kind, wants_greedy
 from app.results.gather import MOST_CURVES, Gathering, PlacedRun
 
 _USUAL_HEIGHT: Final = 752.0
@@ -62,6 +62,10 @@ class View:
     chart: Chart
     axis: Axis = "steps"
     """What curves are drawn against."""
+    windows: Windows = "steps"
+    """What their windows are counted in, where that is steps."""
+    metric: str = ""
+    """Column of what dots and cells show; empty for what the experiment asks for first."""
     variant: int | None = None
     """Place of the one that is chosen: it stands out in charts, and the table lists its runs."""
     order: str = "variant"
@@ -69,6 +73,26 @@ class View:
     descending: bool = False
     page: int = 0
     """Of the table, from 0."""
+
+
+def charted(gathering: Gathering) -> Sequence[Metric]:
+    """What dots and cells can show of an experiment: how well its learners did."""
+    return [metric for metric in of_kind("performance") if _is_measured(metric, gathering)]
+
+
+def tabled(gathering: Gathering) -> Sequence[Metric]:
+    """What the table of its runs can show."""
+    return [metric for metric in IN_TABLE if _is_measured(metric, gathering)]
+
+
+def _is_measured(metric: Metric, gathering: Gathering) -> bool:
+    horizon = gathering.horizon
+    if metric.is_at_horizon and not (
+        horizon and (horizon.is_stated or not wants_greedy([metric.column]))
+    ):
+        # Where a horizon is found afterwards, no greedy hunts were made there.
+        return False
+    return metric.kind == "length" or metric.column in gathering.experiment.metrics
 
 
 def first_view(experiment: Experiment) -> View:
@@ -93,6 +117,12 @@ def answer(view: View, words: str, gathering: Gathering, rows: int) -> View:
         return _with_chart(view, what, gathering.experiment)
     if verb == "axis":
         return next((replace(view, axis=axis) for axis in get_args(Axis) if axis == what), view)
+    if verb == "windows":
+        found = next((each for each in WINDOWS if each == what), view.windows)
+        return replace(view, windows=found)
+    if verb == "metric":
+        offered = {metric.column for metric in charted(gathering)}
+        return replace(view, metric=what) if what in offered else view
     if verb == "variant":
         return _with_variant(view, what, len(gathering.experiment.variants))
     if verb == "order":

@@ -28,6 +28,8 @@ class Held:
     """A run, and what is known of it besides. Only the worker's thread has to do with it."""
 
     run: Run
+    generation: int
+    """Its number among all runs that its session has had."""
     preset: str
     """As shown."""
     until_trial: int

@@ -128,10 +128,10 @@ class Session(Worker[Status]):
             ValueError: the seed is not allowed.
         """
         super().__init__()
-        self._runs = {OWN: Held(Run(spec, seed), preset, spec.trials, playing)}
+        self._n_runs = 0
+        """That it has had so far."""
+        self._runs = {OWN: Held(Run(spec, seed), self._next(), preset, spec.trials, playing)}
         self._shown = OWN
-        self._generation = 0
-        """Changes whenever another run is shown."""
         self._speed = speed
         self._told_to_play = playing
         """Whether somebody has said that the learner is to go on, or to stand still."""
@@ -224,14 +224,15 @@ class Session(Worker[Status]):
         # A run that was made again paused by itself, wherever in its trials it ended.
         goes_on = held.playing or was_over or held.opened is not None
         run = Run(request.spec, request.seed)
-        self._runs = {OWN: Held(run, request.preset, request.spec.trials, goes_on)}
+        held = Held(run, self._next(), request.preset, request.spec.trials, goes_on)
+        self._runs = {OWN: held}
         self._show(OWN)
 
     def _open(self, request: OpenRun) -> None:
         opened = Opened(request.name, request.step, request.digest, same=None)
         # The step alone says where it ended: an experiment may run more trials than a preset has.
         run = Run(request.spec, request.seed)
-        held = Held(run, request.preset, MAX_TRIALS, playing=True, opened=opened)
+        held = Held(run, self._next(), request.preset, MAX_TRIALS, playing=True, opened=opened)
         # Of several that are opened one after the other, the lesson that came before is kept.
         self._runs = {OWN: self._runs[OWN], request.name: held}
         self._show(request.name)
@@ -242,9 +243,13 @@ class Session(Worker[Status]):
         self._runs = {OWN: self._runs[OWN]}
         self._show(OWN)
 
+    def _next(self) -> int:
+        """The number of another run."""
+        self._n_runs += 1
+        return self._n_runs - 1
+
     def _show(self, run: str) -> None:
         self._shown = run
-        self._generation += 1
         self._curve_at = -math.inf
         self._pace.restart()
 
@@ -254,9 +259,9 @@ class Session(Worker[Status]):
         if new_curve:
             self._curve_at = now_s
         former = self._former
-        if former is not None and former.generation != self._generation:
+        if former is not None and former.generation != held.generation:
             former = None
-        self._former = snapshot.take(held.run, held.preset, self._generation, former, new_curve)
+        self._former = snapshot.take(held.run, held.preset, held.generation, former, new_curve)
         own = self._runs[OWN]
         return Status(
             snapshot=self._former,

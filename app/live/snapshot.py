@@ -3,6 +3,7 @@
 The worker takes one between two slices of learning; views and panels read it and nothing else.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,7 @@ class Snapshot:
     """The preset as the run started with it."""
     seed: int
     generation: int
-    """Counts the runs of a session, so that a view knows when another began."""
+    """Counts the runs of a session, so that a view knows which one it is shown."""
     world: World
     control: Control
     present: tuple[str, ...]
@@ -90,13 +91,27 @@ class Snapshot:
     """Of the most recent trials, oldest first."""
     recent: Endings
     """How the last ``measures.RECENT_TRIALS`` trials ended."""
+    recent_reward: float
+    """Mean per trial over as many; NaN before the first has ended."""
     curve: Curve
+    """Over windows of steps, :func:`curve_window` wide."""
+    trial_curve: Curve
+    """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
 
 
 def curve_window(steps: int) -> int:
     """Steps of one window of a curve drawn with at most 250 points: 1, 2 or 5 times 10**k."""
-    width = 1_000
-    while steps > 250 * width:
+    return _width(steps, 1_000)
+
+
+def curve_window_trials(trials: int) -> int:
+    """Trials of one window of such a curve: 500 unless these are too many points."""
+    return _width(trials, measures.CURVE_WINDOW_TRIALS)
+
+
+def _width(length: int, width: int) -> int:
+    """The least of the round widths from ``width`` on of which 250 cover a length."""
+    while length > 250 * width:
         width = width * 5 // 2 if str(width)[0] == "2" else width * 2
     return width
 
@@ -111,7 +126,7 @@ def take(
         preset: name of its preset.
         generation: number of the run in its session.
         former: the last snapshot of the same run, for what fades.
-        new_curve: whether the learning curve and the paths, which cost most, are made anew; if
+        new_curve: whether the learning curves and the paths, which cost most, are made anew; if
             not, the former ones stay.
     """
     state, spec = run.state, run.spec
@@ -122,8 +137,9 @@ def take(
     selection_q = rows.values(state.selection)[:, :n_options].reshape(*shape, n_options).copy()
     if new_curve or former is None:
         curve = measures.curve(state, curve_window(run.step))
+        trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
     else:
-        curve = former.curve
+        curve, trial_curve = former.curve, former.trial_curve
     return Snapshot(
         preset=preset,
         spec=spec,
@@ -152,8 +168,15 @@ def take(
         ends=_ends(run),
         paths=_paths(run) if new_curve or former is None else former.paths,
         recent=measures.endings(state, measures.RECENT_TRIALS),
+        recent_reward=_recent_reward(run),
         curve=curve,
+        trial_curve=trial_curve,
     )
+
+
+def _recent_reward(run: Run) -> float:
+    recent = run.state.log_reward[max(run.trial - measures.RECENT_TRIALS, 0) : run.trial]
+    return float(recent.mean()) if recent.size else math.nan
 
 
 def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarray:

@@ -44,7 +44,7 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(client, shared.session.status)
+        self.readings = Readings(client, shared.session.status, shared.calls, inbox, wake)
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None
@@ -59,6 +59,11 @@ class Browser:
         client.scene.on_click()(clicked)
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
+
+    def leave(self) -> None:
+        """Answer no more calls of this browser."""
+        self.readings.leave()
+        self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
         board = self._gallery.board(self._look)

@@ -21,6 +21,7 @@ from app.explain.cell import moment_of, policy_of
 from app.live.session import Begin, Request, Session, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser, Shared
+from app.page.greedy import GreedyWatch
 from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
@@ -117,6 +118,7 @@ class Lab:
         self._at_rest.set()
         self._drawing = Drawing()
         self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
+        self._greedy = GreedyWatch()
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
@@ -233,6 +235,7 @@ class Lab:
         self.service.close()
         self.session.stop()
         self._success.stop()
+        self._greedy.stop()
         close_server(self.server)
 
     def _is_true(self, status: Status) -> bool:
@@ -284,7 +287,7 @@ class Lab:
     def _forget(self, client: viser.ClientHandle) -> None:
         browser = self._browsers.pop(client.client_id, None)
         if browser is not None:
-            browser.results.leave()
+            browser.leave()
         self._has_garbage = True
 
     def _show_results(self, client: viser.ClientHandle) -> None:
@@ -310,6 +313,7 @@ class Lab:
                 moment_of(status.snapshot),
                 lambda: success_of(status.snapshot, lambda: not self._closed),
             )
+        greedy = self._greedy.follow(status)
         ready: dict[Look, list[Browser]] = {}
         for browser, look in looks.items():
             if browser.pulse.is_ready(now_s):
@@ -318,7 +322,7 @@ class Lab:
         frames = []
         for look, here in ready.items():
             exhibit = self.gallery.of(status, look)
-            texts = exhibit.update(status, extras, len(browsers), now_s)
+            texts = exhibit.update(status, extras, greedy, len(browsers), now_s)
             for browser in here:
                 frame = browser.frame(exhibit.stage, look)
                 if frame is not None:

@@ -1,10 +1,11 @@
 """What came out, as numbers and tables of the pages: read from the folders of all experiments."""
 
 import math
+import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from app.analysis import effects, estimates, passages
 from app.analysis.effects import Analysis
@@ -16,8 +17,9 @@ from app.replication.page import Found, Table
 from app.replication.plan import EXPERIMENTS, THESIS
 from app.report.sections.effects import in_words
 from app.results import findings, read, readings, thesis
-from app.results.findings import FAILS, HOLDS, UNDECIDED, Judged
+from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged
 from app.results.read import Folder, Group, Reader, groups_of, read_folder
+from app.results.thesis import Placed
 from app.words.numbers import NONE, shown_number
 
 SHOWN: Final[Mapping[str, str]] = {
@@ -28,6 +30,9 @@ SHOWN: Final[Mapping[str, str]] = {
     "horizon_area": "area to the horizon",
 }
 """Columns of tables of variants, with their headings."""
+SEARCHES: Final = ("baselines_search", "timing_seven")
+SEARCHED_FOR: Final = ("horizon_reward", "horizon_area")
+"""What is searched for: the end, and speed."""
 PASSAGE: Final = "steps_to_70"
 """The passage that tables of variants show."""
 
@@ -76,6 +81,8 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
     _add_learners(found, [every[name] for name in THESIS[:3]])
     for name in ("timing_seven", "timing_plane"):
         _add_spread(found, name, every[name])
+    for name in SEARCHES:
+        found.searches[name] = _best_of(every[name])
     tell("looking at what was drawn")
     _add_effects(found, every["timing_seven"])
     return found
@@ -105,7 +112,11 @@ def _add_findings(found: Found, results: Sequence[Results]) -> None:
     for topic in dict.fromkeys(judged.finding.topic for judged in every):
         of_topic = [judged for judged in every if judged.finding.topic == topic]
         found.tables[f"findings: {topic}"] = _findings_table(of_topic)
-    found.estimates = {judged.finding.claim: [*judged.effect.estimate] for judged in every}
+    found.estimates = {
+        judged.finding.claim: [float(f"{number:.7g}") for number in judged.effect.estimate]
+        for judged in every
+    }
+    found.spreads = {j.finding.claim: _spread(j.finding, reader, placed) for j in every}
     for judged in every:
         found.texts[f"finding: {judged.finding.claim}"] = _measured(judged)
     for name, verdict_of in (("", _verdict), (" corrected", _corrected)):
@@ -114,6 +125,17 @@ def _add_findings(found: Found, results: Sequence[Results]) -> None:
             found.texts[f"{key}{name}"] = str(counts[verdict])
     found.texts["findings"] = str(len(every))
     found.texts["untestable"] = str(len(measured) - len(every))
+
+
+def _spread(finding: Finding, reader: Reader, placed: Placed) -> float:
+    """Standard deviation of the sum that a finding speaks of, of one run of each learner."""
+    variance = 0.0
+    for term in finding.terms:
+        traces = reader.traces(placed[term.world, term.learner])
+        values = [trace.quantities[term.quantity] for trace in traces]
+        if len(values) > 1:
+            variance += term.weight**2 * statistics.variance(values)
+    return float(f"{math.sqrt(variance):.4g}")
 
 
 def _verdict(judged: Judged) -> str:
@@ -268,10 +290,23 @@ def _add_learners(found: Found, results: Sequence[Results]) -> None:
 
 def _add_spread(found: Found, name: str, results: Results) -> None:
     """From where to where the means of the variants of a search or a sweep reach."""
-    for column in ("horizon_reward", "horizon_area"):
+    for column in SEARCHED_FOR:
         means = [mean_of(group, column).value for group in results.groups]
         for key, value in (("lowest", min(means)), ("highest", max(means))):
             found.texts[f"{name}: {key} {column}"] = shown_number(value, _REWARDS)
+
+
+def _best_of(results: Results) -> dict[str, dict[str, Any]]:
+    """The best variant of each preset by each of what is searched for: the end, and speed."""
+    found: dict[str, dict[str, Any]] = {}
+    for preset in dict.fromkeys(group.preset for group in results.groups):
+        groups = [group for group in results.groups if group.preset == preset]
+        for column in SEARCHED_FOR:
+            best = max(groups, key=lambda group: mean_of(group, column).value)
+            mean = round(mean_of(best, column).value, 2)
+            entry = {"variant": best.label, "mean": mean, "sets": dict(best.overrides)}
+            found.setdefault(preset, {})[column] = entry
+    return found
 
 
 def _add_effects(found: Found, results: Results) -> None:
@@ -281,7 +316,7 @@ def _add_effects(found: Found, results: Results) -> None:
     factors = effects.factors_of([group.overrides for group in draws], settings)
     analyses = {
         column: effects.analysed(factors, [mean_of(group, column).value for group in draws])
-        for column in ("horizon_reward", "horizon_area")
+        for column in SEARCHED_FOR
     }
     header = ("number of the schedule", "of the reward at the horizon", "of the area")
     rows = [

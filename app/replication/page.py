@@ -38,6 +38,10 @@ class Found:
     tables: dict[str, Table] = field(default_factory=dict)
     estimates: dict[str, Sequence[float]] = field(default_factory=dict)
     """By claim of a finding: value, ends of the interval, and number of runs."""
+    spreads: dict[str, float] = field(default_factory=dict)
+    """By claim of a finding: the standard deviation of its sum, of one run of each learner."""
+    searches: dict[str, Any] = field(default_factory=dict)
+    """By search, preset, and column that is to be high: the best variant, and what it sets."""
 
     def to_json(self) -> str:
         """As a file keeps it: read by people as well, so a row is a line."""
@@ -48,7 +52,7 @@ class Found:
         """What a file holds."""
         found: dict[str, Any] = json.loads(text)
         tables = {name: Table(*table) for name, table in found["tables"].items()}
-        return cls(found["texts"], tables, found["estimates"])
+        return cls(**{**found, "tables": tables})
 
 
 def filled(template: str, found: Found) -> str:

@@ -17,7 +17,7 @@ from app.analysis.estimates import Axis, Band, Estimate, Windows
 from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
 from app.experiments.record import Record
-from app.metrics import Metric, shown_first
+from app.metrics import GreedyCurve, Metric, shown_first
 from app.results.horizon import Horizon, UpTo, of_shortest, up_to, with_values
 from learners import measures
 from learners.spec import RunSpec
@@ -49,6 +49,8 @@ class Curve(NamedTuple):
     band: Band
     joined: Sequence[Moment]
     """Skills that joined after the start, in all of its runs."""
+    greedy: Sequence[GreedyCurve] = ()
+    """Of each of its runs."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ class _Log:
     ends: list[np.ndarray]
     """Steps at which the windows of trials ended that are drawn against steps."""
     joined: list[dict[str, tuple[int, int]]]
+    greedy: list[GreedyCurve]
 
 
 class Gatherer:
@@ -112,9 +115,11 @@ class Gatherer:
         self._metric = shown_first(experiment.metrics, experiment.horizon is not None)
         self._horizon = None if stated is None else Horizon(stated, is_stated=True)
         self._takes_shortest = stated is None and experiment.stop is None
-        self._logs = [_Log([], [], {key: [] for key in self._widths}, [], []) for _ in self._places]
+        self._logs = [
+            _Log([], [], {key: [] for key in self._widths}, [], [], []) for _ in self._places
+        ]
         self._curves: dict[tuple[int, Axis, Windows], Curve] = {}
-        self._estimates: dict[int, Estimate] = {}
+        self._estimates: dict[tuple[int, str], Estimate] = {}
         rewards = [_rewards(v.spec) for v in experiment.variants]
         self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
 
@@ -148,6 +153,7 @@ class Gatherer:
                 log.curves[key].insert(at, curve)
             log.ends.insert(at, ends)
             log.joined.insert(at, found.joined)
+            log.greedy.insert(at, found.greedy)
             self._up_to.append(known)
             self._runs.append((place, with_values(record, self._horizon, known)))
             if self._takes_shortest:
@@ -172,6 +178,10 @@ class Gatherer:
         metric = self._metric.at(horizon.steps if horizon else None)
         return Gathering(self._experiment, metric, runs, *self._range, horizon)
 
+    def width(self, axis: Axis, windows: Windows = "steps") -> int:
+        """Steps or trials of a window of the curves; arguments as :meth:`curve` has them."""
+        return self._widths[axis, windows if axis == "steps" else "trials"]
+
     def curve(self, variant: int, axis: Axis, windows: Windows = "steps") -> Curve:
         """The curve of a variant with its interval; found anew only if runs have come.
 
@@ -185,6 +195,7 @@ class Gatherer:
             log = self._logs[variant]
             curves, joined = tuple(log.curves[axis, windows]), tuple(log.joined)
             ends = tuple(log.ends) if (axis, windows) == ("steps", "trials") else None
+            greedy = tuple(log.greedy)
             known = self._curves.get((variant, axis, windows))
         if known is not None and known.n == len(curves):
             return known
@@ -192,18 +203,20 @@ class Gatherer:
         band = estimates.band(curves, width, rng, ends)
         moments = estimates.medians_of_all(joined)
         shared = [Moment(name, *at) for name, at in moments.items()]
-        found = Curve(variant, len(curves), band, shared)
+        found = Curve(variant, len(curves), band, shared, greedy)
         with self._lock:
             self._curves[variant, axis, windows] = found
         return found
 
-    def estimate(self, variant: int) -> Estimate:
-        """The mean of the charted metric of a variant, with its interval."""
+    def estimate(self, variant: int, metric: Metric | None = None) -> Estimate:
+        """The mean of a metric of a variant, with its interval; of the one charted first if none
+        is named."""
+        column = (metric or self._metric).column
         with self._lock:
             horizon = self._horizon
             runs = [self._runs[place][1] for place in self._logs[variant].places]
-            known = self._estimates.get(variant)
-        values = [run.values[self._metric.column] for run in runs]
+            known = self._estimates.get((variant, column))
+        values = [run.values[column] for run in runs]
         n = sum(not np.isnan(value) for value in values)
         if known is not None and known.n == n:
             return known
@@ -211,7 +224,7 @@ class Gatherer:
         with self._lock:
             # What was compared elsewhere in the meantime is found anew.
             if self._horizon == horizon:
-                self._estimates[variant] = found
+                self._estimates[variant, column] = found
         return found
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final, Literal, NamedTuple
 
 from app.analysis import estimates
-from app.analysis.estimates import Contrast, Estimate
+from app.analysis.estimates import Estimate
 from app.experiments.record import Record
 from app.results import findings, thesis
 from app.results.findings import FAILS, HOLDS, REACHED, Finding, Term, term
@@ -134,19 +134,9 @@ def _placed(of_learner: Mapping[str, Group]) -> Mapping[tuple[str, str], Sequenc
 
 def quantity_of(quantity: Quantity, reader: Reader, reading: Reading) -> Estimate | None:
     """A quantity under a reading; None where a part of it was not run or measured."""
-    found = _sum_of(quantity.terms, reader, reading)
+    rng = estimates.bootstrap_rng()
+    found = thesis.sum_of(quantity.terms, reader, reading.placed, rng)
     return None if found is None else found.estimate
-
-
-def _sum_of(terms: Sequence[Term], reader: Reader, reading: Reading) -> Contrast | None:
-    parts: list[tuple[float, Mapping[int, float]]] = []
-    for weight, world, learner, quantity in terms:
-        traces = reader.traces(reading.placed.get((world, learner), ()))
-        values = {t.seed: t.quantities[quantity] for t in traces if quantity in t.quantities}
-        if not values:
-            return None
-        parts.append((weight, values))
-    return estimates.contrast(parts, estimates.bootstrap_rng())
 
 
 def dependences(reader: Reader, readings: Sequence[Reading]) -> list[Dependence]:

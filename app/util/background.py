@@ -20,21 +20,27 @@ _RETRY_S = 2.0
 class Maker(Generic[Made]):
     """Makes one thing at a time in a thread of its own; may be asked again and again."""
 
-    def __init__(self, made: Callable[[], object] = lambda: None, rest_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        made: Callable[[], object] = lambda: None,
+        rest_s: float = 0.0,
+        rest_ratio: float = 0.0,
+    ) -> None:
         """Prepare.
 
         Args:
             made: called once a thing is there, in that thread, or in the one that asked if no
                 other could be started.
             rest_s: pause between two things, so that others get their share of the cores.
+            rest_ratio: pause after a thing, as a multiple of what it took, if that is longer.
         """
         self._made = made
-        self._rest_s = rest_s
+        self._rest_s, self._rest_ratio = rest_s, rest_ratio
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._busy = self._stopped = False
         self._found: tuple[Hashable, Made | Exception] | None = None
-        self._found_at = 0.0
+        self._found_at = self._took_s = 0.0
 
     @property
     def found(self) -> Made | Exception | None:
@@ -77,7 +83,7 @@ class Maker(Generic[Made]):
     def _is_time_for(self, of: Hashable) -> bool:
         if self._found is None:
             return True
-        pause_s = self._rest_s
+        pause_s = max(self._rest_s, self._rest_ratio * self._took_s)
         if self._found[0] == of:
             if not isinstance(self._found[1], Exception):
                 return False
@@ -86,6 +92,7 @@ class Maker(Generic[Made]):
 
     def _make(self, of: Hashable, make: Callable[[], Made]) -> None:
         found: Made | Exception
+        started = time.perf_counter()
         try:
             found = make()
         except Exception as error:
@@ -94,6 +101,7 @@ class Maker(Generic[Made]):
             found = error
         with self._lock:
             self._keep(of, found)
+            self._took_s = self._found_at - started
             self._busy = False
         self._made()
 

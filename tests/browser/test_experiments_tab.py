@@ -78,7 +78,7 @@ def listed(screen: Screen) -> Locator:
 
 def column(screen: Screen, title: str) -> Locator:
     """Cells of a column of the table of runs."""
-    place = ["variant", "seed", "value", "success", "steps to 70", "steps", "seconds", "digest"]
+    place = ["variant", "seed", "value", "greedy", "success", "steps to 70", "steps", "digest"]
     return listed(screen).locator(f"td:nth-child({place.index(title) + 1})")
 
 

@@ -15,7 +15,7 @@ from app.charts.variants import swept, with_short_names
 from app.charts.view import COLUMNS, Size, View, answer, first_view
 from app.documents import presets
 from app.documents.experiments import Experiment, load, parse
-from app.metrics import IN_TABLE
+from app.metrics import FINAL_REWARD, IN_TABLE
 from app.results.gather import Gathering, PlacedRun
 from tests.support.runs import (
     HOSTILE,
@@ -34,17 +34,23 @@ from tests.support.runs import (
 )
 
 SIZE = Size(684)
+WIDE = Size(1900)
+"""So wide that all columns have room."""
 ROWS = SIZE.rows
 NOTHING = math.nan
 
 
-def html_of(experiment: Experiment, runs: Sequence[PlacedRun], view: View) -> str:
+def html_of(
+    experiment: Experiment, runs: Sequence[PlacedRun], view: View, size: Size = SIZE
+) -> str:
     gatherer = filled(experiment, runs)
-    return results_html(gatherer, gatherer.gathering(), view, address, SIZE)
+    return results_html(gatherer, gatherer.gathering(), view, address, size)
 
 
-def shown(experiment: Experiment, runs: Sequence[PlacedRun], view: View) -> Shown:
-    return Shown(html_of(experiment, runs, view))
+def shown(
+    experiment: Experiment, runs: Sequence[PlacedRun], view: View, size: Size = SIZE
+) -> Shown:
+    return Shown(html_of(experiment, runs, view, size))
 
 
 def rows_of(page: Shown) -> list[list[str]]:
@@ -223,11 +229,16 @@ def test_every_link_is_understood() -> None:
 
 def test_a_row_says_all_of_a_run_and_opens_it() -> None:
     placed = fact(
-        2, 7, 80.125, final_success=0.856, steps_to_70=1_057_691, steps=5_670_000, seconds=0.44
+        *(2, 7, 80.125),
+        final_greedy=71.25,
+        final_success=0.856,
+        steps_to_70=1_057_691,
+        steps=5_670_000,
+        seconds=0.44,
     )
     page = shown(experiment_of(THESIS), [placed], View("runs"))
     assert rows_of(page) == [
-        ["timed", "7", "80.12", "86 %", "1.06", "5.67", "0.4", "01234567", "open ▸"]
+        ["timed", "7", "80.12", "71.2", "86 %", "1.06", "5.67", "01234567", "open ▸"]
     ]
     assert opened_in_table(page) == [address(f"open/{placed[1].key}")]
 
@@ -248,7 +259,58 @@ def test_a_click_anywhere_in_a_row_opens_its_run_and_one_stop_of_the_keyboard_do
 
 def test_a_run_that_ended_before_it_got_there_takes_more_than_it_had() -> None:
     page = shown(experiment_of(THESIS), [fact(0, 0, 1.0, steps=4_560_000)], View("runs"))
-    assert rows_of(page)[0][4] == ">\N{NO-BREAK SPACE}4.56"
+    assert rows_of(page)[0][5] == ">\N{NO-BREAK SPACE}4.56"
+
+
+HORIZON = f"{THESIS}\nhorizon: 5500000"
+AT_HORIZON = {"horizon_reward": 61.5, "horizon_greedy": 52.5, "horizon_area": 33.25}
+
+
+def test_columns_at_the_horizon_say_at_how_many_steps_that_is() -> None:
+    page = shown(experiment_of(HORIZON), [fact(0, 0, 70.0, **AT_HORIZON)], View("runs"), WIDE)
+    headings = ["".join(head.itertext()) for head in page.all("th")]
+    row = dict(zip(headings, rows_of(page)[0], strict=True))
+    assert row["reward"] == "70.0"
+    assert row["reward at 5.5 M"] == "61.5"
+    assert row["greedy at 5.5 M"] == "52.5"
+    assert row["area under the curve at 5.5 M steps"] == "33.25"
+    # Of an experiment without a horizon there is nothing to say.
+    page = shown(experiment_of(THESIS), [fact(0, 0, 70.0)], View("runs"), WIDE)
+    assert not any("5.5 M" in hint or "horizon" in hint for hint in headings_of(page))
+
+
+def test_columns_are_those_that_were_asked_for_as_far_as_there_is_room() -> None:
+    few = experiment_of("presets: [timed]\nmetrics: [area, steps_to_70]")
+    runs = [fact(0, 0, 1.0, area=20.0)]
+    titles = ["".join(head.itertext()) for head in shown(few, runs, View("runs")).all("th")]
+    wanted = ["variant\N{NO-BREAK SPACE}▲", "seed", "area under the curve", "M steps to 70"]
+    assert titles == [*wanted, "M steps", "seconds", "digest", ""]
+    # A variant's name has room in any panel.
+    for width in (650, 684, 900, 1_240):
+        page = shown(experiment_of(HORIZON), runs, View("runs"), Size(width))
+        widths = [float(col.get("style", "")[6:-2]) for col in page.all("col")[1:]]
+        assert sum(widths) <= width - 110
+
+
+def test_what_dots_show_can_be_chosen() -> None:
+    experiment = experiment_of(HORIZON)
+    runs = [fact(0, 0, 70.0, **AT_HORIZON), fact(0, 1, 72.0, **AT_HORIZON)]
+    gathering = filled(experiment, runs).gathering()
+    page = shown(experiment, runs, View("runs"))
+    assert "area under the curve at 5.5 M steps" in page.text
+    assert [row[2] for row in rows_of(page)] == ["33.25", "33.25"]
+    offered = page.links("metric")
+    assert "".join(offered["horizon_reward"].itertext()) == "reward at 5.5 M"
+    view = answer(View("runs"), "metric/final_reward", gathering, ROWS)
+    page = shown(experiment, runs, view)
+    assert "final reward (mean per trial, all 400 trials)" in page.text
+    assert [row[2] for row in rows_of(page)] == ["70.00", "72.00"]
+    drawing = drawing_of(filled(experiment, runs), gathering, view)
+    assert "final reward (mean per trial, all 400 trials)" in drawing.csv
+    for nonsense in ("metric/", "metric/steps", "metric/nothing"):
+        assert answer(view, nonsense, gathering, ROWS) == view
+    # Curves are of rewards.
+    assert not shown(experiment, runs, View("curves")).links("metric")
 
 
 def test_medians_count_runs_that_ended_before_until_then() -> None:
@@ -257,8 +319,8 @@ def test_medians_count_runs_that_ended_before_until_then() -> None:
         *(fact(0, seed, 1.0, steps=4_560_000) for seed in (1, 2)),
         *(fact(1, seed, 1.0, steps_to_70=seed * 1e6, steps=5_000_000) for seed in (1, 2, 3)),
     ]
-    first, second, *_ = experiment_of(THESIS).variants
-    text = shown(experiment_of(THESIS), runs, View("runs")).text
+    first, second, *_ = experiment_of(HORIZON).variants
+    text = shown(experiment_of(HORIZON), runs, View("runs")).text
     more_than = ">\N{NO-BREAK SPACE}4.56"
     assert f"{first.label} {more_than}; {second.label} 2.00." in text
 
@@ -330,15 +392,19 @@ def test_every_run_is_on_exactly_one_page(
         assert is_missing == sorted(is_missing)
 
 
-@pytest.mark.parametrize("column", COLUMNS)
+@pytest.mark.parametrize("column", [c for c in COLUMNS if c != "horizon_area"])
 def test_every_column_orders_both_ways(column: str) -> None:
-    experiment = experiment_of(THESIS)
+    experiment = experiment_of(HORIZON)
     runs = [
         fact(
             place,
             seed=place,
             value=10.0 * place,
-            **{metric.column: 60_000.0 * (place + 1) for metric in IN_TABLE},
+            **{
+                metric.column: 60_000.0 * (place + 1)
+                for metric in IN_TABLE
+                if metric.column != FINAL_REWARD.column
+            },
             seconds=1.0 + place,
             digest=f"{place}abcdefgh",
         )
@@ -346,7 +412,7 @@ def test_every_column_orders_both_ways(column: str) -> None:
     ]
     mixed = [runs[2], runs[0], runs[3], runs[1]]
     for descending in (False, True):
-        page = shown(experiment, mixed, View("runs", order=column, descending=descending))
+        page = shown(experiment, mixed, View("runs", order=column, descending=descending), WIDE)
         wanted = [address(f"open/{run.key}") for _, run in runs]
         assert opened_in_table(page) == (wanted[::-1] if descending else wanted)
         heads = [head for head in page.all("th") if head.get("aria-sort")]
@@ -485,7 +551,7 @@ def test_names_that_were_given_stay_and_others_are_made_of_what_differs() -> Non
 def test_what_is_final_is_said_as_it_was_measured(text: str, final: str) -> None:
     experiment = parse(f"presets: [timed]\n{text}", "some.yaml")
     runs = [fact(0, 0, 1.0), fact(0, 1, 2.0)]
-    page = shown(experiment, runs, View("runs"))
+    page = shown(experiment, runs, View("runs"), WIDE)
     assert f"final reward (mean per trial, {final})" in page.text
     assert f"final reward (mean per trial, {final}): sort" in headings_of(page)
     assert f"captures in per cent, {final}: sort" in headings_of(page)
@@ -514,10 +580,36 @@ def test_a_high_panel_has_a_high_chart_and_many_rows_and_a_low_one_few() -> None
 
 
 def test_what_was_not_measured_is_not_called_more() -> None:
-    experiment = experiment_of(THESIS)
+    experiment = experiment_of(HORIZON)
     runs = [
         fact(0, 0, 1.0, steps_to_70=math.inf, steps=9_000_000),
         fact(0, 1, 1.0, steps_to_70=math.nan),
     ]
-    cells = [row[4] for row in rows_of(shown(experiment, runs, View("runs")))]
+    cells = [row[5] for row in rows_of(shown(experiment, runs, View("runs")))]
     assert cells == [">\N{NO-BREAK SPACE}9.00", "–"]
+
+
+def test_of_a_search_it_says_where_the_effects_of_its_settings_are() -> None:
+    search = experiment_of(
+        "presets: [timed]\nsample: {count: 2, seed: 1, keys: {learner.gamma: [0.5, 0.9]}}"
+    )
+    assert "pounce report" in shown(search, [fact(0, 0, 1.0)], View("runs")).text
+    assert "pounce report" not in shown(experiment_of(PLANE), [fact(0, 0, 1.0)], View("runs")).text
+
+
+def test_windows_of_curves_are_of_steps_or_of_trials() -> None:
+    experiment = experiment_of(THESIS)
+    gatherer = filled(experiment, some_runs(experiment, 2))
+    gathering = gatherer.gathering()
+    page = shown(experiment, some_runs(experiment, 2), View("curves"))
+    assert set(page.links("windows")) == {"trials"}
+    view = answer(View("curves"), "windows/trials", gathering, ROWS)
+    assert view == View("curves", windows="trials")
+    assert set(Shown(results_html(gatherer, gathering, view, address, SIZE)).links("windows")) == {
+        "steps"
+    }
+    assert answer(view, "windows/years", gathering, ROWS) == view
+    # Against trials, windows are of trials.
+    against_trials = answer(view, "axis/trials", gathering, ROWS)
+    page = Shown(results_html(gatherer, gathering, against_trials, address, SIZE))
+    assert not page.links("windows")

@@ -119,6 +119,21 @@ def test_without_a_future_all_value_is_at_capture() -> None:
     assert not measures.equivalent_distance(np.array([1.0, 100.0, 200.0]), 100, 0.0).any()
 
 
+def test_windows_of_trials_end_where_their_last_trial_did() -> None:
+    reward = np.array([100.0, -50.0, 0.0, 100.0, 100.0])
+    steps = np.array([10, 20, 30, 40, 50], np.int32)
+    steps_at, mean = measures.curve_over_trials_of(reward, steps, 2)
+    assert steps_at.tolist() == [30, 100]
+    assert mean.tolist() == [25.0, 50.0]
+
+
+def test_of_fewer_trials_than_a_window_there_is_one_point() -> None:
+    steps_at, mean = measures.curve_over_trials_of(np.array([100.0, -50.0]), np.array([7, 5]), 500)
+    assert (steps_at.tolist(), mean.tolist()) == ([12], [25.0])
+    empty = measures.curve_over_trials_of(np.zeros(0), np.zeros(0, np.int32), 500)
+    assert (empty.steps.size, empty.reward.size) == (0, 0)
+
+
 # --- Passages ------------------------------------------------------------------------------------
 
 STEPS = np.full(20_000, 10)

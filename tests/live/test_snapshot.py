@@ -287,3 +287,26 @@ def test_only_whole_paths_are_shown_when_trials_are_long() -> None:
     for path, trial in zip(reversed(taken.paths), range(run.trial - 1, 0, -1), strict=False):
         assert path.cells[0] == run.start_of(trial)[0]
         assert len(path.cells) == run.state.log_steps[trial] + 1
+
+
+def test_the_curve_over_trials_is_the_mean_reward_of_so_many_in_a_row() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_200)
+    curve = take(run).trial_curve
+    ended = np.cumsum(run.state.log_steps[:1_200])
+    reward = measures.rewards(run.spec.world, run.state.log_outcome[:1_200])
+    assert curve.steps.tolist() == ended[[499, 999]].tolist()
+    assert curve.reward.tolist() == [reward[:500].mean(), reward[500:1_000].mean()]
+
+
+def test_windows_of_trials_hold_500_of_them_until_there_are_very_many() -> None:
+    trials = (0, 125_000, 125_001, 250_001, 500_001, 1_250_001)
+    widths = [snapshot.curve_window_trials(each) for each in trials]
+    assert widths == [500, 500, 1_000, 2_000, 5_000, 10_000]
+
+
+def test_the_recent_reward_is_that_of_the_last_500_trials() -> None:
+    run = Run(spec_of(), seed=1)
+    assert np.isnan(take(run).recent_reward)
+    run.advance(until_trial=700)
+    assert take(run).recent_reward == run.state.log_reward[200:700].mean()

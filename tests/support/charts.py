@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from app.analysis.estimates import Axis, Band, Estimate
+from app.analysis.estimates import Axis, Band, Estimate, Windows
 from app.charts import live
 from app.charts.live import LiveChart
 from app.charts.page.svg import Frame
 from app.charts.view import View
 from app.documents.experiments import Experiment
+from app.metrics import Metric
 from app.results.gather import Curve, PlacedRun
 from tests.support.runs import NOTHING, address, gathering_of, reward
 
@@ -40,11 +41,15 @@ class Averages:
         self._found = found
         self._curves = {curve.variant: curve for curve in curves}
 
-    def estimate(self, place: int) -> Estimate:
+    def estimate(self, place: int, metric: Metric | None = None) -> Estimate:
         """The mean of a variant."""
         return self._found[place]
 
-    def curve(self, place: int, axis: Axis) -> Curve:
+    def width(self, axis: Axis, windows: Windows = "steps") -> int:
+        """Of a window."""
+        return 500
+
+    def curve(self, place: int, axis: Axis, windows: Windows = "steps") -> Curve:
         """The curve of a variant; empty unless there is one."""
         return self._curves.get(place, Curve(place, 0, NO_BAND, ()))
 

@@ -94,15 +94,14 @@ def add_run(
         "steps_to_50": 100 * seed + 100,
         **columns,
     }
-    add_arrays(
-        folder,
-        key,
-        outcome=outcome,
-        steps=np.full(N_TRIALS, 10, np.int32),
-        introductions=np.array([[0, 0], [100, 1000]]),
-        introduced=np.array(["approach", "avoid"]),
-        **{**pictures([], np.zeros(shape), np.zeros(shape)), **arrays},
-    )
+    made = {
+        "outcome": outcome,
+        "steps": np.full(N_TRIALS, 10, np.int32),
+        "introductions": np.array([[0, 0], [100, 1000]]),
+        "introduced": np.array(["approach", "avoid"]),
+        **pictures([], np.zeros(shape), np.zeros(shape)),
+    }
+    add_arrays(folder, key, **{**made, **arrays})
     with contextlib.closing(table.connect(folder)) as database:
         table.write(database, {**row, "arrays": checksum_in(folder, key)})
         _note_variant(database, row["variant"])

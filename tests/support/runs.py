@@ -16,7 +16,7 @@ from app.experiments.archive import packed
 from app.experiments.record import Origin, Record, all_values, origin_of
 from app.metrics import FINAL_REWARD, NAMES
 from app.results.gather import Gatherer, Gathering, PlacedRun
-from tests.support.folders import greedy_curve
+from tests.support.folders import greedy_curve, no_facts
 
 NOTHING = math.nan
 _N_TRIALS = 400
@@ -184,6 +184,7 @@ def _arrays() -> bytes:
             "value_share": nothing,
             "value_distance": nothing,
             **greedy_curve(),
+            **no_facts(),
         }
     )
 

@@ -16,9 +16,9 @@ PATIENCE_S = 30.0
 class Workshop:
     """A maker, and what it has come to."""
 
-    def __init__(self, rest_s: float = 0.0) -> None:
+    def __init__(self, rest_s: float = 0.0, rest_ratio: float = 0.0) -> None:
         self.done: queue.SimpleQueue[None] = queue.SimpleQueue()
-        self.maker: Maker[str] = Maker(lambda: self.done.put(None), rest_s)
+        self.maker: Maker[str] = Maker(lambda: self.done.put(None), rest_s, rest_ratio)
         self.asked: list[str] = []
 
     def want(self, of: str, make: Callable[[], str] = lambda: "a thing") -> None:
@@ -106,8 +106,9 @@ def test_without_a_thread_a_thing_could_not_be_made_and_is_tried_again(
     workshop.maker.stop()
 
 
-def test_a_maker_rests_between_two_things() -> None:
-    workshop = Workshop(rest_s=math.inf)
+@pytest.mark.parametrize("rests", [{"rest_s": math.inf}, {"rest_ratio": math.inf}])
+def test_a_maker_rests_between_two_things(rests: dict[str, float]) -> None:
+    workshop = Workshop(**rests)
     workshop.want("first")
     workshop.wait()
     workshop.want("second")

@@ -9,6 +9,10 @@ class _Distribution:
     def cdf(self, x: float) -> float: ...
     def ppf(self, q: float, df: float = ...) -> float: ...
 
+class _RatioOfVariances:
+    def sf(self, x: float, dfn: int, dfd: int) -> float: ...
+
+f: _RatioOfVariances
 norm: _Distribution
 t: _Distribution
 

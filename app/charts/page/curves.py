@@ -1,7 +1,7 @@
 """Learning curves on the page."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,8 @@ def curves_html(chart: Curves, frame: Frame) -> str:
     plot = _plot_of(chart, there, marks, frame)
     parts = [_axes(plot, chart.axis), _marks_drawn(marks, plot)]
     for line in sorted(lines, key=lambda line: line.place == frame.chosen):
-        parts.append(_curve(line, _look_of(line.style, frame.is_told(line.place)), plot))
+        look = _look_of(line.style, frame.is_told(line.place))
+        parts += [_greedy_curve(line, look, plot), _curve(line, look, plot)]
     if not there:
         middle = (plot.x.start + plot.x.end) / 2, (plot.y.start + plot.y.end) / 2
         parts.append(svg.text(*middle, "No curve yet", "middle"))
@@ -50,11 +51,17 @@ def curves_html(chart: Curves, frame: Frame) -> str:
         + svg.picture(frame.width, plot.y.start + 36, "Learning curves", "".join(parts))
         + svg.note(
             _lines_in_words(max((line.n for line in lines), default=0)),
+            _GREEDY_IN_WORDS if any(line.greedy is not None for line in lines) else "",
             _marks_in_words(lines) if marks else "",
             few_in_words(line.n for line in lines),
             frame.note,
         )
     )
+
+
+_GREEDY_IN_WORDS: Final = (
+    "Thin, with dots: greedy reward, in hunts without random moves in which nothing is learned."
+)
 
 
 def _lines_in_words(most_runs: int) -> str:
@@ -81,7 +88,9 @@ def _plot_of(chart: Curves, there: Sequence[Line], marks: Sequence[Mark], frame:
     factor, _ = AXIS_UNITS[chart.axis]
     end = max((float(line.band.end[-1]) for line in there), default=0.0) * factor or 1.0
     heights = levels([mark.at * factor / end * width for mark in marks], _NAME_ROOM_PX)
-    numbers = [*(chart.ends or ()), *(value for line in there for value in _finite(line.band.mean))]
+    means = [line.band.mean for line in there]
+    means += [line.greedy.reward for line in there if line.greedy is not None]
+    numbers = [*(chart.ends or ()), *(value for mean in means for value in _finite(mean))]
     low, high = min(numbers, default=0.0), max(numbers, default=0.0)
     if low == high:
         low, high = svg.padded([low])
@@ -165,11 +174,10 @@ def _look_of(style: Style, is_told: bool) -> _Look:
 
 def _curve(line: Line, look: _Look, plot: _Plot) -> str:
     """A mean with its interval."""
-    band, x, y = line.band, plot.x, plot.y
+    band = line.band
     if not band.mean.size:
         return ""
-    across = x.start + band.at * plot.factor / x.high * (x.end - x.start)
-    up = [y.start + (v - y.low) / (y.high - y.low) * (y.end - y.start) for v in band[2:5]]
+    across, up = _across(band.at, plot), [_up(v, plot) for v in (band.mean, band.low, band.high)]
     first, rest = slice(0, line.n_whole), slice(max(line.n_whole - 1, 0), None)
     parts: list[str] = []
     if look.has_band:
@@ -187,6 +195,35 @@ def _curve(line: Line, look: _Look, plot: _Plot) -> str:
                 f"{look.dashed(thick)}/>"
             )
     return f'<g class="curve" data-variant="{line.place}">{"".join(parts)}</g>'
+
+
+def _greedy_curve(line: Line, look: _Look, plot: _Plot) -> str:
+    """Greedy means with their dots, without their interval; behind the curve that they belong to.
+
+    It ends with the scale, which is of the other curves.
+    """
+    if line.greedy is None or not look.has_band:
+        return ""
+    is_inside = line.greedy.at * plot.factor <= plot.x.high
+    x, y = _across(line.greedy.at, plot)[is_inside], _up(line.greedy.reward, plot)[is_inside]
+    path = _line_path(x, y)
+    if not path:
+        return ""
+    dots = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+    return (
+        f'<g class="greedy" data-variant="{line.place}" fill="none" stroke="{look.colour}">'
+        f'<path d="{path}" stroke-width="0.9"/>'
+        f'<path d="{dots}" stroke-width="3" stroke-linecap="round"/></g>'
+    )
+
+
+def _across(at: np.ndarray, plot: _Plot) -> np.ndarray:
+    return plot.x.start + at * plot.factor / plot.x.high * (plot.x.end - plot.x.start)
+
+
+def _up(values: np.ndarray, plot: _Plot) -> np.ndarray:
+    y = plot.y
+    return y.start + (values - y.low) / (y.high - y.low) * (y.end - y.start)
 
 
 def _stretches(there: np.ndarray) -> list[slice]:

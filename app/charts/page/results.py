@@ -4,6 +4,9 @@ Pure functions. Every link calls the lab with words: ``variant/PLACE`` chooses a
 ``open/KEY`` opens a run, the others are those of :func:`app.charts.view.answer`.
 """
 
+from typing import Final
+
+from app.analysis.estimates import WINDOWS
 from app.charts import live, variants
 from app.charts.model import Curves, Dots, Plane
 from app.charts.page.colours import FAILED, LINK, style_sheet
@@ -13,9 +16,8 @@ from app.charts.page.points import points_html
 from app.charts.page.runs import runs_html
 from app.charts.page.svg import Address, Frame, link
 from app.charts.page.table import table_html
-from app.charts.view import Size, View
+from app.charts.view import Size, View, charted
 from app.charts.wording import short_label
-from app.documents.experiments import Experiment
 from app.results.gather import Gatherer, Gathering
 from app.util.html import escaped
 
@@ -46,6 +48,12 @@ _STYLE = (
 )
 
 
+_SEARCHED: Final = (
+    "<p>Values were drawn at random. What each setting does, and what pairs of them do beyond that,"
+    " is in the report: <code>pounce report</code> with the folder of these results.</p>"
+)
+
+
 def results_html(
     gatherer: Gatherer, gathering: Gathering, view: View, address: Address, size: Size
 ) -> str:
@@ -58,14 +66,16 @@ def results_html(
         address: what a link refers to, to call the lab with words.
         size: of the page's panel.
     """
-    gathering, what = live.with_short_names(gathering)
-    parts = [_choices(gathering.experiment, view, address)]
+    gathering, what = live.looked_at(gathering, view)
+    parts = [_choices(gatherer, gathering, view, address)]
     if not gathering.runs:
         parts.append("<p>No run is over yet.</p>")
     else:
         parts.append(_chart(gatherer, gathering, view, address, size))
         if what:
             parts.append(f"<p>Variants are named by {escaped(what)}.</p>")
+        if gathering.experiment.n_drawn:
+            parts.append(_SEARCHED)
         parts.append(table_html(gathering, view, address, size))
     return (
         f'<div class="pounce-results" style="max-width:{size.width:.0f}px">'
@@ -92,7 +102,8 @@ def _chart(
             return points_html(chart, frame)
 
 
-def _choices(experiment: Experiment, view: View, address: Address) -> str:
+def _choices(gatherer: Gatherer, gathering: Gathering, view: View, address: Address) -> str:
+    experiment = gathering.experiment
     names: dict[str, str] = {"curves": "Curves", "runs": "Runs"}
     sweep = variants.swept(experiment)
     if sweep is not None:
@@ -101,6 +112,17 @@ def _choices(experiment: Experiment, view: View, address: Address) -> str:
     if view.chart == "curves":
         axes = {"steps": "steps", "trials": "trials"}
         parts.append(f"<span>against {_choice('axis', axes, view.axis, address)}</span>")
+        if view.axis == "steps":
+            widths = {each: f"{gatherer.width('steps', each):,} {each}" for each in WINDOWS}
+            choice = _choice("windows", widths, view.windows, address)
+            parts.append(f"<span>in windows of {choice}</span>")
+    else:
+        metrics = [live.called(metric, gathering) for metric in charted(gathering)]
+        shown = {m.column: m.in_table.title if m.in_table else m.title for m in metrics}
+        if len(shown) > 1:
+            parts.append(
+                f"<span>of {_choice('metric', shown, gathering.metric.column, address)}</span>"
+            )
     if view.variant is not None:
         label = experiment.variants[view.variant].label
         cross = link(

@@ -8,6 +8,9 @@ from app.charts.wording import short_label
 from app.util.html import escaped
 from app.words.numbers import labelled_ticks
 
+CALLS_FRAME: Final = "pounce-calls"
+"""Name of the frame that links of the page are aimed at, so that the page stays where it is."""
+
 Address = Callable[[str], str]
 """What a link refers to, to call the lab with these words."""
 
@@ -147,5 +150,12 @@ def note(*sentences: str) -> str:
 
 def link(address: Address, words: str, content: str, attributes: str = "") -> str:
     """A link that calls the lab; its content is markup already."""
-    # The name of the frame keeps the page where it is: the answer is shown nowhere.
-    return f'<a href="{escaped(address(words))}" target="pounce-calls"{attributes}>{content}</a>'
+    return f'<a href="{escaped(address(words))}" target="{CALLS_FRAME}"{attributes}>{content}</a>'
+
+
+def frame_html() -> str:
+    """The frame that answers to links go into; it stays empty.
+
+    It has to stand where it is shown as long as the links are, so each panel has its own.
+    """
+    return f'<iframe name="{CALLS_FRAME}" title="" style="display:none"></iframe>'

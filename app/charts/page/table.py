@@ -4,15 +4,15 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from app.analysis.passages import arrivals
-from app.charts.live import trials_of
+from app.charts.live import called
 from app.charts.page.svg import Address, link
-from app.charts.view import Size, View, listed, n_pages
+from app.charts.view import Size, View, listed, n_pages, tabled
 from app.charts.wording import short_label
 from app.experiments.record import Record
-from app.metrics import IN_TABLE
+from app.metrics import Metric
 from app.results.gather import Gathering, PlacedRun
 from app.results.read import passages_of
 from app.util.html import escaped
@@ -30,31 +30,69 @@ class _Head(NamedTuple):
     """In pixels; the first has what the others leave."""
     value: Callable[[Record], Any]
     """What runs are sorted by."""
-    text: Callable[[Any], str]
-    """Of a value, as HTML."""
+    text: Callable[[Record], str]
+    """What is written, as HTML."""
 
 
-def _heads(gathering: Gathering) -> Sequence[_Head]:
-    charted, trials = gathering.metric, trials_of(gathering.experiment)
-    value = _value_of(charted.column)
-    heads: list[_Head] = [
-        _Head("variant", "variant", "", 0, attrgetter("variant"), escaped),
-        _Head("seed", "seed", "", 54, attrgetter("seed"), str),
-        _Head("value", charted.title, charted.label, 76, value, _four_digits),
+_LEAST_LABEL_PX: Final = 120
+"""For the name of a variant, before there are further columns."""
+_FIRST: Final = (
+    *("final_reward", "final_greedy", "steps_to_70", "final_success"),
+    *("horizon_reward", "horizon_area"),
+)
+"""Columns that are there where not all have room, the foremost first."""
+
+
+def _heads(gathering: Gathering, width: float) -> Sequence[_Head]:
+    """As many columns as there is room for, in their order."""
+    charted = gathering.metric
+    heads = [
+        _Head("variant", "variant", "", 0, attrgetter("variant"), lambda run: escaped(run.variant)),
+        _Head("seed", "seed", "", 54, attrgetter("seed"), lambda run: str(run.seed)),
+        _Head(
+            *("value", charted.title, charted.label, 76),
+            _value_of(charted.column),
+            lambda run: shown_number(run.values[charted.column], "#.4g"),
+        ),
     ]
-    for metric in IN_TABLE:
-        shown = metric.of_runs(*trials).in_table
-        assert shown is not None
-        value, text = _value_of(metric.column), shown.text
-        if metric.kind == "milestone":
-            value, text = _passage_of(metric.column), partial(_passage_text, shown.text)
-        heads.append(_Head(metric.column, shown.title, shown.hint, shown.width, value, text))
+    metrics = [_head_of(metric, gathering) for metric in tabled(gathering)]
     digest = "of the learned tables: equal ones learned the same"
-    heads += [
-        _Head("seconds", "seconds", "that the run took", 60, attrgetter("seconds"), _seconds),
-        _Head("digest", "digest", digest, 70, attrgetter("digest"), _start),
+    last = [
+        _Head(
+            *("seconds", "seconds", "that the run took", 60),
+            attrgetter("seconds"),
+            lambda run: _seconds(run.seconds),
+        ),
+        _Head(
+            *("digest", "digest", digest, 70),
+            attrgetter("digest"),
+            lambda run: escaped(run.digest[:8]),
+        ),
     ]
-    return heads
+    every = [*heads, *(head for head in metrics if head.column != charted.column), *last]
+    always = {"variant", "seed", "value", "steps", "digest"}
+    room = width - _OPEN_PX - _LEAST_LABEL_PX
+    room -= sum(head.width for head in every if head.column in always)
+    ranked = sorted((head for head in every if head.column not in always), key=_rank)
+    for head in ranked:
+        if head.width <= room:
+            room -= head.width
+            always.add(head.column)
+    return [head for head in every if head.column in always]
+
+
+def _rank(head: _Head) -> int:
+    return _FIRST.index(head.column) if head.column in _FIRST else len(_FIRST)
+
+
+def _head_of(metric: Metric, gathering: Gathering) -> _Head:
+    shown = called(metric, gathering).in_table
+    assert shown is not None
+    column, text = metric.column, shown.text
+    value: Callable[[Record], Any] = _value_of(column)
+    if metric.kind == "milestone":
+        value, text = _passage_of(column), partial(_passage_text, text)
+    return _Head(column, shown.title, shown.hint, shown.width, value, lambda run: text(value(run)))
 
 
 def _value_of(column: str) -> Callable[[Record], float]:
@@ -79,14 +117,6 @@ def _passage_text(text: Callable[[float], str], value: tuple[bool, float] | floa
     return f"{_MORE_THAN if censored else ''}{text(steps)}"
 
 
-def _four_digits(value: float) -> str:
-    return shown_number(value, "#.4g")
-
-
-def _start(digest: str) -> str:
-    return escaped(digest[:8])
-
-
 def _seconds(value: float) -> str:
     return NONE if math.isnan(value) else f"{value:.1f}"
 
@@ -102,7 +132,10 @@ _MOST_STRETCH = 1.5
 def table_html(gathering: Gathering, view: View, address: Address, size: Size) -> str:
     """A page of the table, with the way to its other pages."""
     stretch = min(max(size.width / Size().width, 1), _MOST_STRETCH)
-    heads = [head._replace(width=round(head.width * stretch)) for head in _heads(gathering)]
+    heads = [
+        head._replace(width=round(head.width * stretch))
+        for head in _heads(gathering, size.width / stretch)
+    ]
     shown = _in_order(listed(gathering, view), view, heads)
     page = min(view.page, n_pages(len(shown), size.rows) - 1)
     first = page * size.rows
@@ -126,7 +159,7 @@ def _medians(gathering: Gathering) -> str:
     if len(every) > _MOST_MEDIANS:
         return ""
     told: list[str] = []
-    for metric in IN_TABLE:
+    for metric in tabled(gathering):
         if metric.kind != "milestone" or metric.in_table is None:
             continue
         medians: list[str] = []
@@ -154,7 +187,10 @@ def _in_order(runs: Sequence[PlacedRun], view: View, heads: Sequence[_Head]) -> 
         if not view.descending:
             return by_place
         return sorted(by_place, key=lambda placed: -placed[0])
-    (head,) = (head for head in heads if head.column == view.order)
+    head = next((head for head in heads if head.column == view.order), None)
+    if head is None:
+        # A column for which there was room in a larger window.
+        return by_place
     keyed = [(_sort_value(run, head), (place, run)) for place, run in by_place]
     there = [pair for pair in keyed if pair[0] is not None]
     there.sort(key=lambda pair: pair[0], reverse=view.descending)
@@ -207,7 +243,7 @@ def _row(run: Record, heads: Sequence[_Head], label: str, address: Address, labe
     again = ' tabindex="-1"'
     seed = link(address, words, str(run.seed), f'{again} class="plain" title="{run.seed}"')
     opens = link(address, words, "open ▸", f'{again} title="open this run in the lab"')
-    cells = [head.text(head.value(run)) for head in heads[2:]]
+    cells = [head.text(run) for head in heads[2:]]
     links = [
         seed,
         *(link(address, words, cell, f'{again} class="plain"') for cell in cells),

@@ -19,7 +19,6 @@ from app.charts.paper.sheet import AXIS_LINES, GREY, INK, new_figure, plain, wra
 from app.charts.styles import COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _LEAST_RATIO = 20
@@ -34,7 +33,7 @@ def trends_figure(chart: Trends, small_print: str) -> "Figure":
     across = min(len(responses), MOST_BESIDE)
     up = math.ceil(len(responses) / across)
     figure = new_figure(2.7 * across + 0.6, 2.9 * up, small_print, least_width=5.5)
-    found = figure.subplots(up, across, sharey=True, squeeze=False)
+    found: Any = figure.subplots(up, across, sharey=True, squeeze=False)
     for axes, factor, response in zip(found.flat, chart.analysis.factors, responses, strict=False):
         _draw_trend(axes, factor, response, chart.analysis.values)
         axes.grid(axis="y", color="#E0E0E0", linewidth=0.6)
@@ -46,7 +45,7 @@ def trends_figure(chart: Trends, small_print: str) -> "Figure":
     return figure
 
 
-def _draw_trend(axes: "Axes", factor: Factor, response: Response, values: np.ndarray) -> None:
+def _draw_trend(axes: Any, factor: Factor, response: Response, values: np.ndarray) -> None:
     axle = factor.axle
     is_curve = len(response.values) != len(axle.values)
     if is_curve:
@@ -96,7 +95,7 @@ def shares_figure(chart: Shares, small_print: str) -> "Figure":
     names, analysis = chart.names, chart.analysis
     n = len(names)
     figure = new_figure(4.2 + 0.62 * n, 1.4 + 0.46 * n, small_print, least_width=5.5)
-    axes = figure.subplots()
+    axes: Any = figure.subplots()
     cells: dict[tuple[int, int], Share] = {
         **{(place, place): share for place, share in enumerate(analysis.alone)},
         **analysis.together,

@@ -5,7 +5,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from viser import uplot
 
-from app.live.snapshot import Snapshot
+from app.analysis.estimates import WINDOWS, Windows
+from app.charts.page.svg import Address, link
+from app.live.snapshot import Snapshot, curve_window, curve_window_trials
+from app.metrics import GREEDY_HUNTS, GreedyCurve
+from app.page.greedy import EVERY_TRIALS
 from app.page.panels.steering import command_in_words
 from app.picture.colours import css
 from app.picture.theme import Theme
@@ -24,6 +28,8 @@ from learners.commands import (
     StopExploring,
 )
 
+_THICK, _THIN, _DOT = 2.0, 1.0, 4.0
+"""Width of the learning curve and of the greedy one in pixels, and of the dots of the latter."""
 _MAX_MARKS = 8
 _SHORT = {"circle_clockwise": "circle", "circle_counterclockwise": "circle ccw"}
 LONGEST_NAME = 21
@@ -35,6 +41,8 @@ PLOT_PX, BESIDE_PLOT_PX = 215.0, 60.0
 _MAX_MARK_ROWS = 3
 _MOST_TICKS = 4
 """Numbered steps of the curve after 0."""
+_MOST_REWARDS = 3
+"""Numbered rewards after the lowest, for which there is always room."""
 
 
 def _marked(snapshot: Snapshot) -> tuple[list[Event], list[Event]]:
@@ -104,19 +112,93 @@ def _mark_name(command: Command) -> str:
     return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
 
 
-def data_of(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+def learned_of(snapshot: Snapshot, windows: Windows = "steps") -> tuple[np.ndarray, np.ndarray]:
     """Steps and mean reward of the learning curve, with at least two points."""
-    steps = snapshot.curve.steps.astype(np.float64)
-    reward = snapshot.curve.reward
+    curve = snapshot.curve if windows == "steps" else snapshot.trial_curve
+    steps = curve.steps.astype(np.float64)
+    reward = curve.reward
     keep = np.isfinite(reward)
     steps, reward = steps[keep], reward[keep]
-    if len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]:
+    is_short = len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]
+    if windows == "steps" and is_short:
         # A window that has just begun may hold a single trial, and would end the curve in a spike.
         steps, reward = steps[:-1], reward[:-1]
     if len(steps) < 2:
         steps = np.array([0.0, max(float(snapshot.step), 1.0)])
         reward = np.repeat(reward if len(reward) else [0.0], 2)[:2].astype(np.float64)
     return steps, reward
+
+
+def data_of(
+    snapshot: Snapshot, windows: Windows, greedy: GreedyCurve
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Steps, and the learning curve and the greedy one at them.
+
+    The chart wants both curves at the same steps. Where the learning curve has no point of its own
+    it has one on its line, so that it looks the same; the greedy one has none there, and the chart
+    draws its line from one point to the next.
+    """
+    steps, reward = learned_of(snapshot, windows)
+    # Points may be of later moments than a curve that is made anew now and then.
+    known = greedy.step <= snapshot.step
+    at, greedy_reward = greedy.step[known].astype(np.float64), greedy.reward[known]
+    all_steps = np.union1d(steps, at)
+    thick = np.interp(all_steps, steps, reward, left=np.nan, right=np.nan)
+    thin = np.full(all_steps.size, np.nan)
+    thin[np.searchsorted(all_steps, at)] = greedy_reward
+    return all_steps, thick, thin
+
+
+def legend_html(snapshot: Snapshot, windows: Windows, theme: Theme, address: Address) -> str:
+    """What the two curves are, and links between the windows of the thick one.
+
+    Args:
+        snapshot: the moment.
+        windows: those that are drawn.
+        theme: of the page.
+        address: what a link refers to, to call with ``windows/WINDOWS``.
+    """
+    learning = "Mean reward of the trials that are learned from: random moves, explorations and all"
+    greedy = (
+        f"Mean reward of {GREEDY_HUNTS:,} hunts with what was known at a moment: no random moves,"
+        f" nothing explored, nothing learned. Measured about every {EVERY_TRIALS:,} trials, at the"
+        " dots"
+    )
+    lines = (
+        f'<span title="{learning}">{_sample(css(theme.capture), _THICK)} as it learns</span>'
+        f'<span title="{greedy}">{_sample(css(theme.ink), _THIN, _DOT)} greedy: without random'
+        " moves</span>"
+    )
+    widths = {
+        "steps": f"{curve_window(snapshot.step):,} steps",
+        "trials": f"{curve_window_trials(snapshot.trial):,} trials",
+    }
+    hints = {
+        "steps": "each point is the mean over the trials that ended within so many steps",
+        "trials": "each point is the mean of so many trials in a row, which shows short dips",
+    }
+    style = ' style="color:var(--pounce-link);text-decoration:none"'
+    choices = (
+        f'<b title="{hints[each]}">{widths[each]}</b>'
+        if each == windows
+        else link(address, f"windows/{each}", widths[each], f'{style} title="{hints[each]}"')
+        for each in WINDOWS
+    )
+    row = "display:flex;flex-wrap:wrap;column-gap:0.9em"
+    return (
+        '<div class="pounce-curve" style="padding:0.25em 0.7em 0;font-size:0.78em;line-height:1.3">'
+        f'<div style="{row}">{lines}</div>'
+        f'<div style="{row}"><span>windows of</span>{"".join(choices)}</div></div>'
+    )
+
+
+def _sample(colour: str, width: float, dot: float = 0.0) -> str:
+    """A piece of a curve."""
+    middle = f'<circle cx="11" cy="5" r="{dot / 2:g}" fill="{colour}"/>' if dot else ""
+    return (
+        '<svg width="22" height="10" aria-hidden="true" style="vertical-align:middle">'
+        f'<path d="M0 5H22" stroke="{colour}" stroke-width="{width:g}"/>{middle}</svg>'
+    )
 
 
 def axes_of(snapshot: Snapshot, marks: Marks, theme: Theme) -> tuple[uplot.Axis, ...]:
@@ -128,7 +210,7 @@ def axes_of(snapshot: Snapshot, marks: Marks, theme: Theme) -> tuple[uplot.Axis,
     axes = [
         uplot.Axis(
             scale="x",
-            size=30,
+            size=26,
             splits=splits,
             values=tuple(f"{step / 1e6:g} M" for step in splits),
             stroke=ink,
@@ -136,7 +218,14 @@ def axes_of(snapshot: Snapshot, marks: Marks, theme: Theme) -> tuple[uplot.Axis,
             label=f"{counted(marks.left_out, 'earlier mark')} not drawn" if marks.left_out else "",
             labelSize=16 if marks.left_out else 0,
         ),
-        uplot.Axis(scale="y", stroke=ink, grid=grid, label="reward per trial", labelSize=16),
+        uplot.Axis(
+            scale="y",
+            splits=tuple(ticks(*_rewards(snapshot), _MOST_REWARDS)),
+            stroke=ink,
+            grid=grid,
+            label="reward per trial",
+            labelSize=16,
+        ),
     ]
     for number, row in enumerate(mark_rows(at, names, _last_step(snapshot))):
         axes.append(
@@ -211,17 +300,37 @@ def _last_step(snapshot: Snapshot) -> float:
 
 
 def series_of(theme: Theme) -> tuple[uplot.Series, ...]:
-    """The curve as a line."""
-    reward = uplot.Series(label="reward per trial", stroke=css(theme.capture), width=2, scale="y")
-    return uplot.Series(label="steps"), reward
+    """The learning curve as a thick line, and the greedy one as a thin one with its points."""
+    learning = uplot.Series(
+        label="as it learns",
+        stroke=css(theme.capture),
+        width=_THICK,
+        scale="y",
+        points=uplot.Series_Points(show=False),
+    )
+    ink = css(theme.ink)
+    greedy = uplot.Series(
+        label="greedy",
+        stroke=ink,
+        width=_THIN,
+        scale="y",
+        points=uplot.Series_Points(show=True, size=_DOT, width=0.0, fill=ink),
+    )
+    return uplot.Series(label="steps"), learning, greedy
 
 
 def scales_of(snapshot: Snapshot) -> dict[str, uplot.Scale]:
     """What the axes reach to."""
-    world = snapshot.spec.world
-    low, high = sorted((world.flight_reward, world.capture_reward))
+    low, high = _rewards(snapshot)
     return {
         "x": uplot.Scale(time=False, range=(0.0, _last_step(snapshot))),
         # Room for the topmost label.
-        "y": uplot.Scale(range=(min(low, 0.0), 1.08 * max(high, 1.0))),
+        "y": uplot.Scale(range=(low, 1.08 * high)),
     }
+
+
+def _rewards(snapshot: Snapshot) -> tuple[float, float]:
+    """Ends of the axis of rewards."""
+    world = snapshot.spec.world
+    low, high = sorted((world.flight_reward, world.capture_reward))
+    return min(low, 0.0), max(high, 1.0)

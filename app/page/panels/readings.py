@@ -4,17 +4,21 @@ Everything here belongs to one browser, and so does how it wants to see things.
 """
 
 import math
+from collections.abc import Callable
 from functools import cached_property, partial
 
 import numpy as np
 import viser
 from viser import uplot
 
+from app.analysis.estimates import WINDOWS, Windows
+from app.charts.page.svg import frame_html
 from app.explain import sentence
 from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.metrics import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.page import keys
-from app.page.inbox import Intent
+from app.page.inbox import Inbox, Intent
 from app.page.panels import curve
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.page.widgets import Choice, assign
@@ -25,10 +29,11 @@ from app.picture.multiples import all_headings_png, small_multiples_html
 from app.picture.options import option_names
 from app.picture.shading import Scale
 from app.picture.theme import DARK, LIGHT
+from app.server.calls import Calls, address_of
 from app.server.notices import close_modal, open_modal
 from app.server.pulse import Reading
 from app.util.html import element, escaped
-from app.words.numbers import NONE, counted, in_short, speed_in_words
+from app.words.numbers import NONE, counted, in_short, shown_number, speed_in_words
 from app.words.plain import HEADING_NAMES, plain
 from learners import measures
 from learners.measures import Curve
@@ -40,6 +45,8 @@ _FRAMES = {
     **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
 }
 _WIDTH = 330.0
+_CURVE_PX = 146
+"""Height of the curve with its axes: with it all has room on the smallest screen."""
 _NUDGE = 0.01
 """Farther from where the camera is to be than viser takes to be there."""
 _SENTENCE_LINES = 6
@@ -51,9 +58,14 @@ _LAYOUT = """<style>
 </style>"""
 
 
+CurveData = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Steps, and two curves at them."""
+
+
 def _number(label: str, value: str, hint: str) -> str:
     return (
-        f'<div title="{escaped(hint)}"><div style="opacity:0.65;font-size:0.78em">{label}</div>'
+        f'<div title="{escaped(hint)}">'
+        f'<div style="opacity:0.65;font-size:0.78em;white-space:nowrap">{label}</div>'
         f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
     )
 
@@ -79,31 +91,46 @@ def headline_html(status: Status) -> str:
     )
 
 
-def numbers_html(status: Status, viewers: int = 1) -> str:
+def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURVE) -> str:
     """The readings."""
     snapshot = status.snapshot
+    greedy_reward, measured = math.nan, "not measured yet"
+    if greedy.step.size:
+        greedy_reward = float(greedy.reward[-1])
+        measured = f"measured at trial {greedy.trial[-1]:,}, step {greedy.step[-1]:,}"
     caught = sentence.success_share(snapshot)
     reached = int((snapshot.value > 0).sum())
     parts = [
         _number("Trial", f"{snapshot.trial:,}", "Trials that have ended"),
         _number("Steps", f"{snapshot.step:,}", "Learning steps so far"),
         _number("Steps/s", in_short(status.steps_per_s), "Learning steps in the last second"),
+        _number("Viewers", str(viewers), "Browsers that see and steer this learner"),
         _number(
             "Success",
             NONE if math.isnan(caught) else f"{caught:.0%}",
             f"Share of the last {measures.RECENT_TRIALS} trials that ended in capture",
         ),
         _number(
-            "States of value",
-            f"{reached:,} <span style='opacity:0.6;font-size:0.75em'>of"
-            f" {snapshot.value.size:,}</span>",
-            "States worth more than 0",
+            "Reward",
+            shown_number(snapshot.recent_reward, ".1f"),
+            f"Mean reward per trial over the last {measures.RECENT_TRIALS}, random moves,"
+            " explorations and all",
         ),
-        _number("Viewers", str(viewers), "Browsers that see and steer this learner"),
+        _number(
+            "Greedy",
+            shown_number(greedy_reward, ".1f"),
+            f"Mean reward of {GREEDY_HUNTS:,} hunts without random moves, in which nothing is"
+            f" explored or learned; {measured}",
+        ),
+        _number(
+            "States of value",
+            f"{reached:,}",
+            f"States worth more than 0, of {snapshot.value.size:,}",
+        ),
     ]
     return (
-        '<div style="display:grid;grid-template-columns:auto auto auto;gap:0.35em 0.9em;'
-        f'padding:0 0.7em">{"".join(parts)}</div>'
+        '<div style="display:grid;grid-template-columns:repeat(4,auto);gap:0.35em 0.6em;'
+        f'justify-content:space-between;padding:0 0.7em">{"".join(parts)}</div>'
     )
 
 
@@ -130,6 +157,7 @@ class Texts:
         extras: Extras,
         n_viewers: int,
         former: "Texts | None" = None,
+        greedy: GreedyCurve = NO_CURVE,
     ) -> None:
         """Begin; what costs much and is as it was in the ``former`` ones is taken from there."""
         history = status.snapshot.control.history
@@ -140,6 +168,8 @@ class Texts:
         self.status = status
         self.look = look
         self.extras = extras
+        self.greedy = greedy
+        self._curves: dict[Windows, CurveData] = {}
         self._n_viewers = n_viewers
         self._layer = LAYERS[look.layer]
 
@@ -151,7 +181,7 @@ class Texts:
     @cached_property
     def numbers(self) -> str:
         """The readings, as HTML."""
-        return numbers_html(self.status, self._n_viewers)
+        return numbers_html(self.status, self._n_viewers, self.greedy)
 
     @cached_property
     def caption(self) -> str:
@@ -170,10 +200,11 @@ class Texts:
         snapshot = self.status.snapshot
         return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
 
-    @cached_property
-    def curve(self) -> tuple[np.ndarray, np.ndarray]:
-        """The learning curve, as :func:`curve.data_of`."""
-        return curve.data_of(self.status.snapshot)
+    def curve(self, windows: Windows) -> CurveData:
+        """Learning curve and greedy curve, as :func:`curve.data_of`."""
+        if windows not in self._curves:
+            self._curves[windows] = curve.data_of(self.status.snapshot, windows, self.greedy)
+        return self._curves[windows]
 
     @cached_property
     def axes(self) -> tuple[uplot.Axis, ...]:
@@ -189,10 +220,21 @@ class Texts:
 class Readings:
     """The panel of one browser."""
 
-    def __init__(self, client: viser.ClientHandle, status: Status) -> None:
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        status: Status,
+        calls: Calls,
+        inbox: Inbox,
+        wake: Callable[[], object],
+    ) -> None:
+        """``wake`` lets the render loop draw at once."""
         self._client = client
         self._gui = gui = client.gui
-        self._curve_shown: Curve | None = None
+        self._calls, self._wake = calls, wake
+        self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))
+        self._windows: Windows = "steps"
+        self._curve_shown: tuple[Curve, GreedyCurve] | None = None
         self._curve_key: tuple[object, ...] = ()
         self._names: tuple[str, ...] = ()
         """What a layer may be of."""
@@ -201,7 +243,7 @@ class Readings:
         panel.dock_left()
         panel.set_width(_WIDTH)
         with panel.add_tab("Now", icon=viser.Icon.EYE):
-            gui.add_html(_LAYOUT + keys.table_html())
+            gui.add_html(_LAYOUT + keys.table_html() + frame_html())
             self._headline = gui.add_html(headline_html(status))
             self._numbers = gui.add_html(numbers_html(status))
             layers = {layer.title: layer for layer in LAYERS.values()}
@@ -210,13 +252,14 @@ class Readings:
             self._about.handle.visible = False
             self._caption = gui.add_html("")
             self._legend = gui.add_html("")
+            self._curve_legend = gui.add_html("")
             self._curve = gui.add_uplot(
-                curve.data_of(snapshot),
+                curve.data_of(snapshot, self._windows, NO_CURVE),
                 curve.series_of(LIGHT),
                 axes=curve.axes_of(snapshot, curve.marks_of(snapshot), LIGHT),
                 scales=curve.scales_of(snapshot),
                 legend=uplot.Legend(show=False),
-                height=160,
+                height=_CURVE_PX,
             )
         with panel.add_tab("View", icon=viser.Icon.STACK_2):
             self._build_view()
@@ -275,6 +318,20 @@ class Readings:
         lists = list(self._gui._modal_handle_from_uuid.values())  # pyright: ignore[reportPrivateUsage]
         if lists:
             lists[-1].close()
+
+    def leave(self) -> None:
+        """Answer no more calls of this browser."""
+        self._calls.leave(self._secret)
+
+    def _address(self, words: str) -> str:
+        return address_of(self._secret, words)
+
+    def _called(self, words: str) -> None:
+        """A link was clicked; whatever it says comes from the network."""
+        verb, _, what = words.partition("/")
+        if verb == "windows":
+            self._windows = next((each for each in WINDOWS if each == what), self._windows)
+            self._wake()
 
     def _choose_layer(self, layer: Layer, *_: object) -> None:
         self._layer.choose(layer)
@@ -347,16 +404,20 @@ class Readings:
 
     def _show_curve(self, texts: Texts) -> None:
         snapshot, theme = texts.status.snapshot, texts.look.theme
-        key = (texts.marks, theme)
-        if snapshot.curve is self._curve_shown and key == self._curve_key:
+        legend = curve.legend_html(snapshot, self._windows, theme, self._address)
+        assign(self._curve_legend, "content", legend)
+        key = (texts.marks, theme, self._windows)
+        shown = self._curve_shown
+        # Kept, and not their ids, which other curves may have once these are gone.
+        is_shown = shown and shown[0] is snapshot.curve and shown[1] is texts.greedy
+        if is_shown and key == self._curve_key:
             return
         if key != self._curve_key:
             self._curve.series = curve.series_of(theme)
-        # Kept, and not its id, which another curve may have once this one is gone.
-        self._curve_shown, self._curve_key = snapshot.curve, key
+        self._curve_shown, self._curve_key = (snapshot.curve, texts.greedy), key
         self._curve.axes = texts.axes
         self._curve.scales = texts.scales
-        self._curve.data = texts.curve
+        self._curve.data = texts.curve(self._windows)
 
     def _dress(self) -> None:
         self._gui.configure_theme(

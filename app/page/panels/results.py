@@ -9,7 +9,7 @@ import viser
 
 from app.charts.downloads import drawing_of, numbers_of
 from app.charts.page.results import results_html
-from app.charts.page.svg import Address
+from app.charts.page.svg import Address, frame_html
 from app.charts.paper.drawing import missing_note
 from app.charts.view import Size, View, answer, first_view
 from app.experiments.store import FolderError, table_csv
@@ -25,9 +25,6 @@ from app.util import csv_texts
 from app.util.background import Maker
 from app.util.html import escaped
 from app.util.texts import as_text
-
-CALLS_FRAME: Final = "pounce-calls"
-"""Name of the frame that links of the page are aimed at, so that the page stays where it is."""
 
 _GAP: Final = 8.0
 """To what is beside the panel."""
@@ -74,11 +71,6 @@ class _Painted(NamedTuple):
     content: str
     done: int
     failed: int
-
-
-def frame_html() -> str:
-    """The frame that answers to links go into; it stays empty."""
-    return f'<iframe name="{CALLS_FRAME}" title="" style="display:none"></iframe>'
 
 
 def window_html(address: Address) -> str:

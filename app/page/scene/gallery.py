@@ -5,6 +5,7 @@ from collections.abc import Container
 import viser
 
 from app.live.session import Status
+from app.metrics import GreedyCurve
 from app.page.panels.readings import Texts
 from app.page.scene.board import BoardView
 from app.picture.layer import Extras
@@ -27,12 +28,14 @@ class Exhibit:
         """Of a quarter of a second ago at most; None before the first moment."""
         self._read_at = 0.0
 
-    def update(self, status: Status, extras: Extras, n_viewers: int, now_s: float) -> Texts:
+    def update(
+        self, status: Status, extras: Extras, greedy: GreedyCurve, n_viewers: int, now_s: float
+    ) -> Texts:
         """Draw a moment; returns what is read beside it."""
         picture = LAYERS[self._look.layer].paint(status.snapshot, self._look, extras)
         self.board.update(status.snapshot, picture, self._look, now_s)
         if self.texts is None or now_s - self._read_at >= _TEXTS_S:
-            self.texts = Texts(status, self._look, extras, n_viewers, self.texts)
+            self.texts = Texts(status, self._look, extras, n_viewers, self.texts, greedy)
             self._read_at = now_s
         return self.texts
 

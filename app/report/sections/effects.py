@@ -166,10 +166,12 @@ def _shares(
     page: Page, name: str, preset: str, found: Analysis, metric: Metric, variants: str
 ) -> Markup:
     """How much settings and their pairs account for."""
+    n_pairs = len(found.factors) * (len(found.factors) - 1) // 2
+    hatched = " Hatched: too few variants." if len(found.together) < n_pairs else ""
     small = page.small_print(
         f"{preset}. Share of the variance of {metric.title} between n = {len(found.values)}"
         f" {variants}. Framed: of each setting by itself; below: of each pair beyond that, the"
-        " column's setting with the row's. Bold: more than chance. Hatched: too few variants."
+        f" column's setting with the row's. Bold: more than chance.{hatched}"
     )
     drawing = drawn(f"shares_{name}", Shares(metric.title, found), small)
     caption = f"{metric.title} of {preset}: how much each setting and each pair accounts for"

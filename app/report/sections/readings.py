@@ -24,6 +24,12 @@ _RULE = (
 )
 
 
+_DASH = (
+    "A dash stands where something was not measured: the regions in which the spread of value is"
+    " looked at are made of the rings that the lab's own reading has."
+)
+
+
 def write_readings(page: Page, reader: Reader, found: Sequence[Reading]) -> None:
     """Write a section on ways to read the thesis.
 
@@ -61,39 +67,50 @@ def write_readings(page: Page, reader: Reader, found: Sequence[Reading]) -> None
     )
     drawing = drawn("readings", Dots(columns), small)
     header = ("reading", "what it settles otherwise", *(f"{q.title} [95 %]" for q in QUANTITIES))
+    depending = readings.dependences(reader, found)
+    if depending:
+        page.lead(_tally(depending))
     page.say(
         "How the thesis was read",
         element("p", _RULE),
-        _verdicts(readings.dependences(reader, found)),
+        _verdicts(depending),
         page.picture("readings", "The same quantities under each way to read the thesis", drawing),
         table(header, cells),
+        element("p", _DASH, class_="minor"),
+    )
+
+
+_ORDER = {"fitted": 0, "robust": 1, "open": 2}
+"""Those that the reading made come first."""
+
+
+def _tally(found: Sequence[Dependence]) -> str:
+    """How many findings depend on the reading."""
+    counts = {standing: sum(d.standing == standing for d in found) for standing in _ORDER}
+    return (
+        f"Of {counted(len(found), 'finding')} of the standard world, {counts['robust']} are robust,"
+        f" {counts['fitted']} are fitted and {counts['open']} are open."
     )
 
 
 def _verdicts(found: Sequence[Dependence]) -> Markup:
-    """A sentence on how many findings depend on the reading, and the findings."""
+    """How many findings depend on the reading, and each of them; nothing where none was tested."""
     if not found:
         return Markup()
-    order = {"fitted": 0, "robust": 1, "open": 2}
-    counts = {standing: sum(d.standing == standing for d in found) for standing in order}
-    text = (
-        f"Of {counted(len(found), 'finding')} of the standard world, {counts['robust']} are robust,"
-        f" {counts['fitted']} are fitted and {counts['open']} are open."
-    )
     rows = [
         (
             dependence.finding.claim,
             element("span", dependence.standing, class_=_CLASSES[dependence.standing]),
             dependence.verdicts[readings.OWN],
-            ", ".join(dependence.failing) or NONE,
-            ", ".join(dependence.undecided) or NONE,
+            "; ".join(dependence.failing) or NONE,
+            "; ".join(dependence.undecided) or NONE,
             len(dependence.verdicts),
         )
-        for dependence in sorted(found, key=lambda d: order[d.standing])
+        for dependence in sorted(found, key=lambda d: _ORDER[d.standing])
     ]
     header = (
         *("finding", "standing", readings.OWN, "does not hold with", "undecided with"),
         "readings",
     )
     listed = details("Each finding under all readings", table(header, rows))
-    return joined([element("p", text), listed])
+    return joined([element("p", _tally(found)), listed])

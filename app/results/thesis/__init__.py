@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from app.results.findings import Finding
 from app.results.thesis import method, resolution, size, spreading, standard
-from app.results.thesis.effects import effect_of, untestable
+from app.results.thesis.effects import effect_of, sum_of, untestable
 from app.results.thesis.places import (
     FIGURES,
     LEARNER_TITLES,
@@ -42,5 +42,6 @@ __all__ = [
     "placed_of",
     "quantities_of",
     "settings_of",
+    "sum_of",
     "untestable",
 ]

@@ -1,13 +1,14 @@
 """What comes out of a finding: the sum that it speaks of, or why there is none."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from app.analysis import estimates
 from app.analysis.estimates import Contrast
-from app.results.findings import Finding, Place
+from app.results.findings import Finding, Place, Term
 from app.results.read import Reader
 from app.results.thesis.places import Placed, title_of
 
@@ -25,10 +26,17 @@ def effect_of(
     finding: Finding, reader: Reader, placed: Placed, rng: np.random.Generator
 ) -> Contrast | None:
     """The sum that a finding speaks of; None where :func:`untestable` says why there is none."""
-    parts = [_part(reader, placed, (t.world, t.learner), t.quantity) for t in finding.terms]
+    return sum_of(finding.terms, reader, placed, rng)
+
+
+def sum_of(
+    terms: Sequence[Term], reader: Reader, placed: Placed, rng: np.random.Generator
+) -> Contrast | None:
+    """A weighted sum of quantities; None where any run lacks one of them."""
+    parts = [_part(reader, placed, (t.world, t.learner), t.quantity) for t in terms]
     if any(part.absent for part in parts):
         return None
-    weighted = zip(finding.terms, parts, strict=True)
+    weighted = zip(terms, parts, strict=True)
     return estimates.contrast([(term.weight, part.values) for term, part in weighted], rng)
 
 

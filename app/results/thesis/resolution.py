@@ -89,9 +89,10 @@ FINDINGS: Sequence[Finding] = (
         ahead(
             *_RESOLUTION,
             _NOT_ENOUGH,
-            f"timed ends above standard Q even where that is tuned for its end, {where}",
+            "timed ends above a standard Q that hopes for much and tries nothing at random,"
+            f" {where}",
             term(world, "timed"),
-            term(world, "standard_q, tuned"),
+            term(world, "standard_q, hopeful"),
         )
         for world, where in _COARSE.items()
     ),

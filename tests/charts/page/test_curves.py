@@ -10,6 +10,7 @@ from app.charts.model import Curves
 from app.charts.page.curves import curves_html
 from app.charts.view import View
 from app.documents.experiments import Experiment
+from app.metrics import GreedyCurve
 from app.results.gather import Curve, Moment
 from tests.support.charts import chart_of, points_of
 from tests.support.runs import HOSTILE, NOTHING, THESIS, Shown, called, experiment_of
@@ -147,3 +148,22 @@ def test_hostile_labels_are_only_texts() -> None:
     assert set(shown.links("variant")) == {"0", "1", "2"}
     assert HOSTILE[0] in shown.text
     assert HOSTILE[1] in shown.text
+
+
+def test_a_greedy_curve_is_thin_with_dots_where_it_was_measured_and_says_what_it_is() -> None:
+    greedy = [
+        GreedyCurve(np.array([2, 4, 5]), np.array([500_000, 1_500_000, last]), np.array(rewards))
+        for last, rewards in ((1_600_000, [10.0, 50.0, 9.0]), (1_700_000, [20.0, 70.0, 9.0]))
+    ]
+    found = curve_of(0, [0.0, 40.0, 60.0])._replace(greedy=greedy)
+    shown = curves_shown(experiment_of(THESIS), [found, curve_of(1, [0.0, 1.0, 2.0])])
+    (group,) = shown.all("g", class_="greedy")
+    line, dots = list(group.iter("path"))
+    places = points_of(line.get("d", ""))
+    assert len(places) == dots.get("d", "").count("h0") == 3
+    (thick, *_) = lines_of(shown, 0)
+    assert float(line.get("stroke-width", "")) < float(thick.get("stroke-width", ""))
+    # At the mean of both runs: 15 after 0.5 M steps, 60 after 1.5 M, as the thick one after 2.5 M.
+    assert places[1][1] == points_of(thick.get("d", ""))[2][1]
+    assert "greedy reward, in hunts without random moves" in shown.text
+    assert not curves_shown(experiment_of(THESIS), [found], chosen=1).all("g", class_="greedy")

@@ -93,28 +93,28 @@ def quote(done: int = 0, runs: int = 12) -> Quote:
 
 
 def test_the_cost_is_of_what_is_left() -> None:
-    whole = cost_html(quote(), 3)
+    whole = cost_html(quote(), "3 seeds")
     assert "12 runs" in whole
     assert "74 M steps" in whole
     assert "8 s" in whole
     assert "&lt;b&gt;" in whole
-    assert "6 are there already" in cost_html(quote(done=6), 3)
-    assert "1 is there already" in cost_html(quote(done=1), 3)
-    assert "The run is in" in cost_html(quote(done=1, runs=1), 1)
-    assert "<b>1 run</b>: 1 variant, 1 seed each." in cost_html(quote(runs=1), 1)
-    assert "All 12 runs are in" in cost_html(quote(done=12), 3)
+    assert "6 are there already" in cost_html(quote(done=6), "3 seeds")
+    assert "1 is there already" in cost_html(quote(done=1), "3 seeds")
+    assert "The run is in" in cost_html(quote(done=1, runs=1), "1 seed")
+    assert "<b>1 run</b>: 1 variant, 1 seed each." in cost_html(quote(runs=1), "1 seed")
+    assert "All 12 runs are in" in cost_html(quote(done=12), "3 seeds")
 
 
 def test_the_cost_says_how_many_variants_are_drawn_at_random() -> None:
     found = quote()
     searched = found._replace(plan=found.plan._replace(drawn=3))
-    assert "4 variants (3 drawn at random), 3 seeds each." in cost_html(searched, 3)
-    assert "drawn" not in cost_html(found, 3)
+    assert "4 variants (3 drawn at random), 3 seeds each." in cost_html(searched, "3 seeds")
+    assert "drawn" not in cost_html(found, "3 seeds")
 
 
 def test_nothing_takes_no_time() -> None:
     short = Quote(Plan(1, 3, 0, 285_000, 0.1, 1_000), Path("results"))
-    assert "About 285 k steps, <b>1 s</b>" in cost_html(short, 3)
+    assert "About 285 k steps, <b>1 s</b>" in cost_html(short, "3 seeds")
     found = Progress(4, 1, 0, 2, 5_000, 2e4, 0.4, 0.1)
     assert "20 k steps/s, about 1 s left" in progress_html(standing(progress=found))
 
@@ -157,7 +157,7 @@ class Service:
 
     def quote(self, experiment: Experiment, workers: int) -> Quote:
         self.quoted += 1
-        self.trials = experiment.variants[0].spec.trials
+        self.trials = experiment.variants[-1].spec.trials
         if self.locked:
             raise FolderError("is in use by another pounce")
         return quote(done=0 if self.standing is None else 12)

@@ -1,7 +1,9 @@
 """What stands beside the board: numbers, curve, marks, legend, and no markup from strangers."""
 
 import itertools
-from collections.abc import Iterator
+import re
+import secrets
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
@@ -18,10 +20,13 @@ from app.live import snapshot
 from app.live.held import Opened
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
+from app.metrics import GreedyCurve
 from app.page.panels import curve, readings
 from app.page.panels.readings import Readings, Texts
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.picture.theme import DARK, LIGHT
+from app.server.calls import Calls
 from app.server.server import close_server, open_server
 from learners.commands import (
     Command,
@@ -118,19 +123,23 @@ def test_markup_in_the_name_of_a_run_is_shown_and_not_obeyed(same: bool | None) 
 def test_numbers_are_those_of_the_moment() -> None:
     run = Run(spec_of(), seed=1)
     run.advance(until_trial=1_234)
-    taken = moment(run, recent=Endings(captures=3, flights=4, timeouts=5))
-    text = Page(readings.numbers_html(status_of(taken, steps_per_s=20_480.0))).text
+    taken = moment(run, recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
+    status = status_of(taken, steps_per_s=20_480.0)
+    shown = readings.numbers_html(status, 2, greedy_curve((1_021, 20_345, -12.25)))
     reached = int((taken.value > 0).sum())
     assert reached > 0
-    assert text == (
-        f"Trial 1,234 Steps {run.step:,} Steps/s 20 k Success 25%"
-        f" States of value {reached:,} of 3,456 Viewers 1"
+    assert Page(shown).text == (
+        f"Trial 1,234 Steps {run.step:,} Steps/s 20 k Viewers 2 Success 25% Reward 8.2"
+        f" Greedy \N{MINUS SIGN}12.2 States of value {reached:,}"
     )
+    assert "measured at trial 1,021, step 20,345" in shown
+    assert "of 3,456" in shown
 
 
 def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
     text = Page(readings.numbers_html(status_of(moment()))).text
-    assert "Success \N{EN DASH} States" in text
+    nothing = "\N{EN DASH}"
+    assert f"Success {nothing} Reward {nothing} Greedy {nothing} States" in text
 
 
 @pytest.mark.parametrize(
@@ -148,7 +157,7 @@ def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
 )
 def test_rates_are_short(rate: float, shown: str) -> None:
     text = Page(readings.numbers_html(status_of(moment(), steps_per_s=rate))).text
-    assert f"Steps/s {shown} Success" in text
+    assert f"Steps/s {shown} Viewers" in text
 
 
 # The curve
@@ -159,14 +168,20 @@ def learned(steps: list[int], reward: list[float]) -> Curve:
     return Curve(np.array(steps, np.int64), np.array(reward, np.float64))
 
 
+def greedy_curve(*points: tuple[int, int, float]) -> GreedyCurve:
+    """A greedy curve of points of trial, step and reward."""
+    trial, step, reward = zip(*points, strict=True)
+    return GreedyCurve(np.array(trial), np.array(step), np.array(reward, np.float32))
+
+
 def test_a_curve_without_a_window_is_a_flat_line() -> None:
-    steps, reward = curve.data_of(moment(curve=learned([], []), step=0))
+    steps, reward = curve.learned_of(moment(curve=learned([], []), step=0))
     assert steps.tolist() == [0.0, 1.0]
     assert reward.tolist() == [0.0, 0.0]
 
 
 def test_a_curve_of_one_window_is_a_flat_line_at_its_height() -> None:
-    steps, reward = curve.data_of(moment(curve=learned([700], [-12.5]), step=700))
+    steps, reward = curve.learned_of(moment(curve=learned([700], [-12.5]), step=700))
     assert steps.tolist() == [0.0, 700.0]
     assert reward.tolist() == [-12.5, -12.5]
 
@@ -174,14 +189,14 @@ def test_a_curve_of_one_window_is_a_flat_line_at_its_height() -> None:
 def test_windows_in_which_no_trial_ended_are_left_out() -> None:
     nan = float("nan")
     gaps = learned([1_000, 2_000, 3_000, 3_500], [nan, -50.0, nan, 100.0])
-    steps, reward = curve.data_of(moment(curve=gaps, step=3_500))
+    steps, reward = curve.learned_of(moment(curve=gaps, step=3_500))
     assert steps.tolist() == [2_000.0, 3_500.0]
     assert reward.tolist() == [-50.0, 100.0]
 
 
 def test_a_curve_of_nothing_but_gaps_is_a_flat_line() -> None:
     gaps = learned([1_000, 2_000], [float("nan")] * 2)
-    steps, reward = curve.data_of(moment(curve=gaps, step=2_000))
+    steps, reward = curve.learned_of(moment(curve=gaps, step=2_000))
     assert steps.tolist() == [0.0, 2_000.0]
     assert np.isfinite(reward).all()
 
@@ -189,8 +204,46 @@ def test_a_curve_of_nothing_but_gaps_is_a_flat_line() -> None:
 @pytest.mark.parametrize(("last", "shown"), [(3_400, 3), (3_600, 4), (4_000, 4)])
 def test_a_window_that_has_just_begun_does_not_end_the_curve(last: int, shown: int) -> None:
     spiked = learned([1_000, 2_000, 3_000, last], [10.0, 12.0, 11.0, 100.0])
-    _, reward = curve.data_of(moment(curve=spiked, step=last))
+    _, reward = curve.learned_of(moment(curve=spiked, step=last))
     assert len(reward) == shown
+
+
+def test_windows_of_trials_are_drawn_where_they_end() -> None:
+    # However short a window is in steps.
+    dip = learned([50_000, 90_000, 91_000], [60.0, 20.0, 70.0])
+    taken = moment(trial_curve=dip, curve=learned([50_000, 100_000], [60.0, 55.0]), step=95_000)
+    steps, reward = curve.learned_of(taken, "trials")
+    assert steps.tolist() == [50_000.0, 90_000.0, 91_000.0]
+    assert reward.tolist() == [60.0, 20.0, 70.0]
+    assert curve.learned_of(taken, "steps")[1].tolist() == [60.0, 55.0]
+
+
+def test_the_greedy_curve_has_its_points_where_it_was_measured_and_changes_no_other() -> None:
+    taken = moment(curve=learned([1_000, 3_000], [10.0, 30.0]), step=3_500)
+    greedy = greedy_curve((5, 500, 4.0), (20, 2_000, 40.0), (31, 3_400, 50.0))
+    steps, learning, thin = curve.data_of(taken, "steps", greedy)
+    assert steps.tolist() == [500.0, 1_000.0, 2_000.0, 3_000.0, 3_400.0]
+    nan = float("nan")
+    # On its own line in between, and nowhere beyond its ends.
+    assert np.array_equal(learning, [nan, 10.0, 20.0, 30.0, nan], equal_nan=True)
+    assert np.array_equal(thin, [4.0, nan, 40.0, nan, 50.0], equal_nan=True)
+
+
+def test_no_point_is_drawn_of_what_is_yet_to_come() -> None:
+    taken = moment(curve=learned([1_000, 2_000], [0.0, 1.0]), step=2_000)
+    _, _, thin = curve.data_of(taken, "steps", greedy_curve((9, 1_500, 3.0), (90, 9_000, 5.0)))
+    assert thin[np.isfinite(thin)].tolist() == [3.0]
+
+
+def test_the_legend_names_both_curves_and_offers_the_other_windows() -> None:
+    taken = moment(step=300_000, trial=2_000)
+    shown = curve.legend_html(taken, "steps", LIGHT, lambda words: f"call/{words}")
+    assert Page(shown).text == (
+        "as it learns greedy: without random moves windows of 2,000 steps 500 trials"
+    )
+    assert re.findall(r'href="([^"]*)"', shown) == ["call/windows/trials"]
+    other = curve.legend_html(taken, "trials", DARK, lambda words: f"call/{words}")
+    assert re.findall(r'href="([^"]*)"', other) == ["call/windows/steps"]
 
 
 def test_skills_are_marked_where_they_came_in_and_not_at_the_start() -> None:
@@ -304,11 +357,25 @@ def test_skills_that_are_there_from_the_start_have_no_marks() -> None:
 # The panel of a browser, on a real server that nobody looks at
 
 
+class AtOnce:
+    """An inbox in which nothing waits."""
+
+    def put(self, act: Callable[[], object]) -> None:
+        act()
+
+
 @pytest.fixture
-def panel() -> Iterator[Readings]:
+def calls() -> Calls:
+    return Calls()
+
+
+@pytest.fixture
+def panel(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> Iterator[Readings]:
     server = open_server(port=0)
     client: Any = SimpleNamespace(gui=server.gui)
-    yield Readings(client, status_of(moment()))
+    inbox: Any = AtOnce()
+    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: "secret")
+    yield Readings(client, status_of(moment()), calls, inbox, lambda: None)
     close_server(server)
 
 
@@ -328,3 +395,32 @@ def test_a_curve_that_is_drawn_is_not_sent_again(panel: Readings) -> None:
     sent = panel._curve.data
     panel.update(Texts(status, Look(), Extras(), 1), "")
     assert panel._curve.data is sent
+
+
+def test_windows_are_changed_by_a_link_until_the_browser_leaves(
+    panel: Readings, calls: Calls
+) -> None:
+    taken = moment(curve=learned([10, 20], [0.0, 1.0]), trial_curve=learned([9, 20], [3.0, 4.0]))
+    texts = Texts(status_of(replace(taken, step=20)), Look(), Extras(), 1)
+    panel.update(texts, "")
+    assert panel._curve.data[1].tolist() == [0.0, 1.0]
+    assert "secret/windows%2Ftrials" in panel._curve_legend.content
+    assert calls.take("secret/windows/trials")
+    panel.update(texts, "")
+    assert panel._curve.data[1].tolist() == [3.0, 4.0]
+    for nonsense in ("windows/years", "windows", "open/steps", ""):
+        assert calls.take(f"secret/{nonsense}")
+    panel.update(texts, "")
+    assert panel._curve.data[1].tolist() == [3.0, 4.0]
+    panel.leave()
+    assert not calls.take("secret/windows/steps")
+
+
+def test_a_point_of_the_greedy_curve_is_drawn_once_it_is_measured(panel: Readings) -> None:
+    status = status_of(moment(curve=learned([1_000, 2_000], [0.0, 1.0]), step=2_000))
+    panel.update(Texts(status, Look(), Extras(), 1), "")
+    assert not np.isfinite(panel._curve.data[2]).any()
+    measured = greedy_curve((60, 1_500, 42.0))
+    panel.update(Texts(status, Look(), Extras(), 1, greedy=measured), "")
+    assert panel._curve.data[0].tolist() == [1_000.0, 1_500.0, 2_000.0]
+    assert panel._curve.data[2][1] == 42.0

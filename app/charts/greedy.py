@@ -1,0 +1,31 @@
+"""Greedy curves of several runs, averaged into one."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.analysis import estimates
+from app.analysis.estimates import Axis
+from app.charts.model import Greedy
+from app.metrics import GreedyCurve
+
+
+def averaged(curves: Sequence[GreedyCurve], axis: Axis) -> Greedy | None:
+    """Greedy reward after as many trials, over the runs that came so far, if enough of them did.
+
+    Args:
+        curves: of each run.
+        axis: what it is drawn against; a point's step is the mean of those of its runs.
+    """
+    points: dict[int, list[tuple[int, float]]] = {}
+    for curve in curves:
+        trials, steps, rewards = (part.tolist() for part in curve)
+        for trial, step, reward in zip(trials, steps, rewards, strict=True):
+            points.setdefault(trial, []).append((step, reward))
+    fewest = estimates.LEAST_SHARE * len(curves)
+    there = [trial for trial in sorted(points) if len(points[trial]) >= fewest]
+    if len(there) < 2:
+        return None
+    means = np.asarray([np.mean(points[trial], axis=0) for trial in there])
+    at = means[:, 0] if axis == "steps" else np.asarray(there, np.float64)
+    return Greedy(at, means[:, 1])
