@@ -15,7 +15,7 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 
 from app.metrics.course import Course
-from app.words.numbers import NONE, in_short, shown_number
+from app.words.numbers import NONE, in_millions, in_short, shown_number
 from learners import measures
 from learners.measures import FINAL_TRIALS
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -236,21 +236,17 @@ def _per_cent(share: float) -> str:
     return NONE if math.isnan(share) else f"{100 * share:.0f} %"
 
 
-def _millions(steps: float) -> str:
-    return NONE if math.isnan(steps) else f"{steps / 1e6:.2f}"
-
-
 def _reward(value: float) -> str:
     return shown_number(value, ".1f")
 
 
 _SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
-_LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
+_LENGTH = InTable("M steps", "simulation steps in millions", 62, in_millions)
 _TO_70 = InTable(
     "M steps to 70",
     "steps until a mean reward of 70 is reached and kept, in millions",
     82,
-    _millions,
+    in_millions,
 )
 _GREEDILY = "without random moves, nothing learned"
 

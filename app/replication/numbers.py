@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 from app.analysis import effects, estimates, passages
 from app.analysis.effects import Analysis
 from app.analysis.estimates import Estimate, bootstrap_rng
-from app.charts.wording import shown_estimate, shown_p
+from app.charts.wording import shown_estimate, shown_median, shown_p
 from app.documents.samples import is_draw
 from app.metrics import BY_COLUMN
 from app.replication.page import Found, Table
@@ -20,7 +20,7 @@ from app.results import findings, read, readings, thesis
 from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged
 from app.results.read import Folder, Group, Reader, groups_of, read_folder
 from app.results.thesis import Placed
-from app.words.numbers import NONE, shown_number
+from app.words.numbers import NONE, in_millions, shown_number
 
 SHOWN: Final[Mapping[str, str]] = {
     "final_reward": "end of the trials",
@@ -251,16 +251,7 @@ def _passage(group: Group) -> str:
     every = [*group.passages(PASSAGE).values()]
     if not every:
         return NONE
-    arrived = passages.arrivals(every)
-    median = arrived.median
-    if math.isinf(median.value):
-        return f"more than {arrived.last / 1e6:.1f}"
-    ends = f" [{_millions(median.low)}, {_millions(median.high)}]" if median.has_interval else ""
-    return f"{_millions(median.value)}{ends}"
-
-
-def _millions(steps: float) -> str:
-    return shown_number(steps / 1e6, ".2f") if math.isfinite(steps) else "\N{INFINITY}"
+    return shown_median(passages.arrivals(every), in_millions)
 
 
 def _row(label: str, group: Group) -> Sequence[str]:
