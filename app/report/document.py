@@ -150,10 +150,6 @@ class Page:
         """Add a section, which the list of contents leads to."""
         self.sections.append(self._section(title, parts))
 
-    def say_first(self, title: str, *parts: object) -> None:
-        """Add a section before all others."""
-        self.sections.insert(0, self._section(title, parts))
-
     def lead(self, headline: str) -> None:
         """Put what came out at the head of the page, unless something stands there already."""
         self.headline = self.headline or headline

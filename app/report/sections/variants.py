@@ -105,7 +105,7 @@ def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str
         for kind in ("performance", "behaviour", "endings", "length")
     )
     some = groups[:MOST_ROWS]
-    by_horizon = [metric for metric in how_well if AT_HORIZON in BY_COLUMN[metric.column].title]
+    by_horizon = [metric for metric in how_well if BY_COLUMN[metric.column].is_at_horizon]
     finals = [metric for metric in how_well if metric not in by_horizon]
     at = AT_HORIZON if shown.horizon is None else at_steps(shown.horizon)
     tables = joined(
