@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -79,6 +80,17 @@ def test_help_fits_a_terminal(
     lines = answer(capsys, *command, flag).splitlines()
     assert lines[0].startswith(" ".join(["usage: pounce", *command]))
     assert max(map(len, lines)) <= 80
+
+
+def test_help_in_colours_is_as_narrow(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = answer(capsys, "replicate", "-h")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    coloured = answer(capsys, "replicate", "-h")
+    assert "\x1b[1m" in coloured
+    assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 
 
 @pytest.mark.parametrize("kind", main.EXAMPLES)
