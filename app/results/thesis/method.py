@@ -46,9 +46,10 @@ _OF_PARTS: Sequence[Finding] = (
         _PARTS,
         "3.3.1",
         _FREEZE,
-        "timed ends above timed without a freeze",
+        "timed ends significantly above timed without a freeze",
         term(*_TIMED),
         term("120", "timed, no freeze"),
+        MUCH_MORE,
     ),
     ahead(
         _PARTS,
@@ -87,9 +88,11 @@ _OF_PARTS: Sequence[Finding] = (
         _PARTS,
         "3.3.4",
         _SAFE,
-        "timed ends above timed whose new skills start at the initial value everywhere",
+        "timed ends significantly above timed whose new skills start at the initial value"
+        " everywhere",
         term(*_TIMED),
         term("120", "timed, unsafe"),
+        MUCH_MORE,
     ),
 )
 
