@@ -20,9 +20,9 @@ EXPERIMENTS: Final[Sequence[str]] = (
 """Shipped experiments, in the order in which they are run."""
 
 DRAWN: Final[Mapping[str, tuple[str, str]]] = {
-    "figure_4_1": ("", "figure_4_1"),
-    "figure_4_2": ("", "figure_4_2"),
-    "figure_4_3": ("", "figure_4_3"),
+    "figure_4_1": ("", "figure_4_1_by_trials"),
+    "figure_4_2": ("", "figure_4_2_by_trials"),
+    "figure_4_3": ("", "figure_4_3_by_trials"),
     "value_spread": ("", "value_spread"),
     "readings": ("reading", "readings"),
     "timing_reward": ("timing_plane", "plane_1_horizon_reward"),
