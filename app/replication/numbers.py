@@ -20,8 +20,10 @@ from app.report.sections.effects import in_words
 from app.results import findings, read, readings, thesis
 from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged, Place
 from app.results.read import Folder, Group, Reader, groups_of, read_folder
+from app.results.readings import Dependence
 from app.results.thesis import Placed
 from app.results.thesis.quantities import EARLY_CAPTURES
+from app.results.thesis.standard import FAR_SOONER
 from app.words.numbers import NONE, shown_number
 
 SHOWN: Final[Mapping[str, str]] = {
@@ -229,6 +231,7 @@ def _add_readings(found: Found, results: Results) -> None:
     for standing in ("robust", "fitted", "open"):
         found.texts[standing] = str(counts[standing])
     found.texts["depending"] = str(len(dependences))
+    _add_faster(found, dependences, [reading.label for reading in every])
     order = ("robust", "fitted", "open")
     found.tables["dependences"] = Table(
         ("finding", "standing", "readings", "does not hold with", "undecided with"),
@@ -243,6 +246,15 @@ def _add_readings(found: Found, results: Results) -> None:
             for dependence in sorted(dependences, key=lambda d: order.index(d.standing))
         ],
     )
+
+
+def _add_faster(found: Found, dependences: Sequence[Dependence], every: Sequence[str]) -> None:
+    """Under which readings the timed learner is the faster one of all three, by a good deal."""
+    faster = [d for d in dependences if d.finding.sentence == FAR_SOONER]
+    others = [label for label in every if any(d.verdicts.get(label) != HOLDS for d in faster)]
+    found.texts["readings"] = str(len(every))
+    found.texts["faster"] = str(len(every) - len(others))
+    found.texts["not surely faster"] = ", ".join(others) or "none"
 
 
 # --- Variants ------------------------------------------------------------------------------------

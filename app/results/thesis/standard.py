@@ -30,7 +30,7 @@ FOOTINGS = {"ends": FINAL, "at 5.5 M steps is": AT_HORIZON}
 """Both ends of a comparison: when each learner's trials are over, and after the same steps."""
 
 _OUTPERFORMS = "Timed learning does significantly better than both others."
-_FAR_SOONER = "It converges a good deal faster than both of them."
+FAR_SOONER = "It converges a good deal faster than both of them."
 _TWO_SKILLS = (
     "Two skills converge very quickly, but at a lower level, since the predator cannot back away"
     " when it starts in the prey's view or strays into it."
@@ -79,7 +79,7 @@ _COMPARED: Sequence[Finding] = (
     *(
         ahead(
             *_STANDARD,
-            _FAR_SOONER,
+            FAR_SOONER,
             f"timed learns a good deal faster than {name}: from 1.5 to 2 M steps",
             _timed("1.5–2 M"),
             _other(other, "1.5–2 M"),
@@ -90,7 +90,7 @@ _COMPARED: Sequence[Finding] = (
     *(
         ahead(
             *_STANDARD,
-            _FAR_SOONER,
+            FAR_SOONER,
             f"timed comes to 50 for good more than 0.55 M steps before {name}, who counts"
             " as there at 5.5 M at the latest",
             _other(other, PASSAGE),
