@@ -135,17 +135,6 @@ FINDINGS: Sequence[Finding] = (
         for world, where in _READINGS.items()
     ),
     *(
-        ahead(
-            *_RESOLUTION,
-            _FAVORABLY,
-            f"timed ends above {name} {where}",
-            term(world, "timed"),
-            term(_world_of(other, world), other),
-        )
-        for world, where in _READINGS.items()
-        for other, name in OTHERS.items()
-    ),
-    *(
         Finding(
             *_RESOLUTION,
             _FAVORABLY,
@@ -157,6 +146,17 @@ FINDINGS: Sequence[Finding] = (
                 term("120", other),
             ),
             MORE,
+        )
+        for world, where in _READINGS.items()
+        for other, name in OTHERS.items()
+    ),
+    *(
+        ahead(
+            *_RESOLUTION,
+            _OVERALL,
+            f"timed ends above {name} {where}",
+            term(world, "timed"),
+            term(_world_of(other, world), other),
         )
         for world, where in _READINGS.items()
         for other, name in OTHERS.items()
