@@ -83,10 +83,18 @@ def test_explorations_that_overlap_do_the_harm_and_not_joining_together(kept: Fo
         for joined in ("in turn", "together")
         for explored in ("in turn", "together")
     }
-    thesis = ends["in turn", "in turn"]
-    assert abs(ends["together", "in turn"] - thesis) < 5
-    assert ends["together", "together"] < thesis - 5
-    assert ends["in turn", "together"] < thesis
+    in_turn = ends["in turn", "in turn"]
+    assert in_turn - 5 < ends["together", "in turn"] < in_turn
+    assert ends["in turn", "together"] < ends["together", "in turn"]
+    assert ends["together", "together"] < ends["in turn", "together"]
+
+
+def test_early_skills_have_to_join_in_turn(kept: Found) -> None:
+    in_turn, together = (
+        of(kept, f"together: early, joined {how}, explored in turn: horizon_reward")
+        for how in ("in turn", "together")
+    )
+    assert in_turn > together + 15
 
 
 def test_some_numbers_of_a_schedule_matter_and_others_do_not(kept: Found) -> None:
