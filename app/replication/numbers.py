@@ -225,7 +225,7 @@ def _add_readings(found: Found, results: Results) -> None:
     ]
     header = ("reading", *(quantity.title for quantity in readings.QUANTITIES))
     labels = [reading.label for reading in every]
-    found.tables["readings"] = Table(header, [*zip(labels, *shown, strict=True)])
+    found.tables["each reading"] = Table(header, [*zip(labels, *shown, strict=True)])
     dependences = readings.dependences(reader, every)
     counts = Counter(dependence.standing for dependence in dependences)
     for standing in ("robust", "fitted", "open"):
