@@ -19,7 +19,7 @@ from app.results.read import Group, Reader
 WORLD: Final = "120"
 """The standard world, by the name that the thesis's findings have for it."""
 OPEN_POINTS: Final[Mapping[str, str]] = {
-    "learner.spiral_penalty": "what circling costs that gives ground (c)",
+    "learner.spiral_penalty": "what a circle is charged for coming nearer (c)",
     "learner.skills_that_learn": "which skills learn at a step",
     "learner.local_rewards": "whether local rewards have a size or only a sign",
     "world.ring_exponent": "how the rings of the distance sensor lie",

@@ -48,7 +48,7 @@ def test_variants_of_open_points_are_readings_the_own_one_first(folder: Path) ->
     own, *others = readings.readings_of(groups_in(folder))
     assert (own.label, own.point) == (OWN, "")
     assert {reading.label: reading.point for reading in others} == {
-        "c = 0": "what circling costs that gives ground (c)",
+        "c = 0": "what a circle is charged for coming nearer (c)",
         "all learn": "which skills learn at a step",
     }
 

@@ -38,7 +38,8 @@ def passages_picture(
     small = page.small_print(
         "Kaplan-Meier estimate of the share of n runs (seeds) that have got there by so many"
         " simulation steps; shaded: 95 % interval, point by point (log-log). Ticks: runs that"
-        f" ended before they got there, and count until then. {note}".strip()
+        " ended before they got there, or before they had kept to it for long enough, and count"
+        f" until then. {note}".strip()
     )
     return page.picture(name, caption, drawn(name, Arriving(panels), small))
 
