@@ -54,7 +54,8 @@ def main(workers: int) -> None:
     session = Session(spec, "timed", 1, FULL_SPEED, playing=True)
     session.start()
     session.wait_for(lambda status: status.snapshot.step > 0, PATIENCE_S)
-    ratios, rates = [], []
+    ratios: list[float] = []
+    rates: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
         for number in range(ROUNDS):
             alone = rate_of(session, spec)

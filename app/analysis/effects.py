@@ -15,7 +15,7 @@ for their number by Holm's procedure. Bands are percentile bootstraps over varia
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -299,8 +299,8 @@ def _resampled(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     rng = estimates.bootstrap_rng()
     counts = rng.multinomial(n, np.full(n, 1 / n), size=estimates.RESAMPLES).astype(np.float64)
     squares = (matrix[:, :, np.newaxis] * matrix[:, np.newaxis, :]).reshape(n, -1)
-    left = (counts @ squares).reshape(-1, n_columns, n_columns) + _RIDGE * n * np.eye(n_columns)
-    right = counts @ (matrix * values[:, np.newaxis])
-    solve: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.linalg.solve
-    found = solve(left, right[:, :, np.newaxis])
-    return found[:, :, 0]
+    left: np.ndarray = (counts @ squares).reshape(-1, n_columns, n_columns) + _RIDGE * n * np.eye(
+        n_columns
+    )
+    right: np.ndarray = counts @ (matrix * values[:, np.newaxis])
+    return np.linalg.solve(left, right[:, :, np.newaxis])[:, :, 0]

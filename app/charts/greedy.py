@@ -7,7 +7,7 @@ import numpy as np
 from app.analysis import estimates
 from app.analysis.estimates import Axis
 from app.charts.model import Greedy
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 
 
 def averaged(curves: Sequence[GreedyCurve], axis: Axis) -> Greedy | None:

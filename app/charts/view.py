@@ -118,8 +118,7 @@ def answer(view: View, words: str, gathering: Gathering, rows: int) -> View:
     if verb == "axis":
         return next((replace(view, axis=axis) for axis in get_args(Axis) if axis == what), view)
     if verb == "windows":
-        found = next((each for each in WINDOWS if each == what), view.windows)
-        return replace(view, windows=found)
+        return replace(view, windows=what) if what in WINDOWS else view
     if verb == "metric":
         offered = {metric.column for metric in charted(gathering)}
         return replace(view, metric=what) if what in offered else view

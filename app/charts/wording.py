@@ -1,10 +1,11 @@
 """Estimates and names as charts and tables write them, and what is said of how many runs."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from app.analysis.estimates import LEAST_RUNS, Estimate
+from app.analysis.passages import Arrivals
 from app.words.numbers import shown_number
 from app.words.plain import shortened
 
@@ -22,6 +23,25 @@ def shown_estimate(estimate: Estimate, form: str = ".3g") -> str:
     if math.isnan(estimate.value) or not estimate.has_interval:
         return value
     return f"{value} [{shown_number(estimate.low, form)}, {shown_number(estimate.high, form)}]"
+
+
+def shown_median(found: Arrivals, steps: Callable[[float], str]) -> str:
+    """After how many steps half of the runs have got somewhere, with the interval of that.
+
+    Args:
+        found: of one run at the least.
+        steps: how a finite number of them is written.
+    """
+
+    def end(value: float) -> str:
+        return "\N{INFINITY}" if math.isinf(value) else steps(value)
+
+    median = found.median
+    value = f"more than {steps(found.last)}" if math.isinf(median.value) else steps(median.value)
+    # An interval of nothing but "may never" says no more than the median does.
+    if not math.isfinite(median.low):
+        return value
+    return f"{value} [{end(median.low)}, {end(median.high)}]"
 
 
 def shown_p(p: float) -> str:

@@ -33,8 +33,9 @@ HIDDEN_HINT = ""
 Flag = Annotated[bool, arg(help_behavior_hint=HIDDEN_HINT)]
 """The type of an option that takes no value."""
 
+COLUMNS = 80
+"""Of a terminal that is not told to be wider."""
 _SHOWN_CHARACTERS = 40
-_COLUMNS = 80
 _NOTHING = "\N{EN DASH}"
 
 
@@ -112,7 +113,7 @@ def complain(text: str) -> None:
 
 def filled(text: str, indent: str = "  ") -> str:
     """A text in lines that fit a terminal, those after the first indented."""
-    return textwrap.fill(text, _COLUMNS, subsequent_indent=indent, break_on_hyphens=False)
+    return textwrap.fill(text, COLUMNS, subsequent_indent=indent, break_on_hyphens=False)
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -21,6 +21,7 @@ from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 from app import __version__
 from app.cli import bench, doctor, experiment, lab, replicate, report, run
 from app.cli.answers import (
+    COLUMNS,
     EXIT_FAILED,
     EXIT_OK,
     EXIT_PIPE_CLOSED,
@@ -130,9 +131,9 @@ def _parsed(kind: type[Any], prog: str, argv: Sequence[str]) -> Any:
         # tyro's own options, which are not ours.
         if word.replace("_", "-").startswith("--tyro-"):
             raise UsageError(_unknown_word(kind, prog, [word]))
-    complaint = io.StringIO()
+    complaint, told = io.StringIO(), _Told(sys.stdout)
     try:
-        with contextlib.redirect_stderr(complaint):
+        with contextlib.redirect_stderr(complaint), contextlib.redirect_stdout(told):
             command, unknown = tyro.cli(
                 kind,
                 prog=prog,
@@ -143,6 +144,7 @@ def _parsed(kind: type[Any], prog: str, argv: Sequence[str]) -> Any:
             )
     except SystemExit as end:
         if not end.code:
+            sys.stdout.write(_narrow(told.text))
             return None
         # Values are texts, so all that tyro itself can miss is one.
         option = re.search(r"--[a-z][a-z-]*", complaint.getvalue())
@@ -151,6 +153,39 @@ def _parsed(kind: type[Any], prog: str, argv: Sequence[str]) -> Any:
     if unknown:
         raise UsageError(_unknown_word(kind, prog, unknown))
     return command
+
+
+_COLOURS = r"(?:\x1b\[[\d;]*m)*"
+
+
+class _Told(io.TextIOWrapper):
+    """Keeps what is printed, in the characters and colours that another stream can show."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._kept = io.BytesIO()
+        super().__init__(self._kept, encoding=stream.encoding, errors="backslashreplace")
+        self._stream = stream
+
+    def isatty(self) -> bool:
+        return self._stream.isatty()
+
+    @property
+    def text(self) -> str:
+        self.flush()
+        return self._kept.getvalue().decode(self.encoding)
+
+
+def _narrow(told: str) -> str:
+    """A help whose first line, how the command is used, fits a terminal as all others do."""
+    usage, end, rest = told.partition("\n")
+    lines = [""]
+    for words in re.split(rf" (?={_COLOURS}\[)", usage):
+        line = f"{lines[-1]} {words}" if lines[-1] else words
+        if len(re.sub(_COLOURS, "", line)) <= COLUMNS:
+            lines[-1] = line
+        else:
+            lines.append(f"  {words}")
+    return "\n".join(lines) + end + rest
 
 
 def _description(kind: type[Any]) -> str:

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 from learners.spec import MAX_TRIALS
 from sim.world import CAPTURE, TIMEOUT
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.metrics import CURVE_HUNTS, Greedy, GreedyCurve, greedy_of
+from app.metrics.course import CURVE_HUNTS, Greedy, GreedyCurve, greedy_of
 from learners import measures
 from learners.kernel.state import tables
 from learners.run import Run

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, cast
 
 from app.documents.experiment_spec import Stop
 from app.documents.experiments import Experiment
-from app.metrics import BY_COLUMN, MILESTONES
+from app.metrics import BY_COLUMN, PASSAGES
 
 DONE: Final = "done"
 FAILED: Final = "failed"
@@ -68,7 +68,7 @@ class Record:
     ended_at: str
     """In UTC; empty where that is not known."""
     values: Mapping[str, float]
-    """Of all metrics, by column: NaN where there is nothing, infinite for a milestone that was
+    """Of all metrics, by column: NaN where there is nothing, infinite for a passage that was
     never reached."""
     arrays: str
     """Checksum of the archive of its arrays; empty if there is none."""
@@ -112,10 +112,10 @@ def all_values(found: Mapping[str, float | int | None], wanted: Sequence[str]) -
     """The values of a record, of all metrics.
 
     Args:
-        found: by column; None where there is nothing, or a milestone was never reached.
+        found: by column; None where there is nothing, or a passage was never reached.
         wanted: columns that were measured.
     """
-    never = {name: math.inf for name in MILESTONES if name in wanted}
+    never = {name: math.inf for name in PASSAGES if name in wanted}
     return {
         name: never.get(name, math.nan) if (value := found.get(name)) is None else float(value)
         for name in BY_COLUMN

@@ -38,7 +38,7 @@ COLUMNS: Final = {
     "steps": "INTEGER",
     **{
         metric.column: "INTEGER" if metric.whole else "REAL"
-        for metric in of_kind("endings", "performance", "milestone", "behaviour")
+        for metric in of_kind("endings", "performance", "passage", "behaviour")
     },
 }
 """Of a new table ``runs``. ``overrides`` and ``settings`` are JSON, ``ended_at`` is UTC. An older

@@ -22,7 +22,8 @@ from app.documents.variants import Variant
 from app.experiments.archive import packed
 from app.experiments.facts import Facts
 from app.experiments.probes import Agenda, GreedyNotes, Pictures, Probe
-from app.metrics import Course, greedy_of, measured, wants_greedy
+from app.metrics import measured, wants_greedy
+from app.metrics.course import Course, greedy_of
 from learners import behaviour, measures
 from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.run import Run

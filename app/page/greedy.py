@@ -12,7 +12,7 @@ import numpy as np
 from app.explain.cell import policy_of
 from app.live.session import Status
 from app.live.snapshot import Snapshot
-from app.metrics import NO_CURVE, Greedy, GreedyCurve, greedy_by
+from app.metrics.course import NO_CURVE, Greedy, GreedyCurve, greedy_by
 from app.util.background import Maker
 
 EVERY_TRIALS: Final = 2_000

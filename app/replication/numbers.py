@@ -3,67 +3,43 @@
 import math
 import statistics
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
-from app.analysis import effects, estimates, passages
+from app.analysis import effects
 from app.analysis.effects import Analysis
-from app.analysis.estimates import Estimate, bootstrap_rng
+from app.analysis.estimates import bootstrap_rng
 from app.charts.wording import shown_estimate, shown_p
 from app.documents.samples import is_draw
-from app.experiments import facts
 from app.metrics import BY_COLUMN
 from app.replication.page import Found, Table
 from app.replication.plan import EXPERIMENTS, THESIS
+from app.replication.quantities import facts_table
+from app.replication.variants import (
+    REWARDS,
+    SEARCHED_FOR,
+    Results,
+    add_learners,
+    add_standard_world,
+    elsewhere_table,
+    mean_of,
+    means_of,
+    reader_of,
+    results_in,
+    variants_table,
+)
 from app.report.sections.effects import in_words
-from app.results import findings, read, readings, thesis
-from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged, Place
-from app.results.read import Folder, Group, Reader, groups_of, read_folder
+from app.results import findings, readings, thesis
+from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged
+from app.results.read import Reader, groups_of
 from app.results.readings import Dependence
 from app.results.thesis import Placed
-from app.results.thesis.quantities import EARLY_CAPTURES
 from app.results.thesis.standard import FAR_SOONER
 from app.words.numbers import NONE, shown_number
 
-SHOWN: Final[Mapping[str, str]] = {
-    "final_reward": "end of the trials",
-    "final_greedy": "by greed",
-    "horizon_reward": "at the horizon",
-    "horizon_greedy": "by greed",
-    "horizon_area": "area to the horizon",
-}
-"""Columns of tables of variants, with their headings."""
 SEARCHES: Final = ("baselines_search", "timing_seven")
-SEARCHED_FOR: Final = ("horizon_reward", "horizon_area")
-"""What is searched for: the end, and speed."""
-PASSAGES: Final = ("steps_to_70", "first_to_70")
-"""The passage that tables of variants show, and what it is to be told apart from."""
-ELSEWHERE: Final = ("size 60", "size 150", "sensors 16 x 11", "sensors 8 x 6")
-"""The worlds in which what was tuned in the standard one is run as well."""
-TUNED: Final = (
-    ("standard Q, tuned for the end", "timed, tuned for the end"),
-    ("standard Q, tuned for speed", "timed, tuned for speed"),
-    ("standard Q, hopeful", "timed, tuned for the end"),
-)
-"""What is set against one another in all worlds."""
-
-_REWARDS: Final = ".1f"
 _BOLD: Final = {HOLDS: "holds", FAILS: "**does not hold**", UNDECIDED: "undecided"}
-
-
-class Results(NamedTuple):
-    """The results of one experiment."""
-
-    folder: Folder
-    groups: Sequence[Group]
-
-    def group(self, label: str) -> Group:
-        """The runs of a variant; raises KeyError where there is none."""
-        for group in self.groups:
-            if group.label == label:
-                return group
-        raise KeyError(f"{self.folder.path.name} has no variant {label!r}")
 
 
 def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found:
@@ -76,14 +52,14 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
     Raises:
         ResultsError: an experiment was not run, or its results are damaged.
     """
-    every = {name: _results_in(out / name) for name in EXPERIMENTS}
+    every = {name: results_in(out / name) for name in EXPERIMENTS}
     found = Found()
     runs = [run for results in every.values() for run in results.folder.rows]
     found.texts["runs"] = f"{len(runs):,}"
     found.texts["steps"] = f"{sum(run.steps for run in runs) / 1e9:.0f}"
     found.texts["experiments"] = f"{len(every)}"
     for name, results in every.items():
-        found.texts |= _means(name, results)
+        found.texts |= means_of(name, results)
     tell("judging the findings")
     _add_findings(found, [every[name] for name in THESIS])
     tell("reading the thesis otherwise")
@@ -91,8 +67,8 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
     for name in ("baselines", "together", "ablation", "timing_test"):
         found.tables[f"{name} table"] = variants_table(every[name])
     found.tables["baselines elsewhere"] = elsewhere_table(every["baselines"])
-    _add_learners(found, [every[name] for name in THESIS[:3]])
-    _add_standard_world(found, every["figure_4_1"])
+    add_learners(found, [every[name] for name in THESIS[:3]])
+    add_standard_world(found, every["figure_4_1"])
     found.tables["facts"] = facts_table([every[name] for name in THESIS])
     for name in ("timing_seven", "timing_plane"):
         _add_spread(found, name, every[name])
@@ -103,22 +79,12 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
     return found
 
 
-def _results_in(path: Path) -> Results:
-    folder = read_folder(path)
-    return Results(folder, groups_of(folder.rows))
-
-
 # --- Findings ------------------------------------------------------------------------------------
-
-
-def _reader_of(results: Sequence[Results]) -> Reader:
-    rows = [run for each in results for run in each.folder.rows]
-    return Reader(read.widths_of(rows), thesis.quantities_of)
 
 
 def _add_findings(found: Found, results: Sequence[Results]) -> None:
     rows = [run for each in results for run in each.folder.rows]
-    placed, reader = thesis.placed_of(groups_of(rows)), _reader_of(results)
+    placed, reader = thesis.placed_of(groups_of(rows)), reader_of(results)
     measured = [
         (finding, thesis.effect_of(finding, reader, placed, bootstrap_rng()))
         for finding in thesis.FINDINGS
@@ -210,7 +176,7 @@ def _findings_table(every: Sequence[Judged]) -> Table:
 
 
 def _add_readings(found: Found, results: Results) -> None:
-    reader, every = _reader_of([results]), readings.readings_of(results.groups)
+    reader, every = reader_of([results]), readings.readings_of(results.groups)
     columns = [
         (quantity, [readings.quantity_of(quantity, reader, reading) for reading in every])
         for quantity in readings.QUANTITIES
@@ -225,7 +191,7 @@ def _add_readings(found: Found, results: Results) -> None:
     ]
     header = ("reading", *(quantity.title for quantity in readings.QUANTITIES))
     labels = [reading.label for reading in every]
-    found.tables["readings"] = Table(header, [*zip(labels, *shown, strict=True)])
+    found.tables["each reading"] = Table(header, [*zip(labels, *shown, strict=True)])
     dependences = readings.dependences(reader, every)
     counts = Counter(dependence.standing for dependence in dependences)
     for standing in ("robust", "fitted", "open"):
@@ -257,194 +223,7 @@ def _add_faster(found: Found, dependences: Sequence[Dependence], every: Sequence
     found.texts["not surely faster"] = ", ".join(others) or "none"
 
 
-# --- Variants ------------------------------------------------------------------------------------
-
-
-def mean_of(group: Group, column: str) -> Estimate:
-    """The mean of a column over the runs of a variant."""
-    return estimates.mean(group.values(column), bootstrap_rng())
-
-
-def difference(results: Results, first: str, second: str, column: str) -> Estimate:
-    """How much more a variant has than another, by their labels."""
-    terms = [(1.0, results.group(first)), (-1.0, results.group(second))]
-    by_seed = [(weight, group.by_seed(column)) for weight, group in terms]
-    return estimates.contrast(by_seed, bootstrap_rng()).estimate
-
-
-def _means(name: str, results: Results) -> dict[str, str]:
-    """The means of all variants by ``EXPERIMENT: LABEL: COLUMN``, those of draws aside."""
-    found = {
-        f"{name}: {group.label}: {column}": shown_estimate(mean_of(group, column), _REWARDS)
-        for group in results.groups
-        for column in BY_COLUMN
-        if column in (*SHOWN, "area")
-        and not is_draw(group.label)
-        and read.measured([group], column)
-    }
-    reached = {
-        f"{name}: {group.label}: {column}": _passage(group, column)
-        for group in results.groups
-        for column in PASSAGES
-        if not is_draw(group.label)
-    }
-    return found | reached
-
-
-def _passage(group: Group, column: str = PASSAGES[0]) -> str:
-    """The median of the steps until a reward of 70 is kept, or first touched, in millions."""
-    every = [*group.passages(column).values()]
-    if not every:
-        return NONE
-    arrived = passages.arrivals(every)
-    median = arrived.median
-    if math.isinf(median.value):
-        return f"more than {arrived.last / 1e6:.1f}"
-    ends = f" [{_millions(median.low)}, {_millions(median.high)}]" if median.has_interval else ""
-    return f"{_millions(median.value)}{ends}"
-
-
-def _millions(steps: float) -> str:
-    return shown_number(steps / 1e6, ".2f") if math.isfinite(steps) else "\N{INFINITY}"
-
-
-def _row(label: str, group: Group, shown: Sequence[str] = (*SHOWN,)) -> Sequence[str]:
-    means = (shown_estimate(mean_of(group, column), _REWARDS) for column in shown)
-    return (label, f"{len(group.runs)}", *means, _passage(group))
-
-
-def variants_table(results: Results) -> Table:
-    """Variants, a row each: where they end, by greed as well, and how fast they got there.
-
-    Where runs end at the horizon, whatever their presets' trials, there is no other end. What is
-    set against one another in all worlds has a table of its own.
-    """
-    is_cut = any(run.origin.steps_alone for run in results.folder.rows)
-    shown = [column for column in SHOWN if not (is_cut and column.startswith("final_"))]
-    tuned = {_in_world(label, where) for both in TUNED for label in both for where in ELSEWHERE}
-    rows = [_row(g.label, g, shown) for g in results.groups if g.label not in tuned]
-    return Table(("", "runs", *(SHOWN[column] for column in shown), "M steps to 70"), rows)
-
-
-def elsewhere_table(results: Results) -> Table:
-    """How what was tuned in the standard world does in it and in the others."""
-    rows: list[Sequence[str]] = []
-    for where in ("", *ELSEWHERE):
-        for both in TUNED:
-            theirs, mine = (_in_world(label, where) for label in both)
-            cells: list[str] = []
-            for column in SEARCHED_FOR:
-                means = (mean_of(results.group(label), column) for label in (mine, theirs))
-                lead = difference(results, mine, theirs, column)
-                cells += [shown_estimate(e, _REWARDS) for e in (*means, lead)]
-            rows.append((where or "standard", " / ".join(reversed(both)), *cells))
-    what = [f"{when}: {which}" for when in ("end", "area") for which in ("first", "second", "lead")]
-    return Table(("world", "first / second", *what), rows)
-
-
-def _in_world(label: str, where: str) -> str:
-    """What a variant is called where it is run in another world."""
-    return f"{label} elsewhere, {where}" if where else label
-
-
-def _add_standard_world(found: Found, results: Results) -> None:
-    """Who ends where in the standard world, and how much runs of three skills differ."""
-    for column in SHOWN:
-        means = {group.label: mean_of(group, column).value for group in results.groups}
-        order = sorted(means, key=lambda label: -means[label])
-        found.texts[f"order: {column}"] = ", ".join(
-            f"`{label}` {shown_number(means[label], _REWARDS)}" for label in order
-        )
-    ends = results.group("hierarchical_3").values("final_reward")
-    sd = statistics.stdev(ends) if len(ends) > 1 else math.nan
-    spread = {"sd": sd, "lowest": min(ends), "highest": max(ends)}
-    found.texts["three skills: runs"] = str(len(ends))
-    for key, value in spread.items():
-        found.texts[f"three skills: {key}"] = shown_number(value, _REWARDS)
-
-
-def _add_learners(found: Found, results: Sequence[Results]) -> None:
-    """The thesis's four learners in its worlds."""
-    rows = [run for each in results for run in each.folder.rows]
-    placed = thesis.placed_of(groups_of(rows))
-    lines = [
-        _row(f"{world}: {learner}", Group(learner, learner, {}, [*placed[world, learner]]))
-        for world in thesis.WORLDS
-        for learner in thesis.LEARNER_TITLES
-        if (world, learner) in placed
-    ]
-    header = ("world: learner", "runs", *SHOWN.values(), "M steps to 70")
-    found.tables["learners"] = Table(header, lines)
-
-
-class Fact(NamedTuple):
-    """A quantity that some findings set against another one, as it is."""
-
-    what: str
-    form: str
-    places: Sequence[Place]
-    quantity: str
-
-
-_SIZES: Final = ("60", "120", "150")
-_SENSORS: Final = ("120", "16×11", "8×6")
-_FACTS: Final[Sequence[Fact]] = (
-    *(
-        Fact(
-            f"captures in 100,000 early steps, {thesis.LEARNER_TITLES[learner]}",
-            ".0f",
-            [(world, learner) for world in _SIZES],
-            EARLY_CAPTURES,
-        )
-        for learner in ("standard_q", "hierarchical_3", "timed")
-    ),
-    *(
-        Fact(
-            f"share of early steps that end in the state they began in,"
-            f" {thesis.LEARNER_TITLES[learner]}",
-            ".2f",
-            [(world, learner) for world in _SENSORS],
-            facts.STAYED,
-        )
-        for learner in ("standard_q", "hierarchical_3", "timed")
-    ),
-    *(
-        Fact(
-            f"share of its steps that make progress, {skill} after {step:,} steps",
-            ".2f",
-            [("120", learner)],
-            facts.progress(skill, step),
-        )
-        for step in facts.PRACTICE_STEPS
-        for learner, skill in (
-            ("timed", "approach"),
-            ("hierarchical_2", "approach"),
-            ("hierarchical_2", "circle_clockwise"),
-        )
-    ),
-    Fact(
-        "cells from the prey as avoid is explored",
-        ".0f",
-        [("120", "timed"), ("120", "timed, avoid at 0.95")],
-        facts.distance("avoid"),
-    ),
-)
-"""What is shown beside the findings that compare it."""
-
-
-def facts_table(results: Sequence[Results]) -> Table:
-    """Quantities as they are, of which findings only say how they compare."""
-    rows = [run for each in results for run in each.folder.rows]
-    placed, reader = thesis.placed_of(groups_of(rows)), _reader_of(results)
-    lines: list[Sequence[str]] = []
-    for fact in _FACTS:
-        for world, learner in fact.places:
-            traces = reader.traces(placed[world, learner])
-            values = [trace.quantities.get(fact.quantity, math.nan) for trace in traces]
-            mean = estimates.mean(values, bootstrap_rng())
-            place = f"{world}: {learner}"
-            lines.append((fact.what, place, f"{mean.n}", shown_estimate(mean, fact.form)))
-    return Table(("quantity", "world: learner", "runs", "mean [95 %]"), lines)
+# --- Searches ------------------------------------------------------------------------------------
 
 
 def _add_spread(found: Found, name: str, results: Results) -> None:
@@ -452,7 +231,7 @@ def _add_spread(found: Found, name: str, results: Results) -> None:
     for column in SEARCHED_FOR:
         means = [mean_of(group, column).value for group in results.groups]
         for key, value in (("lowest", min(means)), ("highest", max(means))):
-            found.texts[f"{name}: {key} {column}"] = shown_number(value, _REWARDS)
+            found.texts[f"{name}: {key} {column}"] = shown_number(value, REWARDS)
 
 
 def _best_of(results: Results) -> dict[str, dict[str, Any]]:

@@ -51,8 +51,8 @@ class Found:
     def from_json(cls, text: str) -> "Found":
         """What a file holds."""
         found: dict[str, Any] = json.loads(text)
-        tables = {name: Table(*table) for name, table in found["tables"].items()}
-        return cls(**{**found, "tables": tables})
+        found["tables"] = {name: Table(*table) for name, table in found["tables"].items()}
+        return cls(**found)
 
 
 def filled(template: str, found: Found) -> str:

@@ -1,5 +1,6 @@
 """A page in the making: its sections, its tables, and the pictures that stand in it."""
 
+import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -100,8 +101,8 @@ def words(text: object) -> Markup:
 
 
 def link(path: str, text: str) -> Markup:
-    """A link to a file by its path from the page."""
-    return element("a", text, href=quote(path))
+    """A link to a file by its path from the page, whatever bytes that has."""
+    return element("a", text, href=quote(os.fsencode(path)))
 
 
 def switch(name: str, what: str, views: Sequence[View]) -> Markup:
@@ -149,10 +150,6 @@ class Page:
     def say(self, title: str, *parts: object) -> None:
         """Add a section, which the list of contents leads to."""
         self.sections.append(self._section(title, parts))
-
-    def say_first(self, title: str, *parts: object) -> None:
-        """Add a section before all others."""
-        self.sections.insert(0, self._section(title, parts))
 
     def lead(self, headline: str) -> None:
         """Put what came out at the head of the page, unless something stands there already."""

@@ -27,6 +27,8 @@ _HORIZON_REWARD = BY_COLUMN["horizon_reward"].column
 _STANDARD = "120"
 _SIZES = ("60", "120", "150")
 """Worlds that are called by their size; the others go by their sensors."""
+_MOST_CLAUSES = 3
+"""Worlds of which a sentence says how far; of more it says that of the first alone."""
 
 
 class Against(NamedTuple):
@@ -62,6 +64,8 @@ def lead_with_thesis(page: Page, reader: Reader, placed: Placed, horizon: int | 
     fewest = min(closest.difference.n for _, closest in found)
     seeds = counted(fewest, "seed")
     clauses = [_clause(world, closest) for world, closest in found]
+    if len(clauses) > _MOST_CLAUSES:
+        clauses[1:] = _elsewhere(found[1:])
     first, _ = found[0]
     at = _closest(first, {place: _at_horizon(runs) for place, runs in placed.items()})
     if at is not None and horizon is not None:
@@ -75,8 +79,21 @@ def lead_with_thesis(page: Page, reader: Reader, placed: Placed, horizon: int | 
 
 def _clause(world: str, found: _Closest) -> str:
     """How the timed learner ends in a world."""
-    where = f"at {world}" if world in _SIZES else f"with sensors {world}"
-    return f"{where} ends {_of_timed(found)}"
+    return f"{_in(world)} ends {_of_timed(found)}"
+
+
+def _elsewhere(found: Sequence[tuple[str, _Closest]]) -> list[str]:
+    """Where the timed learner ends above all others, and where it does not."""
+    apart = [(world, closest) for world, closest in found if closest.difference.excludes_zero]
+    above = [_in(world) for world, closest in apart if closest.difference.value > 0]
+    below = [f"{c.name} {_in(world)}" for world, c in apart if c.difference.value < 0]
+    undecided = [f"{c.name} {_in(w)}" for w, c in found if not c.difference.excludes_zero]
+    ways = ("ends above all others", above), ("below", below), ("undecided against", undecided)
+    return [f"{way} {', '.join(which)}" for way, which in ways if which]
+
+
+def _in(world: str) -> str:
+    return f"at {world}" if world in _SIZES else f"with sensors {world}"
 
 
 def _closest(world: str, values: Mapping[Place, Mapping[int, float]]) -> _Closest | None:

@@ -11,11 +11,14 @@ from app.analysis.axles import grouped
 from app.experiments.record import Record
 from app.report.document import Page, details, link, table, words
 from app.report.parts import MOST_ROWS, left_out
+from app.results import thesis
 from app.results.horizon import Horizon
 from app.results.read import Folder, Group, folder_names
 from app.util.html import Markup, element, joined
 from app.words.numbers import NONE, counted, in_short
 
+_THESIS = {*thesis.FIGURES, "sentences"}
+"""Experiments that are the thesis's own."""
 _MOST_OPEN_ROWS = 16
 _LONGEST_TITLE = 120
 _FILES = {
@@ -30,6 +33,8 @@ def title_of(read: Sequence[Folder], compare: bool) -> str:
     if compare:
         first, second = (_title(folder) for folder in read)
         return first if first == second else f"{second}, beside: {first}"
+    if len(read) > 1 and {folder.name for folder in read} <= _THESIS:
+        return "The thesis's figures and findings"
     titles = [*dict.fromkeys(_title(folder) for folder in read)]
     text = "; ".join([titles[0], *(title[:1].lower() + title[1:] for title in titles[1:])])
     return text if len(text) <= _LONGEST_TITLE else f"Report on {len(titles)} experiments"

@@ -1,7 +1,7 @@
 """What sections of a report are made of: curves of variants, and cells and rules of tables."""
 
-import math
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from app.analysis import estimates
@@ -9,7 +9,7 @@ from app.analysis.estimates import LEAST_RUNS, Axis, Comparison, Estimate, Windo
 from app.analysis.passages import Passage, arrivals
 from app.charts.model import Curves, Panel
 from app.charts.paper.drawing import drawn
-from app.charts.wording import shown_estimate
+from app.charts.wording import shown_estimate, shown_median
 from app.metrics import Metric
 from app.report.document import Page, View, minor, switch
 from app.results.read import Group, Reader, Widths
@@ -186,21 +186,8 @@ def reached_cell(passages: Sequence[Passage]) -> Markup:
     if not passages:
         return Markup(NONE)
     found = arrivals(passages)
-    median = found.median
-    value = _steps(median.value)
-    if math.isinf(median.value):
-        value = f"more than {_steps(found.last)}"
-    # An interval of nothing but "may never" says no more than the median does.
-    interval = (
-        f" [{_steps(median.low)}, {_steps(median.high)}]" if math.isfinite(median.low) else ""
-    )
-    return _below(f"{value}{interval}", f"by {found.reached} of {counted(found.n, 'run')}")
-
-
-def _steps(value: float) -> str:
-    if math.isinf(value):
-        return "\N{INFINITY}"
-    return in_short(value, m_from=1e5)
+    median = shown_median(found, partial(in_short, m_from=1e5))
+    return _below(median, f"by {found.reached} of {counted(found.n, 'run')}")
 
 
 def _middle(mean: Estimate, middle: Estimate) -> str:

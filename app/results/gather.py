@@ -17,7 +17,8 @@ from app.analysis.estimates import Axis, Band, Estimate, Windows
 from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
 from app.experiments.record import Record
-from app.metrics import GreedyCurve, Metric, shown_first
+from app.metrics import Metric, shown_first
+from app.metrics.course import GreedyCurve
 from app.results.horizon import Horizon, UpTo, of_shortest, up_to, with_values
 from learners import measures
 from learners.spec import RunSpec

@@ -22,7 +22,7 @@ from app.experiments.archive import ArchiveError
 from app.experiments.record import Origin, Record, records_of
 from app.experiments.seed_lists import SeedLists
 from app.experiments.table import DamageError, UnreadableError, VersionError
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 from app.results.horizon import Horizon, UpTo, common, is_measured, up_to, with_values
 from app.util.texts import as_text
 from learners import measures
@@ -96,7 +96,7 @@ def passages_of(runs: Iterable[Record], column: str) -> dict[int, Passage]:
 
     Args:
         runs: of different seeds.
-        column: a milestone.
+        column: a passage.
     """
     found = ((run, run.values[column]) for run in runs)
     return {

@@ -30,6 +30,11 @@ def in_short(number: float, k_from: float = 9_999.5, m_from: float = 999_500.0) 
     return f"{number:,.0f}"
 
 
+def in_millions(number: float) -> str:
+    """A number of steps without its unit, a million; a dash where there is none."""
+    return shown_number(number / 1e6, ".2f")
+
+
 def speed_in_words(steps_per_s: float) -> str:
     """Steps per second in few characters, with their unit."""
     number = in_short(steps_per_s)

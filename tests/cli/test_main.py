@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -79,6 +80,17 @@ def test_help_fits_a_terminal(
     lines = answer(capsys, *command, flag).splitlines()
     assert lines[0].startswith(" ".join(["usage: pounce", *command]))
     assert max(map(len, lines)) <= 80
+
+
+def test_help_in_colours_is_as_narrow(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = answer(capsys, "replicate", "-h")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    coloured = answer(capsys, "replicate", "-h")
+    assert "\x1b[1m" in coloured
+    assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 
 
 @pytest.mark.parametrize("kind", main.EXAMPLES)
@@ -410,13 +422,13 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
-        " (did you mean run?)",
+        "'rnu' is not a command; allowed: lab, presets, run, experiment, report, replicate, bench,"
+        " doctor (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, presets, run, experiment, report, bench, doctor"
-        " (to open a preset: pounce lab timed)",
+        "'timed' is not a command; allowed: lab, presets, run, experiment, report, replicate,"
+        " bench, doctor (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),
     (

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.documents import experiments
-from app.replication.numbers import SEARCHED_FOR
+from app.replication.variants import SEARCHED_FOR
 from app.replication.write import NUMBERS
 from tests.support.pages import ROOT
 

@@ -30,7 +30,7 @@ from app.experiments.runner import Outcome, run_experiment
 from app.experiments.seeds import run_seeds
 from app.experiments.store import Folder, FolderError
 from app.experiments.task import Limits, made_run
-from app.metrics import Course
+from app.metrics.course import Course
 from learners import measures
 from learners.kernel.state import digest
 from learners.run import Run

@@ -10,7 +10,8 @@ from app.experiments import task
 from app.experiments.archive import Arrays, unpacked
 from app.experiments.probes import Probe
 from app.experiments.task import Finished, Limits, Task, made_run, perform, tasks_of
-from app.metrics import area_at, greedy_of, reward_at
+from app.metrics import area_at, reward_at
+from app.metrics.course import greedy_of
 from learners import measures
 from learners.kernel.state import digest
 from learners.run import Run

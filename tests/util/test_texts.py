@@ -60,7 +60,7 @@ def test_an_experiment_in_a_file_of_any_name_is_made_resumed_and_reported(
     assert (code, err) == (0, "")
     assert "\x1b" not in out
     page = Path(f"{stem}.html").read_text(encoding="utf-8")
-    assert f"<title>{called}</title>" in page
+    assert f"<title>{called[0].upper()}{called[1:]}</title>" in page
     assert "\x1b" not in page
 
 

@@ -11,6 +11,7 @@ from app.words.numbers import (
     counted,
     duration,
     in_hundredths,
+    in_millions,
     in_short,
     labelled_ticks,
     megabytes,
@@ -49,6 +50,10 @@ def test_an_axis_has_its_own_limits_of_what_is_short() -> None:
     trials = (0, 500, 20_000, 500_000, 1_500_000)
     assert [in_short(n, k_from=1e5) for n in trials] == ["0", "500", "20,000", "500 k", "1.5 M"]
     assert [in_short(n, m_from=1e5) for n in (9_000, 250_000)] == ["9,000", "0.25 M"]
+
+
+def test_millions_have_two_decimals_and_no_unit() -> None:
+    assert [in_millions(n) for n in (0, 384_000, 2.41e6, math.nan)] == ["0.00", "0.38", "2.41", "–"]
 
 
 def test_a_speed_of_one_step_has_no_s() -> None:

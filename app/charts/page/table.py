@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from app.analysis.passages import arrivals
 from app.charts.live import called
@@ -19,7 +20,8 @@ from app.util.html import escaped
 from app.words.numbers import NONE, shown_number
 
 
-class _Head(NamedTuple):
+@dataclass(frozen=True)
+class _Head:
     """A column of the table."""
 
     column: str
@@ -90,7 +92,7 @@ def _head_of(metric: Metric, gathering: Gathering) -> _Head:
     assert shown is not None
     column, text = metric.column, shown.text
     value: Callable[[Record], Any] = _value_of(column)
-    if metric.kind == "milestone":
+    if metric.kind == "passage":
         value, text = _passage_of(column), partial(_passage_text, text)
     return _Head(column, shown.title, shown.hint, shown.width, value, lambda run: text(value(run)))
 
@@ -133,7 +135,7 @@ def table_html(gathering: Gathering, view: View, address: Address, size: Size) -
     """A page of the table, with the way to its other pages."""
     stretch = min(max(size.width / Size().width, 1), _MOST_STRETCH)
     heads = [
-        head._replace(width=round(head.width * stretch))
+        replace(head, width=round(head.width * stretch))
         for head in _heads(gathering, size.width / stretch)
     ]
     shown = _in_order(listed(gathering, view), view, heads)
@@ -160,7 +162,7 @@ def _medians(gathering: Gathering) -> str:
         return ""
     told: list[str] = []
     for metric in tabled(gathering):
-        if metric.kind != "milestone" or metric.in_table is None:
+        if metric.kind != "passage" or metric.in_table is None:
             continue
         medians: list[str] = []
         for place, variant in enumerate(every):

@@ -1,6 +1,6 @@
 """How many runs have got somewhere, on paper."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -8,7 +8,6 @@ from app.charts.model import AXIS_UNITS, ArrivalLine, ArrivalPanel, Arriving
 from app.charts.paper.sheet import new_figure, plain, wrapped
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _LEGEND_CHARACTERS = 46
@@ -38,7 +37,7 @@ def arrivals_figure(chart: Arriving, small_print: str) -> "Figure":
     return figure
 
 
-def _draw_panel(axes: "Axes", panel: ArrivalPanel) -> None:
+def _draw_panel(axes: Any, panel: ArrivalPanel) -> None:
     scale, _ = AXIS_UNITS["steps"]
     axes.axhline(0.5, color="#E0E0E0", linewidth=0.8, zorder=1)
     for line in panel.lines:
@@ -46,7 +45,7 @@ def _draw_panel(axes: "Axes", panel: ArrivalPanel) -> None:
     axes.set_title(plain(panel.title), fontsize=9.5)
 
 
-def _draw_line(axes: "Axes", line: ArrivalLine, scale: float) -> None:
+def _draw_line(axes: Any, line: ArrivalLine, scale: float) -> None:
     found, style = line.arrivals, line.style
     # From none at the start to the last steps of which anything is known.
     x = np.concatenate([[0.0], found.steps, [found.last]]) * scale
@@ -72,7 +71,7 @@ def _draw_line(axes: "Axes", line: ArrivalLine, scale: float) -> None:
     )
 
 
-def _legend(figure: "Figure", chart: Arriving) -> None:
+def _legend(figure: Any, chart: Arriving) -> None:
     from matplotlib.lines import Line2D
 
     handles: list[Line2D] = []

@@ -1,7 +1,7 @@
 """Learning curves on paper."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from app.charts.paper.sheet import GREY, new_figure, plain, span, wrapped
 from app.charts.styles import Style
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _LEGEND_CHARACTERS = 46
@@ -41,7 +40,7 @@ def curves_figure(chart: Curves, small_print: str) -> "Figure":
     return figure
 
 
-def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
+def _draw_panel(axes: Any, panel: Panel, axis: Axis) -> None:
     scale, label = AXIS_UNITS[axis]
     for line in panel.lines:
         band, style = line.band, line.style
@@ -65,7 +64,7 @@ def _draw_panel(axes: "Axes", panel: Panel, axis: Axis) -> None:
     axes.set_xlabel(label)
 
 
-def _draw_marks(axes: "Axes", panel: Panel, axis: Axis) -> None:
+def _draw_marks(axes: Any, panel: Panel, axis: Axis) -> None:
     """The title, and lines with their names above the axes, each to the right of its mark."""
     scale, _ = AXIS_UNITS[axis]
     marks: Sequence[Mark] = sorted({mark for line in panel.lines for mark in line.marks})
@@ -87,14 +86,14 @@ def _draw_marks(axes: "Axes", panel: Panel, axis: Axis) -> None:
         )
 
 
-def _draw_mean(axes: "Axes", style: Style, x: np.ndarray, y: np.ndarray, alpha: float) -> None:
+def _draw_mean(axes: Any, style: Style, x: np.ndarray, y: np.ndarray, alpha: float) -> None:
     width = style.width if alpha == 1 else 0.6 * style.width
     (drawn,) = axes.plot(x, y, color=style.colour, linewidth=width, alpha=alpha, zorder=3)
     if style.dashes:
         drawn.set_dashes(style.dashes)
 
 
-def _legend(figure: "Figure", panels: Sequence[Panel]) -> None:
+def _legend(figure: Any, panels: Sequence[Panel]) -> None:
     from matplotlib.lines import Line2D
 
     counts: dict[tuple[str, Style], set[int]] = {}

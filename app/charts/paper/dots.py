@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.charts.model import Dot, Dots
 from app.charts.paper.sheet import GREY, INK, arms, axis_title, new_figure, wrapped
 from app.charts.styles import COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _ROW_CHARACTERS = 44
@@ -56,7 +55,7 @@ def dots_figure(chart: Dots, small_print: str) -> "Figure":
     return figure
 
 
-def _draw_runs(axes: "Axes", dots: Sequence[Dot]) -> None:
+def _draw_runs(axes: Any, dots: Sequence[Dot]) -> None:
     """Each run small and pale, a little above or below the middle of its row."""
     n_runs = sum(len(dot.runs) for dot in dots)
     for k, dot in enumerate(dots):

@@ -9,7 +9,7 @@ import io
 import re
 import warnings
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from app.charts.model import (
     Arriving,
@@ -36,9 +36,6 @@ from app.charts.paper.sheet import SMALL_PRINT, foot_of
 from app.charts.paper.values import values_figure
 from app.util import csv_texts
 from app.util.html import escaped
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _PNG_DPI = 160
 _MOST_SHOWN = 20
@@ -130,7 +127,7 @@ def _have_texts_stay_texts() -> None:
 
 
 def _saved(
-    name: str, figure: "Figure", rows: Rows, hints: Mapping[str, str], small_print: str
+    name: str, figure: Any, rows: Rows, hints: Mapping[str, str], small_print: str
 ) -> Drawing:
     """A figure as its files, with hints by the names of its parts."""
     from matplotlib.text import Text

@@ -1,6 +1,6 @@
 """Schedules on paper: when skills join, how long the selection is frozen then, what is explored."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.charts.model import AXIS_UNITS, Lane, Schedules
 from app.charts.paper.sheet import GREY, INK, new_figure, plain, wrapped
@@ -8,7 +8,6 @@ from app.charts.styles import COLOURS
 from app.words.plain import plain as plain_name
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _EXPLORED, _FROZEN = COLOURS[2], COLOURS[3]
@@ -24,7 +23,7 @@ def schedules_figure(chart: Schedules, small_print: str) -> "Figure":
     """A lane for each skill of each variant, against trials."""
     n_rows = len(chart.lanes) + len({lane.variant for lane in chart.lanes})
     figure = new_figure(8.0, 1.0 + _ROW_IN * n_rows, small_print)
-    axes = figure.subplots()
+    axes: Any = figure.subplots()
     end = max(lane.trials for lane in chart.lanes)
     scale, label = AXIS_UNITS["trials"]
     axes.set_xlim(0, end * scale)
@@ -56,7 +55,7 @@ def schedules_figure(chart: Schedules, small_print: str) -> "Figure":
     return figure
 
 
-def _draw_lane(axes: "Axes", row: int, lane: Lane, end: int, scale: float) -> None:
+def _draw_lane(axes: Any, row: int, lane: Lane, end: int, scale: float) -> None:
     axes.axhline(row, color="#E8E8E8", linewidth=0.8, zorder=0)
     if lane.joins >= lane.trials:
         axes.text(
@@ -93,7 +92,7 @@ def _draw_lane(axes: "Axes", row: int, lane: Lane, end: int, scale: float) -> No
     )
 
 
-def _legend(figure: "Figure") -> None:
+def _legend(figure: Any) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

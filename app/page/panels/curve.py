@@ -8,7 +8,7 @@ from viser import uplot
 from app.analysis.estimates import WINDOWS, Windows
 from app.charts.page.svg import Address, link
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
-from app.metrics import GREEDY_HUNTS, GreedyCurve
+from app.metrics.course import GREEDY_HUNTS, GreedyCurve
 from app.page.greedy import EVERY_TRIALS
 from app.page.panels.steering import command_in_words
 from app.picture.colours import css

@@ -16,7 +16,7 @@ from app.charts.page.svg import frame_html
 from app.explain import sentence
 from app.live.session import Status
 from app.live.snapshot import Snapshot
-from app.metrics import GREEDY_HUNTS, NO_CURVE, GreedyCurve
+from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.page import keys
 from app.page.inbox import Inbox, Intent
 from app.page.panels import curve
@@ -329,8 +329,8 @@ class Readings:
     def _called(self, words: str) -> None:
         """A link was clicked; whatever it says comes from the network."""
         verb, _, what = words.partition("/")
-        if verb == "windows":
-            self._windows = next((each for each in WINDOWS if each == what), self._windows)
+        if verb == "windows" and what in WINDOWS:
+            self._windows = what
             self._wake()
 
     def _choose_layer(self, layer: Layer, *_: object) -> None:

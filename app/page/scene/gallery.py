@@ -5,7 +5,7 @@ from collections.abc import Container
 import viser
 
 from app.live.session import Status
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 from app.page.panels.readings import Texts
 from app.page.scene.board import BoardView
 from app.picture.layer import Extras

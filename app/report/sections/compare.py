@@ -16,7 +16,7 @@ from app.charts.paper.drawing import drawn
 from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
-from app.metrics import MILESTONES, Metric
+from app.metrics import PASSAGES, Metric
 from app.report.document import Page, table
 from app.report.headline import Against, lead_with_differences
 from app.report.parts import (
@@ -126,7 +126,7 @@ def write_comparison(
     lead_with_differences(page, "A", against, shown.first, "variants of B")
     picture = _comparison_picture(page, pairs, shown.first)
     rules = [MEANS_RULE, DIFFERENCES_RULE, _SAMPLES_RULE, CHANCE_RULE]
-    if any(group.passages(name) for pair in pairs for group in pair for name in MILESTONES):
+    if any(group.passages(name) for pair in pairs for group in pair for name in PASSAGES):
         rules += [REACHED_RULE, STEPS_DIFFERENCES_RULE]
     page.say(
         "Difference B \N{MINUS SIGN} A",
@@ -198,7 +198,7 @@ def _comparison_tables(
                         pairing_cell(found),
                     )
                 )
-        rows += [_steps_row(pair, name) for name in MILESTONES if all(_measured(pair, name))]
+        rows += [_steps_row(pair, name) for name in PASSAGES if all(_measured(pair, name))]
         text = element("p", _identical(pair), class_="minor")
         unlike = _unlike(pair)
         differing = element("p", unlike) if unlike else Markup()
@@ -220,8 +220,8 @@ def _samples(pair: Pair, column: str, paired: bool) -> tuple[list[float], list[f
     return [before[seed] for seed in shared], [after[seed] for seed in shared]
 
 
-def _measured(pair: Pair, milestone: str) -> Iterable[bool]:
-    return (bool(group.passages(milestone)) for group in pair)
+def _measured(pair: Pair, passage: str) -> Iterable[bool]:
+    return (bool(group.passages(passage)) for group in pair)
 
 
 def _steps_row(pair: Pair, name: str) -> Sequence[object]:
@@ -233,7 +233,7 @@ def _steps_row(pair: Pair, name: str) -> Sequence[object]:
         for mine, theirs in ((before, after), (after, before))
     ]
     return (
-        MILESTONES[name],
+        PASSAGES[name],
         *map(reached_cell, values),
         shown_estimate(found.difference),
         chance_cell(found),

@@ -7,7 +7,7 @@ from app.charts.model import ArrivalLine, ArrivalPanel, Arriving
 from app.charts.paper.drawing import drawn
 from app.charts.styles import Style
 from app.experiments.record import Record
-from app.metrics import MILESTONES
+from app.metrics import PASSAGES
 from app.report.document import Page
 from app.results.read import passages_of
 from app.util.html import Markup
@@ -19,7 +19,7 @@ Variant = tuple[str, Sequence[Record], Style]
 def passages_picture(
     page: Page, name: str, caption: str, variants: Sequence[Variant], note: str = ""
 ) -> Markup:
-    """A picture of the milestones that were measured of variants; nothing where none was.
+    """A picture of the passages that were measured of variants; nothing where none was.
 
     Args:
         page: that keeps it.
@@ -30,7 +30,7 @@ def passages_picture(
     """
     panels = [
         ArrivalPanel(title, lines)
-        for column, title in MILESTONES.items()
+        for column, title in PASSAGES.items()
         if (lines := [*_lines(variants, column)])
     ]
     if not panels:

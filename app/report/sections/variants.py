@@ -12,7 +12,7 @@ from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
 from app.documents import presets
-from app.metrics import AT_HORIZON, BY_COLUMN, MILESTONES, Metric, at_steps
+from app.metrics import AT_HORIZON, BY_COLUMN, PASSAGES, Metric, at_steps
 from app.report.document import Page, details, table
 from app.report.headline import Against, lead_with_differences
 from app.report.parts import (
@@ -98,21 +98,21 @@ def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str
     """Numbers of all variants, averaged over their runs."""
     page.tell("averaging scalars")
     there = [metric for metric in shown.every if measured(groups, metric.column)]
-    milestones = [name for name in MILESTONES if any(group.passages(name) for group in groups)]
-    rule = f"{MEANS_RULE} {REACHED_RULE}" if milestones else MEANS_RULE
+    passages = [name for name in PASSAGES if any(group.passages(name) for group in groups)]
+    rule = f"{MEANS_RULE} {REACHED_RULE}" if passages else MEANS_RULE
     how_well, how, endings, length = (
         [metric for metric in there if metric.kind == kind]
         for kind in ("performance", "behaviour", "endings", "length")
     )
     some = groups[:MOST_ROWS]
-    by_horizon = [metric for metric in how_well if AT_HORIZON in BY_COLUMN[metric.column].title]
+    by_horizon = [metric for metric in how_well if BY_COLUMN[metric.column].is_at_horizon]
     finals = [metric for metric in how_well if metric not in by_horizon]
     at = AT_HORIZON if shown.horizon is None else at_steps(shown.horizon)
     tables = joined(
         [
             _titled("After the preset's trials", _scalar_table(some, finals, scalar_cell, ())),
             _titled(f"{at[:1].upper()}{at[1:]}", _scalar_table(some, by_horizon, scalar_cell, ())),
-            _titled("How it went", _scalar_table(some, how, mean_cell, milestones)),
+            _titled("How it went", _scalar_table(some, how, mean_cell, passages)),
             _titled("How trials ended", _scalar_table(some, endings, mean_cell, ())),
             _titled("How long runs were", _scalar_table(some, length, mean_cell, ())),
             left_out(len(groups)),
@@ -132,17 +132,17 @@ def _scalar_table(
     groups: Sequence[Group],
     metrics: Sequence[Metric],
     cell: Callable[[Sequence[float]], Markup],
-    milestones: Sequence[str],
+    passages: Sequence[str],
 ) -> Markup:
     """Numbers of each variant; nothing where none of them was measured."""
-    titles = [*(MILESTONES[name] for name in milestones), *(metric.label for metric in metrics)]
+    titles = [*(PASSAGES[name] for name in passages), *(metric.label for metric in metrics)]
     if not titles:
         return Markup()
     rows = [
         (
             group.label,
             len(group.runs),
-            *(reached_cell([*group.passages(name).values()]) for name in milestones),
+            *(reached_cell([*group.passages(name).values()]) for name in passages),
             *(cell(group.values(metric.column)) for metric in metrics),
         )
         for group in groups
@@ -203,7 +203,7 @@ def _other_differences(base: Group, others: Sequence[Group], shown: Shown) -> Ma
             for group in some:
                 found = estimates.compare(group.by_seed(metric.column), first, bootstrap_rng())
                 rows.append((metric.label, group.label, *_difference_cells(found)))
-    for name, title in MILESTONES.items():
+    for name, title in PASSAGES.items():
         first = base.passages(name)
         for group in some:
             passages = group.passages(name)

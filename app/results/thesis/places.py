@@ -73,7 +73,7 @@ LEARNERS: Mapping[str, Learner] = {
         {"learner.alpha": 0.6},
     ),
     "standard_q, hopeful": Learner(
-        "standard Q that hopes for much and tries nothing at random",
+        "standard Q that starts from hope and tries nothing at random",
         "standard_q",
         {
             "learner.alpha": 0.6,

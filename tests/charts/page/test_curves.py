@@ -10,7 +10,7 @@ from app.charts.model import Curves
 from app.charts.page.curves import curves_html
 from app.charts.view import View
 from app.documents.experiments import Experiment
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 from app.results.gather import Curve, Moment
 from tests.support.charts import chart_of, points_of
 from tests.support.runs import HOSTILE, NOTHING, THESIS, Shown, called, experiment_of

@@ -20,7 +20,7 @@ from app.live import snapshot
 from app.live.held import Opened
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 from app.page.panels import curve, readings
 from app.page.panels.readings import Readings, Texts
 from app.picture.layer import Extras

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from app.metrics import MILESTONES
+from app.metrics import PASSAGES
 from tests.support.folders import add_run, new_folder
 from tests.support.reports import page_of, pictures_of, text_of
 
@@ -23,20 +23,20 @@ def numbers_of(folder: Path, title: str) -> list[dict[str, str]]:
 
 
 def test_runs_that_have_got_there_are_drawn_by_steps(folder: Path) -> None:
-    first, second = (*MILESTONES,)[:2]
+    first, second = (*PASSAGES,)[:2]
     for seed in range(4):
-        measured: dict[str, Any] = dict.fromkeys(MILESTONES)
+        measured: dict[str, Any] = dict.fromkeys(PASSAGES)
         measured[first] = 500 * (seed + 1) if seed < 3 else None
         add_run(folder, seed, **measured)
         add_run(folder, seed, variant="b", overrides={"x": 0}, **measured)
     text = text_of(page_of(folder))
     assert "How soon it is reached" in text
     assert "Kaplan-Meier" in text
-    rows = numbers_of(folder, MILESTONES[first])
+    rows = numbers_of(folder, PASSAGES[first])
     shares = [(row["line"], float(row["steps"]), row["share"]) for row in rows]
     assert shares[:3] == [("timed", 500, "0.25"), ("timed", 1000, "0.5"), ("timed", 1500, "0.75")]
     assert shares[3] == ("timed: ended before", 3000, None)
-    assert {row["line"] for row in numbers_of(folder, MILESTONES[second])} == {
+    assert {row["line"] for row in numbers_of(folder, PASSAGES[second])} == {
         "timed: ended before",
         "b: ended before",
     }

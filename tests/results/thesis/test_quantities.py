@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.experiments import facts
-from app.metrics import GreedyCurve
+from app.metrics.course import GreedyCurve
 from app.results import thesis
 from app.results.findings import FINAL
 from app.results.read import Log, Pictures

@@ -10,30 +10,17 @@ go on after them, until a horizon that all runs of an experiment have in common.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from app.words.numbers import NONE, in_short, shown_number
-from learners import hunts, measures
-from learners.hunts import Policy
+from app.metrics.course import Course
+from app.words.numbers import NONE, in_millions, in_short, shown_number
+from learners import measures
 from learners.measures import FINAL_TRIALS
-from learners.run import Run
-from sim import rng
-from sim.spec import WorldSpec
-from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
+from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
-GREEDY_HUNTS: Final = 2_000
-"""Hunts by which a greedy policy is measured: a share of 0.8 is known to within 0.01 by them."""
-CURVE_HUNTS: Final = 200
-"""The first of these, by which a point of the greedy curve is measured: with a standard error of at
-most 5 of reward in a run. With a point every 2,000 trials a run takes less than a tenth longer."""
-GREEDY_SEED: Final = 7_331_729
-"""Of the starts of these hunts: the same ones for all runs in a world."""
-
-Kind = Literal["performance", "endings", "behaviour", "length", "milestone"]
+Kind = Literal["performance", "endings", "behaviour", "length", "passage"]
 """What a metric says: how well a learner did, how trials ended, how it went about it, how long the
 run was (every run has these, asked for or not), or after how many steps something was reached."""
 
@@ -76,7 +63,7 @@ class InTable(NamedTuple):
     width: int
     """In pixels."""
     text: Callable[[float], str]
-    """Of a value: NaN where there is none; of a milestone, the steps at which it was reached, or at
+    """Of a value: NaN where there is none; of a passage, the steps at which it was reached, or at
     which the run ended before."""
 
 
@@ -87,7 +74,7 @@ class Metric(NamedTuple):
     title: str
     unit: str
     kind: Kind
-    measure: Callable[["Course"], float | int | None]
+    measure: Callable[[Course], float | int | None]
     """Finds it in a run that is over; None where there is nothing to say, or it was not reached."""
     whole: bool = False
     """Whether it is a whole number."""
@@ -125,81 +112,6 @@ class Metric(NamedTuple):
                 hint=table.hint.replace(AT_HORIZON, when),
             ),
         )
-
-
-# --- How a run went ------------------------------------------------------------------------------
-
-
-class Greedy(NamedTuple):
-    """What hunts come to whose learner neither explores nor learns, from starts all runs share."""
-
-    success: float
-    """Share of captures."""
-    reward: float
-    """Mean per hunt, by the world's rewards."""
-
-
-class GreedyCurve(NamedTuple):
-    """Greedy reward in the course of a run."""
-
-    trial: np.ndarray
-    """(point,) int64: trials that had ended."""
-    step: np.ndarray
-    """(point,) int64: steps that had been made."""
-    reward: np.ndarray
-    """(point,) float32: mean per hunt."""
-
-
-NO_CURVE: Final = GreedyCurve(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.float32))
-
-
-def greedy_of(run: Run, n_hunts: int = GREEDY_HUNTS) -> Greedy:
-    """What a learner would do now if it were greedy at both levels, and learned no more."""
-    return greedy_by(run.world, hunts.policy_of(run.spec, run.state), run.spec.world, n_hunts)
-
-
-def greedy_by(world: World, policy: Policy, spec: WorldSpec, n_hunts: int = GREEDY_HUNTS) -> Greedy:
-    """What hunts come to by a policy, in a world with the rewards of ``spec``."""
-    ends = hunts.endings(world, policy, rng.streams(GREEDY_SEED)[rng.STARTS], n_hunts)
-    total = ends.captures * spec.capture_reward + ends.flights * spec.flight_reward
-    return Greedy(ends.captures / n_hunts, total / n_hunts)
-
-
-@dataclass(frozen=True)
-class Course:
-    """A run that is over, and how it went: all that metrics are of."""
-
-    run: Run
-    trials: int
-    """After which it is measured: its preset's, or all where steps alone count."""
-    horizon: int | None = None
-    """Steps after which it is measured as well; None if its experiment states none."""
-    greedy: Greedy | None = None
-    """After its preset's trials, or where it ended before; None if it was not measured."""
-    horizon_greedy: Greedy | None = None
-    """At the horizon; None also if it did not get there."""
-    greedy_curve: GreedyCurve = NO_CURVE
-    """Of no points where none were asked for."""
-
-    @cached_property
-    def done(self) -> int:
-        """Trials of its preset that it finished."""
-        return min(measures.trials_done(self.run.state), self.trials)
-
-    @cached_property
-    def reward(self) -> np.ndarray:
-        """(trial,) float64: of all that it finished, also after its preset's."""
-        return self.run.state.log_reward[: measures.trials_done(self.run.state)]
-
-    @cached_property
-    def steps(self) -> np.ndarray:
-        """(trial,): that each of these took."""
-        return self.run.state.log_steps[: measures.trials_done(self.run.state)]
-
-    @cached_property
-    def outcome(self) -> np.ndarray:
-        """(trial,): how each of these ended."""
-        return self.run.state.log_outcome[: measures.trials_done(self.run.state)]
 
 
 # --- How each is measured ------------------------------------------------------------------------
@@ -324,21 +236,17 @@ def _per_cent(share: float) -> str:
     return NONE if math.isnan(share) else f"{100 * share:.0f} %"
 
 
-def _millions(steps: float) -> str:
-    return NONE if math.isnan(steps) else f"{steps / 1e6:.2f}"
-
-
 def _reward(value: float) -> str:
     return shown_number(value, ".1f")
 
 
 _SUCCESS = InTable("success", f"captures in per cent, {_FINAL}", 60, _per_cent)
-_LENGTH = InTable("M steps", "simulation steps in millions", 62, _millions)
+_LENGTH = InTable("M steps", "simulation steps in millions", 62, in_millions)
 _TO_70 = InTable(
     "M steps to 70",
     "steps until a mean reward of 70 is reached and kept, in millions",
     82,
-    _millions,
+    in_millions,
 )
 _GREEDILY = "without random moves, nothing learned"
 
@@ -426,18 +334,18 @@ _REGISTRY: Final[Sequence[Metric]] = (
     Metric("switches_per_step", "option switches", "per step", "behaviour", _switches_per_step),
     Metric("steps", "run length", "steps", "length", _steps, whole=True, in_table=_LENGTH),
     Metric("trials", "run length", "trials", "length", _trials, whole=True),
-    Metric("steps_to_50", "steps to a reward of 50", "", "milestone", _steps_to(50), whole=True),
+    Metric("steps_to_50", "steps to a reward of 50", "", "passage", _steps_to(50), whole=True),
     Metric(
         "steps_to_70",
         "steps to a reward of 70",
         "",
-        "milestone",
+        "passage",
         _steps_to(70),
         whole=True,
         in_table=_TO_70,
     ),
-    Metric("first_to_50", "steps to the first 50", "", "milestone", _first_to(50), whole=True),
-    Metric("first_to_70", "steps to the first 70", "", "milestone", _first_to(70), whole=True),
+    Metric("first_to_50", "steps to the first 50", "", "passage", _first_to(50), whole=True),
+    Metric("first_to_70", "steps to the first 70", "", "passage", _first_to(70), whole=True),
 )
 """All metrics, those of a kind in the order in which they are shown."""
 
@@ -449,16 +357,14 @@ def of_kind(*kinds: Kind) -> tuple[Metric, ...]:
 
 METRICS: Final = of_kind("performance", "endings", "behaviour", "length")
 """Those that have a mean over runs, in the order in which they are shown."""
-MILESTONES: Final[Mapping[str, str]] = {
-    metric.column: metric.title for metric in of_kind("milestone")
-}
+PASSAGES: Final[Mapping[str, str]] = {metric.column: metric.title for metric in of_kind("passage")}
 """Titles of the columns that hold the steps until something was reached, empty if it never was."""
-NAMES: Final = (*(metric.column for metric in METRICS), *MILESTONES)
+NAMES: Final = (*(metric.column for metric in METRICS), *PASSAGES)
 """All columns that an experiment may ask for."""
 BY_COLUMN: Final[Mapping[str, Metric]] = {metric.column: metric for metric in _REGISTRY}
 IN_TABLE: Final = tuple(
     metric
-    for metric in of_kind("performance", "endings", "behaviour", "milestone", "length")
+    for metric in of_kind("performance", "endings", "behaviour", "passage", "length")
     if metric.in_table is not None
 )
 """Those that have a column of the page's table of runs, in its order."""
@@ -482,7 +388,7 @@ def shown_first(names: Sequence[str], is_stated: bool = False) -> Metric:
         names: columns that are asked for, in their order.
         is_stated: whether the experiment states a horizon.
     """
-    first = next((BY_COLUMN[name] for name in names if name not in MILESTONES), FINAL_REWARD)
+    first = next((BY_COLUMN[name] for name in names if name not in PASSAGES), FINAL_REWARD)
     if first is not FINAL_REWARD or not is_stated:
         return first
     return next((metric for metric in AT_THE_HORIZON if metric.column in names), first)
