@@ -218,7 +218,7 @@ def _add_faster(found: Found, dependences: Sequence[Dependence], every: Sequence
     """Under which readings the timed learner is the faster one of all three, by a good deal."""
     faster = [d for d in dependences if d.finding.sentence == FAR_SOONER]
     others = [label for label in every if any(d.verdicts.get(label) != HOLDS for d in faster)]
-    found.texts["readings"] = str(len(every))
+    found.texts["tried"] = str(len(every))
     found.texts["faster"] = str(len(every) - len(others))
     found.texts["not surely faster"] = ", ".join(others) or "none"
 

@@ -18,6 +18,10 @@ def kept() -> Found:
     return Found.from_json((ROOT / "docs" / NUMBERS).read_text("utf-8"))
 
 
+def test_no_number_goes_by_the_name_of_a_table(kept: Found) -> None:
+    assert kept.texts.keys().isdisjoint(kept.tables)
+
+
 def number(shown: str) -> float:
     """The number that a text begins with."""
     found = re.match(r"[-\N{MINUS SIGN}]?[\d.,]+", shown)

@@ -29,8 +29,10 @@ def names(monkeypatch: pytest.MonkeyPatch) -> tuple[str, ...]:
     return "first", "second"
 
 
-def made(names: tuple[str, ...], out: Path, n_seeds: int | None = None, **ways: bool) -> Made:
-    return make_all(names, out, lambda: Threads(1), n_seeds, **ways)
+def made(
+    names: tuple[str, ...], out: Path, n_seeds: int | None = None, force: bool = False
+) -> Made:
+    return make_all(names, out, lambda: Threads(1), n_seeds, force)
 
 
 def digests(folder: Path) -> list[str]:
