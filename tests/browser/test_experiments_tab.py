@@ -485,7 +485,7 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> 
     expect(screen.field("Experiment")).to_have_value(name)
     screen.choose("Experiment", "figure_4_1")
     expect(screen.field("Seeds")).to_have_value("30")
-    assert screen.reads("120 runs: 4 variants, 30 seeds each.")
+    assert screen.reads("210 runs: 4 variants, 30 to 120 seeds each.")
     screen.choose("Experiment", name)
     expect(screen.field("Seeds")).to_have_value("2")
     assert screen.reads(f"{HOSTILE} about")

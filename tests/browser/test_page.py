@@ -86,7 +86,8 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     expect(screen.reading("Trial")).to_have_text("0")
     expect(screen.reading("Steps")).to_have_text("0")
     expect(screen.reading("Success")).to_have_text("\N{EN DASH}")
-    expect(screen.reading("States of value")).to_have_text("0 of 3,456")
+    expect(screen.reading("States of value")).to_have_text("0")
+    expect(screen.page.get_by_title("States worth more than 0, of 3,456")).to_be_visible()
     expect(screen.legend).to_contain_text("Value of a state, as steps to certain capture")
     assert (screen.cell_colours() == LIGHT.unknown).all()
     assert asked_for
