@@ -204,7 +204,7 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if placed:
         write_thesis(page, reader, placed, shown)
     write_schedules(page, groups)
-    others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
+    others = _not_in_figures(groups, placed)
     swept = write_sweeps(page, groups, shown)
     rest = [group for group in others if group.preset not in swept]
     if len(rest) > 1:
@@ -219,6 +219,16 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
             page.say("Every run", picture)
     write_scalars(page, groups, shown, naming)
     lead_with_range(page, groups, shown.first)
+
+
+def _not_in_figures(groups: Sequence[Group], placed: thesis.Placed) -> Sequence[Group]:
+    """Variants that the thesis's figures leave out, with all others of their experiments.
+
+    A variant that happens to be a learner of the thesis still is what its experiment is about.
+    """
+    left = [group for group in groups if thesis.place_of(group.runs[0]) not in placed]
+    folders = {run.origin.folder for group in left for run in group.runs}
+    return [group for group in groups if any(run.origin.folder in folders for run in group.runs)]
 
 
 def _without_copies(tables: Iterable[Sequence[Record]]) -> list[list[Record]]:
