@@ -198,8 +198,9 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if read_otherwise:
         write_readings(page, reader, read_otherwise)
     placed = {} if read_otherwise else thesis.placed_of(groups)
-    # One learner alone in a world replicates nothing; it is a variant like any other.
-    if len({learner for _, learner in placed}) < 2:
+    # One of its four learners alone replicates nothing; it is a variant like any other, also
+    # beside variants of itself that findings speak of.
+    if len({learner for _, learner in placed if learner in thesis.LEARNER_TITLES}) < 2:
         placed = {}
     if placed:
         write_thesis(page, reader, placed, shown)
