@@ -13,7 +13,7 @@ import zipfile
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from app.metrics.course import GreedyCurve
 from learners.spec import MAX_TRIALS
 from sim.world import CAPTURE, TIMEOUT
 
+_LEVEL: Final = 3
+"""Of compression: a quarter of the usual time, for a twentieth more bytes."""
 LARGEST_BYTES: Final = 16 * MAX_TRIALS
 """Of an archive and of all its arrays together; five of a trial, and little beside that."""
 
@@ -72,8 +74,12 @@ class Arrays(NamedTuple):
 def packed(arrays: dict[str, np.ndarray], compressed: bool = True) -> bytes:
     """Arrays as a NumPy archive."""
     out = io.BytesIO()
-    kept: dict[str, Any] = arrays
-    (np.savez_compressed if compressed else np.savez)(out, **kept)
+    kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
+    # numpy's own way takes no level, and the one that it has a tenth of the time of a run.
+    with zipfile.ZipFile(out, "w", kind, compresslevel=_LEVEL) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
     return out.getvalue()
 
 

@@ -198,13 +198,14 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
     if read_otherwise:
         write_readings(page, reader, read_otherwise)
     placed = {} if read_otherwise else thesis.placed_of(groups)
-    # One learner alone in a world replicates nothing; it is a variant like any other.
-    if len({learner for _, learner in placed}) < 2:
+    # One of its four learners alone replicates nothing; it is a variant like any other, also
+    # beside variants of itself that findings speak of.
+    if len({learner for _, learner in placed if learner in thesis.LEARNER_TITLES}) < 2:
         placed = {}
     if placed:
         write_thesis(page, reader, placed, shown)
     write_schedules(page, groups)
-    others = [g for g in groups if not placed or thesis.place_of(g.runs[0]) not in placed]
+    others = _not_in_figures(groups, placed)
     swept = write_sweeps(page, groups, shown)
     rest = [group for group in others if group.preset not in swept]
     if len(rest) > 1:
@@ -219,6 +220,16 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
             page.say("Every run", picture)
     write_scalars(page, groups, shown, naming)
     lead_with_range(page, groups, shown.first)
+
+
+def _not_in_figures(groups: Sequence[Group], placed: thesis.Placed) -> Sequence[Group]:
+    """Variants that the thesis's figures leave out, with all others of their experiments.
+
+    A variant that happens to be a learner of the thesis still is what its experiment is about.
+    """
+    left = [group for group in groups if thesis.place_of(group.runs[0]) not in placed]
+    folders = {run.origin.folder for group in left for run in group.runs}
+    return [group for group in groups if any(run.origin.folder in folders for run in group.runs)]
 
 
 def _without_copies(tables: Iterable[Sequence[Record]]) -> list[list[Record]]:
