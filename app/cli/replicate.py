@@ -125,11 +125,15 @@ def _docs_of(command: Replicate) -> Path | None:
         raise UsageError(f"--out: {shown(command.out)} is not allowed; allowed: a folder")
     if command.docs is None:
         return None
+    from app.replication.page import has_headline
+
     docs = Path(command.docs)
-    if not (docs / "replication.md").is_file() or not (docs.parent / "README.md").is_file():
+    readme = docs.parent / "README.md"
+    is_docs = (docs / "replication.md").is_file() and readme.is_file()
+    if not is_docs or not has_headline(readme.read_text("utf-8", "replace")):
         raise UsageError(
             f"--docs: {shown(command.docs)} is not allowed; allowed: a folder with a replication.md"
-            " in it and a README.md beside it"
+            " in it, and beside it a README.md with a place for its headline"
         )
     return docs
 

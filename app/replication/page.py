@@ -71,6 +71,11 @@ def page(found: Found) -> str:
     return filled((TEMPLATES / "replication.md").read_text("utf-8"), found)
 
 
+def has_headline(readme: str) -> bool:
+    """Whether a page has a place for the headline."""
+    return HEADLINE_ENDS in readme.partition(HEADLINE_BEGINS)[2]
+
+
 def with_headline(readme: str, found: Found) -> str:
     """A page with its headline from what came out: what stands between the two marks.
 
@@ -79,7 +84,7 @@ def with_headline(readme: str, found: Found) -> str:
     """
     before, begins, rest = readme.partition(HEADLINE_BEGINS)
     _, ends, after = rest.partition(HEADLINE_ENDS)
-    if not ends:
+    if not has_headline(readme):
         raise ValueError(f"there is no {HEADLINE_BEGINS} with a {HEADLINE_ENDS} after it")
     headline = filled((TEMPLATES / "headline.md").read_text("utf-8"), found)
     return f"{before}{begins}\n{headline.strip()}\n{ends}{after}"
