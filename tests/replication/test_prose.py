@@ -81,9 +81,7 @@ def test_with_the_coarsest_sensors_a_flat_learner_is_ahead_in_both(kept: Found) 
 
 def test_explorations_that_overlap_do_the_harm_and_not_joining_together(kept: Found) -> None:
     ends = {
-        (joined, explored): of(
-            kept, f"together: joined {joined}, explored {explored}: final_reward"
-        )
+        (joined, explored): of(kept, f"together: {joined}, {explored}: final_reward")
         for joined in ("in turn", "together")
         for explored in ("in turn", "together")
     }
@@ -95,7 +93,7 @@ def test_explorations_that_overlap_do_the_harm_and_not_joining_together(kept: Fo
 
 def test_early_skills_have_to_join_in_turn(kept: Found) -> None:
     in_turn, together = (
-        of(kept, f"together: early, joined {how}, explored in turn: horizon_reward")
+        of(kept, f"together: early: {how}, in turn: horizon_reward")
         for how in ("in turn", "together")
     )
     assert in_turn > together + 15
