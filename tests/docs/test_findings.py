@@ -24,7 +24,7 @@ from app.results.findings import Finding
 from app.results.thesis import quantities
 from tests.support.pages import ROOT
 
-N_SEEDS = 3
+N_SEEDS = 2
 STANDARD_ERRORS = 4
 LEAST_MARGIN = 0.25
 """Share of a finding's bound: for what is the same in all runs, or in all but a few."""

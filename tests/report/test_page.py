@@ -117,6 +117,7 @@ def test_links_lead_from_a_page_elsewhere_to_its_folders(tmp_path: Path) -> None
     assert (folders[0] / "../b ü/results.sqlite").is_file()
 
 
+@pytest.mark.pictures
 def test_commands_stand_once_in_the_page_and_in_every_file(folder: Path) -> None:
     pair(folder, 3, 5.0)
     page = page_of(folder)

@@ -68,6 +68,7 @@ def rows_of(folder: Path, name: str) -> list[dict[str, str]]:
 # --- The page ------------------------------------------------------------------------------------
 
 
+@pytest.mark.pictures
 def test_the_page_is_well_formed_stands_for_itself_and_names_its_command(folder: Path) -> None:
     for seed in range(3):
         add_run(folder, seed)
@@ -212,6 +213,7 @@ def test_every_figure_comes_as_svg_png_and_two_kinds_of_csv(folder: Path) -> Non
     ET.parse(folder / "report_figures" / "curves.svg")
 
 
+@pytest.mark.pictures
 def test_labels_in_any_script_are_text_and_what_no_font_has_is_said(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -240,6 +242,7 @@ def test_labels_in_any_script_are_text_and_what_no_font_has_is_said(
     assert "No font" not in (folder / REPORT_PAGE).read_text(encoding="utf-8")
 
 
+@pytest.mark.pictures
 def test_a_plane_has_each_cell_with_its_interval_under_the_pointer(folder: Path) -> None:
     for at in (1, 2):
         for p in (0.1, 0.3):
@@ -380,6 +383,7 @@ def spread_runs(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
         add_run(folder, seed, preset="standard_q", share=0.2)
 
 
+@pytest.mark.pictures
 def test_the_spread_of_value_is_drawn_and_its_findings_are_listed(folder: Path) -> None:
     share = np.zeros((2, 18, 24))
     share[:, :12, 8:17] = 0.5
