@@ -692,10 +692,13 @@ def test_a_seed_that_is_not_allowed_is_refused_at_once() -> None:
 @pytest.mark.parametrize("playing", [True, False])
 @pytest.mark.parametrize("speed", [1.0, FULL_SPEED])
 def test_stop_ends_the_worker(speed: float, playing: bool) -> None:
+    # Those of a lab that other tests share go on.
+    others = threading.enumerate()
     session = Session(LONG, "timed", SEED, speed, playing)
     session.start()
     ask(session, HARMLESS)
-    workers = [thread for thread in threading.enumerate() if thread.name == "learner"]
+    started = [thread for thread in threading.enumerate() if thread not in others]
+    workers = [thread for thread in started if thread.name == "learner"]
     assert workers
     session.stop()
     assert not any(worker.is_alive() for worker in workers)
