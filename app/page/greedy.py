@@ -17,8 +17,8 @@ from app.util.background import Maker
 
 EVERY_TRIALS: Final = 2_000
 """A run is measured as soon as a moment is published after so many more trials."""
-_REST_RATIO: Final = 9.0
-"""Pause after a measurement as a multiple of what it took: it gets a tenth of a core at most."""
+_REST_RATIO: Final = 24.0
+"""Pause after a measurement as a multiple of what it took: it gets 4 % of a core at most."""
 _MOST_RUNS: Final = 16
 """Runs whose curves are kept, for those who go back to one."""
 
