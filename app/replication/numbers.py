@@ -19,20 +19,21 @@ from app.replication.quantities import facts_table
 from app.replication.variants import (
     REWARDS,
     SEARCHED_FOR,
+    Logs,
     Results,
     add_learners,
     add_standard_world,
     elsewhere_table,
+    logs_of,
     mean_of,
     means_of,
-    reader_of,
     results_in,
     variants_table,
 )
 from app.report.sections.effects import in_words
 from app.results import findings, readings, thesis
 from app.results.findings import FAILS, HOLDS, UNDECIDED, Finding, Judged
-from app.results.read import Reader, groups_of
+from app.results.read import Reader
 from app.results.readings import Dependence
 from app.results.thesis import Placed
 from app.results.thesis.standard import FAR_SOONER
@@ -61,15 +62,16 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
     for name, results in every.items():
         found.texts |= means_of(name, results)
     tell("judging the findings")
-    _add_findings(found, [every[name] for name in THESIS])
+    logs = logs_of([every[name] for name in THESIS])
+    _add_findings(found, logs)
     tell("reading the thesis otherwise")
     _add_readings(found, every["reading"])
     for name in ("baselines", "together", "ablation", "timing_test"):
         found.tables[f"{name} table"] = variants_table(every[name])
     found.tables["baselines elsewhere"] = elsewhere_table(every["baselines"])
-    add_learners(found, [every[name] for name in THESIS[:3]])
+    add_learners(found, logs.placed)
     add_standard_world(found, every["figure_4_1"])
-    found.tables["facts"] = facts_table([every[name] for name in THESIS])
+    found.tables["facts"] = facts_table(logs)
     for name in ("timing_seven", "timing_plane"):
         _add_spread(found, name, every[name])
     for name in SEARCHES:
@@ -82,9 +84,8 @@ def found_in(out: Path, tell: Callable[[str], object] = lambda _: None) -> Found
 # --- Findings ------------------------------------------------------------------------------------
 
 
-def _add_findings(found: Found, results: Sequence[Results]) -> None:
-    rows = [run for each in results for run in each.folder.rows]
-    placed, reader = thesis.placed_of(groups_of(rows)), reader_of(results)
+def _add_findings(found: Found, logs: Logs) -> None:
+    placed, reader = logs
     measured = [
         (finding, thesis.effect_of(finding, reader, placed, bootstrap_rng()))
         for finding in thesis.FINDINGS
@@ -176,7 +177,7 @@ def _findings_table(every: Sequence[Judged]) -> Table:
 
 
 def _add_readings(found: Found, results: Results) -> None:
-    reader, every = reader_of([results]), readings.readings_of(results.groups)
+    reader, every = logs_of([results]).reader, readings.readings_of(results.groups)
     columns = [
         (quantity, [readings.quantity_of(quantity, reader, reading) for reading in every])
         for quantity in readings.QUANTITIES

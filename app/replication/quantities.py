@@ -9,10 +9,9 @@ from app.analysis.estimates import bootstrap_rng
 from app.charts.wording import shown_estimate
 from app.experiments import facts
 from app.replication.page import Table
-from app.replication.variants import Results, reader_of
+from app.replication.variants import Logs
 from app.results import thesis
 from app.results.findings import Place
-from app.results.read import groups_of
 from app.results.thesis.quantities import EARLY_CAPTURES
 
 
@@ -71,14 +70,12 @@ _FACTS: Final[Sequence[Fact]] = (
 """What is shown beside the findings that compare it."""
 
 
-def facts_table(results: Sequence[Results]) -> Table:
+def facts_table(logs: Logs) -> Table:
     """Quantities as they are, of which findings only say how they compare."""
-    rows = [run for each in results for run in each.folder.rows]
-    placed, reader = thesis.placed_of(groups_of(rows)), reader_of(results)
     lines: list[Sequence[str]] = []
     for fact in _FACTS:
         for world, learner in fact.places:
-            traces = reader.traces(placed[world, learner])
+            traces = logs.reader.traces(logs.placed[world, learner])
             values = [trace.quantities.get(fact.quantity, math.nan) for trace in traces]
             mean = estimates.mean(values, bootstrap_rng())
             place = f"{world}: {learner}"

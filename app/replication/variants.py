@@ -60,10 +60,18 @@ def results_in(path: Path) -> Results:
     return Results(folder, groups_of(folder.rows))
 
 
-def reader_of(results: Sequence[Results]) -> Reader:
-    """Reads the logs of the runs of several experiments."""
+class Logs(NamedTuple):
+    """Runs of several experiments by their place in the thesis, and who reads their logs once."""
+
+    placed: thesis.Placed
+    reader: Reader
+
+
+def logs_of(results: Sequence[Results]) -> Logs:
+    """The logs of the runs of several experiments; none is read yet."""
     rows = [run for each in results for run in each.folder.rows]
-    return Reader(read.widths_of(rows), thesis.quantities_of)
+    reader = Reader(read.widths_of(rows), thesis.quantities_of)
+    return Logs(thesis.placed_of(groups_of(rows)), reader)
 
 
 def mean_of(group: Group, column: str) -> Estimate:
@@ -160,10 +168,8 @@ def add_standard_world(found: Found, results: Results) -> None:
         found.texts[f"three skills: {key}"] = shown_number(value, REWARDS)
 
 
-def add_learners(found: Found, results: Sequence[Results]) -> None:
+def add_learners(found: Found, placed: thesis.Placed) -> None:
     """The thesis's four learners in its worlds."""
-    rows = [run for each in results for run in each.folder.rows]
-    placed = thesis.placed_of(groups_of(rows))
     lines = [
         _row(f"{world}: {learner}", Group(learner, learner, {}, [*placed[world, learner]]))
         for world in thesis.WORLDS
