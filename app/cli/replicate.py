@@ -4,7 +4,7 @@ Like the command line, it imports what takes long only once it is needed.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -81,7 +81,7 @@ def obey(command: Replicate) -> int:
     out = Path(command.out)
     try:
         with interrupts.undoing():
-            with _progress(len(plan.EXPERIMENTS)) as tell:
+            with _progress(plan.EXPERIMENTS) as tell:
                 made = make_all(
                     plan.EXPERIMENTS, out, lambda: Threads(workers), n_seeds, command.force, tell
                 )
@@ -139,17 +139,15 @@ def _docs_of(command: Replicate) -> Path | None:
 
 
 @contextlib.contextmanager
-def _progress(n_experiments: int) -> "Iterator[Callable[[str, Progress], None]]":
+def _progress(names: Sequence[str]) -> "Iterator[Callable[[str, Progress], None]]":
     """What shows the progress on a terminal; nothing where there is none."""
-    with terminal.progress_bar(n_experiments, n_experiments) as show:
-        names: list[str] = []
+    with terminal.progress_bar(len(names), len(names)) as show:
 
         def tell(name: str, progress: "Progress") -> None:
-            if name not in names:
-                names.append(name)
+            before = names.index(name)
             show(
-                len(names) - 1 + progress.share,
-                f"{name} ({len(names)}/{n_experiments}): {progress.done}/{progress.total} runs",
+                before + progress.share,
+                f"{name} ({before + 1}/{len(names)}): {progress.done}/{progress.total} runs",
                 f"{progress.steps_per_s / 1e6:.1f} M steps/s",
             )
 
