@@ -102,9 +102,6 @@ class Readings:
         for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
             command.on_trigger(Intent(partial(self._choose_layer, layer)))
-        gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
-            Intent(lambda _, __: self._view.aim_camera())
-        )
 
     def _build_help(self) -> None:
         button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)

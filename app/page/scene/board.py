@@ -27,11 +27,9 @@ from sim.spec import WorldSpec
 SURFACE_UNITS = 2.4
 """Height of the largest value when the board is drawn as a surface."""
 
-FLAT_TARGET = (0.0, -2.65, 0.0)
-FLAT_CAMERA = (0.0, -2.65, 15.6)
-"""The whole board from above, with room for the timeline below it."""
-SURFACE_CAMERA = (0.0, -17.5, 12.5)
-SURFACE_TARGET = (0.0, -2.6, 0.0)
+FLAT_TARGET = (0.0, 0.0, 0.0)
+FLAT_CAMERA = (0.0, 0.0, 10.8)
+"""The whole board from above; each page moves its camera to where the board fits its window."""
 
 _PREY_RADIUS, _PREDATOR_RADIUS, _HALO_RADIUS = 0.13, 0.13, 0.17
 _RAY_POINTS = 400
