@@ -164,7 +164,7 @@ def test_a_folded_value_fades_with_the_share_of_headings_that_know_it() -> None:
 
 def test_losses_have_their_own_hue() -> None:
     picture = paint("value", made(value=at_one_place(-50)), frame=0)
-    assert colour_at(picture, 20, 0) == list(LIGHT.loss)
+    assert colour_at(picture, 20, 0) == list(LIGHT.flight)
 
 
 def test_a_linear_value_is_as_bright_as_it_is_large() -> None:
@@ -248,7 +248,7 @@ def test_linear_limits_are_fitted_too() -> None:
 
 def test_losses_are_fitted_to_the_worst_of_them() -> None:
     moment = two_values(1, -5)
-    assert colour_at(paint("value", moment, frame=5, fitted=True), -20, 0) == list(LIGHT.loss)
+    assert colour_at(paint("value", moment, frame=5, fitted=True), -20, 0) == list(LIGHT.flight)
     assert "expects flight, 0 to -5" in words("value", moment, fitted=True)[0]
 
 
