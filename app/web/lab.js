@@ -4,5 +4,6 @@ import "./connection.js";
 import "./fields.js";
 import "./keys.js";
 import "./names.js";
+import "./terms.js";
 import "./title.js";
 import "./windows.js";
