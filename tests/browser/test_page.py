@@ -633,7 +633,7 @@ def test_ctrl_c_ends_the_program_at_once_and_cleanly(
         _, url = said_until_ready(process)
         page = new_context().new_page()
         page.goto(f"{url}/?fixedDpr=1")
-        expect(page.get_by_text("One skill, approach")).to_be_visible(timeout=PATIENCE_S * 1000)
+        expect(page.get_by_text("One skill: approach")).to_be_visible(timeout=PATIENCE_S * 1000)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)

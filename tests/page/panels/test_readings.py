@@ -84,7 +84,7 @@ class Page(HTMLParser):
 
 
 def test_the_headline_carries_the_sentence() -> None:
-    assert "One skill, approach" in Page(readings.headline_html(status_of(moment()))).text
+    assert "One skill: approach" in Page(readings.headline_html(status_of(moment()))).text
 
 
 def test_markup_in_an_error_is_shown_and_not_obeyed() -> None:
