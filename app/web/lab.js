@@ -4,6 +4,8 @@ import "./connection.js";
 import "./fields.js";
 import "./keys.js";
 import "./names.js";
+import "./slots.js";
+import "./stage.js";
 import "./terms.js";
 import "./title.js";
 import "./windows.js";
