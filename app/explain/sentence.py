@@ -10,6 +10,7 @@ from app.explain.shape import Shape, bearings, shape_of, unseen
 from app.live.held import Opened
 from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.schedule.forced import forced_now
 from app.util.html import joined
 from app.words.glossary import term
 from app.words.plain import joined_by_and, named, plain
@@ -100,7 +101,7 @@ def _explored(snapshot: Snapshot) -> Markup | str:
     parts = [
         f"{plain(episode.skill)} is taken in {episode.probability:.0%} of"
         f" {'the other steps' if place else 'the steps'} until trial {episode.until_trial:,}"
-        for place, episode in enumerate(snapshot.control.running(snapshot.trial))
+        for place, episode in enumerate(forced_now(snapshot))
     ]
     if not parts:
         return ""

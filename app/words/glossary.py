@@ -98,4 +98,4 @@ def term(key: str, shown: str | None = None) -> Markup:
 
 def table_html() -> Markup:
     """The glossary for the page's script; nothing is to be seen of it."""
-    return element("div", "", hidden="", **{"data-terms": json.dumps(dict(TERMS))})
+    return element("div", "", **{"hidden": "", "data-terms": json.dumps(dict(TERMS))})

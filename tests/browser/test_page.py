@@ -81,7 +81,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     screen = open_page(live, asked_for.append)
     expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("behind, unseen")
     expect(screen.headline).to_contain_text(
-        "Paused. One skill, approach: the selection is frozen until trial 300"
+        "Paused. One skill: approach. It is practised until trial 300"
     )
     expect(screen.reading("Trial")).to_have_text("0")
     expect(screen.reading("Steps")).to_have_text("0")
