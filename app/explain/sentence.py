@@ -20,10 +20,10 @@ from sim.spec import WorldSpec
 
 TASK: Final = joined(
     [
-        "A predator learns to catch a prey that sees only what is in front of it: it must come from"
-        " behind, for once it is seen the prey ",
+        "A predator learns, hunt by hunt, to catch a prey that sees only what is in front of it: it"
+        " must come from behind, for once seen, the prey ",
         term("flight", "flees"),
-        ". Nobody shows it how: it learns only from how its hunts end.",
+        ".",
     ],
     "",
 )
@@ -98,17 +98,23 @@ def _repertoire(snapshot: Snapshot) -> Markup:
 
 def _explored(snapshot: Snapshot) -> Markup | str:
     """Which skills the learner is made to take, and what follows from it."""
-    parts = [
-        f"{plain(episode.skill)} is taken in {episode.probability:.0%} of"
-        f" {'the other steps' if place else 'the steps'} until trial {episode.until_trial:,}"
-        for place, episode in enumerate(forced_now(snapshot))
-    ]
-    if not parts:
+    forced = forced_now(snapshot)
+    if not forced:
         return ""
     # Of one skill it is made to take what it would take anyway.
-    so = ", so the learner earns less meanwhile" if len(snapshot.present) > 1 else ""
+    so = ", so rewards fall" if len(snapshot.present) > 1 else ""
     name = term("forced exploration", "Forced exploration")
-    return _said(name, f": {', and '.join(parts)}{so}.")
+    first, *others = forced
+    taken = f"{plain(first.skill)} is taken in {first.probability:.0%} of the steps"
+    if not others:
+        return _said(name, f" until trial {first.until_trial:,}: {taken}{so}.")
+    parts = [f"{taken} (until trial {first.until_trial:,})"]
+    parts += [
+        f"{plain(one.skill)} in {one.probability:.0%} of the others"
+        f" (until trial {one.until_trial:,})"
+        for one in others
+    ]
+    return _said(name, f": {', '.join(parts)}{so}.")
 
 
 def _held_still(snapshot: Snapshot) -> Markup | str:

@@ -268,8 +268,8 @@ def test_an_exploration_is_said_with_its_end() -> None:
     run = Run(spec_of(), seed=1)
     run.advance(until_trial=1_000)
     run.apply(Explore("approach", 250, 0.75))
-    explored = "approach is taken in 75% of the steps until trial 1,250"
-    assert f". Forced exploration: {explored}. Value" in sentence.sentence(status_of(run))
+    explored = "Forced exploration until trial 1,250: approach is taken in 75% of the steps"
+    assert f". {explored}. Value" in sentence.sentence(status_of(run))
     run.apply(StopExploring("approach"))
     assert explored not in sentence.sentence(status_of(run))
 
@@ -279,8 +279,8 @@ def test_what_an_exploration_costs_is_said_where_there_are_other_skills() -> Non
     run.apply(Explore("approach", 250, 0.75))
     run.apply(Explore("avoid", 100, 0.5))
     assert (
-        "Forced exploration: avoid is taken in 50% of the steps until trial 100, and approach is"
-        " taken in 75% of the other steps until trial 250, so the learner earns less meanwhile."
+        "Forced exploration: avoid is taken in 50% of the steps (until trial 100), approach in 75%"
+        " of the others (until trial 250), so rewards fall."
     ) in sentence.sentence(status_of(run))
 
 
@@ -377,7 +377,7 @@ def test_the_task_says_who_hunts_whom_and_what_ends_a_hunt() -> None:
     task = sentence.TASK.striptags()
     for word in ("predator", "catch a prey", "sees only", "from behind", "flees"):
         assert word in task
-    assert len(task) < 200, "two lines of the stage"
+    assert len(task) < 150, "two lines of the stage"
 
 
 # Sentences on real runs
@@ -397,9 +397,9 @@ def test_approach_alone_makes_a_cone(seed: int) -> None:
 def test_exploring_the_circle_makes_an_arm_counter_clockwise(seed: int, size: int) -> None:
     run = Run(spec_of(f"world.size={size}"), seed)
     assert sentence_at(run, 13_500) == (
-        "Two skills: approach and circle clockwise. Forced exploration: circle clockwise is taken"
-        " in 95% of the steps until trial 14,000, so the learner earns less meanwhile. Value"
-        " spreads counter-clockwise round the prey: an arm grows out of the cone."
+        "Two skills: approach and circle clockwise. Forced exploration until trial 14,000: circle"
+        " clockwise is taken in 95% of the steps, so rewards fall. Value spreads counter-clockwise"
+        " round the prey: an arm grows out of the cone."
     )
 
 
