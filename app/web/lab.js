@@ -7,4 +7,5 @@ import "./keys.js";
 import "./names.js";
 import "./slots.js";
 import "./stage.js";
+import "./terms.js";
 import "./title.js";
