@@ -9,4 +9,5 @@ import "./names.js";
 import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
+import "./terms.js";
 import "./title.js";

@@ -117,8 +117,10 @@ class Screen:
         return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
 
     def reading(self, label: str) -> Locator:
-        """The number under a label."""
-        return self.page.get_by_text(label, exact=True).locator("xpath=following-sibling::div")
+        """The number under a label, or beside it."""
+        numbers = self.page.locator("[data-dock-edge] .pounce-numbers")
+        cell = numbers.get_by_text(label, exact=True).locator("xpath=ancestor-or-self::div[1]")
+        return cell.locator("xpath=following-sibling::div")
 
     def text(self, words: str) -> Locator:
         """Something that says these words."""
