@@ -14,7 +14,9 @@ from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
 from app.page.texts import Texts
+from app.page.told import Told
 from app.picture.look import Look
+from app.picture.theme import DARK
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.pulse import Pulse
@@ -47,9 +49,8 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(
-            client, shared.session.status, shared.calls, inbox, wake, shared.drawn
-        )
+        self.readings = Readings(client, shared.session.status, shared.calls, inbox, wake)
+        self._told = Told(client.gui, shared.calls, inbox, shared.drawn, self.readings.set_dark)
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None
@@ -67,6 +68,7 @@ class Browser:
 
     def leave(self) -> None:
         """Answer no more calls of this browser."""
+        self._told.leave()
         self.readings.leave()
         self.results.leave()
 
@@ -95,4 +97,5 @@ class Browser:
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
+            self._told.show(texts.look.theme is DARK)
             self._read_at = now_s
