@@ -26,6 +26,8 @@ class Theme(NamedTuple):
     zone: Colour
     """The circles between which trials start."""
     ink: Colour
+    forced: Colour
+    """Forced exploration, wherever it is shown."""
 
     @property
     def is_dark(self) -> bool:
@@ -59,6 +61,7 @@ LIGHT = Theme(
     loss=(112, 0, 220),
     zone=(0, 130, 70),
     ink=(30, 34, 42),
+    forced=(190, 24, 110),
 )
 DARK = Theme(
     unknown=(30, 33, 40),
@@ -73,4 +76,5 @@ DARK = Theme(
     loss=(105, 15, 255),
     zone=(120, 225, 140),
     ink=(232, 234, 240),
+    forced=(255, 128, 190),
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.analysis.estimates import Axis
 from app.live.snapshot import Snapshot
-from app.words.numbers import in_short, labelled_ticks, ticks
+from app.words.numbers import in_short, ticks
 from learners.measures import Progress
 
 _MOST_TICKS: Final = 6
@@ -69,14 +69,7 @@ class TimeAxis(NamedTuple):
         """Where the run is, in few characters."""
         if self.unit == "trials":
             return f"{self.trial:,}"
-        return f"{self.step / self._unit_steps:.3g}"
-
-    @property
-    def title(self) -> str:
-        """What the axis is of."""
-        if self.unit == "trials":
-            return "trial"
-        return "steps, millions" if self._unit_steps == 1e6 else "steps, thousands"
+        return _short(self.step, self._steps_unit)
 
     @property
     def ticks(self) -> tuple[Tick, ...]:
@@ -84,13 +77,12 @@ class TimeAxis(NamedTuple):
         if self.unit == "trials":
             marks = ticks(0, self.end, _MOST_TICKS, least=1)
             return tuple(Tick(mark / self.end, in_short(mark, k_from=1e5)) for mark in marks)
-        end = self.end / self._unit_steps
-        marks = labelled_ticks(0, end, _MOST_TICKS)
-        return tuple(Tick(mark / end, f"{mark:g}") for mark, _ in marks)
+        marks = ticks(0, self.end, _MOST_TICKS)
+        return tuple(Tick(mark / self.end, _short(mark, self._steps_unit)) for mark in marks)
 
     @property
-    def _unit_steps(self) -> float:
-        return 1e6 if self.end >= 2e5 else 1e3
+    def _steps_unit(self) -> tuple[float, str]:
+        return (1e6, "M") if self.end >= 2e5 else (1e3, "k")
 
     def _place(self, along: float) -> float:
         return min(max(along / self.end, 0.0), 1.0)
@@ -119,6 +111,11 @@ def last_trial(snapshot: Snapshot) -> int:
     """The trial up to which a run is to go, or, once it went on, to the end of the next stretch."""
     trials = snapshot.spec.trials
     return trials * max(math.ceil(snapshot.trial / trials), 1)
+
+
+def _short(steps: float, unit: tuple[float, str]) -> str:
+    factor, sign = unit
+    return f"{steps / factor:.3g} {sign}" if steps else "0"
 
 
 def _pace(progress: Progress) -> float:

@@ -48,7 +48,10 @@ class Piece(NamedTuple):
 class Label(NamedTuple):
     """A text in a lane."""
 
+    before: str
     text: str
+    """What is said on the narrowest page, too."""
+    after: str
     at: float
     side: Literal["before", "after", "within"]
     """Whether it ends at its place, begins there, or has it in its middle."""
@@ -63,6 +66,11 @@ class Lane(NamedTuple):
     presence: tuple[Stretch, ...]
     pieces: tuple[Piece, ...]
     labels: tuple[Label, ...]
+
+
+def _wide(text: str) -> float:
+    """Width of a text with the room around it, as a share of the axis."""
+    return (len(text) + 2.5) * CHARACTER
 
 
 def lanes_of(
@@ -80,6 +88,8 @@ def lanes_of(
 
 
 def _lane(name: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
+    # One that another took the place of at once has held nothing.
+    blocks = [block for block in blocks if block.kind == "introduction" or block.until != block.first]
     shown = [block for block in blocks if not _is_beyond(block, axis)]
     pieces = [_piece(block, axis, chosen) for block in shown if block.kind != "presence"]
     return Lane(
@@ -187,9 +197,10 @@ class _Writer:
         middle = (first + until) / 2
         for more in (" of steps", ""):
             text = f"{block.probability:.0%}{more}"
-            width = (len(text) + 1) * CHARACTER
+            width = _wide(text)
             if until - first >= width and inside.taken(middle - width / 2, middle + width / 2):
-                self._labels.append(Label(text, middle, "within", until - first))
+                label = Label("", f"{block.probability:.0%}", more, middle, "within", until - first)
+                self._labels.append(label)
                 return True
         return False
 
@@ -201,35 +212,32 @@ class _Writer:
             (until, "after"),
             (first, "before"),
         )
-        for words in (text + more, text):
-            width = (len(words) + 1) * CHARACTER
+        for after in (more, ""):
+            width = _wide(text + after)
             for at, side in places:
                 span = (at, at + width) if side == "after" else (at - width, at)
                 if self._room.taken(*span):
-                    self._put(words, at, side)
+                    self._labels.append(Label("", text, after, at, side, 0.0))
                     return
         # Cut, or over a neighbour, rather than not at all.
         at, side = places[0] if until < 0.5 else places[1]
-        self._put(text, at, side)
+        self._labels.append(Label("", text, "", at, side, 0.0))
 
     def _join(self, block: Block, is_beyond: bool) -> None:
         """Write when a skill joins: before that, or wherever in its lane there is room."""
         if block.first == 0:
             return
-        ahead = block.state in ("planned", "idle")
-        text = f"{'joins' if ahead else 'joined'} at {block.first:,}"
-        near = self._span(block)[0]
+        before = "joins at " if block.state in ("planned", "idle") else "joined at "
+        text, after, near = f"{block.first:,}", "", self._span(block)[0]
         if block.first >= NEVER:
-            text, near = "not planned to join", 1.0
+            before, text, near = "", "not planned to join", 1.0
         elif is_beyond:
-            text, near = f"{text} \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
-        spot = self._room.take_nearest((len(text) + 1) * CHARACTER, near, math.inf)
+            after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
+        spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)
         if spot is not None:
             edge, is_before = spot
-            self._put(text, edge, "before" if is_before else "after")
-
-    def _put(self, text: str, at: float, side: Literal["before", "after"]) -> None:
-        self._labels.append(Label(text, at, side, 0.0))
+            side: Literal["before", "after"] = "before" if is_before else "after"
+            self._labels.append(Label(before, text, after, edge, side, 0.0))
 
     def _reaching(self, label: Label) -> Label:
         """The label with the room that it has up to the next thing in its lane.

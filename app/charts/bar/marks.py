@@ -30,6 +30,8 @@ class Mark(NamedTuple):
     """Whether that stands to the left of it."""
     hint: str
     """All that it stands for, a line each."""
+    room: float = 1.0
+    """How far the name may reach, as a share of the axis: where the page is narrow, it is cut."""
 
 
 class _Spot(NamedTuple):
@@ -41,11 +43,14 @@ class _Spot(NamedTuple):
         return any(isinstance(event.command, Introduce) for event in self.events)
 
     @property
-    def name(self) -> str:
-        """A skill that joins is what the curve is looked at for."""
-        named = [event for event in self.events if isinstance(event.command, Introduce)]
-        named = named or list(self.events)
-        return _name(named[0]) if len(named) == 1 else _several(named)
+    def names(self) -> tuple[str, ...]:
+        """What it may be called, the longest first; skills that join are what one looks for."""
+        joins = [event.command for event in self.events if isinstance(event.command, Introduce)]
+        if joins:
+            skills = ", ".join(plain(command.skill) for command in joins)
+            return f"{skills} {'joins' if len(joins) == 1 else 'join'}", skills
+        one, *more = self.events
+        return (counted(len(self.events), "change") if more else _name(one),)
 
     @property
     def hint(self) -> str:
@@ -61,19 +66,23 @@ def marks_of(history: Iterable[Event], axis: TimeAxis) -> tuple[Mark, ...]:
     bands.
     """
     spots = _spots([event for event in history if _is_marked(event)], axis)
+    joins = [spot for spot in spots if spot.joins]
+    others = [spot for spot in spots if not spot.joins]
     room = Room(-_GUTTER, 1.0)
-    for spot in spots:
-        room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
-    sides: dict[int, bool] = {}
-    # The newest first, but skills before all else.
-    for place in sorted(range(len(spots)), key=lambda place: (not spots[place].joins, -place)):
-        side = _side_of(spots[place], room)
-        if side is not None:
-            sides[place] = side
-    return tuple(
-        Mark(spot.at, spot.name if place in sides else "", sides.get(place, False), spot.hint)
-        for place, spot in enumerate(spots)
-    )
+    marks: list[Mark] = []
+    # Skills first, over the places of other marks if need be; of these the newest.
+    for kind in (joins, others):
+        for spot in kind:
+            room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
+        marks += [_named(spot, room) for spot in reversed(kind)]
+    return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
+
+
+def _reaching(mark: Mark, marks: Sequence[Mark]) -> Mark:
+    """The mark with the room that its name has up to that of the next."""
+    away = [abs(o.at - mark.at) for o in marks if o.name and (o.at < mark.at) == mark.is_before]
+    edge = mark.at + _GUTTER if mark.is_before else 1.0 - mark.at
+    return mark._replace(room=min([edge, *(room for room in away if room)]))
 
 
 def _is_marked(event: Event) -> bool:
@@ -95,12 +104,16 @@ def _spots(events: Sequence[Event], axis: TimeAxis) -> list[_Spot]:
     return spots
 
 
-def _side_of(spot: _Spot, room: Room) -> bool | None:
-    """Whether the name goes to the left of its mark; None if it finds no room."""
-    width, beside = (len(spot.name) + 0.5) * CHARACTER, CHARACTER / 2
-    if room.taken(spot.at + beside, spot.at + beside + width):
-        return False
-    return True if room.taken(spot.at - beside - width, spot.at - beside) else None
+def _named(spot: _Spot, room: Room) -> Mark:
+    """A mark with the longest of its names that finds room, to the right of it or to the left."""
+    beside = CHARACTER / 2
+    for name in spot.names:
+        width = (len(name) + 0.5) * CHARACTER
+        if room.taken(spot.at + beside, spot.at + beside + width):
+            return Mark(spot.at, name, False, spot.hint)
+        if room.taken(spot.at - beside - width, spot.at - beside):
+            return Mark(spot.at, name, True, spot.hint)
+    return Mark(spot.at, "", False, spot.hint)
 
 
 def _name(event: Event) -> str:
@@ -113,10 +126,3 @@ def _name(event: Event) -> str:
             return f"{PARAMETER_NAMES[key]} = {value:g}"
     return ""
 
-
-def _several(events: Sequence[Event]) -> str:
-    """What several that are close are called."""
-    skills = [event.command.skill for event in events if isinstance(event.command, Introduce)]
-    if skills:
-        return f"{', '.join(map(plain, skills))} join"
-    return counted(len(events), "change")
