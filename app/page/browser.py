@@ -49,10 +49,8 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(client, shared.session.status, shared.calls, inbox, wake)
-        self._bar = BarPanel(
-            client, shared.bars, shared.calls, inbox, shared.choose_block, wake
-        )
+        self.readings = Readings(client, shared.session.status)
+        self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None
@@ -70,7 +68,6 @@ class Browser:
 
     def leave(self) -> None:
         """Answer no more calls of this browser."""
-        self.readings.leave()
         self._bar.leave()
         self.results.leave()
 

@@ -77,7 +77,7 @@ class GhostWatch:
         """What was shown before each run that began here, by its number."""
 
     def follow(self, status: Status) -> Ghost | None:
-        """What the run that is shown is to be compared with, if anything, and as far as it is there.
+        """What the run that is shown is to be compared with, if there is anything yet.
 
         It is the same object until it is another.
         """

@@ -48,7 +48,7 @@ def bar_html(bar: Bar, address: Address) -> str:
 
 
 def _colours(theme: Theme) -> str:
-    roles = {"forced": theme.forced, "frozen": theme.timeout, "line": theme.lines}
+    roles = {"forced": theme.forced, "frozen": theme.frozen, "line": theme.lines}
     return ";".join(f"--bar-{role}:{css(colour)}" for role, colour in roles.items())
 
 
@@ -202,8 +202,7 @@ def _piece(piece: Piece, address: Address) -> str:
         kinds.append("ahead")
     hint = escaped(piece.hint)
     looks = (
-        f' class="piece {" ".join(kinds)}" style="{_span(piece.first, piece.until)}"'
-        f' title="{hint}"'
+        f' class="piece {" ".join(kinds)}" style="{_span(piece.first, piece.until)}" title="{hint}"'
     )
     inner = f'<i style="width:{_percent(min(share, 1.0))}"></i>'
     if not piece.is_editable:
@@ -259,7 +258,10 @@ def _playhead(axis: TimeAxis) -> str:
 
 _UNITS: Final[Mapping[Axis, tuple[str, str]]] = {
     "trials": ("trial", "Curve and schedule against trials, in which the schedule is told"),
-    "steps": ("steps", "Both against steps: a trial takes many at first, and few once it is learned"),
+    "steps": (
+        "steps",
+        "Both against steps: a trial takes many at first, and few once it is learned",
+    ),
 }
 """What an axis is called, and what it is for."""
 
@@ -279,7 +281,7 @@ def _axis(axis: TimeAxis, address: Address) -> str:
     # The number of the playhead takes the place of those that it would cover.
     near = 1.35 * CHARACTER * (len(here) + 7) / 2
     numbers = "".join(
-        f'<span{_MORE if abs(tick.at - now) < 2 * near else ""}'
+        f"<span{_MORE if abs(tick.at - now) < 2 * near else ''}"
         f' style="left:{_percent(tick.at)}">{tick.text}</span>'
         for tick in axis.ticks
         if abs(tick.at - now) > near

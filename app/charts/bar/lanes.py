@@ -1,4 +1,4 @@
-"""The lanes of the schedule: when each skill is there, explored or frozen, and what is said of it."""
+"""The lanes of the schedule: when each skill is there, explored or frozen."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -89,7 +89,9 @@ def lanes_of(
 
 def _lane(name: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
     # One that another took the place of at once has held nothing.
-    blocks = [block for block in blocks if block.kind == "introduction" or block.until != block.first]
+    blocks = [
+        block for block in blocks if block.kind == "introduction" or block.until != block.first
+    ]
     shown = [block for block in blocks if not _is_beyond(block, axis)]
     pieces = [_piece(block, axis, chosen) for block in shown if block.kind != "presence"]
     return Lane(

@@ -125,4 +125,3 @@ def _name(event: Event) -> str:
         case SetParameter(key=key, value=value):
             return f"{PARAMETER_NAMES[key]} = {value:g}"
     return ""
-

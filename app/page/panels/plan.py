@@ -94,7 +94,14 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
         running = bool(snapshot.control.episodes)
         what = "All that was planned has begun" if running else "All that was planned is past"
         return Form("", f"{what}; plan a new exploration.")
-    return Form("", _if_followed("Choose what to change, here or by a click on an outlined block of the bar; the past is locked.", snapshot))
+    return Form(
+        "",
+        _if_followed(
+            "Choose what to change, here or by a click on an outlined block of the bar; the past is"
+            " locked.",
+            snapshot,
+        ),
+    )
 
 
 def beyond_in_words(trial: int, snapshot: Snapshot) -> str:
