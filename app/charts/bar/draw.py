@@ -18,6 +18,7 @@ from app.charts.page.svg import Address, link
 from app.picture.colours import css
 from app.picture.theme import DARK, LIGHT, Theme
 from app.util.html import escaped
+from app.words.glossary import term
 from app.words.numbers import counted, labelled_ticks
 
 _WIDE: Final = 1000
@@ -79,9 +80,9 @@ def _head(bar: Bar) -> str:
         items.append(_item("ghost", bar.ghost_name, bar.ghost_hint))
     kinds = {band.kind for band in bar.bands}
     if "forced" in kinds:
-        items.append(_item("forced", "forced exploration", _FORCED_HINT))
+        items.append(_item("forced", term("forced exploration")))
     if "frozen" in kinds:
-        items.append(_item("frozen", "frozen", _FROZEN_HINT))
+        items.append(_item("frozen", term("freeze", "frozen")))
     pieces = [piece for lane in bar.lanes for piece in lane.pieces]
     if any(piece.done < piece.until for piece in pieces):
         items.append(_item("planned", "planned", "Outlined: what the schedule has ahead."))
@@ -90,13 +91,6 @@ def _head(bar: Bar) -> str:
     if bar.left_out:
         items.append(f"<span>{counted(bar.left_out, 'earlier change')} not drawn</span>")
     return f'<div class="head">{"".join(items)}</div>'
-
-
-_FORCED_HINT: Final = (
-    "The learner is made to take a skill in this share of its steps, be it good or bad there:"
-    " rewards fall meanwhile though nothing is unlearned."
-)
-_FROZEN_HINT: Final = "A table is not changed: after a skill joins, the selection for a while."
 
 
 def _learned_hint(bar: Bar) -> str:
@@ -113,8 +107,9 @@ def _greedy_hint(bar: Bar) -> str:
     )
 
 
-def _item(kind: str, text: str, hint: str) -> str:
-    return f'<span class="item {kind}" title="{escaped(hint)}"><i></i>{escaped(text)}</span>'
+def _item(kind: str, text: str, hint: str = "") -> str:
+    title = f' title="{escaped(hint)}"' if hint else ""
+    return f'<span class="item {kind}"{title}><i></i>{escaped(text)}</span>'
 
 
 # --- The curve -----------------------------------------------------------------------------------
