@@ -35,7 +35,7 @@ class Exhibit:
         picture = LAYERS[self._look.layer].paint(status.snapshot, self._look, extras)
         self.board.update(status.snapshot, picture, self._look, now_s)
         if self.texts is None or now_s - self._read_at >= _TEXTS_S:
-            self.texts = Texts(status, self._look, extras, n_viewers, self.texts, greedy)
+            self.texts = Texts(status, self._look, extras, n_viewers, greedy)
             self._read_at = now_s
         return self.texts
 
