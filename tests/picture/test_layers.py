@@ -171,7 +171,7 @@ def test_a_folded_value_fades_with_the_share_of_headings_that_know_it() -> None:
 
 def test_losses_have_their_own_hue_and_sink() -> None:
     picture = paint("value", made(value=at_one_place(-50)), frame=0)
-    assert colour_at(picture, 20, 0) == list(LIGHT.loss)
+    assert colour_at(picture, 20, 0) == list(LIGHT.flight)
     assert height_at(picture, 20, 0) == -1
 
 
