@@ -10,9 +10,10 @@ from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.file_tab import FileTab, TakeExperiment
 from app.page.panels.inspection import Inspection
-from app.page.panels.readings import Readings, Texts
+from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
+from app.page.texts import Texts
 from app.picture.look import Look
 from app.results.service import Service
 from app.server.calls import Calls

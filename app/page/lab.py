@@ -22,10 +22,10 @@ from app.live.session import Begin, Request, Session, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser, Shared
 from app.page.greedy import GreedyWatch
+from app.page.headline import clock_html
 from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
-from app.page.panels.readings import clock_html
 from app.page.panels.schedule import SchedulePanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery

@@ -4,5 +4,7 @@ import "./connection.js";
 import "./fields.js";
 import "./keys.js";
 import "./names.js";
+import "./slots.js";
+import "./stage.js";
 import "./title.js";
 import "./windows.js";

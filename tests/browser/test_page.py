@@ -79,7 +79,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     live = start_lab()
     asked_for: list[str] = []
     screen = open_page(live, asked_for.append)
-    expect(screen.headline).to_contain_text("pounce")
+    expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("behind, unseen")
     expect(screen.headline).to_contain_text(
         "Paused. One skill, approach: the selection is frozen until trial 300"
     )

@@ -111,10 +111,8 @@ class Screen:
 
     @property
     def headline(self) -> Locator:
-        """Title and sentence."""
-        return self.page.get_by_text("the timing of skills changes what is learned").locator(
-            "xpath=../.."
-        )
+        """The sentence above the board."""
+        return self.page.locator('[data-slot-of="sentence"]')
 
     @property
     def legend(self) -> Locator:

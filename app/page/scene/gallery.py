@@ -6,8 +6,8 @@ import viser
 
 from app.live.session import Status
 from app.metrics.course import GreedyCurve
-from app.page.panels.readings import Texts
 from app.page.scene.board import BoardView
+from app.page.texts import Texts
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
