@@ -15,7 +15,7 @@ from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.metrics.course import NO_CURVE, GreedyCurve
 from app.page import keys
-from app.page.headline import TASK_HTML, numbers_html, sentence_html
+from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
 from app.page.inbox import Inbox, Intent
 from app.page.panels import curve
 from app.page.panels.view import View
@@ -29,6 +29,7 @@ from app.picture.options import option_names
 from app.picture.theme import LIGHT
 from app.server.calls import Calls, address_of
 from app.server.notices import close_modal, open_modal
+from app.words import glossary
 from app.words.plain import plain
 from learners.measures import Curve
 
@@ -65,8 +66,9 @@ class Readings:
         """What a layer may be of."""
         snapshot = status.snapshot
         # At the root of the main panel, which is there whatever tab is shown.
-        self._task = gui.add_html(slot_html("task", TASK_HTML))
+        self._task = gui.add_html(slot_html("task", TASK_HTML) + str(glossary.table_html()))
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
+        self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
         panel = gui.add_panel()
         panel.dock_left()
@@ -102,9 +104,6 @@ class Readings:
         for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
             command.on_trigger(Intent(partial(self._choose_layer, layer)))
-        gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
-            Intent(lambda _, __: self._view.aim_camera())
-        )
 
     def _build_help(self) -> None:
         button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
@@ -158,6 +157,7 @@ class Readings:
         self._offer_options(snapshot, layer)
         for handle, content in (
             (self._sentence, slot_html("sentence", texts.sentence)),
+            (self._short, slot_html("readings", texts.readings)),
             (self._numbers, texts.numbers),
             (self._caption, texts.caption),
             (self._legend, texts.legend),
