@@ -2,9 +2,11 @@
 // What the lab's page has beside viser's.
 import "./connection.js";
 import "./docks.js";
+import "./drawn.js";
 import "./fields.js";
 import "./keys.js";
 import "./names.js";
+import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
 import "./terms.js";

@@ -21,12 +21,13 @@ from app.page.panels import curve
 from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
+from app.page.told import Told
 from app.page.widgets import Choice, assign
 from app.picture.layer import Layer
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.options import option_names
-from app.picture.theme import LIGHT
+from app.picture.theme import DARK, LIGHT
 from app.server.calls import Calls, address_of
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
@@ -53,8 +54,9 @@ class Readings:
         calls: Calls,
         inbox: Inbox,
         wake: Callable[[], object],
+        drawn: Callable[[], object],
     ) -> None:
-        """``wake`` lets the render loop draw at once."""
+        """``wake`` lets the render loop draw at once; ``drawn`` is called when the page has."""
         self._client = client
         self._gui = gui = client.gui
         self._calls, self._wake = calls, wake
@@ -70,6 +72,7 @@ class Readings:
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
         self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
+        self._told = Told(gui, calls, inbox, drawn, lambda dark: self._view.set_dark(dark))
         panel = gui.add_panel()
         panel.dock_left()
         panel.set_width(_WIDTH)
@@ -130,6 +133,7 @@ class Readings:
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self._calls.leave(self._secret)
+        self._told.leave()
 
     def _address(self, words: str) -> str:
         return address_of(self._secret, words)
@@ -167,6 +171,7 @@ class Readings:
             assign(handle, "content", content)
         self._show_curve(texts)
         self._view.update(texts)
+        self._told.show(texts.look.theme is DARK)
 
     def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
         names = option_names(snapshot)
