@@ -53,7 +53,8 @@ def amount_colours(ramp: Ramp, theme: Theme) -> np.ndarray:
     """(256, 3) float64."""
     stops = np.array(ramp.dark if theme.is_dark else ramp.light, np.float64)
     places = np.linspace(0, len(stops) - 1, 256)
-    return np.stack([np.interp(places, range(len(stops)), part) for part in stops.T], axis=1)
+    parts = np.array([np.interp(places, np.arange(len(stops)), part) for part in stops.T])
+    return parts.T
 
 
 COMPASS_COLOURS = np.array(

@@ -50,7 +50,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     below = over_board(np.array(look.theme.timeout), _BELOW, look.theme)
     colours = np.where((values < 0)[..., None], below, colours)
     world, side = snapshot.spec.world, raster.side
-    there = table.any(axis=-1)
+    there = np.abs(table).max(axis=-1) > 0
     picture = spread(over_board(colours, there, look.theme), as_skills_see(raster, world))
     ways = arrows(at_places(greedy(table)[None], world.of_skills, side), world, side)
     # Values are bright on every page.
