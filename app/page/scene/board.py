@@ -21,9 +21,9 @@ from app.picture.look import OF_TRIAL, Look, heading_shown
 from app.picture.theme import OUTCOME_SHAPES, Colour, Shape, Theme
 from sim.spec import WorldSpec
 
-FLAT_TARGET = (0.0, -2.65, 0.0)
-FLAT_CAMERA = (0.0, -2.65, 15.6)
-"""The whole board from above, with room for the timeline below it."""
+FLAT_TARGET = (0.0, 0.0, 0.0)
+FLAT_CAMERA = (0.0, 0.0, 10.8)
+"""The whole board from above; each page moves its camera to where the board fits its window."""
 
 _PREY_RADIUS, _PREDATOR_RADIUS, _HALO_RADIUS = 0.13, 0.13, 0.17
 _FARTHEST = 1e6
