@@ -14,8 +14,9 @@ const CELLS = "/board/cells";
 
 /** The camera's controls that have been set up. @type {any} */
 let known = null;
-/** Whose corner was found last, and how far it lies from the middle. @type {[unknown, number]} */
-let corner = [null, 0];
+/** @typedef {{points: unknown, x: number, y: number, half: number}} Extent */
+/** Middle of the board, and half its side. @type {Extent} */
+let extent = { points: null, x: 0, y: 0, half: 0 };
 /** What would show all of the board in the room as it was last. */
 let fitted = 0;
 /** @type {(isDefault: boolean) => void} */
@@ -24,13 +25,16 @@ let tell = () => {};
 /** viser's own, once it has a picture. @returns {any} */
 const viewer = () => /** @type {any} */ (window).__viserMutable;
 
-/** Half the side of the board: its outermost cell's far edge. @returns {number} */
-const halfSide = () => {
+/** From the far edge of the first cell to that of the last. @returns {Extent} */
+const board = () => {
   const points =
     /** @type {any} */ (window).__viserSceneTree?.getState()[CELLS]?.message.props.points;
-  if (!points || points.length < 6) return 0;
-  if (corner[0] !== points) corner = [points, Math.abs(points[0]) + (points[3] - points[0]) / 2];
-  return corner[1];
+  if (!points || points.length < 6 || extent.points === points) return extent;
+  const [x, y] = [points[0], points[1]];
+  const last = points.length - 3;
+  const half = (points[last] - x + points[3] - x) / 2;
+  extent = { points, x: (x + points[last]) / 2, y: (y + points[last + 1]) / 2, half };
+  return extent;
 };
 
 /** Where a point of the board is in the picture's own space. @returns {Vector | undefined} */
@@ -39,17 +43,19 @@ const placed = (/** @type {number} */ x, /** @type {number} */ y, /** @type {num
   return nodeRefFromName[CELLS]?.localToWorld(camera.position.clone().set(x, y, z));
 };
 
+const middle = () => placed(board().x, board().y, 0);
+
 /** From how far away all of the board is seen. */
 const fitting = () => {
   const { camera } = viewer();
-  const half = halfSide() * (1 + 2 * MARGIN);
+  const half = board().half * (1 + 2 * MARGIN);
   return half / (Math.tan((camera.fov * Math.PI) / 360) * Math.min(1, camera.aspect));
 };
 
 const isDefault = () => {
-  const middle = placed(0, 0, 0);
-  if (!known || !middle || !fitted) return true;
-  const off = known.getTarget(middle.clone()).distanceTo(middle) / halfSide();
+  const home = middle();
+  if (!known || !home || !fitted) return true;
+  const off = known.getTarget(home.clone()).distanceTo(home) / board().half;
   return Math.abs(known.distance / fitted - 1) < 0.01 && off < 0.01;
 };
 
@@ -58,22 +64,22 @@ const isDefault = () => {
  * @param {number} distance
  */
 const look = (target, distance) => {
-  const middle = placed(0, 0, 0);
+  const below = placed(0, 0, 0);
   const above = placed(0, 0, 1);
-  if (!middle || !above) return;
+  if (!below || !above) return;
   const eye = target.clone();
   for (const axis of /** @type {const} */ (["x", "y", "z"]))
-    eye[axis] += (above[axis] - middle[axis]) * distance;
+    eye[axis] += (above[axis] - below[axis]) * distance;
   known.setLookAt(eye.x, eye.y, eye.z, target.x, target.y, target.z, false);
   tell(isDefault());
 };
 
 /** All of the board, in the middle. */
 export const resetView = () => {
-  const middle = known && placed(0, 0, 0);
-  if (!middle || !halfSide()) return;
+  const home = known && middle();
+  if (!home || !board().half) return;
   fitted = fitting();
-  look(middle, fitted);
+  look(home, fitted);
 };
 
 /** A zoom is one of what fits, so it is another distance in another room. */
@@ -108,7 +114,7 @@ let isWaiting = false;
 const aim = () => {
   isWaiting = false;
   const mutable = viewer();
-  if (!mutable?.cameraControl || !halfSide() || !placed(0, 0, 0)) {
+  if (!mutable?.cameraControl || !board().half || !placed(0, 0, 0)) {
     isWaiting = true;
     return void requestAnimationFrame(aim);
   }

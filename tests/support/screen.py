@@ -114,7 +114,11 @@ class Screen:
     @property
     def legend(self) -> Locator:
         """What the colours mean."""
-        return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
+        return (
+            self.page.locator("#root")
+            .get_by_text("The half-disc is what the prey sees")
+            .locator("xpath=..")
+        )
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""
