@@ -9,7 +9,7 @@ import viser
 from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.bar import BarPanel, Bars, Choose
-from app.page.panels.file_tab import FileTab, TakeExperiment
+from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
@@ -37,7 +37,10 @@ class Shared(NamedTuple):
     ask: Ask
     wake: Callable[[], None]
     """Lets the render loop draw at once."""
+    drawn: Callable[[], None]
+    """Called whenever a page has drawn its first picture of the board."""
     take_experiment: TakeExperiment
+    offer_preset: OfferPreset
     save_dir: Path | None
     """Where presets may be saved, if anywhere."""
 
@@ -49,7 +52,7 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(client, shared.session.status)
+        self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
         self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
@@ -58,7 +61,13 @@ class Browser:
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
-                client, shared.session, ask, inbox.work, shared.take_experiment, shared.save_dir
+                client,
+                shared.session,
+                ask,
+                inbox.work,
+                shared.take_experiment,
+                shared.offer_preset,
+                shared.save_dir,
             )
         self.results = ResultsPanel(client, shared.calls, shared.service, ask, inbox, wake)
         clicked = Intent(self._clicked)
@@ -68,6 +77,7 @@ class Browser:
 
     def leave(self) -> None:
         """Answer no more calls of this browser."""
+        self.readings.leave()
         self._bar.leave()
         self.results.leave()
 

@@ -3,9 +3,11 @@
 import "./bar.js";
 import "./connection.js";
 import "./docks.js";
+import "./drawn.js";
 import "./fields.js";
 import "./keys.js";
 import "./names.js";
+import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
 import "./terms.js";

@@ -31,7 +31,7 @@ stage.innerHTML = `
     <header>
       <p data-slot-of="task"></p>
       <div class="tools">
-        <button class="play" type="button" title="Pause or play (space)">Play / pause</button>
+        <button class="play" type="button" title="Pause or play (space)">Play</button>
         <button class="present" type="button" aria-pressed="false" title="Only board, sentence, legend, curve and timeline, in large type (P)">Present</button>
       </div>
       <p data-slot-of="sentence"></p>
@@ -49,6 +49,7 @@ const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (stage.q
 const board = part(".board");
 const present = part(".present");
 const reset = part(".reset");
+const play = part(".play");
 const root = document.documentElement;
 
 const isPresenting = () => root.dataset.present !== undefined;
@@ -112,7 +113,7 @@ const setPresenting = (wanted) => {
 };
 
 present.addEventListener("click", () => setPresenting(!isPresenting()));
-part(".play").addEventListener("click", () => press("Space"));
+play.addEventListener("click", () => press("Space"));
 reset.addEventListener("click", resetView);
 onKey("KeyP", () => setPresenting(!isPresenting()));
 onKey("KeyR", resetView);
@@ -135,4 +136,6 @@ whenChanged(() => {
       watch.observe(dock);
     }
   place();
+  const isPlaying = document.querySelector('[data-playing="yes"]') !== null;
+  play.textContent = isPlaying ? "Pause" : "Play";
 });

@@ -3,6 +3,7 @@
 Everything here belongs to one browser, and so does how it wants to see things.
 """
 
+from collections.abc import Callable
 from functools import partial
 
 import viser
@@ -12,15 +13,18 @@ from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.page import keys
 from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
-from app.page.inbox import Intent
+from app.page.inbox import Inbox, Intent
 from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
+from app.page.told import Told
 from app.page.widgets import Choice, assign
 from app.picture.layer import Layer
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.options import option_names
+from app.picture.theme import DARK
+from app.server.calls import Calls
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
 from app.words.plain import plain
@@ -36,7 +40,15 @@ _LAYOUT = """<style>
 class Readings:
     """The panel of one browser."""
 
-    def __init__(self, client: viser.ClientHandle, status: Status) -> None:
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        status: Status,
+        calls: Calls,
+        inbox: Inbox,
+        drawn: Callable[[], object],
+    ) -> None:
+        """``drawn`` is called when the page has drawn its first picture."""
         self._client = client
         self._gui = gui = client.gui
         self._names: tuple[str, ...] = ()
@@ -46,6 +58,7 @@ class Readings:
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
         self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
+        self._told = Told(gui, calls, inbox, drawn, lambda dark: self._view.set_dark(dark))
         panel = gui.add_panel()
         panel.dock_left()
         panel.set_width(_WIDTH)
@@ -94,6 +107,10 @@ class Readings:
         if lists:
             lists[-1].close()
 
+    def leave(self) -> None:
+        """Answer no more calls of this browser."""
+        self._told.leave()
+
     def _choose_layer(self, layer: Layer, *_: object) -> None:
         self._layer.choose(layer)
 
@@ -119,6 +136,7 @@ class Readings:
         ):
             assign(handle, "content", content)
         self._view.update(texts)
+        self._told.show(texts.look.theme is DARK)
 
     def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
         names = option_names(snapshot)

@@ -63,6 +63,11 @@ class View:
         if wanted:
             assign(self._eight, "content", texts.multiples)
 
+    def set_dark(self, dark: bool) -> None:
+        """Have the page dark, or light."""
+        assign(self._dark, "value", dark)
+        self._dress()
+
     def _dress(self) -> None:
         self._gui.configure_theme(
             dark_mode=bool(self._dark.value), show_logo=False, show_share_button=False
