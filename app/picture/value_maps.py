@@ -4,19 +4,25 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.colours import gain_colours, gradient_css, loss_colours, over_board
-from app.picture.frames import in_frame
+from app.picture.colours import css, gain_colours, gradient_css, loss_colours, over_board, palette
+from app.picture.contours import Contour, edges, isolines, segments
+from app.picture.frames import folds, in_frame
+from app.picture.layer import Picture
 from app.picture.legend import (
     bar,
     bar_marks,
+    dots,
     frame_in_words,
+    hatch,
     legend,
     limits,
     patch_of_board,
     swatch,
 )
 from app.picture.look import Look
+from app.picture.raster import Raster, dotted, hatched, on_raster
 from app.picture.shading import (
+    SHOWN_FROM,
     Shading,
     fitted_shading,
     fixed_shading,
@@ -26,10 +32,23 @@ from app.picture.shading import (
 from app.picture.theme import Theme
 from app.util.html import element, joined
 from app.words.numbers import of_any_size
+from app.words.plain import joined_by_and
+from sim.spec import WorldSpec
 
 FAINT = 0.5
 """How strongly values cover the board below arrows, which are to be seen on it."""
-_MEAN = "the mean over its eight headings, paler where fewer of them know anything"
+HATCH_COVER = 0.4
+"""How strongly a hatch covers the board."""
+_LINES_AT = (20.0, 50.0, 100.0)
+"""Steps to capture at which maps of value have a line."""
+_LINE = (18, 62, 74)
+"""A dark shade of the values' own colours, on light and on dark boards."""
+_EDGE_ON_LIGHT, _EDGE_ON_DARK = (0, 88, 84), (170, 240, 205)
+"""Shades of the values' colours as well, apart from them and from the board."""
+_DOTS_LEVEL = 128
+"""The colour in the legend of what few know, of the values' 256."""
+_LEAST_EDGE = 12.0
+"""Cells from the prey, on a grid of the standard size."""
 
 
 def reward_of(snapshot: Snapshot) -> float:
@@ -68,7 +87,7 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
 
 
 def value_map(values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Colours of states, ``(distance, direction, 3) uint8``.
+    """Colours of gains and losses, ``(distance, direction, 3) uint8``.
 
     Args:
         values: ``(heading, distance, direction)`` of the headings that take part.
@@ -80,11 +99,63 @@ def value_map(values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Lo
     return shaded(known, shading, look.theme)
 
 
-def state_value_map(snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Colours of the values of states, as :func:`value_map`."""
+def value_picture(
+    values: np.ndarray,
+    shading: Shading,
+    snapshot: Snapshot,
+    look: Look,
+    raster: Raster,
+    cover: float = 1.0,
+) -> Picture:
+    """Where the global reward is to be had, with a line round it.
+
+    In full colour is what at least half of the headings know, dotted what fewer know; no colour is
+    paler than another for that, since the front of what is learned would fade into the board. What
+    expects flight is hatched, if it is wished: it is most of the board, and would cover the rest.
+
+    Args:
+        values: ``(heading, distance, direction)`` of the headings that take part.
+        shading: their scale.
+        snapshot: the moment.
+        look: whose theme it is.
+        raster: where it is drawn.
+        cover: how strongly the values cover the board, 0...1.
+    """
+    theme, world = look.theme, snapshot.spec.world
+    known = known_of(values, reward_of(snapshot), snapshot.spec.learner.gamma)
+    gain = over_board(palette(gain_colours(), shading.level(known)), cover, theme)
+    is_shown = known.positive_share >= SHOWN_FROM
+    colours = np.where(is_shown[..., None], gain, np.array(theme.unknown, np.uint8))
+    pixels = on_raster(colours, raster)
+    if look.flight:
+        flees = on_raster((known.negative_share >= SHOWN_FROM) & ~is_shown, raster)
+        pixels[flees & hatched(raster, world)] = over_board(
+            np.array(theme.flight), HATCH_COVER, theme
+        )
+    few = on_raster((known.positive_share > 0) & ~is_shown, raster) & dotted(raster, world)
+    pixels[few] = on_raster(gain, raster)[few]
+    edge = _EDGE_ON_DARK if theme.is_dark else _EDGE_ON_LIGHT
+    contours = [Contour(_edge(is_shown, world), edge, is_edge=True)]
+    if shading.scale == "steps":
+        steps = np.where(is_shown, known.steps, np.nan)
+        lines = isolines(steps, world, _LINES_AT)
+        contours[:0] = [Contour(segments(line.points), _LINE) for line in lines]
+    return Picture(pixels, contours=tuple(contours))
+
+
+def _edge(region: np.ndarray, world: WorldSpec) -> np.ndarray:
+    """Segments round a region, without those that the prey's dot and arrow nearly cover."""
+    parts = edges(region, world)
+    return parts[np.hypot(parts[..., 0], parts[..., 1]).min(axis=1) > _LEAST_EDGE * world.scale]
+
+
+def state_value_picture(
+    snapshot: Snapshot, look: Look, raster: Raster, cover: float = 1.0
+) -> Picture:
+    """The values of states, as :func:`value_picture`."""
     values = or_zero(snapshot.value)
     shading = value_shading(snapshot, look, values)
-    return value_map(in_frame(values, snapshot, look), shading, snapshot, look)
+    return value_picture(in_frame(values, snapshot, look), shading, snapshot, look, raster, cover)
 
 
 # Legends ------------------------------------------------------------------------------------
@@ -102,6 +173,8 @@ def value_scale(shading: Shading, look: Look, cover: float = 1.0) -> list[Markup
     if shading.scale == "steps":
         # Its low end is on the right, where the colours are brightest.
         marks = [(1.0 - place, text) for place, text in bar_marks(gain, _steps)]
+        if not look.fitted:
+            marks = [(place, f"{text} or more" if place == 0 else text) for place, text in marks]
         return [bar(colours, marks), limits(look, f"{_steps(gain.high)} steps", _steps(gain.low))]
     ends = of_any_size(gain.low), of_any_size(gain.high)
     return [bar(colours, bar_marks(gain, of_any_size)), limits(look, *ends)]
@@ -136,11 +209,26 @@ def value_legend(
         more: what else there is to know.
         cover: how strongly the values cover the board, 0...1.
     """
-    measure = ", as steps to certain capture" if shading.scale == "steps" else ""
-    known = losses(shading, look.theme, "expects flight", cover), patch_of_board(look, "not known")
+    theme = look.theme
+    measure = ", as steps to a certain capture" if shading.scale == "steps" else ""
+    key = [patch_of_board(look, "nothing to expect yet")]
+    if look.flight:
+        key = [
+            patch_of_board(look, "nothing known"),
+            hatch(css(over_board(np.array(theme.flight), HATCH_COVER, theme)), "expects flight"),
+        ]
+    each = ""
+    if folds(look):
+        middle = over_board(gain_colours(), cover, theme)[_DOTS_LEVEL]
+        key.insert(0, dots(css(middle), look, "known for few of them"))
+        each = "the mean of the ways the prey can look for which it is known"
+    if shading.scale == "steps" and not more:
+        more = element(
+            "div", f"Thin lines: {joined_by_and([_steps(at) for at in _LINES_AT])} steps."
+        )
     return legend(
         look,
         what + measure,
-        [*value_scale(shading, look, cover), element("div", joined(known, "")), more],
-        frame_in_words(snapshot, look, _MEAN),
+        [*value_scale(shading, look, cover), element("div", joined(key, "")), more],
+        frame_in_words(snapshot, look, each),
     )

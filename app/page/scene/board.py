@@ -15,11 +15,13 @@ from app.page.scene.names import BoardNames
 from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted, on_picture
 from app.page.widgets import assign
 from app.picture.colours import to_linear
+from app.picture.frames import folds
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look, heading_shown
 from app.picture.theme import OUTCOME_SHAPES, Colour, Shape, Theme
 from sim.spec import WorldSpec
+from sim.world import World
 
 FLAT_TARGET = (0.0, -2.65, 0.0)
 FLAT_CAMERA = (0.0, -2.65, 15.6)
@@ -56,6 +58,7 @@ class BoardView:
     def _create(self) -> None:
         spec, theme = self._spec, self._look.theme
         self._lines_at = self._paths_at = float("-inf")
+        self._is_round = False
         centres = cell_centres(spec)
         empty = np.broadcast_to(np.array(theme.unknown, np.uint8), centres.shape).copy()
         self._sent: dict[str, Any] = {"cells": (centres, empty)}
@@ -78,6 +81,8 @@ class BoardView:
         self._flow = self._line("flow", theme.ink, 2.0)
         # Each part of these has a colour of its own; a line that starts with one takes no others.
         of_parts = np.zeros((1, 2, 3), np.uint8)
+        self._contours = self._line("contours", of_parts, 1.0)
+        self._edges = self._line("edges", of_parts, 2.5)
         self._paths = self._line("paths", of_parts, 2.0)
         self._trail = self._line("trail", of_parts, 3.0)
         self._rims = self._dots("rims", theme.unknown, _FLASH_RADIUS * 1.5)
@@ -89,8 +94,6 @@ class BoardView:
         self._halo = self._dots("halo", theme.unknown, _HALO_RADIUS)
         self._predator = self._dots("predator", theme.predator, _PREDATOR_RADIUS)
         self._names = self._keep(BoardNames(self._scene))
-        self._set(self._border, "border", lifted(outlines.border(spec), _Z_LINES))
-        self._set(self._grid, "grid", lifted(outlines.grid(spec), _Z_LINES))
 
     def _keep(self, handle: Any) -> Any:
         self._handles.append(handle)
@@ -182,6 +185,8 @@ class BoardView:
         # What a page sends may be anything; no comparison holds for what is not a number.
         if not (along[2] < 0 <= start[2] and (np.abs(met) < _FARTHEST).all()):
             return None
+        if not outlines.is_on_board(met[:2], self._spec, folds(self._look)):
+            return None
         return float(met[0]), float(met[1])
 
     def remove(self) -> None:
@@ -192,31 +197,57 @@ class BoardView:
 
     def _show_cells(self, picture: Picture) -> None:
         points, colours = self._sent["cells"]
+        if folds(self._look) != self._is_round:
+            self._is_round = folds(self._look)
+            points = cell_centres(self._spec)
+            points[~outlines.is_on_board(points[:, :2], self._spec, self._is_round)] = AWAY
+            self._cells.points = points
         if not np.array_equal(colours, picture.colours):
             self._cells.colors = picture.colours
-            self._sent["cells"] = (points, picture.colours)
+        self._sent["cells"] = (points, picture.colours)
 
     def _show_overlays(self, snapshot: Snapshot, picture: Picture) -> None:
         look, spec = self._look, self._spec
-        shown = heading_shown(look, snapshot.heading)
+        shown, is_round = heading_shown(look, snapshot.heading), folds(look)
+        self._set(self._border, "border", lifted(outlines.border(spec, is_round), _Z_FIELD))
+        self._set(self._grid, "grid", lifted(outlines.grid(spec, is_round), _Z_LINES))
         assign(self._grid, "visible", look.grid)
         assign(self._sensors, "visible", look.sensors)
         assign(self._zone, "visible", look.start_zone)
         assign(self._field, "visible", look.field)
         if look.sensors:
-            lines = outlines.sensors(_as_shown(spec, look))
+            lines = outlines.sensors(_as_shown(spec, look), is_round)
             self._set(self._sensors, "sensors", lifted(lines, _Z_LINES))
         if look.start_zone:
             self._set(self._zone, "zone", lifted(outlines.start_zone(spec), _Z_FIELD))
         self._set(self._field, "field", lifted(outlines.visual_field(spec, shown), _Z_FIELD))
         self._set(self._arrow, "arrow", lifted(outlines.arrow(shown), _Z_PREY))
         self._set(self._prey, "prey", lifted(np.zeros((1, 2)), _Z_PREY))
-        self._set(self._flow, "flow", lifted(outlines.arrow_lines(picture, spec), _Z_FIELD))
+        self._set(
+            self._flow, "flow", lifted(outlines.arrow_lines(picture, spec, is_round), _Z_FIELD)
+        )
+        self._show_contours(picture)
         self._names.show(picture, self._sent["cells"][0])
+
+    def _show_contours(self, picture: Picture) -> None:
+        for handle, name, is_edge in (
+            (self._contours, "contours", False),
+            (self._edges, "edges", True),
+        ):
+            lines = [line for line in picture.contours if line.is_edge == is_edge]
+            parts, colours = outlines.contour_lines(lines, self._spec, folds(self._look))
+            self._set(handle, name, lifted(parts, _Z_LINES), in_linear_light(colours))
+
+    def _on_board(
+        self, world: World, cells: np.ndarray, heading: int | np.ndarray, shown: int
+    ) -> np.ndarray:
+        """Where cells of a trial are drawn: what the picture has no place for, at its edge."""
+        places = on_picture(world, cells, heading, shown)
+        return outlines.kept_on_board(places, self._spec, folds(self._look))
 
     def _show_predator(self, snapshot: Snapshot) -> None:
         shown = heading_shown(self._look, snapshot.heading)
-        path = on_picture(snapshot.world, snapshot.trail, snapshot.heading, shown)
+        path = self._on_board(snapshot.world, snapshot.trail, snapshot.heading, shown)
         # By its points and not its position, which browsers apply a frame ahead of the trail.
         here = lifted(path[-1:], _Z_PREDATOR)
         self._set(self._predator, "predator", here)
@@ -238,8 +269,8 @@ class BoardView:
         colours: list[np.ndarray] = []
         for path in snapshot.paths:
             chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
-            points = on_picture(snapshot.world, path.cells[chosen], path.heading, shown)
-            part = outlines.within(outlines.segments(points), self._spec)
+            points = self._on_board(snapshot.world, path.cells[chosen], path.heading, shown)
+            part = outlines.segments(points)
             parts.append(part)
             colour = in_linear_light(self._look.theme.of_outcome(path.outcome))
             colours.append(np.broadcast_to(colour, (len(part), 2, 3)))
@@ -266,14 +297,11 @@ class BoardView:
         ends = [end for end, _ in self._flashes.values()]
         cells = np.array([end.cell for end in ends], np.int64)
         headings = np.array([end.heading for end in ends], np.int64)
-        places = on_picture(snapshot.world, cells, headings, shown).reshape(-1, 2)
+        places = self._on_board(snapshot.world, cells, headings, shown).reshape(-1, 2)
         outcomes = np.array([end.outcome for end in ends], np.int64)
-        # Turned by half a quarter, the corners of another trial's board lie outside this one.
-        low, high = outlines.edges(self._spec)
-        inside = ((places >= low) & (places <= high)).all(axis=1)
-        points = lifted(places[inside], _Z_FLASH)
+        points = lifted(places, _Z_FLASH)
         for outcome, handle in self._flash.items():
-            self._set(handle, f"flash {outcome}", points[outcomes[inside] == outcome])
+            self._set(handle, f"flash {outcome}", points[outcomes == outcome])
         self._set(self._rims, "rims", points - np.array([0, 0, 0.002], np.float32))
 
 

@@ -5,13 +5,12 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.arrows import arrows, at_places
-from app.picture.colours import over_board
 from app.picture.frames import TURNED, folds, in_frame
-from app.picture.layer import Extras, Layer, Picture, spread
+from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.options import greedy, has_moves, options_in_frame
 from app.picture.raster import Raster
-from app.picture.value_maps import FAINT, or_zero, state_value_map, value_legend, value_shading
+from app.picture.value_maps import FAINT, or_zero, state_value_picture, value_legend, value_shading
 from app.util.html import element
 from sim.spec import N_HEADINGS
 
@@ -39,8 +38,9 @@ def _moves(snapshot: Snapshot, look: Look) -> np.ndarray:
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    faint = over_board(state_value_map(snapshot, look), FAINT, look.theme)
-    return spread(faint, raster, arrows(_moves(snapshot, look), snapshot.spec.world))
+    ways = arrows(_moves(snapshot, look), snapshot.spec.world)
+    faint = state_value_picture(snapshot, look, raster, FAINT)
+    return faint._replace(arrows=ways, contours=())
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
