@@ -100,5 +100,5 @@ def _bent(line: np.ndarray) -> np.ndarray:
     turn = np.abs(np.diff(line[:, 0]))
     count = np.maximum(np.ceil(turn / _PIECE), 1).astype(np.int64)
     at = np.concatenate([[0], np.cumsum(count)])
-    every = np.arange(at[-1] + 1)
+    every = np.arange(int(count.sum()) + 1)
     return _polar(np.interp(every, at, line[:, 0]), np.interp(every, at, line[:, 1]))

@@ -4,6 +4,7 @@ The board lies in the plane z = 0, twelve units wide whatever the grid, the prey
 is a square, and round where all headings are shown at once: their squares share a circle.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -79,9 +80,9 @@ def _rim(spec: WorldSpec) -> float:
 def is_on_board(points: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Whether points ``(..., 2)`` lie on the board, ``(...) bool``."""
     if is_round:
-        return np.hypot(points[..., 0], points[..., 1]) <= _rim(spec)
+        return np.asarray(np.hypot(points[..., 0], points[..., 1]) <= _rim(spec))
     low, high = edges(spec)
-    return ((points >= low) & (points <= high)).all(axis=-1)
+    return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
 
 
 def kept_on_board(points: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
@@ -109,13 +110,14 @@ def grid(spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Lines at every tenth cell, as segments."""
     low, high = edges(spec)
     step = _GRID_EVERY * BOARD_UNITS / spec.size
-    marks = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
-    ends = np.stack([np.full_like(marks, low), np.full_like(marks, high)], axis=1)
+    marks = step * np.arange(math.ceil(low / step), math.floor(high / step) + 1)
+    first, last = np.full(len(marks), low), np.full(len(marks), high)
     if is_round:
-        half = np.sqrt(np.maximum(_rim(spec) ** 2 - marks**2, 0.0))
-        ends = np.stack([-half, half], axis=1)
-    across = np.broadcast_to(marks[:, None], ends.shape)
-    return np.concatenate([np.stack([across, ends], axis=-1), np.stack([ends, across], axis=-1)])
+        last = np.sqrt(np.maximum(_rim(spec) ** 2 - marks**2, 0.0))
+        first = -last
+    ends = [np.stack([marks, first], axis=1), np.stack([marks, last], axis=1)]
+    upright = np.stack(ends, axis=1)
+    return np.concatenate([upright, upright[..., ::-1]])
 
 
 def _turned(points: np.ndarray, heading: int) -> np.ndarray:
@@ -147,7 +149,7 @@ def _circle(radius: float) -> np.ndarray:
 
 def within(parts: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Which of the segments ``(n, 2, 2)`` lie on the board, ``(n,) bool``."""
-    return is_on_board(parts, spec, is_round).all(axis=1)
+    return np.asarray(is_on_board(parts, spec, is_round).all(axis=1))
 
 
 def sensors(spec: WorldSpec, is_round: bool) -> np.ndarray:
