@@ -4,7 +4,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.colours import css, gain_colours, gradient_css, loss_colours, over_board, palette
+from app.picture.colours import css, gain_colours, over_board, palette
 from app.picture.contours import Contour, edges, isolines, segments
 from app.picture.frames import folds, in_frame
 from app.picture.layer import Picture
@@ -17,7 +17,6 @@ from app.picture.legend import (
     legend,
     limits,
     patch_of_board,
-    swatch,
 )
 from app.picture.look import Look
 from app.picture.raster import Raster, dotted, hatched, on_raster
@@ -27,16 +26,12 @@ from app.picture.shading import (
     fitted_shading,
     fixed_shading,
     known_of,
-    shaded,
 )
-from app.picture.theme import Theme
 from app.util.html import element, joined
 from app.words.numbers import of_any_size
 from app.words.plain import joined_by_and
 from sim.spec import WorldSpec
 
-FAINT = 0.5
-"""How strongly values cover the board below arrows, which are to be seen on it."""
 HATCH_COVER = 0.4
 """How strongly a hatch covers the board."""
 _LINES_AT = (20.0, 50.0, 100.0)
@@ -80,23 +75,10 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
         values: all values of the map, any shape, finite.
     """
     reward = reward_of(snapshot)
-    fixed = fixed_shading(look.scale, reward, penalty_of(snapshot))
+    fixed = fixed_shading(look.scale, reward)
     if not look.fitted:
         return fixed
     return fitted_shading(values, snapshot.spec.learner.gamma, fixed, reward)
-
-
-def value_map(values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Colours of gains and losses, ``(distance, direction, 3) uint8``.
-
-    Args:
-        values: ``(heading, distance, direction)`` of the headings that take part.
-        shading: their scale.
-        snapshot: the moment.
-        look: whose theme it is.
-    """
-    known = known_of(values, reward_of(snapshot), snapshot.spec.learner.gamma)
-    return shaded(known, shading, look.theme)
 
 
 def value_picture(
@@ -105,7 +87,6 @@ def value_picture(
     snapshot: Snapshot,
     look: Look,
     raster: Raster,
-    cover: float = 1.0,
 ) -> Picture:
     """Where the global reward is to be had, with a line round it.
 
@@ -119,11 +100,10 @@ def value_picture(
         snapshot: the moment.
         look: whose theme it is.
         raster: where it is drawn.
-        cover: how strongly the values cover the board, 0...1.
     """
     theme, world = look.theme, snapshot.spec.world
     known = known_of(values, reward_of(snapshot), snapshot.spec.learner.gamma)
-    gain = over_board(palette(gain_colours(), shading.level(known)), cover, theme)
+    gain = np.rint(palette(gain_colours(), shading.level(known))).astype(np.uint8)
     is_shown = known.positive_share >= SHOWN_FROM
     colours = np.where(is_shown[..., None], gain, np.array(theme.unknown, np.uint8))
     pixels = on_raster(colours, raster)
@@ -149,27 +129,24 @@ def _edge(region: np.ndarray, world: WorldSpec) -> np.ndarray:
     return parts[np.hypot(parts[..., 0], parts[..., 1]).min(axis=1) > _LEAST_EDGE * world.scale]
 
 
-def state_value_picture(
-    snapshot: Snapshot, look: Look, raster: Raster, cover: float = 1.0
-) -> Picture:
+def state_value_picture(snapshot: Snapshot, look: Look, raster: Raster) -> Picture:
     """The values of states, as :func:`value_picture`."""
     values = or_zero(snapshot.value)
     shading = value_shading(snapshot, look, values)
-    return value_picture(in_frame(values, snapshot, look), shading, snapshot, look, raster, cover)
+    return value_picture(in_frame(values, snapshot, look), shading, snapshot, look, raster)
 
 
 # Legends ------------------------------------------------------------------------------------
 
 
-def value_scale(shading: Shading, look: Look, cover: float = 1.0) -> list[Markup]:
+def value_scale(shading: Shading, look: Look) -> list[Markup]:
     """The bar of a scale of gains, and its limits.
 
     Args:
         shading: the scale.
         look: how the board is seen.
-        cover: how strongly the values cover the board, 0...1.
     """
-    gain, colours = shading.gain, over_board(gain_colours(), cover, look.theme)
+    gain, colours = shading.gain, gain_colours()
     if shading.scale == "steps":
         # Its low end is on the right, where the colours are brightest.
         marks = [(1.0 - place, text) for place, text in bar_marks(gain, _steps)]
@@ -184,21 +161,7 @@ def _steps(steps: float) -> str:
     return f"{steps:.0f}" if steps >= 10 else f"{steps:.2g}"
 
 
-def losses(shading: Shading, theme: Theme, text: str, cover: float = 1.0) -> Markup:
-    """A swatch of the scale of losses, with its limits."""
-    worst = loss_colours(np.linspace(0.0, 1.0, 12), theme)
-    gradient = gradient_css(over_board(worst, cover, theme))
-    return swatch(gradient, f"{text}, 0 to -{of_any_size(shading.penalty)}", width="4em")
-
-
-def value_legend(
-    snapshot: Snapshot,
-    look: Look,
-    what: str,
-    shading: Shading,
-    more: Markup | str = "",
-    cover: float = 1.0,
-) -> Markup:
+def value_legend(snapshot: Snapshot, look: Look, what: str, shading: Shading) -> Markup:
     """Legend of a map of values of the global reward.
 
     Args:
@@ -206,8 +169,6 @@ def value_legend(
         look: how the board is seen.
         what: what has the values.
         shading: their scale.
-        more: what else there is to know.
-        cover: how strongly the values cover the board, 0...1.
     """
     theme = look.theme
     measure = ", as steps to a certain capture" if shading.scale == "steps" else ""
@@ -217,18 +178,18 @@ def value_legend(
             patch_of_board(look, "nothing known"),
             hatch(css(over_board(np.array(theme.flight), HATCH_COVER, theme)), "expects flight"),
         ]
-    each = ""
+    each, lines = "", Markup()
     if folds(look):
-        middle = over_board(gain_colours(), cover, theme)[_DOTS_LEVEL]
+        middle = gain_colours()[_DOTS_LEVEL]
         key.insert(0, dots(css(middle), look, "known for few of them"))
         each = "the mean of the ways the prey can look for which it is known"
-    if shading.scale == "steps" and not more:
-        more = element(
+    if shading.scale == "steps":
+        lines = element(
             "div", f"Thin lines: {joined_by_and([_steps(at) for at in _LINES_AT])} steps."
         )
     return legend(
         look,
         what + measure,
-        [*value_scale(shading, look, cover), element("div", joined(key, "")), more],
+        [*value_scale(shading, look), element("div", joined(key, "")), lines],
         frame_in_words(snapshot, look, each),
     )

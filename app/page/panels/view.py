@@ -1,10 +1,8 @@
-"""How one browser wants to see the board: the choices of a panel, and where its camera stands."""
+"""How one browser wants to see the board: the choices of a panel."""
 
-import numpy as np
 import viser
 
 from app.page.inbox import Intent
-from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.texts import Texts
 from app.page.widgets import Choice, assign
 from app.picture.look import FOLDED, OF_TRIAL, Look
@@ -18,8 +16,6 @@ _FRAMES = {
     "Heading of the running trial": OF_TRIAL,
     **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
 }
-_NUDGE = 0.01
-"""Farther from where the camera is to be than viser takes to be there."""
 
 
 class View:
@@ -71,20 +67,10 @@ class View:
         if wanted:
             assign(self._eight, "content", texts.multiples)
 
-    def aim_camera(self) -> None:
-        """The whole board from above."""
-        camera = self._client.camera
-        aim = {
-            "up_direction": (0.0, 1.0, 0.0),
-            "position": FLAT_CAMERA,
-            "look_at": FLAT_TARGET,
-        }
-        with self._client.atomic():
-            for part, value in aim.items():
-                # viser sends nothing if it takes the camera to be there already; a page that is
-                # about to say that it has been moved would go on moving.
-                setattr(camera, part, np.array(value) + _NUDGE)
-                setattr(camera, part, value)
+    def set_dark(self, dark: bool) -> None:
+        """Have the page dark, or light."""
+        assign(self._dark, "value", dark)
+        self._dress()
 
     def _dress(self) -> None:
         self._gui.configure_theme(

@@ -12,6 +12,7 @@ import numpy as np
 from app.picture.contours import Contour
 from app.picture.frames import rim
 from app.picture.layer import Picture
+from app.picture.theme import Colour
 from sim import geometry
 from sim.spec import STANDARD_SIZE, WorldSpec
 from sim.world import World
@@ -190,15 +191,30 @@ def contour_lines(
     return parts[there], np.repeat(colours[there][:, None], 2, axis=1)
 
 
-def arrow_lines(picture: Picture, spec: WorldSpec, is_round: bool) -> np.ndarray:
-    """The arrows of a picture on the board, as segments ``(3 n, 2, 2)`` in board units."""
+def arrow_lines(
+    picture: Picture, spec: WorldSpec, is_round: bool, ink: Colour
+) -> tuple[np.ndarray, np.ndarray]:
+    """The arrows of a picture that lie on the board, and their colours.
+
+    Args:
+        picture: what a layer draws.
+        spec: the world.
+        is_round: whether the board is.
+        ink: the colour of arrows that have none of their own.
+
+    Returns:
+        Segments ``(3 n, 2, 2)`` in board units and ``(3 n, 2, 3) uint8``.
+    """
     if picture.arrows is None:
-        return np.zeros((0, 2, 2))
-    unit = BOARD_UNITS / spec.size
-    shown = picture.arrows[within(picture.arrows * unit, spec, is_round)]
-    tails, heads = shown[:, 0], shown[:, 1]
+        return np.zeros((0, 2, 2)), np.zeros((0, 2, 3), np.uint8)
+    arrows = picture.arrows * (BOARD_UNITS / spec.size)
+    inks = picture.arrow_colours
+    if inks is None:
+        inks = np.broadcast_to(np.array(ink, np.uint8), (len(arrows), 3))
+    there = within(arrows, spec, is_round)
+    tails, heads = arrows[there, 0], arrows[there, 1]
     back = 0.38 * (tails - heads)
     left = heads + back @ np.array([[0.8, 0.6], [-0.6, 0.8]])
     right = heads + back @ np.array([[0.8, -0.6], [0.6, 0.8]])
     pairs = [np.stack(pair, axis=1) for pair in ((tails, heads), (heads, left), (heads, right))]
-    return np.concatenate(pairs) * unit
+    return np.concatenate(pairs), np.repeat(np.tile(inks[there], (3, 1))[:, None], 2, axis=1)
