@@ -27,6 +27,9 @@ class View:
         self._frame = Choice(gui, "Frame", _FRAMES)
         self._scale = Choice(gui, "Value as", _SCALES)
         self._fitted = gui.add_checkbox("Fit colours", False, hint="limits from what is there")
+        self._flight = gui.add_checkbox(
+            "Expects flight", False, hint="hatch the places from where the prey is expected to flee"
+        )
         self._field = gui.add_checkbox("Visual field", True)
         self._grid = gui.add_checkbox("Grid lines", True)
         self._sensors = gui.add_checkbox("Sensor rings", False)
@@ -48,6 +51,7 @@ class View:
             frame=self._frame.chosen,
             scale=self._scale.chosen,
             fitted=bool(self._fitted.value),
+            flight=bool(self._flight.value),
             field=bool(self._field.value),
             grid=bool(self._grid.value),
             sensors=bool(self._sensors.value),

@@ -12,8 +12,9 @@ from app.page.scene import outlines
 from app.page.scene.hunt import HuntView
 from app.page.scene.names import BoardNames
 from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted
-from app.page.scene.parts import Parts, in_linear_light
+from app.page.scene.parts import AWAY, OF_PARTS, Parts, in_linear_light
 from app.page.widgets import assign
+from app.picture.frames import folds
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look, heading_shown
@@ -44,6 +45,7 @@ class BoardView(Parts):
     def _create(self) -> None:
         spec, theme = self._spec, self._look.theme
         self._lines_at = float("-inf")
+        self._is_round = False
         centres = cell_centres(spec)
         empty = np.broadcast_to(np.array(theme.unknown, np.uint8), centres.shape).copy()
         self._sent["cells"] = (centres, empty)
@@ -63,13 +65,13 @@ class BoardView(Parts):
         self._zone = self._line("start_zone", theme.zone, 2.0)
         self._field = self._line("field", theme.field, 3.0)
         self._arrow = self._line("heading", theme.prey, 4.0)
-        # Each arrow has a colour of its own; a line that starts with one takes no others.
-        self._flow = self._line("flow", np.zeros((1, 2, 3), np.uint8), 4.0)
+        # Each part of these has a colour of its own.
+        self._contours = self._line("contours", OF_PARTS, 1.0)
+        self._edges = self._line("edges", OF_PARTS, 2.5)
+        self._flow = self._line("flow", OF_PARTS, 4.0)
         self._prey = self._dots("prey", theme.prey, _PREY_RADIUS)
         self._hunts: HuntView = self._keep(HuntView(self._scene, theme))
         self._names = self._keep(BoardNames(self._scene))
-        self._set(self._border, "border", lifted(outlines.border(spec), _Z_LINES))
-        self._set(self._grid, "grid", lifted(outlines.grid(spec), _Z_LINES))
 
     def update(
         self,
@@ -117,17 +119,26 @@ class BoardView(Parts):
         # What a page sends may be anything; no comparison holds for what is not a number.
         if not (along[2] < 0 <= start[2] and (np.abs(met) < _FARTHEST).all()):
             return None
+        if not outlines.is_on_board(met[:2], self._spec, folds(self._look)):
+            return None
         return float(met[0]), float(met[1])
 
     def _show_cells(self, picture: Picture) -> None:
         points, colours = self._sent["cells"]
+        if folds(self._look) != self._is_round:
+            self._is_round = folds(self._look)
+            points = cell_centres(self._spec)
+            points[~outlines.is_on_board(points[:, :2], self._spec, self._is_round)] = AWAY
+            self._cells.points = points
         if not np.array_equal(colours, picture.colours):
             self._cells.colors = picture.colours
-            self._sent["cells"] = (points, picture.colours)
+        self._sent["cells"] = (points, picture.colours)
 
     def _show_overlays(self, snapshot: Snapshot, picture: Picture) -> None:
         look, spec = self._look, self._spec
-        shown = heading_shown(look, snapshot.heading)
+        shown, is_round = heading_shown(look, snapshot.heading), folds(look)
+        self._set(self._border, "border", lifted(outlines.border(spec, is_round), _Z_FIELD))
+        self._set(self._grid, "grid", lifted(outlines.grid(spec, is_round), _Z_LINES))
         assign(self._grid, "visible", look.grid)
         assign(self._sensors, "visible", look.sensors)
         assign(self._zone, "visible", look.start_zone)
@@ -135,23 +146,30 @@ class BoardView(Parts):
         assign(self._field, "visible", look.field and turns)
         assign(self._arrow, "visible", turns)
         if look.sensors:
-            lines = outlines.sensors(_as_shown(spec, look))
+            lines = outlines.sensors(_as_shown(spec, look), is_round)
             self._set(self._sensors, "sensors", lifted(lines, _Z_LINES))
         if look.start_zone:
             self._set(self._zone, "zone", lifted(outlines.start_zone(spec), _Z_FIELD))
         self._set(self._field, "field", lifted(outlines.visual_field(spec, shown), _Z_FIELD))
         self._set(self._arrow, "arrow", lifted(outlines.arrow(shown), _Z_PREY))
         self._set(self._prey, "prey", lifted(np.zeros((1, 2)), _Z_PREY))
+        self._show_contours(picture)
         self._show_arrows(picture)
         self._names.show(picture, spec.size)
 
+    def _show_contours(self, picture: Picture) -> None:
+        for handle, name, is_edge in (
+            (self._contours, "contours", False),
+            (self._edges, "edges", True),
+        ):
+            lines = [line for line in picture.contours if line.is_edge == is_edge]
+            parts, colours = outlines.contour_lines(lines, self._spec, folds(self._look))
+            self._set(handle, name, lifted(parts, _Z_LINES), in_linear_light(colours))
+
     def _show_arrows(self, picture: Picture) -> None:
-        lines = lifted(outlines.arrow_lines(picture, self._spec), _Z_FIELD)
-        inks = picture.arrow_colours
-        if inks is None:
-            inks = np.broadcast_to(np.array(self._look.theme.ink), (len(lines) // 3, 3))
-        colours = np.repeat(np.tile(in_linear_light(inks), (3, 1))[:, None], 2, axis=1)
-        self._set(self._flow, "flow", lines, colours)
+        ink, is_round = self._look.theme.ink, folds(self._look)
+        lines, inks = outlines.arrow_lines(picture, self._spec, is_round, ink)
+        self._set(self._flow, "flow", lifted(lines, _Z_FIELD), in_linear_light(inks))
 
 
 def _as_shown(spec: WorldSpec, look: Look) -> WorldSpec:
