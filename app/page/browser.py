@@ -9,6 +9,7 @@ import viser
 from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.file_tab import FileTab, TakeExperiment
+from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
@@ -50,8 +51,9 @@ class Browser:
         self.readings = Readings(
             client, shared.session.status, shared.calls, inbox, wake, shared.drawn
         )
+        self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self.pulse = Pulse(shared.server, client.client_id)
-        self._look = self.readings.look
+        self._look = self.look
         self._stage: Stage | None = None
         self._seen = 0
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
@@ -65,9 +67,15 @@ class Browser:
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
 
+    @property
+    def look(self) -> Look:
+        """How this browser wants to see the board."""
+        return self.readings.look._replace(hunts=not self._hunts.is_watching)
+
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self.readings.leave()
+        self._hunts.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -91,6 +99,7 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == texts.status.snapshot.generation:
             outcomes = success.outcomes
+        self._hunts.update(texts.status, texts.look, now_s)
         self._inspection.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
