@@ -1,4 +1,4 @@
-"""Hunts that one browser is shown slowly: the first ones of the session, and any that is wished for.
+"""Hunts that one browser is shown slowly: the first ones of the session, and any wished for.
 
 The first ones are the learner's own, and it is the session that slows them down. One that is
 watched is made here of what is known at that moment, without random moves, and nothing is learned
@@ -35,9 +35,9 @@ from sim.world import CAPTURE, FLIGHT, TIMEOUT, World, start_of_trial
 
 _SKIP, _WATCH, _STOP = "skip", "watch", "stop"
 _CAME_TO: Final = {
-    CAPTURE: "It caught the prey after {}.",
-    FLIGHT: "The prey noticed it after {}.",
-    TIMEOUT: "Its time was over after {}.",
+    CAPTURE: "Caught after",
+    FLIGHT: "Noticed after",
+    TIMEOUT: "Out of time after",
 }
 
 
@@ -153,13 +153,12 @@ class Hunts:
     def _said(self, opening: Opening | None, way: Way | None) -> str:
         """What stands on the board about hunts, with what one can do."""
         if self._watched is not None and way is not None:
-            text = (
-                f"A hunt without random moves, with what it knows at trial {self._watched.trial:,}."
-            )
+            text = "A hunt without random moves"
             if way.outcome is not None:
                 steps = counted(self._watched.hunt.steps, "step")
-                text = f"{text} {_CAME_TO[way.outcome].format(steps)}"
-            return self._told(text, (_WATCH, "Watch another"), (_STOP, "Stop watching"))
+                text = f"{_CAME_TO[way.outcome]} {steps}"
+            text = f"{text}, with what it knows at trial {self._watched.trial:,}."
+            return self._told(text, (_WATCH, "Another"), (_STOP, "Stop watching"))
         if opening is None:
             return self._told("", (_WATCH, "Watch a hunt"))
         text = f"Its first hunts, slowed down to be seen: {opening.hunt} of {opening.of}."

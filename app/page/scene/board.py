@@ -63,7 +63,8 @@ class BoardView(Parts):
         self._zone = self._line("start_zone", theme.zone, 2.0)
         self._field = self._line("field", theme.field, 3.0)
         self._arrow = self._line("heading", theme.prey, 4.0)
-        self._flow = self._line("flow", theme.ink, 2.0)
+        # Each arrow has a colour of its own; a line that starts with one takes no others.
+        self._flow = self._line("flow", np.zeros((1, 2, 3), np.uint8), 4.0)
         self._prey = self._dots("prey", theme.prey, _PREY_RADIUS)
         self._hunts: HuntView = self._keep(HuntView(self._scene, theme))
         self._names = self._keep(BoardNames(self._scene))
@@ -130,7 +131,9 @@ class BoardView(Parts):
         assign(self._grid, "visible", look.grid)
         assign(self._sensors, "visible", look.sensors)
         assign(self._zone, "visible", look.start_zone)
-        assign(self._field, "visible", look.field)
+        turns = LAYERS[look.layer].turns
+        assign(self._field, "visible", look.field and turns)
+        assign(self._arrow, "visible", turns)
         if look.sensors:
             lines = outlines.sensors(_as_shown(spec, look))
             self._set(self._sensors, "sensors", lifted(lines, _Z_LINES))
@@ -139,8 +142,16 @@ class BoardView(Parts):
         self._set(self._field, "field", lifted(outlines.visual_field(spec, shown), _Z_FIELD))
         self._set(self._arrow, "arrow", lifted(outlines.arrow(shown), _Z_PREY))
         self._set(self._prey, "prey", lifted(np.zeros((1, 2)), _Z_PREY))
-        self._set(self._flow, "flow", lifted(outlines.arrow_lines(picture, spec), _Z_FIELD))
-        self._names.show(picture, self._sent["cells"][0])
+        self._show_arrows(picture)
+        self._names.show(picture, spec.size)
+
+    def _show_arrows(self, picture: Picture) -> None:
+        lines = lifted(outlines.arrow_lines(picture, self._spec), _Z_FIELD)
+        inks = picture.arrow_colours
+        if inks is None:
+            inks = np.broadcast_to(np.array(self._look.theme.ink), (len(lines) // 3, 3))
+        colours = np.repeat(np.tile(in_linear_light(inks), (3, 1))[:, None], 2, axis=1)
+        self._set(self._flow, "flow", lines, colours)
 
 
 def _as_shown(spec: WorldSpec, look: Look) -> WorldSpec:
