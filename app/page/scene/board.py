@@ -12,7 +12,7 @@ from app.page.scene import outlines
 from app.page.scene.hunt import HuntView
 from app.page.scene.names import BoardNames
 from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted
-from app.page.scene.parts import Parts
+from app.page.scene.parts import OF_PARTS, Parts, in_linear_light
 from app.page.widgets import assign
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
@@ -64,7 +64,7 @@ class BoardView(Parts):
         self._field = self._line("field", theme.field, 3.0)
         self._arrow = self._line("heading", theme.prey, 4.0)
         # Each arrow has a colour of its own; a line that starts with one takes no others.
-        self._flow = self._line("flow", np.zeros((1, 2, 3), np.uint8), 4.0)
+        self._flow = self._line("flow", OF_PARTS, 4.0)
         self._prey = self._dots("prey", theme.prey, _PREY_RADIUS)
         self._hunts: HuntView = self._keep(HuntView(self._scene, theme))
         self._names = self._keep(BoardNames(self._scene))
