@@ -36,13 +36,18 @@ class Tag(NamedTuple):
     """Whether it stands in the middle of that place, and not beside a thing there."""
 
 
+def room_of(text: str) -> np.ndarray:
+    """Half the width and half the height of a word with what it has around it, in board units."""
+    return np.array([len(text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD])
+
+
 def places_of(tags: Sequence[Tag]) -> list[tuple[float, float]]:
     """Middles of words in board units; the first has the first choice."""
     things = [_box(tag.at, _AROUND, _AROUND) for tag in tags if not tag.within]
     taken: list[np.ndarray] = []
     found: list[tuple[float, float]] = []
     for tag in tags:
-        wide, high = len(tag.text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD
+        wide, high = room_of(tag.text).tolist()
         places = [tag.at]
         if not tag.within:
             places = [
