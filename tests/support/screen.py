@@ -114,7 +114,8 @@ class Screen:
     @property
     def legend(self) -> Locator:
         """What the colours mean."""
-        return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
+        words = "The half-disc is what the prey sees"
+        return self.page.locator("#root").get_by_text(words).locator("xpath=..")
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""

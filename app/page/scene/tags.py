@@ -10,9 +10,9 @@ from app.page.scene.outlines import BOARD_UNITS
 from app.page.scene.parts import AWAY
 from app.page.widgets import assign
 
-_HEIGHT: Final = 0.36
-"""Of a letter's line in board units: 15 pixels on the smallest board, and more on a larger one."""
-_LETTER: Final = 0.56 * _HEIGHT
+_HEIGHT: Final = 0.42
+"""Of a line of letters in board units: 13 pixels on the board of a phone, and more on others."""
+_LETTER: Final = 0.5 * _HEIGHT
 """What a letter takes along the line, taken large."""
 _PAD: Final = 0.12
 """What a word has around it."""
