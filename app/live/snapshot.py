@@ -24,8 +24,8 @@ TRAIL_STEPS = 120
 FADE = 0.85
 """What is left of a flash of learning from one snapshot to the next."""
 RECENT_PATHS = 20
-RECENT_ENDS = 12
-"""Ends of trials that a snapshot carries, for the flashes."""
+RECENT_ENDS = 16
+"""Ends of trials that a snapshot carries."""
 
 
 @dataclass(frozen=True)
