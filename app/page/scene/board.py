@@ -4,8 +4,6 @@ One class, ``create -> update(moment) -> remove``. Handles are made once and the
 assigned afterwards; only the render loop calls it.
 """
 
-from typing import Any
-
 import numpy as np
 import viser
 

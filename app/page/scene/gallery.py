@@ -37,7 +37,7 @@ class Exhibit:
         rests = opens or not status.playing
         self.board.update(status.snapshot, picture, self._look, now_s, rests, named=opens)
         if self.texts is None or now_s - self._read_at >= _TEXTS_S:
-            self.texts = Texts(status, self._look, extras, n_viewers, self.texts, greedy)
+            self.texts = Texts(status, self._look, extras, n_viewers, greedy)
             self._read_at = now_s
         return self.texts
 
