@@ -10,6 +10,7 @@ from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.bar import BarPanel, Bars, Choose
 from app.page.panels.file_tab import FileTab, TakeExperiment
+from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
@@ -52,9 +53,10 @@ class Browser:
         self.client = client
         self._gallery = shared.gallery
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
-        self._look = self.readings.look
+        self._look = self.look
         self._stage: Stage | None = None
         self._seen = 0
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
@@ -68,9 +70,15 @@ class Browser:
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
 
+    @property
+    def look(self) -> Look:
+        """How this browser wants to see the board."""
+        return self.readings.look._replace(hunts=not self._hunts.is_watching)
+
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self.readings.leave()
+        self._hunts.leave()
         self._bar.leave()
         self.results.leave()
 
@@ -95,6 +103,7 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == texts.status.snapshot.generation:
             outcomes = success.outcomes
+        self._hunts.update(texts.status, texts.look, now_s)
         self._inspection.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
         self._bar.update()

@@ -96,7 +96,7 @@ class LiveLab:
 
     def look_of(self, browser: int = 0) -> Look:
         """How the browser that came first, second, ... wants to see the board."""
-        return self.lab.browsers[browser].readings.look
+        return self.lab.browsers[browser].look
 
     def widget(self, label: str) -> Any:
         """What all browsers share, by its label, as the server has it."""

@@ -7,6 +7,7 @@ import numpy as np
 import viser
 
 from app.page.scene.outlines import BOARD_UNITS
+from app.page.scene.parts import AWAY
 from app.page.widgets import assign
 
 _HEIGHT: Final = 0.36
@@ -18,6 +19,8 @@ _PAD: Final = 0.12
 _AROUND: Final = 0.24
 """Half the side of the square that a thing takes, which is to stay in sight."""
 _Z: Final = 0.3
+_MOST: Final = 3
+"""Words that are there at once."""
 
 _SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
 """Where a word may stand, above what it is of at first."""
@@ -78,25 +81,25 @@ class Tags:
     """Words on one board."""
 
     def __init__(self, scene: viser.SceneApi, name: str) -> None:
-        self._scene, self._name = scene, name
-        self._labels: list[Any] = []
+        # All at once: a board that takes the place of another one in a page has what that has.
+        self._labels: list[Any] = [
+            scene.add_label(
+                f"/{name}/{number}",
+                "",
+                position=AWAY,
+                anchor="center-center",
+                font_size_mode="scene",
+                font_scene_height=_HEIGHT,
+                visible=False,
+            )
+            for number in range(_MOST)
+        ]
 
     def show(self, tags: Sequence[Tag]) -> None:
-        """Show these, and no others; what has not changed is not sent."""
-        for number, (tag, (east, north)) in enumerate(zip(tags, places_of(tags), strict=True)):
+        """Show these, three at most, and no others; what has not changed is not sent."""
+        places = places_of(tags)
+        for label, tag, (east, north) in zip(self._labels, tags, places, strict=False):
             place = (round(east, 3), round(north, 3), _Z)
-            if number == len(self._labels):
-                self._labels.append(
-                    self._scene.add_label(
-                        f"/{self._name}/{number}",
-                        tag.text,
-                        position=place,
-                        anchor="center-center",
-                        font_size_mode="scene",
-                        font_scene_height=_HEIGHT,
-                    )
-                )
-            label = self._labels[number]
             assign(label, "text", tag.text)
             if tuple(label.position) != place:
                 label.position = place
