@@ -1,11 +1,14 @@
 """Maps of value: what the layers share that show what a place is worth."""
 
+from typing import Final
+
 import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import gain_colours, gradient_css, loss_colours, over_board
 from app.picture.frames import in_frame
+from app.picture.layer import Heeded
 from app.picture.legend import (
     bar,
     bar_marks,
@@ -27,6 +30,7 @@ from app.picture.theme import Theme
 from app.util.html import element, joined
 from app.words.numbers import of_any_size
 
+VALUE_HEEDS: Final[frozenset[Heeded]] = frozenset({"frame", "scale", "fitted"})
 FAINT = 0.5
 """How strongly values cover the board below arrows, which are to be seen on it."""
 _MEAN = "the mean over its eight headings, paler where fewer of them know anything"

@@ -6,6 +6,7 @@ The board lies in the plane z = 0, twelve units wide whatever the grid, the prey
 import numpy as np
 
 from app.picture.layer import Picture
+from app.picture.multiples import HALF_HEIGHT, SIDE, TILES
 from sim import geometry
 from sim.spec import STANDARD_SIZE, WorldSpec
 from sim.world import World
@@ -80,6 +81,26 @@ def border(spec: WorldSpec) -> np.ndarray:
     """The edge of the board as segments ``(4, 2, 2)``."""
     low, high = edges(spec)
     return segments(np.array([[low, low], [high, low], [high, high], [low, high], [low, low]]))
+
+
+def tile_pixels(spec: WorldSpec) -> np.ndarray:
+    """Middles of the pixels of all headings side by side, ``(tile * y * x, 3)`` in board units."""
+    low, high = edges(spec)
+    along = low + (np.arange(SIDE) + 0.5) / SIDE * (high - low)
+    north, east = np.meshgrid(along, along, indexing="ij")
+    one = np.stack([east.ravel(), north.ravel()], axis=-1)
+    return lifted(np.concatenate([tile.place(one, BOARD_UNITS) for tile in TILES]), 0.0)
+
+
+def tiles_border(spec: WorldSpec) -> np.ndarray:
+    """The edges of all headings side by side, as segments.
+
+    The last ones have no length: they are the corners of all that is to be seen, names included.
+    """
+    squares = np.concatenate([tile.place(border(spec), BOARD_UNITS) for tile in TILES])
+    corner = np.array([0.5, HALF_HEIGHT]) * BOARD_UNITS
+    corners = np.stack([-corner, corner])
+    return np.concatenate([squares, np.stack([corners, corners], axis=1)])
 
 
 def grid(spec: WorldSpec) -> np.ndarray:
