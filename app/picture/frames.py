@@ -12,7 +12,7 @@ from app.picture.look import ALL, FOLDED, Look, heading_shown
 from app.words.plain import HEADING_NAMES
 from sim import geometry
 from sim.geometry import N_MOVES
-from sim.spec import N_HEADINGS
+from sim.spec import N_HEADINGS, WorldSpec
 
 
 def folds(look: Look) -> bool:
@@ -34,6 +34,14 @@ def in_frame(per_heading: np.ndarray, snapshot: Snapshot, look: Look) -> np.ndar
     _, n_distances, n_directions = per_heading.shape[:3]
     flat = per_heading.reshape(-1, *per_heading.shape[3:])
     return flat.take(_fold_index(n_distances, n_directions), axis=0)
+
+
+def rim(world: WorldSpec) -> float:
+    """Radius of the board of a folded picture, in cells.
+
+    Of the largest circle on the board: however the square is turned, all headings have that.
+    """
+    return world.size - 0.5 - world.size // 2
 
 
 @functools.lru_cache(maxsize=8)

@@ -8,6 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
+from app.picture.contours import Contour
 from app.picture.look import Look
 from app.picture.raster import Raster, on_raster, raster
 
@@ -54,9 +55,11 @@ class Picture(NamedTuple):
     """(y * x,) int: which of the names holds in each cell, -1 for none."""
     names: tuple[str, ...] = ()
     """What stands on the board where its colour is to be seen, for those who cannot tell it."""
+    contours: tuple[Contour, ...] = ()
+    """Lines over the colours, the last on top."""
 
 
-Heeded = Literal["frame", "scale", "fitted"]
+Heeded = Literal["frame", "scale", "fitted", "flight"]
 
 
 class Layer(NamedTuple):

@@ -26,6 +26,8 @@ class Look(NamedTuple):
     scale: Scale = "steps"
     fitted: bool = False
     """Whether the limits of colours are fitted to what is there, and not fixed."""
+    flight: bool = False
+    """Whether maps of value hatch the places that expect flight."""
     field: bool = True
     grid: bool = True
     sensors: bool = False

@@ -81,6 +81,13 @@ def all_headings(snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -
         arrows=_joined([picture.arrows for picture in each], world.size),
         arrow_colours=_together([picture.arrow_colours for picture in each]),
         labels=names,
+        contours=tuple(
+            contour._replace(segments=tile.place(contour.segments, world.size))
+            for tile, picture in zip(TILES, each, strict=True)
+            for contour in picture.contours
+            # A picture as small as these has no room for more.
+            if contour.is_edge
+        ),
     )
 
 

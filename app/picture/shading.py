@@ -11,8 +11,11 @@ from app.picture.colours import gain_colours, loss_colours, palette
 from app.picture.theme import Theme
 from learners.measures import equivalent_distance
 
-FARTHEST_STEPS = 400.0
-"""Upper end of the scale of equivalent distances: a little more than a circle at radius 60."""
+FARTHEST_STEPS = 200.0
+"""Upper end of the scale of equivalent distances: hardly a state of value is farther."""
+SHOWN_FROM = 1 / 2
+"""Share of the headings that must know of a place for it to be coloured: what fewer know is not yet
+part of the cone, the arm or the ring that people see."""
 
 Scale = Literal["steps", "linear"]
 
@@ -145,11 +148,12 @@ def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: flo
 def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:
     """Colour of each state, ``(distance, direction, 3) uint8``.
 
-    No colour where nothing is known; otherwise the hue says how good or bad, and how strongly it
-    covers the board says how many headings know it.
+    That of a gain or of a loss where so many headings as ``SHOWN_FROM`` say so; that of the board
+    elsewhere.
     """
-    board = np.array(theme.unknown, dtype=np.float64)
     gain = palette(gain_colours(), shading.level(known))
     loss = loss_colours(shading.loss_level(known), theme)
-    up, down = known.positive_share[..., None], known.negative_share[..., None]
-    return np.rint(board * (1 - up - down) + gain * up + loss * down).astype(np.uint8)
+    up, down = known.positive_share >= SHOWN_FROM, known.negative_share >= SHOWN_FROM
+    board = np.array(theme.unknown, dtype=np.float64)
+    colours = np.where(up[..., None], gain, np.where(down[..., None], loss, board))
+    return np.rint(colours).astype(np.uint8)

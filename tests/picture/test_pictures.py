@@ -176,11 +176,10 @@ def test_the_linear_scale_goes_by_value_up_to_the_reward() -> None:
 
 
 @both_themes
-def test_colour_covers_the_board_by_the_share_of_headings_that_know(theme: Theme) -> None:
-    board, full = np.array(theme.unknown), gain_colours()[-1]
-    for share in (0.125, 0.5, 0.875):
+def test_colour_is_full_where_half_of_the_headings_know_and_none_elsewhere(theme: Theme) -> None:
+    for share, colour in ((0.375, theme.unknown), (0.5, gain_colours()[-1])):
         state = known(steps=0, gain=REWARD, positive_share=share)
-        assert colour_of(state, theme) == rounded(board * (1 - share) + full * share)
+        assert colour_of(state, theme) == rounded(np.array(colour))
 
 
 @both_themes
@@ -200,12 +199,9 @@ def test_a_slight_loss_lies_between_the_board_and_a_great_one(theme: Theme) -> N
     assert distances == sorted(set(distances))
 
 
-def test_gain_and_loss_of_different_headings_mix_by_their_shares() -> None:
-    mixed = known(steps=0, gain=REWARD, positive_share=0.25, loss=PENALTY, negative_share=0.5)
-    expected = (0.25 * np.array(LIGHT.unknown) + 0.25 * gain_colours()[-1]) + 0.5 * np.array(
-        LIGHT.flight
-    )
-    assert colour_of(mixed, LIGHT) == rounded(expected)
+def test_a_gain_of_half_of_the_headings_hides_the_losses_of_the_others() -> None:
+    mixed = known(steps=0, gain=REWARD, positive_share=0.5, loss=PENALTY, negative_share=0.5)
+    assert colour_of(mixed, LIGHT) == rounded(gain_colours()[-1])
 
 
 def test_a_world_without_reward_or_penalty_still_has_colours() -> None:

@@ -75,6 +75,9 @@ class View:
         self._fitted = gui.add_checkbox(
             "Fit colours", False, hint="The colours go from the least to the most that is there."
         )
+        self._flight = gui.add_checkbox(
+            "Expects flight", False, hint="Hatches the places where it expects to be noticed."
+        )
         # The first ten have keys.
         for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
@@ -104,6 +107,7 @@ class View:
             frame=self._frame.chosen if "frame" in heeds else OF_TRIAL,
             scale=self._scale.chosen if "scale" in heeds else "steps",
             fitted="fitted" in heeds and bool(self._fitted.value),
+            flight="flight" in heeds and bool(self._flight.value),
             **{field: bool(box.value) for field, box in self._overlays.items()},
         )
 
@@ -122,6 +126,7 @@ class View:
             (self._back, "frame" in layer.heeds and self._came_from_all),
             (self._scale.handle, "scale" in layer.heeds),
             (self._fitted, "fitted" in layer.heeds),
+            (self._flight, "flight" in layer.heeds),
         )
         for handle, is_offered in offered:
             assign(handle, "visible", is_offered)

@@ -15,8 +15,9 @@ from app.page.scene import outlines
 from app.page.scene.hunt import HuntView
 from app.page.scene.names import HEIGHT, BoardNames
 from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted
-from app.page.scene.parts import OF_PARTS, Parts, in_linear_light
+from app.page.scene.parts import AWAY, OF_PARTS, Parts, in_linear_light
 from app.page.widgets import assign
+from app.picture.frames import folds
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, OF_TRIAL, Look, heading_shown
@@ -52,8 +53,10 @@ class BoardView(Parts):
     def _create(self) -> None:
         spec, theme = self._spec, self._look.theme
         self._lines_at = float("-inf")
-        is_apart = self._look.frame == ALL
+        is_apart, is_round = self._look.frame == ALL, folds(self._look)
         centres = outlines.tile_pixels(spec) if is_apart else cell_centres(spec)
+        if is_round:
+            centres[~outlines.is_on_board(centres[:, :2], spec, is_round)] = AWAY
         side = SHARE / SIDE if is_apart else 1 / spec.size
         empty = np.broadcast_to(np.array(theme.unknown, np.uint8), centres.shape).copy()
         self._sent["cells"] = (centres, empty)
@@ -74,12 +77,14 @@ class BoardView(Parts):
         self._field = self._line("field", theme.field, 3.0)
         self._arrow = self._line("heading", theme.prey, 4.0)
         self._flow = self._line("flow", OF_PARTS, 4.0)
+        self._contours = self._line("contours", OF_PARTS, 1.0)
+        self._edges = self._line("edges", OF_PARTS, 2.5)
         self._prey = self._dots("prey", theme.prey, _PREY_RADIUS * (0.5 if is_apart else 1))
         self._hunts: HuntView = self._keep(HuntView(self._scene, theme))
         self._names = self._keep(BoardNames(self._scene, _TILE_HEIGHT if is_apart else HEIGHT))
-        border = outlines.tiles_border(spec) if is_apart else outlines.border(spec)
-        self._set(self._border, "border", lifted(border, _Z_LINES))
-        self._set(self._grid, "grid", lifted(outlines.grid(spec), _Z_LINES))
+        border = outlines.tiles_border(spec) if is_apart else outlines.border(spec, is_round)
+        self._set(self._border, "border", lifted(border, _Z_FIELD))
+        self._set(self._grid, "grid", lifted(outlines.grid(spec, is_round), _Z_LINES))
 
     def update(
         self,
@@ -129,6 +134,8 @@ class BoardView(Parts):
         # What a page sends may be anything; no comparison holds for what is not a number.
         if not (along[2] < 0 <= start[2] and (np.abs(met) < _FARTHEST).all()):
             return None
+        if not outlines.is_on_board(met[:2], self._spec, folds(self._look)):
+            return None
         return float(met[0]), float(met[1])
 
     def heading_under(
@@ -147,7 +154,7 @@ class BoardView(Parts):
 
     def _show_overlays(self, snapshot: Snapshot, picture: Picture) -> None:
         look, spec = self._look, self._spec
-        shown = heading_shown(look, snapshot.heading)
+        shown, is_round = heading_shown(look, snapshot.heading), folds(look)
         is_whole = look.frame != ALL
         assign(self._grid, "visible", look.grid and is_whole)
         assign(self._sensors, "visible", look.sensors and is_whole)
@@ -156,7 +163,7 @@ class BoardView(Parts):
         assign(self._field, "visible", look.field and turns)
         assign(self._arrow, "visible", turns)
         if look.sensors:
-            lines = outlines.sensors(_as_shown(spec, look))
+            lines = outlines.sensors(_as_shown(spec, look), is_round)
             self._set(self._sensors, "sensors", lifted(lines, _Z_LINES))
         if look.start_zone:
             self._set(self._zone, "zone", lifted(outlines.start_zone(spec), _Z_FIELD))
@@ -168,6 +175,7 @@ class BoardView(Parts):
         prey = self._of_each(lambda _: np.zeros((1, 2)), shown)
         self._set(self._prey, "prey", lifted(prey, _Z_PREY))
         self._show_arrows(picture)
+        self._show_contours(picture)
         self._names.show(picture, spec.size)
 
     def _of_each(self, outline: Callable[[int], np.ndarray], shown: int) -> np.ndarray:
@@ -177,17 +185,27 @@ class BoardView(Parts):
         return np.concatenate([tile.place(outline(tile.heading), BOARD_UNITS) for tile in TILES])
 
     def _show_arrows(self, picture: Picture) -> None:
-        lines = lifted(outlines.arrow_lines(picture, self._spec), _Z_FIELD)
+        lines, there = outlines.arrow_lines(picture, self._spec, folds(self._look))
         inks = picture.arrow_colours
         if inks is None:
-            inks = np.broadcast_to(np.array(self._look.theme.ink), (len(lines) // 3, 3))
-        colours = np.repeat(np.tile(in_linear_light(inks), (3, 1))[:, None], 2, axis=1)
-        self._set(self._flow, "flow", lines, colours)
+            inks = np.broadcast_to(np.array(self._look.theme.ink), (len(there), 3))
+        # An arrow is three lines, each with two ends.
+        colours = np.repeat(np.tile(in_linear_light(inks[there]), (3, 1))[:, None], 2, axis=1)
+        self._set(self._flow, "flow", lifted(lines, _Z_FIELD), colours)
+
+    def _show_contours(self, picture: Picture) -> None:
+        for handle, name, is_edge in (
+            (self._contours, "contours", False),
+            (self._edges, "edges", True),
+        ):
+            lines = [line for line in picture.contours if line.is_edge == is_edge]
+            parts, colours = outlines.contour_lines(lines, self._spec, folds(self._look))
+            self._set(handle, name, lifted(parts, _Z_LINES), in_linear_light(colours))
 
 
 def _form(spec: WorldSpec, look: Look) -> tuple[object, ...]:
     """What is given to the parts of a board when they are made, and does not change."""
-    return spec.size, look.theme, look.frame == ALL
+    return spec.size, look.theme, folds(look), look.frame == ALL
 
 
 def _as_shown(spec: WorldSpec, look: Look) -> WorldSpec:

@@ -78,10 +78,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
         key = (swatch(css(colours[option]), names[option]) for option in present(snapshot))
         parts.append(element("div", joined(["The move of ", *key], "")))
     parts.append(element("div", f"No arrow where {none}."))
-    if folds(look):
-        frame = "The board is turned so that the prey looks right; each arrow is the mean way."
-    else:
-        frame = frame_in_words(snapshot, look, "")
+    frame = frame_in_words(snapshot, look, "the mean way of its eight headings")
     return legend(look, "Arrows: the way the predator would go", parts, frame)
 
 
