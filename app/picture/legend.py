@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css, gradient_css
-from app.picture.frames import facing, folds
+from app.picture.frames import facing, folds, is_of_one
 from app.picture.look import Look
 from app.picture.shading import Ruler
 from app.picture.theme import OUTCOME_SHAPES, Shape, Theme
@@ -117,6 +117,8 @@ def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> str:
     """How the board lies, and what a place of a folded picture shows."""
     if folds(look):
         return f"Turned so that the prey always looks right; each place shows {each}."
+    if not is_of_one(look):
+        return "Each heading by itself, north up; a click on one shows it alone."
     return f"North is up, and the prey looks {facing(snapshot, look)}."
 
 
