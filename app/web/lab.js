@@ -6,6 +6,7 @@ import "./keys.js";
 import "./names.js";
 import "./slots.js";
 import "./stage.js";
+import "./tabs.js";
 import "./terms.js";
 import "./title.js";
 import "./windows.js";

@@ -79,11 +79,12 @@ def of_any_size(amount: float) -> str:
     return f"{Decimal(f'{shown:.2g}'):f}"
 
 
-def in_hundredths(value: float) -> str:
-    """A value with two decimals, or, where they would hide it, as a power of ten."""
-    if value == 0 or abs(value) >= 0.01:
-        return f"{value:.2f}".removesuffix(".00")
-    return f"{value:.1e}"
+def significant(value: float, digits: int = 3) -> str:
+    """A value with so many digits that mean something, however small it is."""
+    text = f"{value:.{digits}g}"
+    if abs(value) >= 1e-7:
+        text = f"{Decimal(text):f}"
+    return text.replace("-", _MINUS)
 
 
 # Marks of axes ------------------------------------------------------------------------------

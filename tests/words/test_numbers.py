@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from app.words.numbers import (
     counted,
     duration,
-    in_hundredths,
     in_millions,
     in_short,
     labelled_ticks,
@@ -18,6 +17,7 @@ from app.words.numbers import (
     of_any_size,
     round_numbers,
     shown_number,
+    significant,
     speed_in_words,
     ticks,
 )
@@ -110,15 +110,19 @@ def test_amounts_of_any_size_are_short(amount: float, text: str) -> None:
     ("value", "text"),
     [
         (0, "0"),
-        (100, "100"),
-        (-50.0, "-50"),
-        (12.413, "12.41"),
-        (0.01, "0.01"),
-        (0.0032, "3.2e-03"),
+        (100.0, "100"),
+        (-50.0, "\N{MINUS SIGN}50"),
+        (12.413, "12.4"),
+        (4_321.0, "4320"),
+        (0.07294, "0.0729"),
+        (0.00000123456, "0.00000123"),
+        (1.23e-20, "1.23e\N{MINUS SIGN}20"),
     ],
 )
-def test_hundredths_hide_nothing(value: float, text: str) -> None:
-    assert in_hundredths(value) == text
+def test_digits_that_mean_something_are_shown_however_small_a_value_is(
+    value: float, text: str
+) -> None:
+    assert significant(value) == text
 
 
 # Marks of axes
