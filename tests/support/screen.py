@@ -79,13 +79,10 @@ class Screen:
         self.settle(live)
 
     def settle(self, live: LiveLab) -> None:
-        """Wait until a page that loads shows everything, and put the notice on software away."""
+        """Wait until a page that loads shows everything."""
         cells = live.session.status.snapshot.spec.world.size**2
         self.page.wait_for_function(_HAS_CELLS_OF, arg=cells)
         expect(self.legend).to_be_attached()
-        notice = self.page.get_by_role("alert").filter(has_text="Software WebGL")
-        notice.get_by_role("button").click()
-        expect(notice).to_have_count(0)
 
     def tidy(self) -> None:
         """Put away what is open, and show what a page shows at first."""

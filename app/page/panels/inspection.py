@@ -19,8 +19,8 @@ from app.explain.cell_html import hunts_html, nothing_chosen_html, reading_html
 from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
-from app.page.scene.board import AWAY, in_linear_light
 from app.page.scene.outlines import BOARD_UNITS, on_picture, segments
+from app.page.scene.parts import AWAY, in_linear_light
 from app.page.widgets import Choice, assign
 from app.picture.look import Look, heading_shown
 from app.picture.theme import Colour, Theme

@@ -402,8 +402,9 @@ def panel(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> Iterator[Readings]:
     server = open_server(port=0)
     client: Any = SimpleNamespace(gui=server.gui)
     inbox: Any = AtOnce()
-    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: "secret")
-    yield Readings(client, status_of(moment()), calls, inbox, lambda: None)
+    names = iter(("secret", "told"))
+    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: next(names))
+    yield Readings(client, status_of(moment()), calls, inbox, lambda: None, lambda: None)
     close_server(server)
 
 
