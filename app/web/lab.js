@@ -13,3 +13,4 @@ import "./stage.js";
 import "./tabs.js";
 import "./terms.js";
 import "./title.js";
+import "./tour.js";
