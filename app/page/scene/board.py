@@ -12,7 +12,7 @@ from app.page.scene import outlines
 from app.page.scene.hunt import HuntView
 from app.page.scene.names import BoardNames
 from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted
-from app.page.scene.parts import Parts
+from app.page.scene.parts import Parts, in_linear_light
 from app.page.widgets import assign
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
