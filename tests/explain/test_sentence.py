@@ -207,6 +207,7 @@ def test_primitive_moves_are_no_skills() -> None:
 
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
     run = Run(spec_of(), seed=1)
+    run.apply(FollowSchedule(False))  # and with it the explorations that it would bring
     run.apply(Introduce("avoid", 0))
     assert sentence.sentence(status_of(run)).startswith("Two skills: approach and avoid.")
     run.apply(Introduce("circle_clockwise", 0))
