@@ -126,7 +126,7 @@ def legend(look: Look, title: str, parts: Iterable[Markup | str], frame: str) ->
         element("div", " ".join(notes), style="opacity:0.7"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
-    return element("div", joined(content, ""), style=style)
+    return element("div", joined(content, ""), class_="pounce-legend", style=style)
 
 
 def _dots(theme: Theme) -> Markup:

@@ -17,11 +17,21 @@ const controls = (name) =>
     name.test(textContent?.trim() ?? ""),
   );
 
+/** Rows of the controls by their labels. @param {RegExp} name @returns {Element[]} */
+const fields = (name) =>
+  [...(region("right")?.querySelectorAll("label[for]") ?? [])]
+    .filter(({ textContent }) => name.test(textContent?.trim() ?? ""))
+    .map((label) => label.closest(".mantine-Flex-root") ?? label);
+
 /** Where to find what a stop is about. @type {Record<string, () => Element[]>} */
 const THINGS = {
   board: () => all("#pounce-stage .board"),
-  sentence: () => all('#pounce-stage [data-slot-of="sentence"], #pounce-stage [data-slot-of="legend"]'),
-  play: () => [...controls(/^(Play|Pause)$/), ...all("#pounce-stage .play")],
+  sentence: () => all('#pounce-stage [data-slot-of="sentence"], .pounce-legend'),
+  play: () => [
+    ...controls(/^(Play|Pause)$/),
+    ...fields(/steps?\/s$|^Full speed$/),
+    ...all("#pounce-stage .play"),
+  ],
   bar: () => all('#pounce-stage [data-slot-of="bar"]'),
   skills: () => controls(/^(Add .* now|Experiments)$/),
 };
@@ -73,10 +83,18 @@ const drawRings = (boxes) => {
   });
 };
 
+/** What is drawn of the board. @param {Element | null} board */
+const squareOf = (board) => {
+  if (!board) return undefined;
+  const { left, top, width, height } = board.getBoundingClientRect();
+  const size = Math.min(width, height);
+  return new DOMRect(left + (width - size) / 2, top + (height - size) / 2, size, size);
+};
+
 /** Beside the thing where there is room, and never over the middle of the board. @param {DOMRect} box */
 const putCard = (box) => {
   const { width, height } = card.getBoundingClientRect();
-  const board = document.querySelector("#pounce-stage .board")?.getBoundingClientRect();
+  const board = squareOf(document.querySelector("#pounce-stage .board"));
   const most = { x: innerWidth - width - GAP_PX, y: innerHeight - height - GAP_PX };
   const [x, y] = [box.left + (box.width - width) / 2, box.top + (box.height - height) / 2];
   const places = [
@@ -105,11 +123,22 @@ const putCard = (box) => {
   card.style.top = `${top}px`;
 };
 
+/** The box round those that are near the first one. @param {DOMRect[]} boxes */
+const around = ([first, ...others]) => {
+  let { left, top, right, bottom } = first;
+  for (const box of others)
+    if (box.left < right && box.right > left) {
+      [left, top] = [Math.min(left, box.left), Math.min(top, box.top)];
+      [right, bottom] = [Math.max(right, box.right), Math.max(bottom, box.bottom)];
+    }
+  return new DOMRect(left, top, right - left, bottom - top);
+};
+
 const place = () => {
   if (here < 0) return;
   const boxes = boxesOf(stops[here].at);
   drawRings(boxes);
-  if (boxes.length) putCard(boxes[0]);
+  if (boxes.length) putCard(around(boxes));
 };
 
 const isOpen = () => here >= 0;
@@ -121,7 +150,9 @@ const close = () => {
   rings.remove();
   localStorage.setItem(SETTING, "off");
   settleOffer();
-  if (opener?.isConnected) opener.focus();
+  const isThere = opener?.getClientRects().length;
+  const next = isThere ? opener : document.querySelector("#pounce-stage .begin-tour");
+  if (next instanceof HTMLElement) next.focus();
 };
 
 /**
