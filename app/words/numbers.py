@@ -36,9 +36,18 @@ def in_millions(number: float) -> str:
     return shown_number(number / 1e6, ".2f")
 
 
+def rate_in_short(per_second: float) -> str:
+    """How many a second, as precisely as such a number holds for more than that second."""
+    rate = float(f"{per_second:.2g}") if per_second >= 100 else round(per_second)
+    for unit, sign in ((1e6, "M"), (1e3, "k")):
+        if rate >= unit:
+            return f"{rate / unit:.3g} {sign}"
+    return f"{rate:.0f}"
+
+
 def speed_in_words(steps_per_s: float) -> str:
     """Steps per second in few characters, with their unit."""
-    number = in_short(steps_per_s)
+    number = rate_in_short(steps_per_s)
     return f"{number} step/s" if number == "1" else f"{number} steps/s"
 
 

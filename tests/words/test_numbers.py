@@ -15,6 +15,7 @@ from app.words.numbers import (
     labelled_ticks,
     megabytes,
     of_any_size,
+    rate_in_short,
     round_numbers,
     shared_form,
     shown_number,
@@ -55,6 +56,23 @@ def test_an_axis_has_its_own_limits_of_what_is_short() -> None:
 
 def test_millions_have_two_decimals_and_no_unit() -> None:
     assert [in_millions(n) for n in (0, 384_000, 2.41e6, math.nan)] == ["0.00", "0.38", "2.41", "–"]
+
+
+@pytest.mark.parametrize(
+    ("rate", "text"),
+    [
+        (0.0, "0"),
+        (99.4, "99"),
+        (997.0, "1 k"),
+        (1_995.0, "2 k"),
+        (6_313.0, "6.3 k"),
+        (20_480.0, "20 k"),
+        (999_600.0, "1 M"),
+        (24_560_000.0, "25 M"),
+    ],
+)
+def test_a_rate_has_two_digits_that_hold(rate: float, text: str) -> None:
+    assert rate_in_short(rate) == text
 
 
 def test_a_speed_of_one_step_has_no_s() -> None:
