@@ -1,9 +1,8 @@
-"""The lab bench in a real browser: layers, inspection, steering, the timeline, files, keys."""
+"""The lab bench in a real browser: layers, inspection, steering, files, keys."""
 
 import io
 import math
 import re
-from collections.abc import Callable
 from html import unescape
 from typing import Any
 
@@ -27,7 +26,7 @@ from app.picture.look import OF_TRIAL, Look
 from app.words.plain import HEADING_NAMES
 from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
-from learners.spec import EpisodeSpec, SkillWeights
+from learners.spec import SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 from tests.support.live import LiveLab, preset_of
 from tests.support.screen import Begin, OpenPage, Screen, arriving
@@ -62,17 +61,6 @@ TELL_ALL = "() => window.tellAll()"
 CAMERA_IS = """([place, near]) => {
     const now = window.__viserMutable.camera.position.toArray();
     return near === (Math.hypot(...now.map((part, i) => part - place[i])) < 0.05);
-}"""
-
-
-IS_BETWEEN_THE_SIDE_PANELS = """() => {
-    const side = edge => document.querySelector(`[data-dock-region=${edge}]`)
-        .getBoundingClientRect();
-    const panel = document.querySelector("[data-floating-window]:has(.pounce-schedule)")
-        .getBoundingClientRect();
-    const left = panel.left - side("left").right;
-    const right = side("right").left - panel.right;
-    return left === 8 && right >= 6 && right <= 8 && panel.bottom <= window.innerHeight;
 }"""
 
 
@@ -141,14 +129,6 @@ def cell_number(live: LiveLab, x: int, y: int) -> int:
 def click_cell(screen: Screen, live: LiveLab, x: int, y: int) -> None:
     """Click a cell of the board."""
     screen.page.mouse.click(*screen.place_of(cell_number(live, x, y)))
-
-
-def schedule_is(test: Callable[[Any], bool]) -> Callable[[Status], bool]:
-    """Whether a status has a schedule like that."""
-    return lambda status: test(status.snapshot.spec.schedule)
-
-
-# Layers, frames, overlays -------------------------------------------------------------------
 
 
 def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
@@ -450,89 +430,6 @@ def test_removing_a_skill_asks_first_and_can_be_undone(begin: Begin) -> None:
     status = live.wait_for(lambda status: len(status.snapshot.present) == 2)
     assert status.snapshot.present == before.present
     np.testing.assert_array_equal(status.snapshot.selection_q, before.selection_q)
-
-
-# The timeline -------------------------------------------------------------------------------
-
-
-def test_a_block_moves_by_a_nudge_and_the_past_is_not_offered(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    timer = now_of(live).spec.schedule.skills["circle_clockwise"]
-    screen.field("Change").click()
-    expect(screen.page.get_by_role("option")).to_have_text(
-        [
-            "\N{EN DASH} nothing \N{EN DASH}",
-            "circle clockwise: joins",
-            "circle clockwise: exploration",
-            "avoid: joins",
-            "avoid: exploration",
-            "approach: new exploration",
-            "circle clockwise: new exploration",
-            "avoid: new exploration",
-        ]
-    )
-    screen.page.get_by_role("option", name="circle clockwise: joins", exact=True).click()
-    screen.click("+500")
-    moved = schedule_is(lambda plan: plan.skills["circle_clockwise"].at == timer.at + 500)
-    status = live.wait_for(moved)
-    assert status.snapshot.spec.schedule.freeze_of("circle_clockwise") == timer.freeze
-    expect(screen.field("At trial")).to_have_value(f"{timer.at + 500:,}")
-    assert screen.reads(f"joins at {timer.at + 500:,}")
-
-    # Near enough, and its time comes.
-    screen.fill("At trial", "150")
-    screen.click("Apply")
-    live.wait_for(schedule_is(lambda plan: plan.skills["circle_clockwise"].at == 150))
-    status = live.go_to_trial(160)
-    assert status.snapshot.present == ("approach", "circle_clockwise")
-    expect(screen.field("Change")).to_have_value("\N{EN DASH} nothing \N{EN DASH}")
-    screen.field("Change").click()
-    offered = screen.page.get_by_role("option")
-    expect(offered.filter(has_text="circle clockwise:")).to_have_text(
-        ["circle clockwise: new exploration"]
-    )
-
-
-def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    episodes = now_of(live).spec.schedule.episodes
-    screen.choose("Change", "approach: new exploration")
-    for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
-        expect(screen.field(field)).to_have_value(proposed)
-    for field, text in [("At trial", "5 000"), ("Lasts", "7e2"), ("Chance", "25 %")]:
-        screen.fill(field, text)
-    screen.click("Add")
-    planned = EpisodeSpec(skill="approach", at=5_000, duration=700, probability=0.25)
-    status = live.wait_for(schedule_is(lambda plan: plan.episodes != episodes))
-    assert status.snapshot.spec.schedule.episodes == (*episodes, planned)
-    expect(screen.field("Change")).to_have_value("approach: exploration")
-
-    screen.fill("Lasts", "900")
-    screen.click("Apply")
-    changed = planned.model_copy(update={"duration": 900})
-    live.wait_for(schedule_is(lambda plan: plan.episodes == (*episodes, changed)))
-    screen.click("Delete")
-    live.wait_for(schedule_is(lambda plan: plan.episodes == episodes))
-    expect(screen.field("Change")).to_have_value("\N{EN DASH} nothing \N{EN DASH}")
-    expect(screen.button("Delete")).to_be_disabled()
-
-
-def test_the_schedule_takes_the_width_between_the_side_panels(begin: Begin) -> None:
-    _, screen = begin()
-    for width, height in [(1366, 768), (1920, 1080), (1440, 900)]:
-        screen.page.set_viewport_size({"width": width, "height": height})
-        screen.page.wait_for_function(IS_BETWEEN_THE_SIDE_PANELS)
-
-
-def test_on_a_narrow_screen_the_schedule_lies_over_no_button_that_cannot_be_scrolled_to(
-    begin: Begin,
-) -> None:
-    live, screen = begin(trial=10)
-    former = live.session.status.snapshot.generation
-    screen.page.set_viewport_size({"width": 1024, "height": 768})
-    screen.click("Start again")
-    status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
-    assert status.snapshot.trial == 0
 
 
 # Files --------------------------------------------------------------------------------------
