@@ -142,7 +142,7 @@ def legend(
         element("div", frame, style="opacity:0.75"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
-    return element("div", joined(content, ""), style=style)
+    return element("div", joined(content, ""), class_="pounce-legend", style=style)
 
 
 def _prey(look: Look, turns: bool) -> Markup:

@@ -34,6 +34,7 @@ stage.innerHTML = `
     <header>
       <p data-slot-of="task"></p>
       <div class="tools">
+        <button class="begin-tour" type="button" data-tour="start" title="Five stops at what one needs first">Tour</button>
         <button class="play" type="button" title="Pause or play (space)">Play</button>
         <button class="present" type="button" aria-pressed="false" title="Only board, sentence, legend, curve and timeline, in large type (P)">Present</button>
       </div>

@@ -16,6 +16,7 @@ from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
 from app.page.told import Told
+from app.page.tour import tour_html
 from app.page.widgets import assign
 from app.picture.theme import DARK
 from app.server.calls import Calls
@@ -49,6 +50,9 @@ class Readings:
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
         self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
+        self._tours = 0
+        """That were asked for."""
+        self._tour = gui.add_html(slot_html("tour", tour_html(0)))
         self._told = Told(gui, calls, inbox, drawn, lambda dark: self.view.set_dark(dark))
         panel = gui.add_panel()
         panel.dock_left()
@@ -76,6 +80,13 @@ class Readings:
         command.on_trigger(Intent(lambda _, __: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
         closing.on_trigger(Intent(lambda _, __: self._close_newest_list()))
+
+        tour = self._gui.add_command("Tour of the page")
+        tour.on_trigger(Intent(lambda _, __: self._begin_tour()))
+
+    def _begin_tour(self) -> None:
+        self._tours += 1
+        assign(self._tour, "content", slot_html("tour", tour_html(self._tours)))
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
