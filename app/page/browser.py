@@ -33,6 +33,8 @@ class Shared(NamedTuple):
     ask: Ask
     wake: Callable[[], None]
     """Lets the render loop draw at once."""
+    drawn: Callable[[], None]
+    """Called whenever a page has drawn its first picture of the board."""
     take_experiment: TakeExperiment
     offer_preset: OfferPreset
     save_dir: Path | None
@@ -46,7 +48,9 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(client, shared.session.status, shared.calls, inbox, wake)
+        self.readings = Readings(
+            client, shared.session.status, shared.calls, inbox, wake, shared.drawn
+        )
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None

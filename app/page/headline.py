@@ -1,86 +1,127 @@
-"""What is said of a moment beside the board: the one sentence, and the readings."""
+"""What is said of a moment beside the board: the task, what goes on, and the readings."""
 
 import math
-from typing import Final
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from markupsafe import Markup
 
 from app.explain import sentence
 from app.live.session import Status
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
+from app.schedule.forced import forced_now
 from app.server.pulse import Reading
-from app.util.html import escaped
+from app.util.html import element, joined
+from app.words.glossary import term
 from app.words.numbers import NONE, counted, in_short, shown_number, speed_in_words
+from app.words.plain import plain
 from learners import measures
 
-TASK_HTML: Final = (
-    "A predator learns to catch a prey that sees only what lies before it: it must come from"
-    " behind, unseen."
-)
+TASK_HTML: Final = sentence.TASK
 """What the learner is to do, in one line."""
+
+
+class _Number(NamedTuple):
+    """One of the numbers that are read."""
+
+    label: Markup | str
+    value: str
+    hint: str
 
 
 def sentence_html(status: Status) -> str:
     """The one sentence, and where a run of an experiment is from."""
-    text = escaped(sentence.sentence(status))
-    origin = ""
+    parts = [element("div", sentence.said(status))]
+    if status.error:
+        parts.append(element("b", status.error))
     if status.opened is not None:
         # A name may be long, and without a blank.
-        origin = (
-            '<div style="margin-top:0.4em;overflow-wrap:anywhere">'
-            f"{escaped(sentence.provenance(status.opened))}</div>"
-        )
-    error = f"<b>{escaped(status.error)}</b>" if status.error else ""
-    return f"<div>{text}</div>{error}{origin}"
+        style = "margin-top:0.4em;overflow-wrap:anywhere"
+        parts.append(element("div", sentence.provenance(status.opened), style=style))
+    return str(joined(parts, ""))
 
 
 def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURVE) -> str:
-    """The readings."""
+    """The readings: those that matter first and large, the others small below them."""
     snapshot = status.snapshot
     greedy_reward, measured = math.nan, "not measured yet"
     if greedy.step.size:
         greedy_reward = float(greedy.reward[-1])
         measured = f"measured at trial {greedy.trial[-1]:,}, step {greedy.step[-1]:,}"
-    caught = sentence.success_share(snapshot)
-    reached = int((snapshot.value > 0).sum())
-    parts = [
-        _number("Trial", f"{snapshot.trial:,}", "Trials that have ended"),
-        _number("Steps", f"{snapshot.step:,}", "Learning steps so far"),
-        _number("Steps/s", in_short(status.steps_per_s), "Learning steps in the last second"),
-        _number("Viewers", str(viewers), "Browsers that see and steer this learner"),
-        _number(
-            "Success",
-            NONE if math.isnan(caught) else f"{caught:.0%}",
-            f"Share of the last {measures.RECENT_TRIALS} trials that ended in capture",
-        ),
-        _number(
-            "Reward",
-            shown_number(snapshot.recent_reward, ".1f"),
-            f"Mean reward per trial over the last {measures.RECENT_TRIALS}, random moves,"
-            " explorations and all",
-        ),
-        _number(
-            "Greedy",
+    large = [
+        *_main_numbers(status),
+        _Number(
+            term("greedy", "Greedy"),
             shown_number(greedy_reward, ".1f"),
             f"Mean reward of {GREEDY_HUNTS:,} hunts without random moves, in which nothing is"
             f" explored or learned; {measured}",
         ),
-        _number(
-            "States of value",
+    ]
+    reached = int((snapshot.value > 0).sum())
+    small = [
+        _Number(term("step", "Steps"), f"{snapshot.step:,}", "Moves that were learned from so far"),
+        _Number("Steps/s", in_short(status.steps_per_s), "Moves in the last second"),
+        _Number(
+            joined([term("state", "States"), " of ", term("value")], ""),
             f"{reached:,}",
             f"States worth more than 0, of {snapshot.value.size:,}",
         ),
     ]
-    return (
-        '<div style="display:grid;grid-template-columns:repeat(4,auto);gap:0.35em 0.6em;'
-        f'justify-content:space-between;padding:0 0.7em">{"".join(parts)}</div>'
-    )
+    if viewers > 1:
+        hint = "Browsers that see and steer this learner"
+        small.append(_Number("Viewers", f"{viewers}", hint))
+    return _numbers(_row(large), _forced(status), _row(small, "small"))
 
 
-def _number(label: str, value: str, hint: str) -> str:
-    return (
-        f'<div title="{escaped(hint)}">'
-        f'<div style="opacity:0.65;font-size:0.78em;white-space:nowrap">{label}</div>'
-        f'<div style="font-size:1.15em;font-variant-numeric:tabular-nums">{value}</div></div>'
+def readings_html(status: Status) -> str:
+    """The few numbers that stand beside the board, and whether exploration is forced."""
+    return _numbers(_row(_main_numbers(status)), _forced(status))
+
+
+def _numbers(*rows: Markup | str) -> str:
+    # viser sends plain texts alone, and no markup.
+    return str(element("div", joined(rows, ""), class_="pounce-numbers"))
+
+
+def _main_numbers(status: Status) -> list[_Number]:
+    snapshot = status.snapshot
+    caught = sentence.success_share(snapshot)
+    return [
+        _Number(term("trial", "Trial"), f"{snapshot.trial:,}", "Hunts that have ended"),
+        _Number(
+            term("success", "Success"),
+            NONE if math.isnan(caught) else f"{caught:.0%}",
+            f"Share of the last {measures.RECENT_TRIALS} trials that ended in capture",
+        ),
+        _Number(
+            term("reward", "Reward"),
+            shown_number(snapshot.recent_reward, ".1f"),
+            f"Mean reward per trial over the last {measures.RECENT_TRIALS}, random moves,"
+            " explorations and all",
+        ),
+    ]
+
+
+def _row(numbers: Iterable[_Number], size: str = "large") -> Markup:
+    cells = (
+        element(
+            "div",
+            element("div", number.label) + element("div", number.value, title=number.hint),
+        )
+        for number in numbers
     )
+    return element("div", joined(cells, ""), class_=size)
+
+
+def _forced(status: Status) -> Markup | str:
+    """A word on why rewards say little for now, where they do."""
+    forced = forced_now(status.snapshot)
+    if not forced:
+        return ""
+    skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
+    content = joined([term("forced exploration", "Forced exploration"), f": {skills}"], "")
+    hint = "Success and reward are those of a learner that is made to take this skill"
+    return element("div", content, class_="forced", title=hint)
 
 
 def clock_html(reading: Reading, status: Status, viewers: int) -> str:

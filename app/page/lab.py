@@ -91,7 +91,7 @@ class Lab:
         names: Sequence[Authority] = (),
         token: str | None = None,
     ) -> None:
-        """Open the page; with ``waits`` the learner begins when the first browser has come.
+        """Open the page; with ``waits`` the learner begins when a browser has drawn the board.
 
         It answers to ``names`` besides its addresses; without the ``token`` nobody comes in.
 
@@ -154,12 +154,14 @@ class Lab:
             inbox=self.inbox,
             ask=self.ask,
             wake=self.wake,
+            drawn=self._begin,
             take_experiment=self.experiments.take,
             offer_preset=self._controls.offer_preset,
             save_dir=save_dir,
         )
-        self._tab_title = self.server.gui.add_html("")
-        self._tab_preset = ""
+        self._for_script = self.server.gui.add_html("")
+        self._said: tuple[str, bool] | None = None
+        """What the page's script has been told last."""
         session.call_when_answered(self._wake.set)
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
@@ -232,7 +234,7 @@ class Lab:
                 if self._has_garbage and started - self._tidied_s > _TIDY_S:
                     self._has_garbage, self._tidied_s = False, started
                     give_back_memory()
-                self._name_tab(status.snapshot.preset)
+                self._tell_script(status)
                 self._wake.wait(max(self._due_s - time.perf_counter(), 0.0))
                 self._wake.clear()
                 self.failure = self._missing_part()
@@ -259,12 +261,16 @@ class Lab:
         """Whether a moment knows of all that was asked for; widgets show nothing older."""
         return status.answered >= self._ticket
 
-    def _name_tab(self, preset: str) -> None:
-        """Call the browser's tab after the preset; a script of the page's own reads this."""
-        if preset != self._tab_preset:
-            title = escaped(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
-            self._tab_title.content = f'<span hidden data-tab-title="{title}"></span>'
-            self._tab_preset = preset
+    def _tell_script(self, status: Status) -> None:
+        """Tell the page's script what to call the browser's tab, and whether the learner learns."""
+        said = (status.snapshot.preset, status.playing)
+        if said != self._said:
+            title = escaped(f"{Path(said[0]).stem} \N{MIDDLE DOT} pounce")
+            playing = "yes" if status.playing else "no"
+            self._for_script.content = (
+                f'<span hidden data-tab-title="{title}" data-playing="{playing}"></span>'
+            )
+            self._said = said
 
     def _missing_part(self) -> str | None:
         """Which thread is gone without which there is no lab."""
@@ -297,6 +303,9 @@ class Lab:
         # It may have gone away before its turn came.
         if client.client_id in self.server.get_clients():
             self._browsers[client.client_id] = Browser(self._shared, client)
+
+    def _begin(self) -> None:
+        """Somebody sees the board, so there is something to see from the first trial on."""
         if self._waits:
             self._waits = False
             self.session.submit(Begin())

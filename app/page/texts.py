@@ -9,7 +9,7 @@ from app.analysis.estimates import Windows
 from app.explain import sentence
 from app.live.session import Status
 from app.metrics.course import NO_CURVE, GreedyCurve
-from app.page.headline import numbers_html, sentence_html
+from app.page.headline import numbers_html, readings_html, sentence_html
 from app.page.panels import curve
 from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
@@ -56,6 +56,11 @@ class Texts:
     def numbers(self) -> str:
         """The readings, as HTML."""
         return numbers_html(self.status, self._n_viewers, self.greedy)
+
+    @cached_property
+    def readings(self) -> str:
+        """The few of them that stand beside the board, as HTML."""
+        return readings_html(self.status)
 
     @cached_property
     def caption(self) -> str:

@@ -40,12 +40,10 @@ def draw_amount(amount: np.ndarray, ruler: Ruler, look: Look, raster: Raster) ->
     there = amount > 0
     level = np.where(there, ruler.place(amount), 0.0)
     colours = palette(heat_colours(look.theme), level)
-    return spread(over_board(colours, there, look.theme), level, raster)
+    return spread(over_board(colours, there, look.theme), raster)
 
 
-def amount_legend(
-    snapshot: Snapshot, look: Look, title: str, ruler: Ruler, nothing: str, height: str
-) -> Markup:
+def amount_legend(snapshot: Snapshot, look: Look, title: str, ruler: Ruler, nothing: str) -> Markup:
     """Legend of a map of amounts.
 
     Args:
@@ -54,7 +52,6 @@ def amount_legend(
         title: what there is an amount of.
         ruler: its scale.
         nothing: what it means that a place is blank.
-        height: what the height of the surface stands for.
     """
     colours, marks = heat_colours(look.theme), bar_marks(ruler, of_any_size)
     parts = [
@@ -63,4 +60,4 @@ def amount_legend(
         element("div", patch_of_board(look, nothing)),
     ]
     frame = frame_in_words(snapshot, look, "the mean over its eight headings")
-    return legend(look, title, parts, frame, height)
+    return legend(look, title, parts, frame)

@@ -15,8 +15,11 @@ from sim.spec import N_HEADINGS
 
 @functools.cache
 def gain_colours() -> np.ndarray:
-    """(256, 3) float64: from far from capture to certain capture; apart for all kinds of sight."""
-    return cmap.Colormap("viridis")(np.linspace(0.12, 1.0, 256))[:, :3] * 255.0
+    """(256, 3) float64: from far from capture to certain capture; apart for all kinds of sight.
+
+    Without the purple beginning of the map, which is too near to the colour of flight.
+    """
+    return cmap.Colormap("viridis")(np.linspace(0.32, 1.0, 256))[:, :3] * 255.0
 
 
 @functools.lru_cache(maxsize=8)
@@ -60,23 +63,23 @@ def move_colours(theme: Theme) -> np.ndarray:
 
 OPTION_COLOURS = np.array(
     [
-        (0, 114, 178),
-        (230, 159, 0),
-        (0, 158, 115),
-        (204, 121, 167),
-        (86, 180, 233),
-        (213, 94, 0),
-        (136, 34, 85),
-        (153, 153, 51),
+        (78, 200, 205),
+        (200, 80, 148),
+        (160, 112, 52),
+        (244, 232, 80),
+        (0, 110, 82),
+        (110, 24, 84),
         (119, 119, 119),
+        (204, 121, 167),
+        (153, 153, 51),
         (136, 204, 238),
         (170, 68, 153),
         (221, 204, 119),
     ],
     dtype=np.float64,
 )
-"""(option, 3): the first six by Okabe and Ito, then by Tol: apart for all kinds of sight as far
-as so many can be, and on light and dark boards."""
+"""(option, 3): the first six are apart for all kinds of sight, on light and dark boards, and none
+is that of an outcome, of the predator or of forced exploration; more cannot all be so far apart."""
 
 
 def palette(colours: np.ndarray, level: np.ndarray) -> np.ndarray:
@@ -104,7 +107,7 @@ def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
     A slight loss hardly covers the board, so that what is gained stays the figure.
     """
     cover = 0.12 + 0.88 * np.cbrt(np.clip(level, 0, 1))[..., None]
-    return np.array(theme.unknown) * (1 - cover) + np.array(theme.loss) * cover
+    return np.array(theme.unknown) * (1 - cover) + np.array(theme.flight) * cover
 
 
 def gradient_css(colours: np.ndarray) -> str:

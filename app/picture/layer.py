@@ -1,4 +1,4 @@
-"""What a layer is, and what it draws: colours, heights and arrows from a snapshot and a look."""
+"""What a layer is, and what it draws: colours, arrows and names from a snapshot and a look."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,8 +36,6 @@ class Picture(NamedTuple):
 
     colours: np.ndarray
     """(y * x, 3) uint8."""
-    height: np.ndarray
-    """(y * x,) float32: 0...1, or down to -1 for losses; 0 where nothing is known."""
     arrows: np.ndarray | None = None
     """(n, 2, 2) float32: tail and head, each in cells east and north of the prey."""
     regions: np.ndarray | None = None
@@ -65,19 +63,12 @@ class Layer(NamedTuple):
         return self.draw(snapshot, look, extras, raster(snapshot.spec.world))
 
 
-def spread(
-    colours: np.ndarray, height: np.ndarray, raster: Raster, arrows: np.ndarray | None = None
-) -> Picture:
-    """A picture from colours ``(distance, direction, 3)`` and heights of states."""
-    return Picture(
-        on_raster(colours.astype(np.uint8, copy=False), raster),
-        on_raster(height.astype(np.float32, copy=False), raster),
-        arrows,
-    )
+def spread(colours: np.ndarray, raster: Raster, arrows: np.ndarray | None = None) -> Picture:
+    """A picture from colours of states, ``(distance, direction, 3)``."""
+    return Picture(on_raster(colours.astype(np.uint8, copy=False), raster), arrows)
 
 
 def blank(look: Look, raster: Raster) -> Picture:
     """The empty board."""
-    n_pixels = len(raster.cells)
     board = np.array(look.theme.unknown, np.uint8)
-    return Picture(np.tile(board, (n_pixels, 1)), np.zeros(n_pixels, np.float32))
+    return Picture(np.tile(board, (len(raster.cells), 1)))

@@ -24,8 +24,6 @@ class Look(NamedTuple):
     scale: Scale = "steps"
     fitted: bool = False
     """Whether the limits of colours are fitted to what is there, and not fixed."""
-    surface: bool = False
-    """Whether the board is drawn as a surface whose height is the value."""
     field: bool = True
     grid: bool = True
     sensors: bool = False

@@ -32,9 +32,9 @@ _ROLES = {
     "ink": "ink",
     "page": "unknown",
     "line": "lines",
-    "explore": "capture",
-    "freeze": "field",
-    "hand": "predator",
+    "explore": "forced",
+    "freeze": "frozen",
+    "hand": "ink",
     "now": "ink",
     "idle": "timeout",
 }

@@ -81,7 +81,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     screen = open_page(live, asked_for.append)
     expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("behind, unseen")
     expect(screen.headline).to_contain_text(
-        "Paused. One skill, approach: the selection is frozen until trial 300"
+        "Paused. One skill: approach. It is practised until trial 300"
     )
     expect(screen.reading("Trial")).to_have_text("0")
     expect(screen.reading("Steps")).to_have_text("0")
@@ -311,13 +311,13 @@ def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
 
 def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> None:
     live, screen = begin(trial=LEARNED)
-    assert screen.reads("circle clockwise: not yet, joins at trial 12,000")
+    assert screen.reads("circle clockwise: joins at trial 12,000")
     screen.click("Add circle clockwise now")
     control = live.wait_for(lambda s: len(s.snapshot.present) == 2).snapshot.control
     added = control.introductions[-1]
     assert (added.skill, added.trial) == ("circle_clockwise", LEARNED)
     assert control.frozen_until == LEARNED + 300
-    assert screen.reads("circle clockwise: new, selection frozen until trial 2,300")
+    assert screen.reads("circle clockwise: new, practised until trial 2,300")
     expect(screen.button("Add circle clockwise now")).to_have_count(0)
     expect(screen.button("Add avoid now")).to_be_visible()
     expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
@@ -383,10 +383,10 @@ def test_freezing_stops_learning_while_steps_go_on(begin: Begin) -> None:
 
 def test_the_schedule_can_be_left(begin: Begin) -> None:
     live, screen = begin("timed", "schedule.skills.circle_clockwise.at=60", trial=50)
-    assert screen.reads("circle clockwise: not yet, joins at trial 60")
+    assert screen.reads("circle clockwise: joins at trial 60")
     screen.checkbox("Follow schedule").click()
     live.wait_for(lambda status: not status.snapshot.control.schedule_on)
-    expect(screen.text("circle clockwise: not yet, joins")).to_have_count(0)
+    expect(screen.text("circle clockwise: joins")).to_have_count(0)
     assert screen.reads("circle clockwise: not yet")
     status = live.go_to_trial(70)
     assert status.snapshot.present == ("approach",)
@@ -633,7 +633,7 @@ def test_ctrl_c_ends_the_program_at_once_and_cleanly(
         _, url = said_until_ready(process)
         page = new_context().new_page()
         page.goto(f"{url}/?fixedDpr=1")
-        expect(page.get_by_text("One skill, approach")).to_be_visible(timeout=PATIENCE_S * 1000)
+        expect(page.get_by_text("One skill: approach")).to_be_visible(timeout=PATIENCE_S * 1000)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)

@@ -15,24 +15,28 @@ from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.metrics.course import NO_CURVE, GreedyCurve
 from app.page import keys
-from app.page.headline import TASK_HTML, numbers_html, sentence_html
+from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
 from app.page.inbox import Inbox, Intent
 from app.page.panels import curve
 from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
-from app.page.widgets import Choice, assign
+from app.page.told import Told
+from app.page.widgets import CALM, Choice, assign
 from app.picture.layer import Layer
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.options import option_names
-from app.picture.theme import LIGHT
+from app.picture.theme import DARK, LIGHT
 from app.server.calls import Calls, address_of
 from app.server.notices import close_modal, open_modal
+from app.words import glossary
 from app.words.plain import plain
 from learners.measures import Curve
 
 _WIDTH = 330.0
+_LAST = 1e9
+"""Order of what stands below all that is put into its tab later on."""
 _CURVE_PX = 146
 """Height of the curve with its axes: with it all has room on the smallest screen."""
 # A scroll bar lies over what it scrolls.
@@ -52,8 +56,9 @@ class Readings:
         calls: Calls,
         inbox: Inbox,
         wake: Callable[[], object],
+        drawn: Callable[[], object],
     ) -> None:
-        """``wake`` lets the render loop draw at once."""
+        """``wake`` lets the render loop draw at once; ``drawn`` is called when the page has."""
         self._client = client
         self._gui = gui = client.gui
         self._calls, self._wake = calls, wake
@@ -65,9 +70,11 @@ class Readings:
         """What a layer may be of."""
         snapshot = status.snapshot
         # At the root of the main panel, which is there whatever tab is shown.
-        self._task = gui.add_html(slot_html("task", TASK_HTML))
+        self._task = gui.add_html(slot_html("task", TASK_HTML) + str(glossary.table_html()))
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
+        self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
+        self._told = Told(gui, calls, inbox, drawn, lambda dark: self._view.set_dark(dark))
         panel = gui.add_panel()
         panel.dock_left()
         panel.set_width(_WIDTH)
@@ -96,18 +103,18 @@ class Readings:
         self.file_tab = panel.add_tab("File", icon=viser.Icon.FILE)
         """Where saving and loading goes."""
         with self.file_tab:
-            self._clock = gui.add_html("")
+            # Below what the tab is for.
+            self._clock = gui.add_html("", order=_LAST)
             self._build_help()
         # The first ten have keys.
         for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
             command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
             command.on_trigger(Intent(partial(self._choose_layer, layer)))
-        gui.add_command("Reset the camera", hotkey=keys.CAMERA.hotkey).on_trigger(
-            Intent(lambda _, __: self._view.aim_camera())
-        )
 
     def _build_help(self) -> None:
-        button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        button = self._gui.add_button(
+            "Keys (?)", icon=viser.Icon.KEYBOARD, color=CALM, order=_LAST - 1
+        )
         button.on_click(Intent(lambda _, __: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
         command.on_trigger(Intent(lambda _, __: self.show_keys()))
@@ -131,6 +138,7 @@ class Readings:
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self._calls.leave(self._secret)
+        self._told.leave()
 
     def _address(self, words: str) -> str:
         return address_of(self._secret, words)
@@ -158,6 +166,7 @@ class Readings:
         self._offer_options(snapshot, layer)
         for handle, content in (
             (self._sentence, slot_html("sentence", texts.sentence)),
+            (self._short, slot_html("readings", texts.readings)),
             (self._numbers, texts.numbers),
             (self._caption, texts.caption),
             (self._legend, texts.legend),
@@ -167,6 +176,7 @@ class Readings:
             assign(handle, "content", content)
         self._show_curve(texts)
         self._view.update(texts)
+        self._told.show(texts.look.theme is DARK)
 
     def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
         names = option_names(snapshot)

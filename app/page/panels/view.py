@@ -1,10 +1,8 @@
-"""How one browser wants to see the board: the choices of a panel, and where its camera stands."""
+"""How one browser wants to see the board: the choices of a panel."""
 
-import numpy as np
 import viser
 
 from app.page.inbox import Intent
-from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET, SURFACE_CAMERA, SURFACE_TARGET
 from app.page.texts import Texts
 from app.page.widgets import Choice, assign
 from app.picture.look import FOLDED, OF_TRIAL, Look
@@ -18,8 +16,6 @@ _FRAMES = {
     "Heading of the running trial": OF_TRIAL,
     **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
 }
-_NUDGE = 0.01
-"""Farther from where the camera is to be than viser takes to be there."""
 
 
 class View:
@@ -31,7 +27,6 @@ class View:
         self._frame = Choice(gui, "Frame", _FRAMES)
         self._scale = Choice(gui, "Value as", _SCALES)
         self._fitted = gui.add_checkbox("Fit colours", False, hint="limits from what is there")
-        self._surface = gui.add_checkbox("Surface in 3-D", False)
         self._field = gui.add_checkbox("Visual field", True)
         self._grid = gui.add_checkbox("Grid lines", True)
         self._sensors = gui.add_checkbox("Sensor rings", False)
@@ -42,7 +37,6 @@ class View:
         self._multiples = gui.add_checkbox("All headings", False)
         self._eight = gui.add_html("", visible=False)
         self._dark.on_update(Intent(lambda _, __: self._dress()))
-        self._surface.on_update(Intent(lambda _, __: self.aim_camera()))
         self._dress()
 
     def look(self, layer: str, option: int) -> Look:
@@ -54,7 +48,6 @@ class View:
             frame=self._frame.chosen,
             scale=self._scale.chosen,
             fitted=bool(self._fitted.value),
-            surface=bool(self._surface.value),
             field=bool(self._field.value),
             grid=bool(self._grid.value),
             sensors=bool(self._sensors.value),
@@ -70,21 +63,10 @@ class View:
         if wanted:
             assign(self._eight, "content", texts.multiples)
 
-    def aim_camera(self) -> None:
-        """The whole board from above, or from the south if it is a surface."""
-        camera = self._client.camera
-        surface = bool(self._surface.value)
-        aim = {
-            "up_direction": (0.0, 0.0, 1.0) if surface else (0.0, 1.0, 0.0),
-            "position": SURFACE_CAMERA if surface else FLAT_CAMERA,
-            "look_at": SURFACE_TARGET if surface else FLAT_TARGET,
-        }
-        with self._client.atomic():
-            for part, value in aim.items():
-                # viser sends nothing if it takes the camera to be there already; a page that is
-                # about to say that it has been moved would go on moving.
-                setattr(camera, part, np.array(value) + _NUDGE)
-                setattr(camera, part, value)
+    def set_dark(self, dark: bool) -> None:
+        """Have the page dark, or light."""
+        assign(self._dark, "value", dark)
+        self._dress()
 
     def _dress(self) -> None:
         self._gui.configure_theme(

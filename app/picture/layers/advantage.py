@@ -43,7 +43,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     title = f"Value of the best {kind_of(snapshot)} less that of the next"
     ruler = _ruler(snapshot, look)
-    return amount_legend(snapshot, look, title, ruler, "no difference", "the difference")
+    return amount_legend(snapshot, look, title, ruler, "no difference")
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

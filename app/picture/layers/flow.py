@@ -39,9 +39,8 @@ def _moves(snapshot: Snapshot, look: Look) -> np.ndarray:
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    colours, height = state_value_map(snapshot, look)
-    faint = over_board(colours, FAINT, look.theme)
-    return spread(faint, height, raster, arrows(_moves(snapshot, look), snapshot.spec.world))
+    faint = over_board(state_value_map(snapshot, look), FAINT, look.theme)
+    return spread(faint, raster, arrows(_moves(snapshot, look), snapshot.spec.world))
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:

@@ -27,8 +27,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     title = "Change of value lately, by powers of ten, fading"
     ruler = _ruler(snapshot, look)
-    height = "change, by powers of ten"
-    return amount_legend(snapshot, look, title, ruler, "no change lately", height)
+    return amount_legend(snapshot, look, title, ruler, "no change lately")
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

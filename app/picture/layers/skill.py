@@ -42,18 +42,17 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
         return blank(look, raster)
     values = table.max(axis=-1)[None]
     shading = _shading(snapshot, look, values)
-    colours, height = value_map(values, shading, snapshot, look)
-    faint = over_board(colours, FAINT, look.theme)
+    faint = over_board(value_map(values, shading, snapshot, look), FAINT, look.theme)
     world = snapshot.spec.world
     ways = arrows(at_places(greedy(table)[None], world.of_skills), world)
-    return spread(faint, height, as_skills_see(raster, world), ways)
+    return spread(faint, as_skills_see(raster, world), ways)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     table = _table(snapshot, look)
     frame = "A skill does not know where the prey looks: this is its table as it is, north up."
     if table is None:
-        return legend(look, "No skill", [], frame, "nothing")
+        return legend(look, "No skill", [], frame)
     shading = _shading(snapshot, look, table.max(axis=-1))
     below = losses(shading, look.theme, "below 0", FAINT)
     parts = [
@@ -63,7 +62,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     ]
     name = option_names(snapshot)[option_shown(snapshot, look)]
     title = f"What {name} expects of its own reward"
-    return legend(look, title, parts, frame, "what the skill expects")
+    return legend(look, title, parts, frame)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

@@ -30,7 +30,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     title = "Learning steps made in a state, by powers of ten"
     ruler = _ruler(snapshot, look)
-    return amount_legend(snapshot, look, title, ruler, "never visited", "steps, by powers of ten")
+    return amount_legend(snapshot, look, title, ruler, "never visited")
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

@@ -86,7 +86,10 @@ class Page(HTMLParser):
 
 
 def test_the_sentence_above_the_board_is_that_of_the_moment() -> None:
-    assert "One skill, approach" in Page(headline.sentence_html(status_of(moment()))).text
+    assert (
+        ": approach. It is practised until"
+        in Page(headline.sentence_html(status_of(moment()))).text
+    )
 
 
 def test_markup_in_an_error_is_shown_and_not_obeyed() -> None:
@@ -131,17 +134,40 @@ def test_numbers_are_those_of_the_moment() -> None:
     reached = int((taken.value > 0).sum())
     assert reached > 0
     assert Page(shown).text == (
-        f"Trial 1,234 Steps {run.step:,} Steps/s 20 k Viewers 2 Success 25% Reward 8.2"
-        f" Greedy \N{MINUS SIGN}12.2 States of value {reached:,}"
+        f"Trial 1,234 Success 25% Reward 8.2 Greedy \N{MINUS SIGN}12.2"
+        f" Steps {run.step:,} Steps/s 20 k States of value {reached:,} Viewers 2"
     )
     assert "measured at trial 1,021, step 20,345" in shown
     assert "of 3,456" in shown
 
 
+def test_what_matters_first_is_read_on_the_stage_too() -> None:
+    taken = moment(recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
+    assert Page(headline.readings_html(status_of(taken))).text == (
+        f"Trial {taken.trial} Success 25% Reward 8.2"
+    )
+
+
+def test_exploration_that_is_forced_is_said_beside_the_numbers_that_it_makes_small() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=100)
+    assert "forced" not in headline.numbers_html(status_of(moment(run)))
+    run.apply(Explore("approach", 100, 0.95))
+    status = status_of(moment(run))
+    for shown in (headline.numbers_html(status), headline.readings_html(status)):
+        assert "Forced exploration : approach 95%" in Page(shown).text
+    run.advance(until_trial=200)
+    assert "Forced" not in headline.readings_html(status_of(moment(run)))
+
+
+def test_viewers_are_counted_where_there_are_others() -> None:
+    assert "Viewers" not in headline.numbers_html(status_of(moment()), viewers=1)
+
+
 def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
     text = Page(headline.numbers_html(status_of(moment()))).text
     nothing = "\N{EN DASH}"
-    assert f"Success {nothing} Reward {nothing} Greedy {nothing} States" in text
+    assert f"Success {nothing} Reward {nothing} Greedy {nothing} Steps" in text
 
 
 @pytest.mark.parametrize(
@@ -159,7 +185,7 @@ def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
 )
 def test_rates_are_short(rate: float, shown: str) -> None:
     text = Page(headline.numbers_html(status_of(moment(), steps_per_s=rate))).text
-    assert f"Steps/s {shown} Viewers" in text
+    assert f"Steps/s {shown} States" in text
 
 
 # The curve
@@ -376,8 +402,9 @@ def panel(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> Iterator[Readings]:
     server = open_server(port=0)
     client: Any = SimpleNamespace(gui=server.gui)
     inbox: Any = AtOnce()
-    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: "secret")
-    yield Readings(client, status_of(moment()), calls, inbox, lambda: None)
+    names = iter(("secret", "told"))
+    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: next(names))
+    yield Readings(client, status_of(moment()), calls, inbox, lambda: None, lambda: None)
     close_server(server)
 
 

@@ -9,9 +9,8 @@ SIZE = 24
 
 
 def picture_of(regions: np.ndarray, *names: str) -> Picture:
-    cells = regions.size
-    blank = np.zeros((cells, 3), np.uint8), np.zeros(cells, np.float32)
-    return Picture(*blank, regions=regions.ravel(), names=names)
+    blank = np.zeros((regions.size, 3), np.uint8)
+    return Picture(blank, regions=regions.ravel(), names=names)
 
 
 def test_a_name_stands_in_the_middle_of_its_largest_place() -> None:
@@ -31,5 +30,4 @@ def test_the_edge_of_the_board_is_an_edge_and_what_has_no_room_has_no_name() -> 
 
 
 def test_other_layers_have_no_names() -> None:
-    cells = SIZE * SIZE
-    assert middles(Picture(np.zeros((cells, 3), np.uint8), np.zeros(cells, np.float32))) == {}
+    assert middles(Picture(np.zeros((SIZE * SIZE, 3), np.uint8))) == {}
