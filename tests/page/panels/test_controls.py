@@ -328,7 +328,7 @@ def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
     assert said(desk) == "Back to timed, trial 0"
     copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=None)
     desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy)
-    assert said(desk).startswith("On the board: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
+    assert said(desk).startswith("Opened: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
 
 
 # What is true, and what somebody wants
