@@ -5,13 +5,16 @@ and stands as it was left: so whoever started again, or opened a run of an exper
 """
 
 import math
+import time
 from dataclasses import dataclass
 
 from app.live import snapshot
 from app.live.held import Held, Opened
+from app.live.opening import Opening, SlowStart
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
 from learners.commands import Command, CommandError, SetSchedule
+from learners.kernel.state import TRIAL_STEP
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
@@ -56,6 +59,11 @@ class SetSpeed:
 
 
 @dataclass(frozen=True)
+class SkipOpening:
+    """Show the first hunts slowly no longer."""
+
+
+@dataclass(frozen=True)
 class StartAgain:
     """Set the run aside and begin another, which plays if that one was going on.
 
@@ -95,9 +103,10 @@ class GoBack:
 
 RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | Command
 """What is asked of one run."""
-Request = RequestOfRun | SetSpeed | StartAgain | OpenRun | GoBack
+Request = RequestOfRun | SetSpeed | SkipOpening | StartAgain | OpenRun | GoBack
 
 _SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, OpenRun)
+_END_THE_OPENING = (SkipOpening, SetSpeed, StartAgain, OpenRun)
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,7 @@ class Status:
     preparing: bool
     """The learner's code is being compiled, once on each machine."""
     speed: float
-    """Steps per second aimed at."""
+    """Steps per second that are set; slower while ``opening`` is there."""
     steps_per_s: float
     """Steps per second made, over the last second."""
     error: str | None
@@ -125,13 +134,25 @@ class Status:
     """The run of an experiment that is made again, or that stands as it ended."""
     aside: str | None = None
     """What was set aside for the run that is shown, in words; None if nothing was."""
+    opening: Opening | None = None
+    """The first hunts, while they are shown slowly and the speed rises after them."""
 
 
 class Session(Worker[Status]):
     """Runs, of which one is shown and advances. Public methods may be called from any thread."""
 
-    def __init__(self, spec: RunSpec, preset: str, seed: int, speed: float, playing: bool) -> None:
+    def __init__(
+        self,
+        spec: RunSpec,
+        preset: str,
+        seed: int,
+        speed: float,
+        playing: bool,
+        opening: bool = False,
+    ) -> None:
         """Prepare the own run; :meth:`start` sets it going.
+
+        With an ``opening`` its first hunts are slow enough to be seen; what is learned is the same.
 
         Raises:
             ValueError: the seed is not allowed.
@@ -144,6 +165,7 @@ class Session(Worker[Status]):
         self._speed = speed
         self._told_to_play = playing
         """Whether somebody has said that the learner is to go on, or to stand still."""
+        self._slow_start = SlowStart() if opening else None
         self._curve_at = -math.inf
         self._former: Snapshot | None = None
         self._status = self._take_status(-math.inf)
@@ -168,14 +190,33 @@ class Session(Worker[Status]):
         if not held.is_learning:
             return None
         # The set speed is for watching, not for catching up.
-        return FULL_SPEED if held.is_made_again else self._speed
+        if held.is_made_again:
+            return FULL_SPEED
+        if self._slow_start is not None:
+            return self._slow_start.speed(held.run, self._speed, time.perf_counter())
+        return self._speed
 
     def _advance(self, steps: int) -> int:
         held = self._held()
+        if self._slow_start is not None:
+            return self._advance_slowly(self._slow_start, held, steps)
         catches_up = held.is_made_again
         made = held.go_on(steps)
         self._preparing = False
         if catches_up and not held.is_made_again:
+            self._pace.restart()
+        return made
+
+    def _advance_slowly(self, slow: SlowStart, held: Held, steps: int) -> int:
+        trial, most = held.run.trial, None if self._preparing else slow.most_steps(held.run)
+        made = held.go_on(steps if most is None else min(steps, most))
+        self._preparing = False
+        if slow.is_over(held.run, time.perf_counter()):
+            self._slow_start = None
+            self._pace.restart()
+        elif held.run.trial != trial and slow.most_steps(held.run) is not None:
+            # What it came to is to be seen at once, for as long as it rests there.
+            self._published_at = -math.inf
             self._pace.restart()
         return made
 
@@ -187,7 +228,11 @@ class Session(Worker[Status]):
     def _carry_out(self, request: Request, run: int | None) -> None:
         if isinstance(request, _SAY_WHETHER_TO_PLAY):
             self._told_to_play = True
+        if isinstance(request, _END_THE_OPENING):
+            self._slow_start = None
         match request:
+            case SkipOpening():
+                self._pace.restart()
             case SetSpeed(steps_per_s=speed):
                 self._speed = speed
                 self._pace.restart()
@@ -276,7 +321,10 @@ class Session(Worker[Status]):
 
     def _take_status(self, now_s: float) -> Status:
         held = self._held()
-        new_curve = now_s - self._curve_at >= _CURVE_S or not held.is_learning
+        opening = None if self._slow_start is None else self._slow_start.stand(held.run)
+        at_start = held.run.state.tally[TRIAL_STEP] == 0
+        rests = not held.is_learning or (opening is not None and at_start)
+        new_curve = now_s - self._curve_at >= _CURVE_S or rests
         if new_curve:
             self._curve_at = now_s
         former = self._former
@@ -296,4 +344,5 @@ class Session(Worker[Status]):
             answered=self._answered,
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.run.trial:,}",
+            opening=None if held.is_over else opening,
         )

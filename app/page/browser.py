@@ -8,6 +8,7 @@ import viser
 
 from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
+from app.page.panels.bar import BarPanel, Bars, Choose
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
@@ -28,6 +29,9 @@ class Shared(NamedTuple):
     session: Session
     gallery: Gallery
     calls: Calls
+    bars: Bars
+    choose_block: Choose
+    """Chooses what is edited of the schedule."""
     service: Service
     inbox: Inbox
     ask: Ask
@@ -48,9 +52,8 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(
-            client, shared.session.status, shared.calls, inbox, wake, shared.drawn
-        )
+        self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None
@@ -75,6 +78,7 @@ class Browser:
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self.readings.leave()
+        self._bar.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -100,6 +104,7 @@ class Browser:
             outcomes = success.outcomes
         self._inspection.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
+        self._bar.update()
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
             self._read_at = now_s

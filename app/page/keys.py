@@ -75,8 +75,7 @@ def list_html() -> str:
         (f"{_shown(STEP)}, {_shown(TRIAL)}", f"{STEP.does}, {TRIAL.does}"),
         (f"{_shown(SLOWER)}, {_shown(FASTER)}", f"{SLOWER.does}, {FASTER.does}"),
         (f"{first} … {last}, {zeroth}", "the layers, in their order"),
-        *((_shown(key), key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO)),
-        *((_shown(key), key.does) for key in (CAMERA, PRESENT)),
+        *((_shown(key), key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO, CAMERA, PRESENT)),
         (f"{_shown(LIST)}, <kbd>?</kbd>", LIST.does),
         ("<kbd>Esc</kbd>", "close a list like this, or end the presentation"),
     ]

@@ -17,17 +17,20 @@ from pathlib import Path
 import numpy as np
 import viser
 
+from app.charts.bar.model import Moment
 from app.explain.cell import moment_of, policy_of
 from app.live.session import Begin, Request, Session, StartAgain, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser, Shared
 from app.page.confirm import confirm
+from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.headline import clock_html
 from app.page.inbox import Inbox
+from app.page.panels.bar import Bars
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
-from app.page.panels.schedule import SchedulePanel
+from app.page.panels.plan import PlanPanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
 from app.picture.layer import Extras, SuccessMap
@@ -120,6 +123,8 @@ class Lab:
         self._drawing = Drawing()
         self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
         self._greedy = GreedyWatch()
+        self._ghosts = GhostWatch()
+        self._bars = Bars()
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
@@ -140,16 +145,19 @@ class Lab:
         self._dress_server()
         gui = self.server.gui
         self._controls = Controls(gui, session, presets, self.ask)
+        with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
+            self._plan = PlanPanel(gui, self.ask, session)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
             self.experiments = ExperimentsPanel(
                 gui, session, self.service, self.ask, self.inbox.work, self._show_results
             )
-        self._schedule = SchedulePanel(gui, self.ask, session)
         self._shared = Shared(
             server=self.server,
             session=session,
             gallery=self.gallery,
             calls=calls,
+            bars=self._bars,
+            choose_block=self._plan.choose,
             service=self.service,
             inbox=self.inbox,
             ask=self.ask,
@@ -255,6 +263,7 @@ class Lab:
         self.session.stop()
         self._success.stop()
         self._greedy.stop()
+        self._ghosts.stop()
         close_server(self.server)
 
     def _is_true(self, status: Status) -> bool:
@@ -328,8 +337,13 @@ class Lab:
 
     def _draw(self, status: Status, now_s: float) -> None:
         browsers = self.browsers
+        greedy = self._greedy.follow(status)
+        ghost = self._ghosts.follow(status)
         if self._is_true(status):
-            self._schedule.update(status)
+            self._plan.update(status)
+            blocks, left_out, chosen = self._plan.blocks, self._plan.left_out, self._plan.chosen
+            moment = Moment(status.snapshot, blocks, left_out, chosen, greedy, ghost)
+            self._bars.take(moment, now_s)
         self.experiments.update(status)
         success = self._success.found
         extras = Extras(success if isinstance(success, SuccessMap) else None)
@@ -339,7 +353,6 @@ class Lab:
                 moment_of(status.snapshot),
                 lambda: success_of(status.snapshot, lambda: not self._closed),
             )
-        greedy = self._greedy.follow(status)
         ready: dict[Look, list[Browser]] = {}
         for browser, look in looks.items():
             if browser.pulse.is_ready(now_s):

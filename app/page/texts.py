@@ -2,23 +2,15 @@
 
 from functools import cached_property
 
-import numpy as np
-from viser import uplot
-
-from app.analysis.estimates import Windows
 from app.explain import sentence
 from app.live.session import Status
 from app.metrics.course import NO_CURVE, GreedyCurve
 from app.page.headline import numbers_html, readings_html, sentence_html
-from app.page.panels import curve
 from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.multiples import all_headings_png, small_multiples_html
 from app.util.html import element
-
-CurveData = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Steps, and two curves at them."""
 
 
 class Texts:
@@ -30,20 +22,12 @@ class Texts:
         look: Look,
         extras: Extras,
         n_viewers: int,
-        former: "Texts | None" = None,
         greedy: GreedyCurve = NO_CURVE,
     ) -> None:
-        """Begin; what costs much and is as it was in the ``former`` ones is taken from there."""
-        history = status.snapshot.control.history
-        if former is not None and former.status.snapshot.control.history is history:
-            self.marks = former.marks
-        else:
-            self.marks = curve.marks_of(status.snapshot)
         self.status = status
         self.look = look
         self.extras = extras
         self.greedy = greedy
-        self._curves: dict[Windows, CurveData] = {}
         self._n_viewers = n_viewers
         self._layer = LAYERS[look.layer]
 
@@ -78,22 +62,6 @@ class Texts:
         """The layer at all headings, as HTML."""
         snapshot = self.status.snapshot
         return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
-
-    def curve(self, windows: Windows) -> CurveData:
-        """Learning curve and greedy curve, as :func:`curve.data_of`."""
-        if windows not in self._curves:
-            self._curves[windows] = curve.data_of(self.status.snapshot, windows, self.greedy)
-        return self._curves[windows]
-
-    @cached_property
-    def axes(self) -> tuple[uplot.Axis, ...]:
-        """Axes of the learning curve, with its marks."""
-        return curve.axes_of(self.status.snapshot, self.marks, self.look.theme)
-
-    @cached_property
-    def scales(self) -> dict[str, uplot.Scale]:
-        """Scales of the learning curve."""
-        return curve.scales_of(self.status.snapshot)
 
 
 def board_name(status: Status, layer: Layer) -> str:

@@ -31,6 +31,15 @@ class Extras:
     success: SuccessMap | None = None
 
 
+class Label(NamedTuple):
+    """What stands written at a place of the board."""
+
+    text: str
+    east: float
+    """Cells east of the prey, and north of it."""
+    north: float
+
+
 class Picture(NamedTuple):
     """What a layer draws."""
 
@@ -38,6 +47,9 @@ class Picture(NamedTuple):
     """(y * x, 3) uint8."""
     arrows: np.ndarray | None = None
     """(n, 2, 2) float32: tail and head, each in cells east and north of the prey."""
+    arrow_colours: np.ndarray | None = None
+    """(n, 3) uint8; without them arrows have the colour of writing."""
+    labels: tuple[Label, ...] = ()
     regions: np.ndarray | None = None
     """(y * x,) int: which of the names holds in each cell, -1 for none."""
     names: tuple[str, ...] = ()
@@ -57,15 +69,18 @@ class Layer(NamedTuple):
     """One line on what is being seen."""
     about: Literal["nothing", "option", "skill"] = "nothing"
     """Whether it shows one option, or one skill, of the look."""
+    turns: bool = True
+    """Whether it depends on where the prey looks. What does not is drawn as the world is, without
+    the prey's heading and what it sees, whatever frame is chosen."""
 
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
         """The picture on the board."""
         return self.draw(snapshot, look, extras, raster(snapshot.spec.world))
 
 
-def spread(colours: np.ndarray, raster: Raster, arrows: np.ndarray | None = None) -> Picture:
+def spread(colours: np.ndarray, raster: Raster) -> Picture:
     """A picture from colours of states, ``(distance, direction, 3)``."""
-    return Picture(on_raster(colours.astype(np.uint8, copy=False), raster), arrows)
+    return Picture(on_raster(colours.astype(np.uint8, copy=False), raster))
 
 
 def blank(look: Look, raster: Raster) -> Picture:

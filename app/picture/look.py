@@ -32,6 +32,8 @@ class Look(NamedTuple):
     trail: bool = True
     paths: bool = False
     """Paths of the last trials, by how they ended."""
+    hunts: bool = True
+    """Whether the learner's own hunts are drawn, as they are unless another one is watched."""
 
 
 def heading_shown(look: Look, trial_heading: int) -> int:

@@ -1,5 +1,6 @@
 // @ts-check
 // What the lab's page has beside viser's.
+import "./bar.js";
 import "./connection.js";
 import "./docks.js";
 import "./drawn.js";

@@ -2,6 +2,7 @@
 // What the lab puts into templates is shown in the stage's slots of the same names.
 
 import { whenChanged } from "./changes.js";
+import { patch } from "./patch.js";
 
 /** What each slot was last filled with. @type {WeakMap<Element, string>} */
 const shown = new WeakMap();
@@ -16,7 +17,9 @@ const fill = () => {
     const content = source?.innerHTML ?? "";
     if (shown.get(slot) === content) continue;
     shown.set(slot, content);
-    slot.innerHTML = content;
+    const fresh = document.createElement("template");
+    fresh.innerHTML = content;
+    patch(slot, fresh.content);
   }
 };
 

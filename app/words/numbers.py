@@ -1,8 +1,9 @@
 """How numbers are written where people read them: amounts, times, values, and marks of axes."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from decimal import Decimal
+from statistics import median
 from typing import Final
 
 NONE: Final = "\N{EN DASH}"
@@ -67,6 +68,18 @@ def shown_number(value: float, form: str = ".3g") -> str:
         return "never"
     text = format(value, form if abs(value) < 1_000 else ",.0f").rstrip(".")
     return text.replace("-", _MINUS)
+
+
+def shared_form(numbers: Iterable[float], digits: int = 3) -> str:
+    """The form in which numbers of a column are written: all with as many decimals.
+
+    Args:
+        numbers: of which the usual one has so many digits; those that are none are left out.
+        digits: of the median of their sizes.
+    """
+    sizes = [abs(number) for number in numbers if math.isfinite(number) and number]
+    before = math.floor(math.log10(median(sizes))) + 1 if sizes else 1
+    return f".{max(digits - before, 0)}f"
 
 
 def of_any_size(amount: float) -> str:

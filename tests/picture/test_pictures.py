@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.picture.colours import css, gain_colours, gradient_css, loss_colours, palette
+from app.picture.colours import (
+    OPTION_COLOURS,
+    css,
+    gain_colours,
+    gradient_css,
+    loss_colours,
+    palette,
+)
 from app.picture.raster import on_raster, raster
 from app.picture.shading import (
     FARTHEST_STEPS,
@@ -310,12 +317,18 @@ def test_what_is_known_stands_out_from_the_board_for_all_kinds_of_sight(
 
 @both_themes
 def test_no_two_things_have_one_colour(theme: Theme) -> None:
-    colours = {name: colour for name, colour in theme._asdict().items() if name != "field"}
-    # What the prey sees has the prey's colour, and writing is nearly as dark.
-    others = np.array([colour for name, colour in colours.items() if name != "ink"])
+    others = np.array(
+        [
+            *(theme.prey, theme.predator, theme.capture, theme.flight, theme.timeout),
+            *(theme.forced, theme.frozen),
+        ]
+    )
     for index, colour in enumerate(others):
         rest = np.delete(others, index, axis=0)
-        assert nearest(colour[None], rest, SIGHT["ordinary"]) > 3 * JUST_NOTICEABLE
+        assert nearest(colour[None], rest, SIGHT["ordinary"]) > PLAINLY_APART
+    skills = OPTION_COLOURS[:6]
+    assert nearest(others, skills, SIGHT["ordinary"]) > PLAINLY_APART
+    # What the prey sees is the prey's.
     assert theme.field == theme.prey
 
 

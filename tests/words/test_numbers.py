@@ -17,6 +17,7 @@ from app.words.numbers import (
     megabytes,
     of_any_size,
     round_numbers,
+    shared_form,
     shown_number,
     speed_in_words,
     ticks,
@@ -166,3 +167,15 @@ def test_ticks_lie_between_the_ends_and_their_labels_differ(
     texts = [text for _, text in found]
     assert len(set(texts)) == len(texts)
     assert all("-" not in text for text in texts)
+
+
+def test_numbers_of_a_column_have_as_many_decimals() -> None:
+    for numbers, form in (
+        ([78.1, 0.5, 101.0], ".1f"),
+        ([-0.941, 1.05], ".3f"),
+        ([1.05, 1.2], ".2f"),
+        ([5_500_000.0], ".0f"),
+        ([0.0, math.nan], ".2f"),
+        ([], ".2f"),
+    ):
+        assert shared_form(numbers) == form

@@ -1,4 +1,4 @@
-"""What one browser reads beside the board: the numbers, the curve, the legend.
+"""What one browser reads beside the board: the numbers and the legend.
 
 Everything here belongs to one browser, and so does how it wants to see things.
 """
@@ -7,17 +7,13 @@ from collections.abc import Callable
 from functools import partial
 
 import viser
-from viser import uplot
 
-from app.analysis.estimates import WINDOWS, Windows
 from app.charts.page.svg import frame_html
 from app.live.session import Status
 from app.live.snapshot import Snapshot
-from app.metrics.course import NO_CURVE, GreedyCurve
 from app.page import keys
 from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
 from app.page.inbox import Inbox, Intent
-from app.page.panels import curve
 from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
@@ -27,18 +23,15 @@ from app.picture.layer import Layer
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.options import option_names
-from app.picture.theme import DARK, LIGHT
-from app.server.calls import Calls, address_of
+from app.picture.theme import DARK
+from app.server.calls import Calls
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
 from app.words.plain import plain
-from learners.measures import Curve
 
 _WIDTH = 330.0
 _LAST = 1e9
 """Order of what stands below all that is put into its tab later on."""
-_CURVE_PX = 146
-"""Height of the curve with its axes: with it all has room on the smallest screen."""
 # A scroll bar lies over what it scrolls.
 _LAYOUT = """<style>
 [data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
@@ -55,20 +48,13 @@ class Readings:
         status: Status,
         calls: Calls,
         inbox: Inbox,
-        wake: Callable[[], object],
         drawn: Callable[[], object],
     ) -> None:
-        """``wake`` lets the render loop draw at once; ``drawn`` is called when the page has."""
+        """``drawn`` is called when the page has drawn its first picture."""
         self._client = client
         self._gui = gui = client.gui
-        self._calls, self._wake = calls, wake
-        self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))
-        self._windows: Windows = "steps"
-        self._curve_shown: tuple[Curve, GreedyCurve] | None = None
-        self._curve_key: tuple[object, ...] = ()
         self._names: tuple[str, ...] = ()
         """What a layer may be of."""
-        snapshot = status.snapshot
         # At the root of the main panel, which is there whatever tab is shown.
         self._task = gui.add_html(slot_html("task", TASK_HTML) + str(glossary.table_html()))
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
@@ -87,15 +73,6 @@ class Readings:
             self._about.handle.visible = False
             self._caption = gui.add_html("")
             self._legend = gui.add_html("")
-            self._curve_legend = gui.add_html("")
-            self._curve = gui.add_uplot(
-                curve.data_of(snapshot, self._windows, NO_CURVE),
-                curve.series_of(LIGHT),
-                axes=curve.axes_of(snapshot, curve.marks_of(snapshot), LIGHT),
-                scales=curve.scales_of(snapshot),
-                legend=uplot.Legend(show=False),
-                height=_CURVE_PX,
-            )
         with panel.add_tab("View", icon=viser.Icon.STACK_2):
             self._view = View(client)
         self.inspect_tab = panel.add_tab("Inspect", icon=viser.Icon.ZOOM_IN)
@@ -137,18 +114,7 @@ class Readings:
 
     def leave(self) -> None:
         """Answer no more calls of this browser."""
-        self._calls.leave(self._secret)
         self._told.leave()
-
-    def _address(self, words: str) -> str:
-        return address_of(self._secret, words)
-
-    def _called(self, words: str) -> None:
-        """A link was clicked; whatever it says comes from the network."""
-        verb, _, what = words.partition("/")
-        if verb == "windows" and what in WINDOWS:
-            self._windows = what
-            self._wake()
 
     def _choose_layer(self, layer: Layer, *_: object) -> None:
         self._layer.choose(layer)
@@ -174,7 +140,6 @@ class Readings:
             (self._clock, clock),
         ):
             assign(handle, "content", content)
-        self._show_curve(texts)
         self._view.update(texts)
         self._told.show(texts.look.theme is DARK)
 
@@ -186,20 +151,3 @@ class Readings:
             self._names = names
             self._about.offer({name: name for name in names})
         assign(self._about.handle, "visible", layer.about != "nothing" and bool(names))
-
-    def _show_curve(self, texts: Texts) -> None:
-        snapshot, theme = texts.status.snapshot, texts.look.theme
-        legend = curve.legend_html(snapshot, self._windows, theme, self._address)
-        assign(self._curve_legend, "content", legend)
-        key = (texts.marks, theme, self._windows)
-        shown = self._curve_shown
-        # Kept, and not their ids, which other curves may have once these are gone.
-        is_shown = shown and shown[0] is snapshot.curve and shown[1] is texts.greedy
-        if is_shown and key == self._curve_key:
-            return
-        if key != self._curve_key:
-            self._curve.series = curve.series_of(theme)
-        self._curve_shown, self._curve_key = (snapshot.curve, texts.greedy), key
-        self._curve.axes = texts.axes
-        self._curve.scales = texts.scales
-        self._curve.data = texts.curve(self._windows)

@@ -66,6 +66,16 @@ def edges(spec: WorldSpec) -> tuple[float, float]:
     return (-0.5 - middle) * unit, (spec.size - 0.5 - middle) * unit
 
 
+def kept_on_board(points: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
+    """Points ``(..., 2)``, those off the board moved to its edge.
+
+    A trial's square is turned so that the prey looks as it does in the picture, and its corners may
+    then lie outside of what is drawn.
+    """
+    low, high = edges(spec)
+    return np.clip(points, low, high)
+
+
 def border(spec: WorldSpec) -> np.ndarray:
     """The edge of the board as segments ``(4, 2, 2)``."""
     low, high = edges(spec)

@@ -39,9 +39,11 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     cover = np.where(alone, most / len(choice), 0.0)
     # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
     world = snapshot.spec.world
-    ways = arrows(at_places(choice, world), world) if has_moves(snapshot) else None
-    picture = spread(over_board(colours, cover, look.theme), raster, ways)
-    if has_moves(snapshot) or lone_option(snapshot) is not None:
+    picture = spread(over_board(colours, cover, look.theme), raster)
+    if has_moves(snapshot):
+        ways = arrows(at_places(choice, world, raster.side), world, raster.side)
+        return picture._replace(arrows=ways.ends)
+    if lone_option(snapshot) is not None:
         return picture
     regions = on_raster(np.where(cover > 0, winner, -1), raster)
     return picture._replace(regions=regions, names=option_names(snapshot))

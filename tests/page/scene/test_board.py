@@ -11,8 +11,9 @@ import viser
 from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.page.scene.board import BoardView, in_linear_light
+from app.page.scene.board import BoardView
 from app.page.scene.outlines import cell_centres
+from app.page.scene.parts import in_linear_light
 from app.picture.layer import Picture
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT
