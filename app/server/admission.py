@@ -194,7 +194,11 @@ class _Desk:
         correction = self._corrections.pop(message.uuid, None)
         if correction is not None:
             correction.cancel()
-        fault = self._unavailable(handle) or update_fault(handle, message.updates)
+        gone = self._unavailable(handle)
+        if gone is not None and isinstance(handle, viser.GuiButtonHandle):
+            # By the second click of two, say. The page is being told that it is gone.
+            return False
+        fault = gone or update_fault(handle, message.updates)
         if fault is not None:
             self._corrections[message.uuid] = self._loop.call_later(
                 GRACE_S, self._correct, handle, fault

@@ -27,7 +27,7 @@ stage.id = "pounce-stage";
 stage.innerHTML = `
   <div class="board">
     <div class="over" data-slot-of="opening"></div>
-    <div class="over" data-slot-of="said"></div>
+    <div class="over" data-slot-of="said" role="status"></div>
     <button class="reset" type="button" title="Show all of the board again (R)" hidden>Reset view</button>
   </div>
   <div class="aside">
