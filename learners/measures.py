@@ -30,6 +30,15 @@ class Curve(NamedTuple):
     """(window,) float64: mean over the trials that ended in it; NaN where none did."""
 
 
+class Progress(NamedTuple):
+    """How steps and trials of a run go together, known at some of its moments."""
+
+    trials: np.ndarray
+    """(moment,) int64: trials that had ended; from 0 on, each more than the one before."""
+    steps: np.ndarray
+    """(moment,) int64: steps that had been made when they had."""
+
+
 class Endings(NamedTuple):
     """How trials ended."""
 
@@ -123,6 +132,21 @@ def curve_over_trials_of(
     mean = reward[whole].reshape(n_whole, width).mean(axis=1, dtype=np.float64)
     ends = np.cumsum(steps[whole].reshape(n_whole, width).sum(axis=1, dtype=np.int64))
     return Curve(ends, mean)
+
+
+def progress(state: LearnerState, most: int = 400) -> Progress:
+    """Steps at the ends of trials that lie equally far apart, and of the last that has ended.
+
+    Args:
+        state: of a run.
+        most: moments between the first and the last at most.
+    """
+    done = trials_done(state)
+    width = -(-done // most) or 1
+    starts = np.arange(0, done, width, dtype=np.int64)
+    made = np.add.reduceat(state.log_steps[:done], starts, dtype=np.int64) if done else []
+    steps = np.concatenate([np.zeros(1, np.int64), np.cumsum(made, dtype=np.int64)])
+    return Progress(np.minimum(np.append(starts, starts.size * width), done), steps)
 
 
 def endings(state: LearnerState, recent: int | None = None) -> Endings:

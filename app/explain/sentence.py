@@ -1,16 +1,33 @@
 """What is going on now, in words: read off the state, never off a script."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
 import numpy as np
+from markupsafe import Markup
 
+from app.explain.shape import Shape, bearings, shape_of, unseen
 from app.live.held import Opened
 from app.live.session import Status
 from app.live.snapshot import Snapshot
-from app.words.plain import joined_by_and, plain
+from app.schedule.forced import forced_now
+from app.util.html import joined
+from app.words.glossary import term
+from app.words.plain import joined_by_and, named, plain
 from learners.spec import MOVES
 from sim import geometry
 from sim.spec import WorldSpec
+
+TASK: Final = joined(
+    [
+        "A predator learns, hunt by hunt, to catch a prey that sees only what is in front of it: it"
+        " must come from behind, for once seen, the prey ",
+        term("flight", "flees"),
+        ".",
+    ],
+    "",
+)
+"""What all of this is about, as HTML: who hunts whom, what ends a hunt, and why that is hard."""
 
 RECENT_REACH_TRIALS = 1_000
 _DIGEST_SHOWN = 8
@@ -43,30 +60,19 @@ def front(world: WorldSpec, first_reach: np.ndarray, trial: int) -> Front:
     """Count the states whose value first rose within the last ``RECENT_REACH_TRIALS`` trials."""
     turned = geometry.fold(first_reach, world.n_directions)
     fresh = ((turned >= 0) & (turned > trial - RECENT_REACH_TRIALS)).sum(axis=0)
-    bearing = np.arange(world.n_directions) * 2 * np.pi / world.n_directions
-    outer = geometry.ring_edges(world)
-    middle = (outer + np.concatenate([[0], outer[:-1]])) / 2
-    near = middle <= world.vision_radius * world.scale
-    seen = near[:, None] & (np.cos(bearing) > 1e-9)
-    from_behind = bearing - np.pi
+    from_behind = bearings(world) - np.pi
     half = np.pi / world.n_directions
-    unseen = np.where(seen, 0, fresh)
+    out_of_sight = unseen(world)
+    out = np.where(out_of_sight, fresh, 0)
     return Front(
-        counterclockwise=int(unseen[:, from_behind > 1e-9].sum()),
-        clockwise=int(unseen[:, from_behind < -1e-9].sum()),
-        beside=int(unseen[:, np.abs(from_behind) - half > _BESIDE].sum()),
-        inside=int(fresh[seen].sum()),
+        counterclockwise=int(out[:, from_behind > 1e-9].sum()),
+        clockwise=int(out[:, from_behind < -1e-9].sum()),
+        beside=int(out[:, np.abs(from_behind) - half > _BESIDE].sum()),
+        inside=int(fresh[~out_of_sight].sum()),
     )
 
 
-def _repertoire(snapshot: Snapshot) -> str:
-    if snapshot.spec.learner.options == MOVES:
-        return "Nine moves, no skills"
-    names = [plain(introduction.skill) for introduction in snapshot.control.introductions]
-    count = {1: "One skill", 2: "Two skills", 3: "Three skills"}.get(
-        len(names), f"{len(names)} skills"
-    )
-    return f"{count}, {joined_by_and(names)}"
+_COUNTS: Final = {1: "One", 2: "Two", 3: "Three"}
 
 
 def success_share(snapshot: Snapshot) -> float:
@@ -75,60 +81,144 @@ def success_share(snapshot: Snapshot) -> float:
     return snapshot.recent.captures / total if total else float("nan")
 
 
-def _spread(snapshot: Snapshot) -> str:
-    """What value is doing, from where it rose lately."""
+def _has_skills(snapshot: Snapshot) -> bool:
+    return snapshot.spec.learner.options != MOVES
+
+
+def _repertoire(snapshot: Snapshot) -> Markup:
+    if not _has_skills(snapshot):
+        return _said("Nine moves, no ", term("skill", "skills"), ".")
+    names = [plain(introduction.skill) for introduction in snapshot.control.introductions]
+    if not names:
+        return _said("No ", term("skill"), " yet.")
+    word = term("skill", "skill" if len(names) == 1 else "skills")
+    count = _COUNTS.get(len(names), str(len(names)))
+    return _said(f"{count} ", word, f": {joined_by_and(names)}.")
+
+
+def _explored(snapshot: Snapshot) -> Markup | str:
+    """Which skills the learner is made to take, and what follows from it."""
+    forced = forced_now(snapshot)
+    if not forced:
+        return ""
+    # Of one skill it is made to take what it would take anyway.
+    so = ", so rewards fall" if len(snapshot.present) > 1 else ""
+    name = term("forced exploration", "Forced exploration")
+    first, *others = forced
+    taken = f"{plain(first.skill)} is taken in {first.probability:.0%} of the steps"
+    if not others:
+        return _said(name, f" until trial {first.until_trial:,}: {taken}{so}.")
+    parts = [f"{taken} (until trial {first.until_trial:,})"]
+    parts += [
+        f"{plain(one.skill)} in {one.probability:.0%} of the others"
+        f" (until trial {one.until_trial:,})"
+        for one in others
+    ]
+    return _said(name, f": {', '.join(parts)}{so}.")
+
+
+def _held_still(snapshot: Snapshot) -> Markup | str:
+    """All that is frozen or switched off by hand, and what is frozen for a skill that is new."""
+    control = snapshot.control
+    held = [
+        word
+        for word, is_held in [
+            (_said("the ", term("selection")), control.selection_frozen),
+            (_said("the ", term("skill", "skills")), control.skills_frozen),
+        ]
+        if is_held
+    ]
+    said: list[Markup] = []
+    if held:
+        so = ", so nothing is learned" if len(held) == 2 else ""
+        said.append(_said(term("freeze", "Frozen"), " by hand: ", joined(held, " and "), f"{so}."))
+    if snapshot.selection_frozen and not control.selection_frozen:
+        said.append(_practised(snapshot))
+    if not control.schedule_on and _has_skills(snapshot):
+        said.append(_said("The ", term("schedule"), " is off: no skill joins by itself."))
+    return joined(said, " ")
+
+
+def _practised(snapshot: Snapshot) -> Markup:
+    """Why nothing is learned of places while the newest skill is."""
+    control = snapshot.control
+    until = f"until trial {control.frozen_until:,}"
+    frozen = _said("the ", term("selection"), " is ", term("freeze", "frozen"), f" {until}")
+    if control.skills_frozen or not control.introductions:
+        return _said("Besides, ", frozen, ", so nothing is learned.")
+    if len(control.introductions) == 1:
+        value = term("value", "worth")
+        return _said(f"It is practised {until}; what places are ", value, " is learned after that.")
+    newest = named(control.introductions[-1].skill)
+    return _said(f"{newest} is new and practised first: ", frozen, ".")
+
+
+def _spread(snapshot: Snapshot) -> Markup:
+    """What value is doing, from where it rose lately, and what it looks like."""
+    value = term("value", "Value")
     if not (snapshot.value > 0).any():
-        return "no prey has been caught yet, so nothing is worth anything"
-    lately = front(snapshot.spec.world, snapshot.first_reach, snapshot.trial)
-    unseen = lately.counterclockwise + lately.clockwise
-    if unseen + lately.inside < _STANDING_SHARE * snapshot.value.size:
-        share = (snapshot.value > 0).mean()
-        return (
-            f"value has all but stopped spreading, {share:.0%} of the states are worth something,"
-            f" and {success_share(snapshot):.0%} of recent hunts end in capture"
-        )
-    if lately.inside > unseen:
-        return "value is spreading inwards, into the prey's visual field"
+        return _said("No prey has been caught yet, so no place is of any ", term("value"), ".")
+    world = snapshot.spec.world
+    lately = front(world, snapshot.first_reach, snapshot.trial)
+    shape = shape_of(world, snapshot.value)
+    outside = lately.counterclockwise + lately.clockwise
+    if outside + lately.inside < _STANDING_SHARE * snapshot.value.size:
+        caught = f"{success_share(snapshot):.0%} of recent hunts end in capture"
+        return _said(value, f" hardly spreads any more: {_STANDING[shape]}; {caught}.")
+    if lately.inside > outside:
+        return _said(value, " spreads inwards, into what the prey sees.")
     lean = lately.counterclockwise - lately.clockwise
-    if lean > _LEAN * unseen and lately.beside > _ROUND * unseen:
-        return "value is spreading counter-clockwise from the cone, as a ring round the prey"
-    if lately.beside > _LEAN * unseen:
-        return "value is spreading round the prey as a ring"
-    return "value is spreading back from the prey as a cone"
+    if shape == "filled":
+        return _said(value, " spreads to the last places: nearly all round the prey is filled.")
+    if shape == "ring":
+        return _said(value, " spreads on round the prey; it has become a ring.")
+    if abs(lean) > _LEAN * outside and lately.beside > _ROUND * outside:
+        way = "counter-clockwise" if lean > 0 else "clockwise"
+        return _said(value, f" spreads {way} round the prey: an arm grows out of the cone.")
+    if lately.beside > _LEAN * outside:
+        return _said(value, " spreads to both sides round the prey, on its way to a ring.")
+    if shape == "arm":
+        return _said(value, " spreads from the cone behind the prey and from the arm beside it.")
+    return _said(value, " spreads back from the prey as a cone: from there it sees nobody come.")
+
+
+_STANDING: Final[Mapping[Shape, str]] = {
+    "traces": "only a few places have any yet",
+    "cone": "it is a cone behind the prey",
+    "arm": "it is a cone behind the prey with an arm round it",
+    "ring": "it is a ring round the prey",
+    "filled": "nearly all round the prey is filled",
+}
+"""What value looks like when it stands."""
+
+
+def _said(*parts: Markup | str) -> Markup:
+    return joined(parts, "")
+
+
+def said(status: Status) -> Markup:
+    """What is going on in one sentence or a few short ones, as HTML with its terms marked."""
+    snapshot = status.snapshot
+    if status.error is not None:
+        return _said(
+            f"An error stopped the learner at trial {snapshot.trial:,}; what it has learned is"
+            " kept."
+        )
+    if status.preparing:
+        return _said("Getting ready: the learner is compiled, once on this machine; some seconds.")
+    parts = [_repertoire(snapshot), _explored(snapshot), _held_still(snapshot)]
+    if not snapshot.selection_frozen:
+        parts.append(_spread(snapshot))
+    if status.finished:
+        parts.insert(0, _said(f"The {snapshot.trial:,} ", term("trial", "trials"), " are over."))
+    elif not status.playing:
+        parts.insert(0, _said("Paused."))
+    return joined([part for part in parts if part], " ")
 
 
 def sentence(status: Status) -> str:
-    """One sentence on what is going on."""
-    snapshot = status.snapshot
-    if status.error is not None:
-        return f"The learner stopped at trial {snapshot.trial:,} with an error; its state is kept."
-    if status.preparing:
-        return "Compiling the learner, once on this machine: a few seconds."
-    lead = _repertoire(snapshot)
-    exploring = []
-    for episode in snapshot.control.episodes:
-        if episode.until_trial > snapshot.trial:
-            steps = "the other steps" if exploring else "the steps"
-            exploring.append(
-                f"{plain(episode.skill)} is taken in {episode.probability:.0%} of {steps} until"
-                f" trial {episode.until_trial:,}"
-            )
-    clauses = []
-    if exploring:
-        clauses.append("; ".join(exploring))
-    if snapshot.control.selection_frozen:
-        clauses.append("the selection is frozen by hand")
-    elif snapshot.selection_frozen:
-        clauses.append(
-            "the selection is frozen until trial"
-            f" {snapshot.control.frozen_until:,}, while the skills learn"
-        )
-    if not snapshot.selection_frozen:
-        clauses.append(_spread(snapshot))
-    text = f"{lead}: {'; '.join(clauses)}."
-    if status.finished:
-        return f"The {snapshot.trial:,} trials are over. {text}"
-    return text if status.playing else f"Paused. {text}"
+    """The same as a plain text."""
+    return said(status).striptags()
 
 
 def opened_run(snapshot: Snapshot) -> str:

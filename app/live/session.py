@@ -1,22 +1,22 @@
-"""The runs of a session by their names, the requests made of them, and how the shown one stands.
+"""The runs of a session, the requests made of them, and how the one that is shown stands.
 
-One run goes on at a time, the one that is shown; the others stand as they were left.
+One run goes on at a time, the one that is shown. Beside it one is kept that was set aside for it,
+and stands as it was left: so whoever started again, or opened a run of an experiment, can go back.
 """
 
 import math
+import time
 from dataclasses import dataclass
-from typing import Final
 
 from app.live import snapshot
 from app.live.held import Held, Opened
+from app.live.opening import Opening, SlowStart
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
-from learners.commands import Command, CommandError
+from learners.commands import Command, CommandError, SetSchedule
+from learners.kernel.state import TRIAL_STEP
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
-
-OWN: Final = "own"
-"""Name of the session's own run; one of an experiment that was opened is called as it is there."""
+from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
 _CURVE_S = 0.4
 
@@ -28,7 +28,12 @@ class Begin:
 
 @dataclass(frozen=True)
 class Play:
-    """Learn on; past the preset's last trial, for as many trials again."""
+    """Learn on, up to the preset's last trial."""
+
+
+@dataclass(frozen=True)
+class GoOn:
+    """Learn on past the last trial, for as many trials again as the preset has."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +59,25 @@ class SetSpeed:
 
 
 @dataclass(frozen=True)
+class SkipOpening:
+    """Show the first hunts slowly no longer."""
+
+
+@dataclass(frozen=True)
 class StartAgain:
-    """Throw the run away and begin another, playing unless the last one was paused by hand."""
+    """Set the run aside and begin another, which plays if that one was going on.
+
+    One that was over, or had stopped, is followed by one that stands still, at whatever speed.
+    """
 
     spec: RunSpec
     preset: str
+    """As shown."""
     seed: int
+    schedule: ScheduleSpec | None = None
+    """Takes the place of the preset's own by a command, before the first step."""
+    paused: bool = False
+    """Stand still at its beginning, whether or not the last one went on."""
 
 
 @dataclass(frozen=True)
@@ -80,14 +98,15 @@ class OpenRun:
 
 @dataclass(frozen=True)
 class GoBack:
-    """Take up the run again that was set aside when a run of an experiment was opened."""
+    """Take up the run again that was set aside; the one that is shown is set aside for it."""
 
 
-RequestOfRun = Begin | Play | Pause | StepOnce | TrialOnce | Command
+RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | Command
 """What is asked of one run."""
-Request = RequestOfRun | SetSpeed | StartAgain | OpenRun | GoBack
+Request = RequestOfRun | SetSpeed | SkipOpening | StartAgain | OpenRun | GoBack
 
-_SAY_WHETHER_TO_PLAY = (Play, Pause, StepOnce, TrialOnce, OpenRun)
+_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, OpenRun)
+_END_THE_OPENING = (SkipOpening, SetSpeed, StartAgain, OpenRun)
 
 
 @dataclass(frozen=True)
@@ -95,17 +114,16 @@ class Status:
     """How the worker stands, and the moment it last published."""
 
     snapshot: Snapshot
-    run: str
-    """Name of the run that is shown."""
+    """Its ``generation`` is what the run that is shown is told from others by."""
     playing: bool
     finished: bool
-    """The run has had the trials it was to have; playing on asks for as many again."""
+    """The run has had the trials it was to have; it goes on if it is asked to (:class:`GoOn`)."""
     exhausted: bool
     """The run has had all the trials a run may have."""
     preparing: bool
     """The learner's code is being compiled, once on each machine."""
     speed: float
-    """Steps per second aimed at."""
+    """Steps per second that are set; slower while ``opening`` is there."""
     steps_per_s: float
     """Steps per second made, over the last second."""
     error: str | None
@@ -115,14 +133,26 @@ class Status:
     opened: Opened | None = None
     """The run of an experiment that is made again, or that stands as it ended."""
     aside: str | None = None
-    """What was set aside for it, in words; None if there is nothing to go back to."""
+    """What was set aside for the run that is shown, in words; None if nothing was."""
+    opening: Opening | None = None
+    """The first hunts, while they are shown slowly and the speed rises after them."""
 
 
 class Session(Worker[Status]):
     """Runs, of which one is shown and advances. Public methods may be called from any thread."""
 
-    def __init__(self, spec: RunSpec, preset: str, seed: int, speed: float, playing: bool) -> None:
+    def __init__(
+        self,
+        spec: RunSpec,
+        preset: str,
+        seed: int,
+        speed: float,
+        playing: bool,
+        opening: bool = False,
+    ) -> None:
         """Prepare the own run; :meth:`start` sets it going.
+
+        With an ``opening`` its first hunts are slow enough to be seen; what is learned is the same.
 
         Raises:
             ValueError: the seed is not allowed.
@@ -130,43 +160,63 @@ class Session(Worker[Status]):
         super().__init__()
         self._n_runs = 0
         """That it has had so far."""
-        self._runs = {OWN: Held(Run(spec, seed), self._next(), preset, spec.trials, playing)}
-        self._shown = OWN
+        self._shown = Held(Run(spec, seed), self._next(), preset, spec.trials, playing)
+        self._aside: Held | None = None
         self._speed = speed
         self._told_to_play = playing
         """Whether somebody has said that the learner is to go on, or to stand still."""
+        self._slow_start = SlowStart() if opening else None
         self._curve_at = -math.inf
         self._former: Snapshot | None = None
         self._status = self._take_status(-math.inf)
 
-    def submit(self, request: Request, reply: Reply | None = None, run: str | None = None) -> int:
-        """Ask for something, as :meth:`Worker.submit`."""
+    def submit(self, request: Request, reply: Reply | None = None, run: int | None = None) -> int:
+        """Ask for something, as :meth:`Worker.submit`; a run is meant by its generation."""
         return super().submit(request, reply, run)
 
-    def _held(self, run: str | None = None) -> Held:
-        """A run by its name, or the one that is shown.
+    def _held(self, run: int | None = None) -> Held:
+        """A run by its generation, or the one that is shown.
 
         Raises:
-            CommandError: there is none of that name.
+            CommandError: it is not here.
         """
-        held = self._runs.get(self._shown if run is None else run)
-        if held is None:
-            raise CommandError("the run that this was meant for is not here any more")
-        return held
+        for held in (self._shown, self._aside):
+            if held is not None and run in (None, held.generation):
+                return held
+        raise CommandError("the run that this was meant for is not here any more")
 
     def _aim(self) -> float | None:
         held = self._held()
         if not held.is_learning:
             return None
         # The set speed is for watching, not for catching up.
-        return FULL_SPEED if held.is_made_again else self._speed
+        if held.is_made_again:
+            return FULL_SPEED
+        if self._slow_start is not None:
+            return self._slow_start.speed(held.run, self._speed, time.perf_counter())
+        return self._speed
 
     def _advance(self, steps: int) -> int:
         held = self._held()
+        if self._slow_start is not None:
+            return self._advance_slowly(self._slow_start, held, steps)
         catches_up = held.is_made_again
         made = held.go_on(steps)
         self._preparing = False
         if catches_up and not held.is_made_again:
+            self._pace.restart()
+        return made
+
+    def _advance_slowly(self, slow: SlowStart, held: Held, steps: int) -> int:
+        trial, most = held.run.trial, None if self._preparing else slow.most_steps(held.run)
+        made = held.go_on(steps if most is None else min(steps, most))
+        self._preparing = False
+        if slow.is_over(held.run, time.perf_counter()):
+            self._slow_start = None
+            self._pace.restart()
+        elif held.run.trial != trial and slow.most_steps(held.run) is not None:
+            # What it came to is to be seen at once, for as long as it rests there.
+            self._published_at = -math.inf
             self._pace.restart()
         return made
 
@@ -175,10 +225,14 @@ class Session(Worker[Status]):
         held.error = error
         held.pause()
 
-    def _carry_out(self, request: Request, run: str | None) -> None:
+    def _carry_out(self, request: Request, run: int | None) -> None:
         if isinstance(request, _SAY_WHETHER_TO_PLAY):
             self._told_to_play = True
+        if isinstance(request, _END_THE_OPENING):
+            self._slow_start = None
         match request:
+            case SkipOpening():
+                self._pace.restart()
             case SetSpeed(steps_per_s=speed):
                 self._speed = speed
                 self._pace.restart()
@@ -202,6 +256,9 @@ class Session(Worker[Status]):
                     self._play(held)
             case Play():
                 self._play(held)
+            case GoOn():
+                held.take_more_trials()
+                self._play(held)
             case Pause():
                 held.pause()
             case StepOnce():
@@ -219,53 +276,64 @@ class Session(Worker[Status]):
         self._pace.restart()
 
     def _start_again(self, request: StartAgain) -> None:
-        held = self._held()
-        was_over = held.is_over or held.error is not None
-        # A run that was made again paused by itself, wherever in its trials it ended.
-        goes_on = held.playing or was_over or held.opened is not None
         run = Run(request.spec, request.seed)
-        held = Held(run, self._next(), request.preset, request.spec.trials, goes_on)
-        self._runs = {OWN: held}
-        self._show(OWN)
+        if request.schedule is not None:
+            run.apply(SetSchedule(request.schedule))
+        goes_on = self._shown.is_learning and not request.paused
+        # One that is to stand still does so even if nobody has come yet.
+        self._told_to_play = self._told_to_play or request.paused
+        self._set_aside()
+        self._show(Held(run, self._next(), request.preset, request.spec.trials, goes_on))
 
     def _open(self, request: OpenRun) -> None:
         opened = Opened(request.name, request.step, request.digest, same=None)
         # The step alone says where it ended: an experiment may run more trials than a preset has.
         run = Run(request.spec, request.seed)
         held = Held(run, self._next(), request.preset, MAX_TRIALS, playing=True, opened=opened)
-        # Of several that are opened one after the other, the lesson that came before is kept.
-        self._runs = {OWN: self._runs[OWN], request.name: held}
-        self._show(request.name)
+        self._set_aside(even_if_new=self._aside is None)
+        self._show(held)
+
+    def _set_aside(self, even_if_new: bool = False) -> None:
+        """Keep the run that is shown, in the place of the one that was kept before.
+
+        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
+        again: of several that are opened one after the other, the lesson that came before is kept.
+        """
+        if self._shown.is_own and (self._shown.is_begun or even_if_new):
+            self._aside = self._shown
 
     def _go_back(self) -> None:
-        if self._shown == OWN:
+        if self._aside is None:
             raise CommandError("no run was set aside")
-        self._runs = {OWN: self._runs[OWN]}
-        self._show(OWN)
+        held, self._aside = self._aside, None
+        self._set_aside()
+        self._show(held)
 
     def _next(self) -> int:
         """The number of another run."""
         self._n_runs += 1
         return self._n_runs - 1
 
-    def _show(self, run: str) -> None:
-        self._shown = run
+    def _show(self, held: Held) -> None:
+        self._shown = held
         self._curve_at = -math.inf
         self._pace.restart()
 
     def _take_status(self, now_s: float) -> Status:
         held = self._held()
-        new_curve = now_s - self._curve_at >= _CURVE_S or not held.is_learning
+        opening = None if self._slow_start is None else self._slow_start.stand(held.run)
+        at_start = held.run.state.tally[TRIAL_STEP] == 0
+        rests = not held.is_learning or (opening is not None and at_start)
+        new_curve = now_s - self._curve_at >= _CURVE_S or rests
         if new_curve:
             self._curve_at = now_s
         former = self._former
         if former is not None and former.generation != held.generation:
             former = None
         self._former = snapshot.take(held.run, held.preset, held.generation, former, new_curve)
-        own = self._runs[OWN]
+        aside = self._aside
         return Status(
             snapshot=self._former,
-            run=self._shown,
             playing=held.playing,
             finished=held.is_over,
             exhausted=held.run.trial >= MAX_TRIALS,
@@ -275,5 +343,6 @@ class Session(Worker[Status]):
             error=held.error,
             answered=self._answered,
             opened=held.opened,
-            aside=None if held is own else f"{own.preset}, trial {own.run.trial:,}",
+            aside=None if aside is None else f"{aside.preset}, trial {aside.run.trial:,}",
+            opening=None if held.is_over else opening,
         )

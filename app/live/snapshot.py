@@ -12,7 +12,7 @@ from learners import measures
 from learners.control import Control
 from learners.kernel import rows
 from learners.kernel.state import CELL, HEADING, TRAIL_LENGTH, TRIAL_STEP, n_options_of
-from learners.measures import Curve, Endings
+from learners.measures import Curve, Endings, Progress
 from learners.run import Run
 from learners.spec import RunSpec
 from sim.geometry import N_MOVES
@@ -24,8 +24,8 @@ TRAIL_STEPS = 120
 FADE = 0.85
 """What is left of a flash of learning from one snapshot to the next."""
 RECENT_PATHS = 20
-RECENT_ENDS = 12
-"""Ends of trials that a snapshot carries, for the flashes."""
+RECENT_ENDS = 16
+"""Ends of trials that a snapshot carries."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,8 @@ class Snapshot:
     """Over windows of steps, :func:`curve_window` wide."""
     trial_curve: Curve
     """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
+    progress: Progress
+    """How steps and trials go together, as far as the curves go."""
 
 
 def curve_window(steps: int) -> int:
@@ -138,8 +140,9 @@ def take(
     if new_curve or former is None:
         curve = measures.curve(state, curve_window(run.step))
         trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
+        progress = measures.progress(state)
     else:
-        curve, trial_curve = former.curve, former.trial_curve
+        curve, trial_curve, progress = former.curve, former.trial_curve, former.progress
     return Snapshot(
         preset=preset,
         spec=spec,
@@ -171,6 +174,7 @@ def take(
         recent_reward=_recent_reward(run),
         curve=curve,
         trial_curve=trial_curve,
+        progress=progress,
     )
 
 

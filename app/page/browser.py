@@ -8,11 +8,13 @@ import viser
 
 from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
-from app.page.panels.file_tab import FileTab, TakeExperiment
+from app.page.panels.bar import BarPanel, Bars, Choose
+from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.inspection import Inspection
-from app.page.panels.readings import Readings, Texts
+from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
+from app.page.texts import Texts
 from app.picture.look import Look
 from app.results.service import Service
 from app.server.calls import Calls
@@ -27,12 +29,18 @@ class Shared(NamedTuple):
     session: Session
     gallery: Gallery
     calls: Calls
+    bars: Bars
+    choose_block: Choose
+    """Chooses what is edited of the schedule."""
     service: Service
     inbox: Inbox
     ask: Ask
     wake: Callable[[], None]
     """Lets the render loop draw at once."""
+    drawn: Callable[[], None]
+    """Called whenever a page has drawn its first picture of the board."""
     take_experiment: TakeExperiment
+    offer_preset: OfferPreset
     save_dir: Path | None
     """Where presets may be saved, if anywhere."""
 
@@ -44,7 +52,8 @@ class Browser:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
         self._gallery = shared.gallery
-        self.readings = Readings(client, shared.session.status, shared.calls, inbox, wake)
+        self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
         self._look = self.readings.look
         self._stage: Stage | None = None
@@ -52,7 +61,13 @@ class Browser:
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
-                client, shared.session, ask, inbox.work, shared.take_experiment, shared.save_dir
+                client,
+                shared.session,
+                ask,
+                inbox.work,
+                shared.take_experiment,
+                shared.offer_preset,
+                shared.save_dir,
             )
         self.results = ResultsPanel(client, shared.calls, shared.service, ask, inbox, wake)
         clicked = Intent(self._clicked)
@@ -63,6 +78,7 @@ class Browser:
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self.readings.leave()
+        self._bar.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -88,6 +104,7 @@ class Browser:
             outcomes = success.outcomes
         self._inspection.update(texts.status.snapshot, texts.look, outcomes)
         self.results.update(now_s)
+        self._bar.update()
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
             self._read_at = now_s

@@ -33,7 +33,9 @@ LAYERS: Final = tuple(Key(f"Digit{digit}", digit, "a layer") for digit in "12345
 NEXT_SKILL: Final = Key("KeyN", "N", "add the next skill")
 EXPLORE: Final = Key("KeyE", "E", "explore the chosen skill")
 FREEZE: Final = Key("KeyF", "F", "freeze the selection, or let it learn")
-CAMERA: Final = Key("KeyR", "R", "reset the camera")
+UNDO: Final = Key("KeyU", "U", "undo what was just done by hand")
+CAMERA: Final = Key("KeyR", "R", "show all of the board again")
+PRESENT: Final = Key("KeyP", "P", "presentation mode, or back")
 LIST: Final = Key("KeyH", "H", "this list")
 """As does ?, wherever it is."""
 KEYS: Final = (
@@ -46,14 +48,16 @@ KEYS: Final = (
     NEXT_SKILL,
     EXPLORE,
     FREEZE,
+    UNDO,
     CAMERA,
+    PRESENT,
     LIST,
 )
 
 _ABOUT: Final = (
-    "Keys act by their place, whatever letter is there, but not while you type in a field. The"
-    " arrows turn the camera.",
-    "A click on the board inspects a cell; shift and a click sets the predator down there.",
+    "Keys act by their place, whatever letter is there, but not while you type in a field.",
+    "A click on the board inspects a cell; shift and a click sets the predator down there. A drag"
+    " moves the board, the wheel or two fingers zoom.",
 )
 
 
@@ -71,9 +75,9 @@ def list_html() -> str:
         (f"{_shown(STEP)}, {_shown(TRIAL)}", f"{STEP.does}, {TRIAL.does}"),
         (f"{_shown(SLOWER)}, {_shown(FASTER)}", f"{SLOWER.does}, {FASTER.does}"),
         (f"{first} … {last}, {zeroth}", "the layers, in their order"),
-        *((_shown(key), key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, CAMERA)),
+        *((_shown(key), key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO, CAMERA, PRESENT)),
         (f"{_shown(LIST)}, <kbd>?</kbd>", LIST.does),
-        ("<kbd>Esc</kbd>", "close a list like this"),
+        ("<kbd>Esc</kbd>", "close a list like this, or end the presentation"),
     ]
     table = "".join(f"<tr><td>{shown}</td><td>{does}</td></tr>" for shown, does in rows)
     about = "".join(f"<p>{sentence}</p>" for sentence in _ABOUT)

@@ -17,16 +17,20 @@ from pathlib import Path
 import numpy as np
 import viser
 
+from app.charts.bar.model import Moment
 from app.explain.cell import moment_of, policy_of
-from app.live.session import Begin, Request, Session, Status
+from app.live.session import Begin, Request, Session, StartAgain, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser, Shared
+from app.page.confirm import confirm
+from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
+from app.page.headline import clock_html
 from app.page.inbox import Inbox
+from app.page.panels.bar import Bars
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
-from app.page.panels.readings import clock_html
-from app.page.panels.schedule import SchedulePanel
+from app.page.panels.plan import PlanPanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Gallery
 from app.picture.layer import Extras, SuccessMap
@@ -90,7 +94,7 @@ class Lab:
         names: Sequence[Authority] = (),
         token: str | None = None,
     ) -> None:
-        """Open the page; with ``waits`` the learner begins when the first browser has come.
+        """Open the page; with ``waits`` the learner begins when a browser has drawn the board.
 
         It answers to ``names`` besides its addresses; without the ``token`` nobody comes in.
 
@@ -119,6 +123,8 @@ class Lab:
         self._drawing = Drawing()
         self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
         self._greedy = GreedyWatch()
+        self._ghosts = GhostWatch()
+        self._bars = Bars()
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
@@ -139,25 +145,31 @@ class Lab:
         self._dress_server()
         gui = self.server.gui
         self._controls = Controls(gui, session, presets, self.ask)
+        with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
+            self._plan = PlanPanel(gui, self.ask, session)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
             self.experiments = ExperimentsPanel(
                 gui, session, self.service, self.ask, self.inbox.work, self._show_results
             )
-        self._schedule = SchedulePanel(gui, self.ask, session)
         self._shared = Shared(
             server=self.server,
             session=session,
             gallery=self.gallery,
             calls=calls,
+            bars=self._bars,
+            choose_block=self._plan.choose,
             service=self.service,
             inbox=self.inbox,
             ask=self.ask,
             wake=self.wake,
+            drawn=self._begin,
             take_experiment=self.experiments.take,
+            offer_preset=self._controls.offer_preset,
             save_dir=save_dir,
         )
-        self._tab_title = self.server.gui.add_html("")
-        self._tab_preset = ""
+        self._for_script = self.server.gui.add_html("")
+        self._said: tuple[str, bool] | None = None
+        """What the page's script has been told last."""
         session.call_when_answered(self._wake.set)
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
@@ -181,13 +193,28 @@ class Lab:
     def ask(self, client: viser.ClientHandle, request: Request) -> None:
         """Enqueue a request of a browser, which means the run that is shown.
 
-        The browser is told if it cannot be carried out.
+        The browser is told if it cannot be carried out, and asked first where it would take away
+        the run that others are looking at.
         """
+        n_others = len(self._browsers) - 1
+        if isinstance(request, StartAgain) and n_others > 0:
+            others = "1 other browser looks" if n_others == 1 else f"{n_others} others look"
+            confirm(
+                client,
+                "Start again for all?",
+                f"{others} at this run. It is set aside, and can be taken up again.",
+                ("Start again for all", "No"),
+                lambda: self._submit(client, request),
+            )
+        else:
+            self._submit(client, request)
 
+    def _submit(self, client: viser.ClientHandle, request: Request) -> None:
         def refused(reason: str) -> None:
             tell(client, "That cannot be done now", reason, auto_close_seconds=6)
 
-        self._ticket = self.session.submit(request, refused, self.session.status.run)
+        generation = self.session.status.snapshot.generation
+        self._ticket = self.session.submit(request, refused, generation)
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""
@@ -215,7 +242,7 @@ class Lab:
                 if self._has_garbage and started - self._tidied_s > _TIDY_S:
                     self._has_garbage, self._tidied_s = False, started
                     give_back_memory()
-                self._name_tab(status.snapshot.preset)
+                self._tell_script(status)
                 self._wake.wait(max(self._due_s - time.perf_counter(), 0.0))
                 self._wake.clear()
                 self.failure = self._missing_part()
@@ -236,18 +263,23 @@ class Lab:
         self.session.stop()
         self._success.stop()
         self._greedy.stop()
+        self._ghosts.stop()
         close_server(self.server)
 
     def _is_true(self, status: Status) -> bool:
         """Whether a moment knows of all that was asked for; widgets show nothing older."""
         return status.answered >= self._ticket
 
-    def _name_tab(self, preset: str) -> None:
-        """Call the browser's tab after the preset; a script of the page's own reads this."""
-        if preset != self._tab_preset:
-            title = escaped(f"{Path(preset).stem} \N{MIDDLE DOT} pounce")
-            self._tab_title.content = f'<span hidden data-tab-title="{title}"></span>'
-            self._tab_preset = preset
+    def _tell_script(self, status: Status) -> None:
+        """Tell the page's script what to call the browser's tab, and whether the learner learns."""
+        said = (status.snapshot.preset, status.playing)
+        if said != self._said:
+            title = escaped(f"{Path(said[0]).stem} \N{MIDDLE DOT} pounce")
+            playing = "yes" if status.playing else "no"
+            self._for_script.content = (
+                f'<span hidden data-tab-title="{title}" data-playing="{playing}"></span>'
+            )
+            self._said = said
 
     def _missing_part(self) -> str | None:
         """Which thread is gone without which there is no lab."""
@@ -280,6 +312,9 @@ class Lab:
         # It may have gone away before its turn came.
         if client.client_id in self.server.get_clients():
             self._browsers[client.client_id] = Browser(self._shared, client)
+
+    def _begin(self) -> None:
+        """Somebody sees the board, so there is something to see from the first trial on."""
         if self._waits:
             self._waits = False
             self.session.submit(Begin())
@@ -302,8 +337,13 @@ class Lab:
 
     def _draw(self, status: Status, now_s: float) -> None:
         browsers = self.browsers
+        greedy = self._greedy.follow(status)
+        ghost = self._ghosts.follow(status)
         if self._is_true(status):
-            self._schedule.update(status)
+            self._plan.update(status)
+            blocks, left_out, chosen = self._plan.blocks, self._plan.left_out, self._plan.chosen
+            moment = Moment(status.snapshot, blocks, left_out, chosen, greedy, ghost)
+            self._bars.take(moment, now_s)
         self.experiments.update(status)
         success = self._success.found
         extras = Extras(success if isinstance(success, SuccessMap) else None)
@@ -313,7 +353,6 @@ class Lab:
                 moment_of(status.snapshot),
                 lambda: success_of(status.snapshot, lambda: not self._closed),
             )
-        greedy = self._greedy.follow(status)
         ready: dict[Look, list[Browser]] = {}
         for browser, look in looks.items():
             if browser.pulse.is_ready(now_s):

@@ -4,6 +4,7 @@ Arrays of colours are ``(..., 3)``, each part 0...255 unless said otherwise.
 """
 
 import functools
+from typing import Final, NamedTuple
 
 import cmap
 import numpy as np
@@ -15,18 +16,45 @@ from sim.spec import N_HEADINGS
 
 @functools.cache
 def gain_colours() -> np.ndarray:
-    """(256, 3) float64: from far from capture to certain capture; apart for all kinds of sight."""
-    return cmap.Colormap("viridis")(np.linspace(0.12, 1.0, 256))[:, :3] * 255.0
+    """(256, 3) float64: from far from capture to certain capture; apart for all kinds of sight.
+
+    Without the purple beginning of the map, which is too near to the colour of flight.
+    """
+    return cmap.Colormap("viridis")(np.linspace(0.32, 1.0, 256))[:, :3] * 255.0
+
+
+class Ramp(NamedTuple):
+    """Colours of amounts, from hardly to very much, on light pages and on dark ones.
+
+    Three each: the ends and the middle. Each step is farther from the board.
+    """
+
+    light: tuple[Colour, Colour, Colour]
+    dark: tuple[Colour, Colour, Colour]
+
+
+TRACES: Final = Ramp(
+    ((206, 230, 240), (76, 152, 184), (0, 66, 98)), ((30, 66, 88), (50, 140, 180), (130, 225, 255))
+)
+"""How often a place was visited: as tracks in snow."""
+GLOW: Final = Ramp(
+    ((255, 214, 214), (226, 84, 120), (128, 0, 50)),
+    ((112, 36, 64), (222, 60, 116), (255, 150, 178)),
+)
+"""How much a value is changing."""
+STAKES: Final = Ramp(
+    ((240, 224, 184), (184, 128, 44), (92, 56, 8)), ((82, 62, 28), (176, 126, 48), (252, 224, 150))
+)
+"""How much a choice matters."""
 
 
 @functools.lru_cache(maxsize=8)
-def heat_colours(theme: Theme) -> np.ndarray:
-    """(256, 3) float64: amounts, from hardly to very much; each step farther from the board."""
-    if theme.is_dark:
-        name, ends = "bids:inferno", (0.22, 0.97)
-    else:
-        name, ends = "colorbrewer:YlOrBr", (0.12, 1.0)
-    return cmap.Colormap(name)(np.linspace(*ends, 256))[:, :3] * 255.0
+def amount_colours(ramp: Ramp, theme: Theme) -> np.ndarray:
+    """(256, 3) float64."""
+    stops = np.array(ramp.dark if theme.is_dark else ramp.light, np.float64)
+    places = np.linspace(0, len(stops) - 1, 256)
+    parts = np.array([np.interp(places, np.arange(len(stops)), part) for part in stops.T])
+    return parts.T
 
 
 COMPASS_COLOURS = np.array(
@@ -60,23 +88,23 @@ def move_colours(theme: Theme) -> np.ndarray:
 
 OPTION_COLOURS = np.array(
     [
-        (0, 114, 178),
-        (230, 159, 0),
-        (0, 158, 115),
-        (204, 121, 167),
-        (86, 180, 233),
-        (213, 94, 0),
-        (136, 34, 85),
-        (153, 153, 51),
+        (78, 200, 205),
+        (200, 80, 148),
+        (160, 112, 52),
+        (244, 232, 80),
+        (0, 110, 82),
+        (110, 24, 84),
         (119, 119, 119),
+        (204, 121, 167),
+        (153, 153, 51),
         (136, 204, 238),
         (170, 68, 153),
         (221, 204, 119),
     ],
     dtype=np.float64,
 )
-"""(option, 3): the first six by Okabe and Ito, then by Tol: apart for all kinds of sight as far
-as so many can be, and on light and dark boards."""
+"""(option, 3): the first six are apart for all kinds of sight, on light and dark boards, and none
+is that of an outcome, of the predator or of forced exploration; more cannot all be so far apart."""
 
 
 def palette(colours: np.ndarray, level: np.ndarray) -> np.ndarray:
@@ -104,7 +132,7 @@ def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
     A slight loss hardly covers the board, so that what is gained stays the figure.
     """
     cover = 0.12 + 0.88 * np.cbrt(np.clip(level, 0, 1))[..., None]
-    return np.array(theme.unknown) * (1 - cover) + np.array(theme.loss) * cover
+    return np.array(theme.unknown) * (1 - cover) + np.array(theme.flight) * cover
 
 
 def gradient_css(colours: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""What a layer is, and what it draws: colours, heights and arrows from a snapshot and a look."""
+"""What a layer is, and what it draws: colours, arrows and names from a snapshot and a look."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -31,15 +31,25 @@ class Extras:
     success: SuccessMap | None = None
 
 
+class Label(NamedTuple):
+    """What stands written at a place of the board."""
+
+    text: str
+    east: float
+    """Cells east of the prey, and north of it."""
+    north: float
+
+
 class Picture(NamedTuple):
     """What a layer draws."""
 
     colours: np.ndarray
     """(y * x, 3) uint8."""
-    height: np.ndarray
-    """(y * x,) float32: 0...1, or down to -1 for losses; 0 where nothing is known."""
     arrows: np.ndarray | None = None
     """(n, 2, 2) float32: tail and head, each in cells east and north of the prey."""
+    arrow_colours: np.ndarray | None = None
+    """(n, 3) uint8; without them arrows have the colour of writing."""
+    labels: tuple[Label, ...] = ()
     regions: np.ndarray | None = None
     """(y * x,) int: which of the names holds in each cell, -1 for none."""
     names: tuple[str, ...] = ()
@@ -59,25 +69,21 @@ class Layer(NamedTuple):
     """One line on what is being seen."""
     about: Literal["nothing", "option", "skill"] = "nothing"
     """Whether it shows one option, or one skill, of the look."""
+    turns: bool = True
+    """Whether it depends on where the prey looks. What does not is drawn as the world is, without
+    the prey's heading and what it sees, whatever frame is chosen."""
 
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
         """The picture on the board."""
         return self.draw(snapshot, look, extras, raster(snapshot.spec.world))
 
 
-def spread(
-    colours: np.ndarray, height: np.ndarray, raster: Raster, arrows: np.ndarray | None = None
-) -> Picture:
-    """A picture from colours ``(distance, direction, 3)`` and heights of states."""
-    return Picture(
-        on_raster(colours.astype(np.uint8, copy=False), raster),
-        on_raster(height.astype(np.float32, copy=False), raster),
-        arrows,
-    )
+def spread(colours: np.ndarray, raster: Raster) -> Picture:
+    """A picture from colours of states, ``(distance, direction, 3)``."""
+    return Picture(on_raster(colours.astype(np.uint8, copy=False), raster))
 
 
 def blank(look: Look, raster: Raster) -> Picture:
     """The empty board."""
-    n_pixels = len(raster.cells)
     board = np.array(look.theme.unknown, np.uint8)
-    return Picture(np.tile(board, (n_pixels, 1)), np.zeros(n_pixels, np.float32))
+    return Picture(np.tile(board, (len(raster.cells), 1)))

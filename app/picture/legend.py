@@ -106,9 +106,7 @@ def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> str:
     return f"North is up, and the prey looks {facing(snapshot, look)}."
 
 
-def legend(
-    look: Look, title: str, parts: Iterable[Markup | str], frame: str, height: str
-) -> Markup:
+def legend(look: Look, title: str, parts: Iterable[Markup | str], frame: str) -> Markup:
     """A legend with what all of them share.
 
     Args:
@@ -116,13 +114,10 @@ def legend(
         title: what the colours stand for.
         parts: what explains the colours.
         frame: how the board lies, and what that means for the layer.
-        height: what the height of the surface stands for.
     """
     notes = [frame]
     if look.field:
         notes.append("The half-disc is what the prey sees.")
-    if look.surface:
-        notes.append(f"Height: {height}.")
     content = (
         element("div", title),
         *parts,
@@ -146,7 +141,7 @@ def _dots(theme: Theme) -> Markup:
 
 def _circles(look: Look) -> Markup | str:
     """What the start zone is, where it is drawn."""
-    if not look.start_zone or look.surface:
+    if not look.start_zone:
         return ""
     zone = swatch(css(look.theme.zone), "trials start between them")
     return element("div", joined(["Circles: ", zone], ""))

@@ -24,8 +24,6 @@ class Look(NamedTuple):
     scale: Scale = "steps"
     fitted: bool = False
     """Whether the limits of colours are fitted to what is there, and not fixed."""
-    surface: bool = False
-    """Whether the board is drawn as a surface whose height is the value."""
     field: bool = True
     grid: bool = True
     sensors: bool = False
@@ -34,6 +32,8 @@ class Look(NamedTuple):
     trail: bool = True
     paths: bool = False
     """Paths of the last trials, by how they ended."""
+    hunts: bool = True
+    """Whether the learner's own hunts are drawn, as they are unless another one is watched."""
 
 
 def heading_shown(look: Look, trial_heading: int) -> int:

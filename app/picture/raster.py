@@ -23,6 +23,11 @@ class Raster(NamedTuple):
     seams: np.ndarray
     """(seam, 2) int64: neighbouring pixels of different states."""
 
+    @property
+    def side(self) -> int:
+        """Pixels along each side."""
+        return math.isqrt(len(self.cells))
+
 
 def raster(world: WorldSpec, side: int | None = None) -> Raster:
     """The board in so many pixels along each side; one for each cell unless given."""
@@ -31,7 +36,7 @@ def raster(world: WorldSpec, side: int | None = None) -> Raster:
 
 def as_skills_see(raster: Raster, world: WorldSpec) -> Raster:
     """The same pixels with the states that skills tell apart."""
-    return _raster(sensors_of(world.of_skills), math.isqrt(len(raster.cells)))
+    return _raster(sensors_of(world.of_skills), raster.side)
 
 
 class Sensors(NamedTuple):

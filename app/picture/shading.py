@@ -1,4 +1,4 @@
-"""From values to numbers on a scale, and from these to colours and heights.
+"""From values to numbers on a scale, and from these to colours.
 
 Arrays over states are ``(distance, direction)``.
 """
@@ -100,7 +100,7 @@ def nearness(steps: np.ndarray, ruler: Ruler = STEPS) -> np.ndarray:
 
 
 class Shading(NamedTuple):
-    """How a value map becomes colours and heights."""
+    """How a value map becomes colours."""
 
     scale: Scale
     gain: Ruler
@@ -139,7 +139,7 @@ def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: flo
     return Shading(fixed.scale, gain, penalty)
 
 
-# Colours and heights ------------------------------------------------------------------------
+# Colours ------------------------------------------------------------------------
 
 
 def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:
@@ -153,13 +153,3 @@ def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:
     loss = loss_colours(shading.loss_level(known), theme)
     up, down = known.positive_share[..., None], known.negative_share[..., None]
     return np.rint(board * (1 - up - down) + gain * up + loss * down).astype(np.uint8)
-
-
-def shaded_heights(known: Known, shading: Shading) -> np.ndarray:
-    """Height of each state, ``(distance, direction) float32``: -1...1, 0 where nothing is known.
-
-    Gains rise as they brighten and losses sink as they darken; both by the share of headings.
-    """
-    up = np.nan_to_num(shading.level(known)) * known.positive_share
-    down = np.cbrt(shading.loss_level(known)) * known.negative_share
-    return (up - down).astype(np.float32)

@@ -9,20 +9,29 @@ Colour = tuple[int, int, int]
 
 
 class Theme(NamedTuple):
-    """Colours of one kind of page, each ``(r, g, b)`` of 0...255."""
+    """Colours of one kind of page, each ``(r, g, b)`` of 0...255.
+
+    No two things on one screen have one colour. Those that are not here: values are green and
+    yellow (:func:`app.picture.colours.gain_colours`), skills have a colour each
+    (``OPTION_COLOURS`` there).
+    """
 
     unknown: Colour
     """The board where nothing is known."""
     lines: Colour
     border: Colour
     field: Colour
-    """The visual field."""
+    """The visual field: the prey's colour, for it is what the prey sees."""
     prey: Colour
     predator: Colour
     capture: Colour
     flight: Colour
+    """The prey has noticed the predator and fled, or is expected to."""
     timeout: Colour
-    loss: Colour
+    forced: Colour
+    """Exploration that the schedule, or somebody by hand, forces on the learner."""
+    frozen: Colour
+    """What is not to change; drawn as a hatch, for there is hardly a grey left."""
     zone: Colour
     """The circles between which trials start."""
     ink: Colour
@@ -50,27 +59,29 @@ LIGHT = Theme(
     unknown=(244, 245, 247),
     lines=(222, 225, 230),
     border=(90, 98, 110),
-    field=(60, 20, 90),
+    field=(20, 24, 32),
     prey=(20, 24, 32),
     predator=(213, 60, 0),
-    capture=(0, 120, 180),
-    flight=(80, 0, 160),
-    timeout=(136, 141, 151),
-    loss=(112, 0, 220),
-    zone=(0, 130, 70),
+    capture=(0, 50, 170),
+    flight=(185, 70, 225),
+    timeout=(104, 110, 122),
+    forced=(190, 120, 0),
+    frozen=(150, 154, 162),
+    zone=(72, 84, 104),
     ink=(30, 34, 42),
 )
 DARK = Theme(
     unknown=(30, 33, 40),
     lines=(48, 52, 62),
     border=(150, 158, 172),
-    field=(245, 235, 255),
+    field=(250, 250, 252),
     prey=(250, 250, 252),
-    predator=(255, 140, 60),
-    capture=(90, 200, 255),
-    flight=(190, 120, 255),
-    timeout=(120, 125, 135),
-    loss=(105, 15, 255),
-    zone=(120, 225, 140),
+    predator=(255, 110, 45),
+    capture=(110, 190, 255),
+    flight=(200, 100, 250),
+    timeout=(150, 155, 165),
+    forced=(250, 180, 50),
+    frozen=(104, 109, 120),
+    zone=(176, 190, 214),
     ink=(232, 234, 240),
 )

@@ -22,7 +22,6 @@ from app.picture.shading import (
     fixed_shading,
     known_of,
     shaded,
-    shaded_heights,
 )
 from app.picture.theme import Theme
 from app.util.html import element, joined
@@ -68,10 +67,8 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
     return fitted_shading(values, snapshot.spec.learner.gamma, fixed, reward)
 
 
-def value_map(
-    values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look
-) -> tuple[np.ndarray, np.ndarray]:
-    """Colours ``(distance, direction, 3) uint8`` and heights ``(distance, direction) float32``.
+def value_map(values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look) -> np.ndarray:
+    """Colours of states, ``(distance, direction, 3) uint8``.
 
     Args:
         values: ``(heading, distance, direction)`` of the headings that take part.
@@ -80,11 +77,11 @@ def value_map(
         look: whose theme it is.
     """
     known = known_of(values, reward_of(snapshot), snapshot.spec.learner.gamma)
-    return shaded(known, shading, look.theme), shaded_heights(known, shading)
+    return shaded(known, shading, look.theme)
 
 
-def state_value_map(snapshot: Snapshot, look: Look) -> tuple[np.ndarray, np.ndarray]:
-    """Colours and heights of the values of states, as :func:`value_map`."""
+def state_value_map(snapshot: Snapshot, look: Look) -> np.ndarray:
+    """Colours of the values of states, as :func:`value_map`."""
     values = or_zero(snapshot.value)
     shading = value_shading(snapshot, look, values)
     return value_map(in_frame(values, snapshot, look), shading, snapshot, look)
@@ -146,5 +143,4 @@ def value_legend(
         what + measure,
         [*value_scale(shading, look, cover), element("div", joined(known, "")), more],
         frame_in_words(snapshot, look, _MEAN),
-        "the value, higher where brighter; what expects flight sinks",
     )

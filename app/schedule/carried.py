@@ -61,6 +61,23 @@ def preset_of(snapshot: Snapshot) -> CarriedRun:
     return CarriedRun(RunSpec.model_validate(document), left_out)
 
 
+def drawn_schedule(snapshot: Snapshot) -> ScheduleSpec | None:
+    """The schedule as it was edited, for the same preset to be started again with.
+
+    What was done by hand is not in it, nor are the plans for skills that the preset does not have:
+    they are options of this run alone. None where it is the preset's own.
+    """
+    own, mine = snapshot.preset_spec.schedule, snapshot.spec.schedule
+    skills = snapshot.preset_spec.learner.skills
+    drawn = mine.model_copy(
+        update={
+            "skills": {skill: timer for skill, timer in mine.skills.items() if skill in skills},
+            "episodes": tuple(episode for episode in mine.episodes if episode.skill in skills),
+        }
+    )
+    return None if drawn == own else drawn
+
+
 def _happens(block: Block) -> bool:
     return block.state != "idle"
 

@@ -71,6 +71,10 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         f"<script>\n{(_FOLDER / 'first.js').read_text('utf-8')}</script>\n"
         '<link rel="stylesheet" href="web/lab.css" />\n'
         '<link rel="stylesheet" href="web/looks.css" />\n'
+        '<link rel="stylesheet" href="web/stage.css" />\n'
+        '<link rel="stylesheet" href="web/bar.css" />\n'
+        '<link rel="stylesheet" href="web/readings.css" />\n'
+        '<link rel="stylesheet" href="web/terms.css" />\n'
         '<script type="module" src="web/lab.js"></script>'
     )
     text = gzip.decompress(body) if is_packed else body

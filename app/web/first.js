@@ -8,6 +8,12 @@
     history.replaceState(null, "", `${pathname}/${search}${hash}`);
   }
 
+  // What the page is to look like, and does from the first moment on (scheme.js).
+  const { dataset } = document.documentElement;
+  const chosen = localStorage.getItem("pounce-scheme");
+  const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
+  dataset.wanted = chosen ?? (isDark ? "dark" : "light");
+
   /**
    * viser asks for its websocket at the folder's name without the slash. Proxies answer that with a
    * redirection, which no websocket follows.

@@ -15,6 +15,8 @@ const keys = new Map();
 /** What this keyboard has at a place, as far as it is known. @type {Map<string, string>} */
 const letters = new Map();
 const told = new WeakSet();
+/** What is done here, without the lab. @type {Map<string, () => void>} */
+const local = new Map();
 let isTabbed = false;
 
 const areOn = () => localStorage.getItem(SWITCH) !== "off";
@@ -66,6 +68,24 @@ const tellViser = (character) => {
   document.documentElement.dispatchEvent(event);
 };
 
+/**
+ * Have a key act in this browser alone.
+ * @param {string} code
+ * @param {() => void} act
+ */
+export const onKey = (code, act) => void local.set(code, act);
+
+/**
+ * Do what a key does.
+ * @param {string} code
+ */
+export const press = (code) => {
+  const character = keys.get(code)?.character;
+  const act = local.get(code);
+  if (act) act();
+  else if (character) tellViser(character);
+};
+
 /** @param {KeyboardEvent} event */
 const take = (event) => {
   if (told.has(event)) return;
@@ -82,7 +102,7 @@ const take = (event) => {
   if (typesCharacter && !event.shiftKey) learn(event.code, event.key);
   if (!key) return;
   event.preventDefault();
-  if (areOn() && (key.repeats || !event.repeat)) tellViser(key.character);
+  if (areOn() && (key.repeats || !event.repeat)) press(key.code);
 };
 
 /** The list of keys says what is on this keyboard, and whether keys act at all. */
@@ -101,8 +121,12 @@ const fillList = () => {
 window.addEventListener("keydown", take, true);
 window.addEventListener("pointerdown", () => (isTabbed = false), true);
 document.body.addEventListener("keydown", (event) => {
-  // What arrows have moved is a slider, or a tab; the camera is not to move as well.
-  if (event.key.startsWith("Arrow") && event.target !== document.body) event.stopPropagation();
+  // What arrows move is a slider, or a tab, and never the camera.
+  if (event.key.startsWith("Arrow")) event.stopPropagation();
+});
+document.addEventListener("click", ({ target }) => {
+  const button = target instanceof Element ? target.closest("[data-press]") : null;
+  if (button) press(button.getAttribute("data-press") ?? "");
 });
 document.addEventListener("change", ({ target }) => {
   if (target instanceof HTMLInputElement && target.classList.contains(SWITCH))

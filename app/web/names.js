@@ -6,8 +6,6 @@ import { whenChanged } from "./changes.js";
 /** Buttons that are but a picture, by that. */
 const PICTURES = {
   "list-search": "Commands",
-  adjustments: "Connection and scene",
-  "arrow-back": "Back to the controls",
   maximize: "Enlarge the curve",
 };
 const CURVE = "Learning curve: reward per trial against steps";

@@ -82,7 +82,7 @@ class Stage:
         live.go_to_trial(trial)
         screen.tidy()
         expect(screen.reading("Trial")).to_have_text(f"{trial:,}")
-        expect(screen.reading("Viewers")).to_have_text("1")
+        expect(screen.reading("Viewers")).to_have_count(0)
         screen.expect_cell_colours(live.colours())
         return self.shared
 

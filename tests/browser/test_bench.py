@@ -39,11 +39,6 @@ IS_SHOWN = """([name, shown]) =>
     window.__viserSceneTree.getState()[name].effectiveVisibility === shown"""
 HAS_POINTS = """([name, count]) =>
     window.__viserSceneTree.getState()[name].message.props.points.length === 3 * count"""
-HEIGHTS_REACH = """least => {
-    const { points } = window.__viserSceneTree.getState()["/board/cells"].message.props;
-    const heights = points.filter((_, part) => part % 3 === 2);
-    return least > 0 ? Math.max(...heights) >= least : heights.every(height => height === 0);
-}"""
 TRAIL_IS = """place => {
     const { points } = window.__viserSceneTree.getState()["/board/trail"].message.props;
     return (points[2] > -1 ? "on the board" : "away") === place;
@@ -151,13 +146,13 @@ def schedule_is(test: Callable[[Any], bool]) -> Callable[[Status], bool]:
     return lambda status: test(status.snapshot.spec.schedule)
 
 
-# Layers, frames, surface, overlays ----------------------------------------------------------
+# Layers, frames, overlays -------------------------------------------------------------------
 
 
 def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     extras = success_of(now_of(live))
-    seen = []
+    seen: list[bytes] = []
     for key, layer in zip("1234567890", LAYERS.values(), strict=False):
         screen.page.keyboard.press(key)
         seen.append(expect_layer(screen, live, layer, extras).tobytes())
@@ -185,7 +180,7 @@ def test_the_success_map_is_of_the_moment_though_the_learner_stands_still(begin:
     screen.choose("Layer", "State value")
 
 
-def test_frames_all_headings_overlays_and_a_surface(begin: Begin) -> None:
+def test_frames_all_headings_and_overlays(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     live.ask(StepOnce())
     screen.turn_to("View")
@@ -224,15 +219,6 @@ def test_frames_all_headings_overlays_and_a_surface(begin: Begin) -> None:
             screen.page.wait_for_function(IS_SHOWN, arg=[drawn, wanted])
             assert getattr(live.look_of(), name) is wanted
 
-    flat_camera = screen.page.evaluate(CAMERA)
-    screen.page.wait_for_function(HEIGHTS_REACH, arg=0)
-    screen.check("Surface in 3-D")
-    screen.page.wait_for_function(HEIGHTS_REACH, arg=1.0)
-    screen.page.wait_for_function(CAMERA_IS, arg=[flat_camera, False])
-    assert live.look_of().surface
-    screen.check("Surface in 3-D", False)
-    screen.page.wait_for_function(HEIGHTS_REACH, arg=0)
-    screen.page.wait_for_function(CAMERA_IS, arg=[flat_camera, True])
     screen.check("Trail")
 
 
@@ -326,24 +312,6 @@ def test_shift_click_hunts_and_so_do_sixteen_from_a_ring(begin: Begin) -> None:
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/ends", 1])
     # Hunts teach nothing.
     assert now_of(live) is before
-
-
-def test_a_click_on_a_surface_inspects_the_cell_that_is_seen_there(begin: Begin) -> None:
-    live, screen = begin("hierarchical_2", trial=LEARNED)
-    screen.turn_to("View")
-    before = screen.page.evaluate(CAMERA)
-    screen.check("Surface in 3-D")
-    screen.page.wait_for_function(HEIGHTS_REACH, arg=1.0)
-    screen.page.wait_for_function(CAMERA_IS, arg=[before, False])
-    screen.turn_to("Inspect")
-    # On the side of the hill that is turned to the camera.
-    click_cell(screen, live, 16, 17)
-    assert screen.reads("Cell (")
-    assert screen.text("Cell (").inner_text() == "Cell (16, 17)"
-    screen.click("Clear")
-    screen.turn_to("View")
-    screen.check("Surface in 3-D", False)
-    screen.page.wait_for_function(CAMERA_IS, arg=[before, True])
 
 
 # Steering -----------------------------------------------------------------------------------
@@ -723,7 +691,7 @@ def test_the_camera_comes_home_even_while_it_swings(begin: Begin) -> None:
 
 def test_what_stands_below_the_sentence_does_not_move_with_it(begin: Begin) -> None:
     live, screen = begin(trial=100)
-    places = []
+    places: list[object] = []
     for commands, said in [
         ([], "the selection is frozen until trial 300"),
         ([Introduce("circle_clockwise", 10)], "Two skills, approach and circle clockwise"),

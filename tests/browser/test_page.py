@@ -79,9 +79,9 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     live = start_lab()
     asked_for: list[str] = []
     screen = open_page(live, asked_for.append)
-    expect(screen.headline).to_contain_text("pounce")
+    expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("behind, unseen")
     expect(screen.headline).to_contain_text(
-        "Paused. One skill, approach: the selection is frozen until trial 300"
+        "Paused. One skill: approach. It is practised until trial 300"
     )
     expect(screen.reading("Trial")).to_have_text("0")
     expect(screen.reading("Steps")).to_have_text("0")
@@ -633,7 +633,7 @@ def test_ctrl_c_ends_the_program_at_once_and_cleanly(
         _, url = said_until_ready(process)
         page = new_context().new_page()
         page.goto(f"{url}/?fixedDpr=1")
-        expect(page.get_by_text("One skill, approach")).to_be_visible(timeout=PATIENCE_S * 1000)
+        expect(page.get_by_text("One skill: approach")).to_be_visible(timeout=PATIENCE_S * 1000)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)

@@ -1,5 +1,7 @@
 """The sentence says what is going on: on moments made by hand, and on real runs."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +10,21 @@ import pytest
 from app.documents import presets
 from app.explain import sentence
 from app.explain.sentence import RECENT_REACH_TRIALS, Front
+from app.explain.shape import shape_of
 from app.live import snapshot
 from app.live.held import Opened
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
-from learners.commands import Explore, FreezeSelection, Introduce, StopExploring
+from learners.commands import (
+    Command,
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    StopExploring,
+)
+from learners.control import Episode
 from learners.measures import Endings
 from learners.run import Run
 from learners.spec import RunSpec
@@ -129,87 +141,147 @@ BEHIND = [(0, -30), (0, -15), (0, 15), (0, 30)]
 
 def test_growth_behind_the_prey_is_a_cone() -> None:
     assert sentence.sentence(spreading(*BEHIND)) == (
-        "One skill, approach: value is spreading back from the prey as a cone."
+        "One skill: approach. Value spreads back from the prey as a cone: from there it sees nobody"
+        " come."
     )
 
 
 def test_growth_on_both_sides_is_a_ring() -> None:
     both = [(1, 90), (1, -90), (1, 105), (1, -105)]
-    assert "round the prey as a ring" in sentence.sentence(spreading(*both, *BEHIND))
+    said = sentence.sentence(spreading(*both, *BEHIND))
+    assert said.endswith("Value spreads to both sides round the prey, on its way to a ring.")
 
 
 def test_growth_to_one_side_goes_counter_clockwise() -> None:
     one_side = [(1, 60), (1, 75), (1, 90), (1, 105)]
     said = sentence.sentence(spreading(*one_side, *BEHIND))
-    assert "counter-clockwise from the cone, as a ring round the prey" in said
+    assert said.endswith(
+        "Value spreads counter-clockwise round the prey: an arm grows out of the cone."
+    )
 
 
-def test_growth_to_the_other_side_is_not_called_counter_clockwise() -> None:
+def test_growth_to_the_other_side_goes_clockwise() -> None:
     other_side = [(1, -60), (1, -75), (1, -90), (1, -105)]
-    assert "counter-clockwise" not in sentence.sentence(spreading(*other_side, *BEHIND))
+    said = sentence.sentence(spreading(*other_side, *BEHIND))
+    assert "Value spreads clockwise round the prey" in said
 
 
 def test_growth_in_sight_of_the_prey_goes_inwards() -> None:
     in_front = [(0, 120), (0, 150), (0, 180), (0, -150), (0, -120)]
     said = sentence.sentence(spreading(*in_front, *BEHIND))
-    assert said.endswith(": value is spreading inwards, into the prey's visual field.")
+    assert said.endswith(". Value spreads inwards, into what the prey sees.")
 
 
-def test_growth_that_is_over_is_said_with_the_share_and_the_success() -> None:
-    status = spreading(*BEHIND)
+@pytest.mark.parametrize(
+    ("from_behind", "shape"),
+    [
+        (range(-45, 46, 15), "it is a cone behind the prey;"),
+        (range(-45, 121, 15), "it is a cone behind the prey with an arm round it;"),
+        (range(-45, 196, 15), "it is a ring round the prey;"),
+        (range(-180, 180, 15), "nearly all round the prey is filled;"),
+        ((), "only a few places have any yet;"),
+    ],
+)
+def test_growth_that_is_over_is_said_with_its_shape_and_the_success(
+    from_behind: Sequence[int], shape: str
+) -> None:
+    places = [(ring, degrees) for degrees in from_behind for ring in range(3)]
+    status = spreading(*places, (0, 0))
     later = replace(status.snapshot, trial=RECENT_REACH_TRIALS)
-    share = 4 * N_HEADINGS / status.snapshot.value.size
     assert sentence.sentence(replace(status, snapshot=later)) == (
-        "One skill, approach: value has all but stopped spreading,"
-        f" {share:.0%} of the states are worth something, and 25% of recent hunts end in capture."
+        f"One skill: approach. Value hardly spreads any more: {shape} 25% of recent hunts end in"
+        " capture."
     )
 
 
 def test_before_the_first_capture_nothing_is_worth_anything() -> None:
     run = Run(spec_of(preset="hierarchical_3"), seed=1)
     assert sentence.sentence(status_of(run)) == (
-        "Three skills, approach, circle clockwise and avoid:"
-        " no prey has been caught yet, so nothing is worth anything."
+        "Three skills: approach, circle clockwise and avoid."
+        " No prey has been caught yet, so no place is of any value."
     )
 
 
 def test_primitive_moves_are_no_skills() -> None:
     run = Run(spec_of(preset="standard_q"), seed=1)
-    assert sentence.sentence(status_of(run)).startswith("Nine moves, no skills: no prey has been")
+    assert sentence.sentence(status_of(run)).startswith("Nine moves, no skills. No prey has been")
 
 
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
     run = Run(spec_of(), seed=1)
     run.apply(Introduce("avoid", 0))
-    assert sentence.sentence(status_of(run)).startswith("Two skills, approach and avoid:")
+    assert sentence.sentence(status_of(run)).startswith("Two skills: approach and avoid.")
     run.apply(Introduce("circle_clockwise", 0))
     assert sentence.sentence(status_of(run)).startswith(
-        "Three skills, approach, avoid and circle clockwise:"
+        "Three skills: approach, avoid and circle clockwise."
     )
 
 
-def test_a_freeze_after_an_introduction_is_said_instead_of_growth() -> None:
+def test_the_first_skill_is_said_to_be_practised_first() -> None:
     assert sentence.sentence(status_of(Run(spec_of(), seed=1))) == (
-        "One skill, approach: the selection is frozen until trial 300, while the skills learn."
+        "One skill: approach. It is practised until trial 300; what places are worth is learned"
+        " after that."
     )
 
 
-def test_a_freeze_by_hand_is_said_as_such() -> None:
+def test_a_skill_that_is_new_is_said_to_be_practised_while_the_selection_is_frozen() -> None:
+    assert sentence_at(Run(spec_of(), seed=1), 12_001).endswith(
+        "Circle clockwise is new and practised first: the selection is frozen until trial 12,300."
+    )
+
+
+@pytest.mark.parametrize(
+    ("commands", "expected"),
+    [
+        ([FreezeSelection(True)], "Frozen by hand: the selection."),
+        (
+            [FreezeSkills(True)],
+            "Frozen by hand: the skills. Besides, the selection is frozen until trial 300, so"
+            " nothing is learned.",
+        ),
+        (
+            [FreezeSelection(True), FreezeSkills(True)],
+            "Frozen by hand: the selection and the skills, so nothing is learned.",
+        ),
+        (
+            [FreezeSelection(True), FreezeSkills(True), FollowSchedule(False)],
+            "Frozen by hand: the selection and the skills, so nothing is learned. The schedule is"
+            " off: no skill joins by itself.",
+        ),
+    ],
+)
+def test_all_that_is_held_still_or_off_is_said(commands: list[Command], expected: str) -> None:
     run = Run(spec_of(), seed=1)
-    run.apply(FreezeSelection(True))
-    assert sentence.sentence(status_of(run)) == (
-        "One skill, approach: the selection is frozen by hand."
-    )
+    for command in commands:
+        run.apply(command)
+    assert sentence.sentence(status_of(run)) == f"One skill: approach. {expected}"
+
+
+def test_skills_that_are_frozen_alone_leave_value_its_way() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_000)
+    run.apply(FreezeSkills(True))
+    assert ". Frozen by hand: the skills. Value spreads" in sentence.sentence(status_of(run))
 
 
 def test_an_exploration_is_said_with_its_end() -> None:
     run = Run(spec_of(), seed=1)
     run.advance(until_trial=1_000)
     run.apply(Explore("approach", 250, 0.75))
-    explored = "approach is taken in 75% of the steps until trial 1,250"
-    assert f": {explored}; value is" in sentence.sentence(status_of(run))
+    explored = "Forced exploration until trial 1,250: approach is taken in 75% of the steps"
+    assert f". {explored}. Value" in sentence.sentence(status_of(run))
     run.apply(StopExploring("approach"))
     assert explored not in sentence.sentence(status_of(run))
+
+
+def test_what_an_exploration_costs_is_said_where_there_are_other_skills() -> None:
+    run = Run(spec_of(preset="hierarchical_3"), seed=1)
+    run.apply(Explore("approach", 250, 0.75))
+    run.apply(Explore("avoid", 100, 0.5))
+    assert (
+        "Forced exploration: avoid is taken in 50% of the steps (until trial 100), approach in 75%"
+        " of the others (until trial 250), so rewards fall."
+    ) in sentence.sentence(status_of(run))
 
 
 def test_an_exploration_is_over_when_its_last_trial_is() -> None:
@@ -229,7 +301,7 @@ def test_the_end_of_a_run_comes_first() -> None:
     run = Run(spec_of("trials=700"), seed=1)
     run.advance()
     over = sentence.sentence(status_of(run, playing=False, finished=True))
-    assert over.startswith("The 700 trials are over. One skill, approach: value is spreading")
+    assert over.startswith("The 700 trials are over. One skill: approach. Value spreads")
 
 
 def test_an_error_says_where_it_stopped_and_nothing_else() -> None:
@@ -237,14 +309,14 @@ def test_an_error_says_where_it_stopped_and_nothing_else() -> None:
     run.advance(until_trial=1_234)
     status = status_of(run, playing=False, error="ValueError: no such luck")
     assert sentence.sentence(status) == (
-        "The learner stopped at trial 1,234 with an error; its state is kept."
+        "An error stopped the learner at trial 1,234; what it has learned is kept."
     )
 
 
 def test_compiling_is_said_while_it_lasts() -> None:
     run = Run(spec_of(), seed=1)
     preparing = replace(status_of(run), preparing=True)
-    assert sentence.sentence(preparing).startswith("Compiling the learner")
+    assert sentence.sentence(preparing).startswith("Getting ready: ")
 
 
 def test_a_success_share_is_not_a_number_before_the_first_trial_has_ended() -> None:
@@ -279,6 +351,35 @@ def test_a_run_that_came_out_otherwise_is_said_with_both_digests() -> None:
     )
 
 
+# Terms
+
+
+def test_the_terms_of_a_sentence_are_explained() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=14_600)
+    explained = re.findall(r'data-term="([^"]*)"', sentence.said(status_of(run)))
+    assert explained == ["skill", "forced exploration", "selection", "freeze"]
+    run.advance(until_trial=17_000)
+    assert "value" in re.findall(r'data-term="([^"]*)"', sentence.said(status_of(run)))
+
+
+def test_the_name_of_a_skill_is_no_markup() -> None:
+    run = Run(spec_of(), seed=1)
+    run.apply(Explore("approach", 10, 0.5))
+    episodes = (Episode("<b>approach</b>", 0.5, 10),)
+    taken = snapshot.take(run, "timed", 0)
+    sly = replace(taken, control=replace(taken.control, episodes=episodes))
+    assert "<b>" not in sentence.said(status_at(sly))
+    assert "<b>approach</b> is taken" in sentence.sentence(status_at(sly))
+
+
+def test_the_task_says_who_hunts_whom_and_what_ends_a_hunt() -> None:
+    task = sentence.TASK.striptags()
+    for word in ("predator", "catch a prey", "sees only", "from behind", "flees"):
+        assert word in task
+    assert len(task) < 150, "two lines of the stage"
+
+
 # Sentences on real runs
 
 
@@ -286,41 +387,44 @@ def test_a_run_that_came_out_otherwise_is_said_with_both_digests() -> None:
 def test_approach_alone_makes_a_cone(seed: int) -> None:
     run = Run(spec_of(), seed)
     for trial in (600, 1_000, 2_000, 4_000, 6_000):
-        assert sentence_at(run, trial) == (
-            "One skill, approach: value is spreading back from the prey as a cone."
+        assert sentence_at(run, trial).startswith(
+            "One skill: approach. Value spreads back from the prey as a cone"
         )
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("size", [60, 120])
-def test_exploring_the_circle_makes_a_ring_counter_clockwise(seed: int, size: int) -> None:
+def test_exploring_the_circle_makes_an_arm_counter_clockwise(seed: int, size: int) -> None:
     run = Run(spec_of(f"world.size={size}"), seed)
     assert sentence_at(run, 13_500) == (
-        "Two skills, approach and circle clockwise: circle clockwise is taken in 95% of the steps"
-        " until trial 14,000; value is spreading counter-clockwise from the cone,"
-        " as a ring round the prey."
+        "Two skills: approach and circle clockwise. Forced exploration until trial 14,000: circle"
+        " clockwise is taken in 95% of the steps, so rewards fall. Value spreads counter-clockwise"
+        " round the prey: an arm grows out of the cone."
     )
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_in_the_end_value_has_all_but_stopped_spreading(seed: int) -> None:
-    said = sentence_at(Run(spec_of(), seed), 48_000)
-    assert said.startswith(
-        "Three skills, approach, circle clockwise and avoid: value has all but stopped spreading,"
-    )
-    assert " of recent hunts end in capture." in said
+def test_the_picture_is_a_cone_an_arm_a_ring_and_filled(seed: int) -> None:
+    run = Run(spec_of(), seed)
+    shapes: list[str] = []
+    for trial in (6_000, 14_500, 24_000, 48_000):
+        run.advance(until_trial=trial)
+        taken = snapshot.take(run, "timed", 0)
+        shapes.append(shape_of(taken.spec.world, taken.value))
+    assert shapes == ["cone", "arm", "ring", "filled"]
+    said = sentence.sentence(status_of(run))
+    assert "Value hardly spreads any more: nearly all round the prey is filled; " in said
+    assert said.endswith(" of recent hunts end in capture.")
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_approach_alone_makes_a_cone_in_a_world_of_eight_directions(seed: int) -> None:
     run = Run(spec_of("world.n_directions=8"), seed)
     for trial in (600, 1_000, 2_000, 4_000):
-        assert sentence_at(run, trial) == (
-            "One skill, approach: value is spreading back from the prey as a cone."
-        )
+        assert "Value spreads back from the prey as a cone" in sentence_at(run, trial)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_exploring_the_circle_makes_a_ring_in_a_world_of_eight_directions(seed: int) -> None:
+def test_exploring_the_circle_makes_an_arm_in_a_world_of_eight_directions(seed: int) -> None:
     said = sentence_at(Run(spec_of("world.n_directions=8"), seed), 13_500)
-    assert said.endswith("as a ring round the prey.")
+    assert said.endswith("an arm grows out of the cone.")

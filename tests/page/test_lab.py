@@ -1,12 +1,15 @@
 """The lab itself, and pages that do to it what pages should not."""
 
 import io
+import re
 import sys
 import threading
 import time
+import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +47,7 @@ def drawing(session: Session, results: Path, waits: bool = False) -> Iterator[La
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:
-    """A lab whose learner begins when the first browser has come."""
+    """A lab whose learner begins when a browser has drawn the board."""
     session = Session(SPEC, "timed", 7, 100.0, playing=False)
     session.start()
     with drawing(session, tmp_path / "results", waits=True) as lab:
@@ -60,7 +63,34 @@ def speed_of(lab: Lab) -> Any:
     return Person(lab.server.gui).widget("100 steps/s")
 
 
-def test_a_change_before_the_first_welcome_leaves_it_to_begin(lab: Lab) -> None:
+def tell_drawn(lab: Lab, page: Page) -> None:
+    """Do what the page's script does when the board has been drawn."""
+
+    def called(message: dict[str, Any]) -> re.Match[str] | None:
+        return re.search('data-drawn-call="([^"]*)"', str(message.get("props", {}).get("content")))
+
+    found = called(page.receive_until(lambda message: called(message) is not None)[-1])
+    assert found is not None
+    question = urllib.request.Request(
+        f"{lab.url}/{found.group(1)}", headers={"Sec-Fetch-Site": "same-origin"}
+    )
+    with urllib.request.urlopen(question, timeout=PATIENCE_S) as answer:
+        assert answer.status == HTTPStatus.NO_CONTENT
+
+
+def test_learning_begins_when_a_page_has_drawn_the_board(lab: Lab) -> None:
+    page = a_page(lab)
+    page.send(CAMERA)
+    wait_until(lambda: len(lab.browsers) == 1)
+    ticket = lab.session.submit(SetSpeed(2_000.0))
+    status = lab.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    assert not status.playing
+    tell_drawn(lab, page)
+    lab.session.wait_for(lambda status: status.playing, PATIENCE_S)
+    page.close()
+
+
+def test_a_change_before_the_first_picture_leaves_it_to_begin(lab: Lab) -> None:
     go_on = hold(lab)
     page = a_page(lab)
     page.send(CAMERA)
@@ -69,8 +99,8 @@ def test_a_change_before_the_first_welcome_leaves_it_to_begin(lab: Lab) -> None:
     lab.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
     assert not lab.session.status.playing
     go_on.set()
-    status = lab.session.wait_for(lambda status: status.speed == 100_000.0, PATIENCE_S)
-    assert status.playing
+    tell_drawn(lab, page)
+    lab.session.wait_for(lambda status: status.speed == 100_000.0 and status.playing, PATIENCE_S)
     page.close()
 
 
@@ -320,7 +350,7 @@ def test_nothing_of_a_page_reaches_the_terminal_raw(
 def test_refused_messages_leave_one_notification(lab: Lab) -> None:
     page = a_page(lab)
     page.send(CAMERA)
-    lab.session.wait_for(lambda status: status.playing, PATIENCE_S)
+    wait_until(lambda: len(lab.browsers) == 1)
     speed = speed_of(lab)
     for _ in range(3_000):
         page.send(wire.ShareUrlRequest())

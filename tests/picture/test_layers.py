@@ -1,4 +1,4 @@
-"""The layers on tables made by hand, whose colours, heights, arrows and words are known."""
+"""The layers on tables made by hand, whose colours, arrows and words are known."""
 
 import dataclasses
 import functools
@@ -15,7 +15,17 @@ from hypothesis import strategies as st
 from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.picture.colours import OPTION_COLOURS, css, gain_colours, heat_colours, move_colours
+from app.picture.colours import (
+    GLOW,
+    OPTION_COLOURS,
+    STAKES,
+    TRACES,
+    Ramp,
+    amount_colours,
+    css,
+    gain_colours,
+    move_colours,
+)
 from app.picture.layer import Extras, Picture, SuccessMap
 from app.picture.layers import LAYERS
 from app.picture.layers.reach import MOST_LINES, line_step
@@ -24,7 +34,7 @@ from app.picture.look import FOLDED, OF_TRIAL, Look
 from app.picture.multiples import all_headings_png, png, small_multiples_html
 from app.picture.options import greedy
 from app.picture.shading import STEPS, Ruler
-from app.picture.theme import DARK, LIGHT, Theme
+from app.picture.theme import DARK, LIGHT, Colour, Theme
 from app.util.html import escaped
 from app.words.numbers import of_any_size
 from learners.run import Run
@@ -34,7 +44,7 @@ from sim.geometry import MOVES, N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 from tests.support.frames import unfold
-from tests.support.sight import PLAINLY_APART, SIGHT, nearest
+from tests.support.sight import JUST_NOTICEABLE, PLAINLY_APART, SIGHT, nearest
 
 SIZE, RINGS, SECTORS = 120, 18, 24
 MAP = (N_HEADINGS, RINGS, SECTORS)
@@ -88,10 +98,6 @@ def colour_at(picture: Picture, east: int, north: int) -> list[int]:
     return picture.colours.reshape(SIZE, SIZE, 3)[60 + north, 60 + east].tolist()
 
 
-def height_at(picture: Picture, east: int, north: int) -> float:
-    return float(picture.height.reshape(SIZE, SIZE)[60 + north, 60 + east])
-
-
 def of(colours: np.ndarray, level: float, cover: float = 1.0, theme: Theme = LIGHT) -> Any:
     """The colour at a level of a colour map, over the board."""
     board = np.array(theme.unknown, float)
@@ -103,16 +109,20 @@ def gain(level: float, cover: float = 1.0) -> Any:
     return of(gain_colours(), level, cover)
 
 
-def heat(level: float) -> Any:
-    return of(heat_colours(LIGHT), level)
+def amount(ramp: Ramp, level: float) -> Any:
+    return of(amount_colours(ramp, LIGHT), level)
 
 
 def blank(theme: Theme = LIGHT) -> list[int]:
     return list(theme.unknown)
 
 
+def everywhere(picture: Picture, colour: Colour) -> bool:
+    return bool((picture.colours == colour).all())
+
+
 def everywhere_blank(picture: Picture) -> bool:
-    return bool((picture.colours == LIGHT.unknown).all() and (picture.height == 0).all())
+    return everywhere(picture, LIGHT.unknown)
 
 
 def successes(outcomes: np.ndarray, trial: int = 14_200, generation: int = 0) -> Extras:
@@ -150,12 +160,10 @@ def at_one_place(amount: float, east: int = 20, north: int = 0) -> np.ndarray:
     return table
 
 
-def test_a_value_is_as_bright_and_as_high_as_it_is_near_to_capture() -> None:
+def test_a_value_is_as_bright_as_it_is_near_to_capture() -> None:
     picture = paint("value", made(value=at_one_place(100 * 0.9**25)), frame=3)
     assert colour_at(picture, 20, 0) == gain(0.75)
-    assert height_at(picture, 20, 0) == pytest.approx(0.75)
     assert colour_at(picture, -20, 0) == blank()
-    assert height_at(picture, -20, 0) == 0
 
 
 def test_a_folded_value_fades_with_the_share_of_headings_that_know_it() -> None:
@@ -166,19 +174,16 @@ def test_a_folded_value_fades_with_the_share_of_headings_that_know_it() -> None:
     value[2, ring, (sector + 6) % SECTORS] = 100 * 0.9**25
     picture = paint("value", made(value=value))
     assert colour_at(picture, 20, 0) == gain(0.75, 2 / 8)
-    assert height_at(picture, 20, 0) == pytest.approx(0.75 * 2 / 8)
 
 
-def test_losses_have_their_own_hue_and_sink() -> None:
+def test_losses_have_their_own_hue() -> None:
     picture = paint("value", made(value=at_one_place(-50)), frame=0)
-    assert colour_at(picture, 20, 0) == list(LIGHT.loss)
-    assert height_at(picture, 20, 0) == -1
+    assert colour_at(picture, 20, 0) == list(LIGHT.flight)
 
 
-def test_a_linear_value_is_as_bright_and_as_high_as_it_is_large() -> None:
+def test_a_linear_value_is_as_bright_as_it_is_large() -> None:
     picture = paint("value", made(value=at_one_place(50)), frame=0, scale="linear")
     assert colour_at(picture, 20, 0) == gain(0.5)
-    assert height_at(picture, 20, 0) == pytest.approx(0.5)
 
 
 def test_the_value_of_an_option_is_its_own_and_not_the_best() -> None:
@@ -230,9 +235,10 @@ def test_fixed_limits_are_stated() -> None:
     moment = fresh()
     assert "Limits fixed: 400 steps to 0." in words("value", moment)[0]
     assert "Limits fixed: 0 to 100." in words("value", moment, scale="linear")[0]
-    assert "Limits fixed: 0.0001 to 100." in words("advantage", moment)[0]
-    assert "Limits fixed: 0.0001 to 100." in words("now", moment)[0]
-    assert "Limits fixed: 1 to 1 M." in words("visits", moment)[0]
+    assert "Limits fixed: 0 to 20 or more." in words("advantage", moment)[0]
+    assert "Limits fixed: 0 to 100." in words("advantage", moment, scale="linear")[0]
+    assert "Limits fixed: 0% to 50%." in words("now", moment)[0]
+    assert "Limits fixed: 1/8 to 8." in words("visits", moment)[0]
     assert "Limits fixed: trial 0 to 24,000." in words("reach", moment)[0]
     assert "Limits fixed: 0 to 14." in words("skill", moment)[0]
     assert "expects flight, 0 to -50" in words("value", moment)[0]
@@ -243,7 +249,6 @@ def test_fitted_limits_are_those_of_all_headings_and_stated() -> None:
     near = paint("value", moment, frame=0, fitted=True)
     far = paint("value", moment, frame=5, fitted=True)
     assert colour_at(near, 20, 0) == gain(1)
-    assert height_at(near, 20, 0) == pytest.approx(1)
     assert colour_at(far, -20, 0) == gain(0)
     legend = words("value", moment, frame=0, fitted=True)[0]
     assert "Limits fitted to what is there now: 48 steps to 12." in legend
@@ -258,7 +263,7 @@ def test_linear_limits_are_fitted_too() -> None:
 
 def test_losses_are_fitted_to_the_worst_of_them() -> None:
     moment = two_values(1, -5)
-    assert height_at(paint("value", moment, frame=5, fitted=True), -20, 0) == -1
+    assert colour_at(paint("value", moment, frame=5, fitted=True), -20, 0) == list(LIGHT.flight)
     assert "expects flight, 0 to -5" in words("value", moment, fitted=True)[0]
 
 
@@ -322,18 +327,12 @@ def test_a_split_vote_is_blank() -> None:
     assert colour_at(paint("chosen", made(selection_q=values)), 20, 0) == blank()
 
 
-def test_the_surface_of_choices_is_as_high_as_the_value() -> None:
-    moment = made(selection_q=preferring(CIRCLE))
-    assert (paint("chosen", moment).height == paint("value", moment).height).all()
-
-
 @every_layer
 def test_every_legend_explains_the_start_zone_where_it_is_drawn(key: str) -> None:
     circles = css(LIGHT.zone)
     looks: list[tuple[dict[str, Any], bool]] = [
         ({}, False),
         ({"start_zone": True}, True),
-        ({"start_zone": True, "surface": True}, False),
     ]
     for look, is_drawn in looks:
         legend = words(key, fresh(), **look)[0]
@@ -372,18 +371,48 @@ def test_opposite_moves_stay_apart_for_all_kinds_of_sight(sight: np.ndarray) -> 
 # Advantage, visits, learning now ------------------------------------------------------------
 
 
-def test_the_advantage_is_the_best_less_the_second_best_by_powers_of_ten() -> None:
+def worth(steps: float) -> float:
+    """Value of a place so many steps from a certain capture."""
+    return 100 * 0.9**steps
+
+
+def test_the_advantage_is_the_steps_that_the_next_best_would_cost() -> None:
     values = zeros(3)
-    values[..., APPROACH], values[..., CIRCLE], values[..., AVOID] = -40, 3, 2
+    values[..., APPROACH], values[..., CIRCLE], values[..., AVOID] = -40, worth(10), worth(15)
     picture = paint("advantage", made(selection_q=values))
-    # 1 lies four of the six decades from 0.0001 to 100 up.
-    assert colour_at(picture, 20, 0) == heat(4 / 6)
-    assert height_at(picture, 20, 0) == pytest.approx(4 / 6)
+    assert colour_at(picture, 20, 0) == amount(STAKES, np.sqrt(5 / 20))
+
+
+@pytest.mark.parametrize("second", [worth(60), 0.0, -40.0])
+def test_where_the_next_best_knows_no_way_the_advantage_is_the_largest(second: float) -> None:
+    values = zeros(3)
+    values[..., APPROACH], values[..., CIRCLE], values[..., AVOID] = -50, worth(10), second
+    picture = paint("advantage", made(selection_q=values))
+    assert colour_at(picture, 20, 0) == amount(STAKES, 1)
+
+
+def test_where_not_even_the_best_knows_a_way_the_advantage_is_blank() -> None:
+    values = zeros(3)
+    values[..., APPROACH], values[..., CIRCLE], values[..., AVOID] = -50, -10, -20
+    assert everywhere_blank(paint("advantage", made(selection_q=values)))
+    linear = paint("advantage", made(selection_q=values), scale="linear")
+    assert colour_at(linear, 20, 0) == amount(STAKES, 0.1)
+
+
+def test_the_advantage_is_shown_where_at_least_half_of_the_headings_have_one() -> None:
+    values = zeros(3)
+    values[..., CIRCLE], values[..., AVOID] = worth(10), worth(15)
+    for without, is_shown in ((4, True), (5, False)):
+        values[:without, ..., CIRCLE] = -1
+        values[:without, ..., AVOID] = -1
+        values[:without, ..., APPROACH] = -1
+        picture = paint("advantage", made(selection_q=values))
+        assert (not everywhere_blank(picture)) == is_shown
 
 
 def test_a_linear_advantage_is_a_share_of_the_reward() -> None:
     picture = paint("advantage", made(selection_q=preferring(CIRCLE, by=25)), scale="linear")
-    assert height_at(picture, 20, 0) == pytest.approx(0.25)
+    assert colour_at(picture, 20, 0) == amount(STAKES, 0.25)
 
 
 def test_no_advantage_is_blank() -> None:
@@ -395,39 +424,75 @@ def test_one_option_has_no_advantage_and_the_caption_says_why() -> None:
     values[..., APPROACH] = 10
     values[..., [CIRCLE, AVOID]] = -np.inf
     moment = made(selection_q=values)
-    assert everywhere_blank(paint("advantage", moment))
+    picture = paint("advantage", moment)
+    assert everywhere_blank(picture)
+    assert [label.text for label in picture.labels] == ["Only approach is there: no choice yet"]
     assert words("advantage", moment)[1].startswith("Only approach is there")
     assert words("chosen", moment)[1].startswith("Only approach is there")
     assert (paint("chosen", moment).colours == OPTION_COLOURS[APPROACH]).all()
 
 
-def test_visits_count_by_powers_of_ten() -> None:
-    visits = np.zeros((*MAP, 3), np.uint32)
-    visits[(slice(None), *state_at(20, 0))] = [100, 200, 700]
-    picture = paint("visits", made(visits=visits), frame=0)
-    assert colour_at(picture, 20, 0) == heat(0.5)
-    assert height_at(picture, 20, 0) == pytest.approx(0.5)
+def visited(times: dict[tuple[int, int], float], heading: int) -> Snapshot:
+    """A moment in which all cells were visited as often, but for those of the states at some
+    places, for one heading: these so many times as often."""
+    rings = geometry.readings(fresh().spec.world).ravel() // SECTORS
+    of_ring = np.bincount(rings, minlength=RINGS) / SECTORS
+    visits = np.zeros((*MAP, 3))
+    visits[..., APPROACH] = of_ring[:, None] * 1_000_000
+    for place, often in times.items():
+        visits[(heading, *state_at(*place), APPROACH)] *= often
+    return made(visits=visits.astype(np.uint32))
+
+
+def test_visits_are_told_by_cells_as_a_multiple_of_the_average() -> None:
+    moment = visited({(20, 0): 2, (-20, 0): 0, (0, 20): 1 / 8, (0, -20): 1 / 100}, heading=2)
+    picture = paint("visits", moment, frame=2)
+    # The scale goes from an eighth to eight times; a state has few of all cells.
+    for place in ((-55, 0), (4, 3)):
+        assert colour_at(picture, *place) == amount(TRACES, 1 / 2)
+    assert colour_at(picture, 20, 0) == amount(TRACES, 4 / 6)
+    for place in ((0, 20), (0, -20)):
+        assert colour_at(picture, *place) == amount(TRACES, 0)
     assert colour_at(picture, -20, 0) == blank()
 
 
 def test_folded_visits_are_the_mean_and_a_single_one_still_shows() -> None:
+    picture = paint("visits", visited({(20, 0): 9}, heading=0))
+    assert colour_at(picture, 20, 0) == amount(TRACES, 4 / 6)
     visits = np.zeros((*MAP, 3), np.uint32)
     visits[(0, *state_at(20, 0))] = [0, 8_000, 0]
     visits[(0, *state_at(-20, 0))] = [0, 1, 0]
-    picture = paint("visits", made(visits=visits))
-    assert height_at(picture, 20, 0) == pytest.approx(0.5)
-    assert colour_at(picture, -20, 0) == heat(0)
+    assert colour_at(paint("visits", made(visits=visits)), -20, 0) == amount(TRACES, 0)
 
 
-def test_learning_glows_by_powers_of_ten_and_goes_out() -> None:
-    now = zeros()
-    now[(0, *state_at(20, 0))] = 1
-    now[(0, *state_at(-20, 0))] = 0.9e-4
-    picture = paint("now", made(learning_now=now), frame=0)
-    assert colour_at(picture, 20, 0) == heat(4 / 6)
+def test_learning_glows_by_the_share_of_the_value_that_changed_and_goes_out() -> None:
+    now, value = zeros(), zeros()
+    places = {(20, 0): (2.0, 8.0), (-20, 0): (0.2, 8.0), (0, 20): (0.01, 0.01), (0, -20): (1, -4.0)}
+    for place, (change, worth) in places.items():
+        now[(0, *state_at(*place))], value[(0, *state_at(*place))] = change, worth
+    picture = paint("now", made(learning_now=now, value=value), frame=0)
+    assert colour_at(picture, 20, 0) == amount(GLOW, 0.5)
+    # What is learned already wavers.
     assert colour_at(picture, -20, 0) == blank()
+    # As plain where little is there yet, and where it is a loss.
+    assert colour_at(picture, 0, 20) == amount(GLOW, 1)
+    assert colour_at(picture, 0, -20) == amount(GLOW, 0.5)
     caption = "nowhere while the prey looks south"
-    assert caption in words("now", made(learning_now=now), frame=6)[1]
+    assert caption in words("now", made(learning_now=now, value=value), frame=6)[1]
+
+
+@pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
+@both_themes
+def test_the_three_amounts_and_the_value_are_told_apart_by_their_colours(
+    theme: Theme, sight: np.ndarray
+) -> None:
+    ramps = [amount_colours(ramp, theme) for ramp in (TRACES, GLOW, STAKES)]
+    for number, ramp in enumerate(ramps):
+        others = [other for place, other in enumerate(ramps) if place != number]
+        for level in (128, 255):
+            same_level = np.stack([other[level] for other in others])
+            assert nearest(ramp[[level]], same_level, sight) > PLAINLY_APART
+        assert nearest(ramp, np.array([theme.unknown], float), sight) > 3 * JUST_NOTICEABLE
 
 
 # First reach --------------------------------------------------------------------------------
@@ -438,12 +503,11 @@ def reached_by_ring(trials_per_ring: int) -> Snapshot:
     return made(first_reach=np.broadcast_to(trial, MAP).astype(np.int32))
 
 
-def test_first_reach_is_bright_and_high_where_it_was_early() -> None:
+def test_first_reach_is_bright_where_it_was_early() -> None:
     reach = np.full(MAP, -1, np.int32)
     reach[(0, *state_at(20, 0))] = 6_000
     picture = paint("reach", made(first_reach=reach), frame=0)
     assert colour_at(picture, 20, 0) == gain(0.5)
-    assert height_at(picture, 20, 0) == pytest.approx(0.5)
     assert colour_at(picture, -20, 0) == blank()
     folded = paint("reach", made(first_reach=reach))
     assert colour_at(folded, 20, 0) == gain(0.5, 1 / 8)
@@ -454,7 +518,7 @@ def test_isochrones_run_where_a_multiple_of_their_step_was_passed() -> None:
     assert line_step(moment.first_reach) == 500
     picture = paint("reach", moment)
     east = np.arange(1, 60)
-    ring = np.array([state_at(x, 0)[0] for x in east])
+    ring = np.array([state_at(int(x), 0)[0] for x in east])
     band = ring * 300 // 500
     expected = np.flatnonzero(np.diff(band) > 0) + 1
     plain = np.array([gain_of_reach(300 * k, 24_000) for k in ring])
@@ -514,7 +578,6 @@ def test_success_shows_how_a_hunt_from_each_cell_ends() -> None:
     kinds = [LIGHT.capture, LIGHT.flight, LIGHT.timeout]
     for east, colour in zip((20, 21, 22), kinds, strict=True):
         assert colour_at(picture, east, 0) == of(np.array([colour]), 0, 0.75)
-    assert [height_at(picture, east, 0) for east in (20, 21, 22, 23)] == [1, 0, 0, 0]
     assert colour_at(picture, 23, 0) == blank()
 
 
@@ -528,15 +591,15 @@ def test_folded_success_is_the_share_of_headings_each_turned_its_way() -> None:
         east, north = geometry.HEADINGS[heading] * 7
         outcomes[heading, 60 + north, 60 + east] = CAPTURE
     picture = paint("success", fresh(), successes(outcomes))
-    assert height_at(picture, -20, 10) == 4 / 8
     assert colour_at(picture, -20, 10) == of(np.array([LIGHT.capture]), 0, 4 / 8)
-    assert height_at(picture, 10, 0) == 4 / 8
-    assert picture.height.sum() == pytest.approx(1, abs=0.01 + 4 / 8)
+    assert colour_at(picture, 10, 0) == of(np.array([LIGHT.capture]), 0, 4 / 8)
+    caught = (picture.colours != LIGHT.unknown).any(axis=1)
+    assert 2 <= caught.sum() <= 6
 
 
 def test_places_that_some_headings_do_not_have_count_those_that_do() -> None:
     outcomes = np.full((N_HEADINGS, SIZE, SIZE), CAPTURE, np.int8)
-    assert (paint("success", fresh(), successes(outcomes)).height == 1).all()
+    assert (paint("success", fresh(), successes(outcomes)).colours == LIGHT.capture).all()
 
 
 def test_success_says_as_of_which_trial() -> None:
@@ -573,9 +636,10 @@ def test_a_skills_value_is_a_share_of_what_it_can_earn_and_its_arrows_are_its_mo
     most = np.sqrt(2) / (1 - 0.9)
     moment = made(skill_q=skill_tables(CIRCLE, EAST, most / 2))
     picture = paint("skill", moment, option=CIRCLE)
-    assert height_at(picture, 20, 0) == pytest.approx(0.5)
-    assert colour_at(picture, 20, 0) == gain(0.5, 0.5)
+    assert colour_at(picture, 20, 0) == gain(0.5)
     assert picture.arrows is not None
+    assert picture.arrow_colours is not None
+    assert (picture.arrow_colours == LIGHT.ink).all()
     assert 390 <= len(picture.arrows) <= 450
     tail, head = picture.arrows[:, 0], picture.arrows[:, 1]
     # Three quarters of the six cells between two arrows.
@@ -687,10 +751,29 @@ def test_an_arrow_needs_more_than_half_of_the_headings(agreeing: int, drawn: boo
     assert (len(arrows) > 0) == drawn
 
 
-def test_the_flow_lies_on_a_faint_value() -> None:
-    picture = paint("flow", made(value=at_one_place(100 * 0.9**25)), frame=0)
-    assert colour_at(picture, 20, 0) == gain(0.75, 0.5)
-    assert height_at(picture, 20, 0) == pytest.approx(0.75)
+def test_each_arrow_of_the_flow_has_the_colour_of_the_skill_that_makes_the_move() -> None:
+    tables = skill_tables(CIRCLE, EAST, 5) + skill_tables(AVOID, 7, 5)
+    values = preferring(CIRCLE)
+    values[:5] = preferring(AVOID)[:5]
+    moment = made(selection_q=values, skill_q=tables)
+    for heading, skill in ((0, AVOID), (7, CIRCLE)):
+        picture = paint("flow", moment, frame=heading, theme=DARK)
+        assert everywhere(picture, DARK.unknown)
+        assert picture.arrow_colours is not None
+        assert picture.arrows is not None
+        assert picture.arrow_colours.shape == (len(picture.arrows), 3)
+        assert (picture.arrow_colours == OPTION_COLOURS[skill]).all()
+        legend = words("flow", moment, theme=DARK)[0]
+        assert css(OPTION_COLOURS[skill]) in legend
+    assert paint("flow", noisy(base=fresh("standard_q"))).arrow_colours is None
+
+
+def test_on_a_light_board_the_arrows_of_skills_are_darker_than_their_areas() -> None:
+    moment = made(selection_q=preferring(APPROACH), skill_q=skill_tables(APPROACH, EAST, 5))
+    picture = paint("flow", moment, frame=0)
+    assert picture.arrow_colours is not None
+    board = np.array([LIGHT.unknown], float)
+    assert nearest(picture.arrow_colours[:1], board, SIGHT["ordinary"]) > 3 * PLAINLY_APART
 
 
 def test_before_anything_is_learned_the_flow_says_that_no_move_is_best() -> None:
@@ -769,7 +852,7 @@ FOLDING = [
 def test_what_all_headings_agree_on_folds_to_itself(preset: str, key: str) -> None:
     moment = noisy(base=fresh(preset))
     names = ("selection_q", "value", "first_reach", "visits", "learning_now")
-    tables = {}
+    tables: dict[str, np.ndarray] = {}
     for name in names:
         ahead = np.repeat(getattr(moment, name)[:1], N_HEADINGS, axis=0)
         tables[name] = unfold(ahead, SECTORS)
@@ -800,18 +883,12 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     folded = words(key, fresh())[0]
     north = words(key, fresh(), frame=2)[0]
     if key == "skill":
-        assert "north up" in folded
+        assert "North is up." in folded
     else:
         assert "turned so that the prey looks right" in folded
         assert "North is up, and the prey looks north." in north
     assert "half-disc" in folded
     assert "half-disc" not in words(key, fresh(), field=False)[0]
-
-
-@every_layer
-def test_the_legend_says_what_the_height_of_a_surface_means(key: str) -> None:
-    assert "Height: " in words(key, fresh(), surface=True)[0]
-    assert "Height: " not in words(key, fresh())[0]
 
 
 # Words --------------------------------------------------------------------------------------
@@ -936,8 +1013,8 @@ WORLDS = {
     "skills that see coarser": ("world.skill_n_distances=2", "world.ring_exponent=1"),
     "binary local rewards": ("learner.local_rewards=binary", "world.size=30"),
 }
-LOOKS = [
-    {"theme": theme, "frame": frame, "scale": scale, "fitted": fitted, "surface": fitted}
+LOOKS: list[dict[str, Any]] = [
+    {"theme": theme, "frame": frame, "scale": scale, "fitted": fitted}
     for theme, frame, scale, fitted in [
         (LIGHT, FOLDED, "steps", False),
         (DARK, FOLDED, "linear", True),
@@ -953,9 +1030,6 @@ def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
     picture = layer.paint(moment, look, extras)
     assert picture.colours.shape == (n_cells, 3)
     assert picture.colours.dtype == np.uint8
-    assert picture.height.shape == (n_cells,)
-    assert picture.height.dtype == np.float32
-    assert np.abs(picture.height).max() <= 1
     if picture.arrows is not None:
         assert picture.arrows.dtype == np.float32
         assert picture.arrows.shape[1:] == (2, 2)

@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.picture.colours import css, gain_colours, gradient_css, loss_colours, palette
+from app.picture.colours import (
+    OPTION_COLOURS,
+    css,
+    gain_colours,
+    gradient_css,
+    loss_colours,
+    palette,
+)
 from app.picture.raster import on_raster, raster
 from app.picture.shading import (
     FARTHEST_STEPS,
@@ -178,8 +185,8 @@ def test_colour_covers_the_board_by_the_share_of_headings_that_know(theme: Theme
 
 @both_themes
 def test_certain_flight_is_the_colour_of_losses(theme: Theme) -> None:
-    assert colour_of(known(loss=PENALTY, negative_share=1), theme) == list(theme.loss)
-    assert colour_of(known(loss=9 * PENALTY, negative_share=1), theme) == list(theme.loss)
+    assert colour_of(known(loss=PENALTY, negative_share=1), theme) == list(theme.flight)
+    assert colour_of(known(loss=9 * PENALTY, negative_share=1), theme) == list(theme.flight)
 
 
 @both_themes
@@ -196,7 +203,7 @@ def test_a_slight_loss_lies_between_the_board_and_a_great_one(theme: Theme) -> N
 def test_gain_and_loss_of_different_headings_mix_by_their_shares() -> None:
     mixed = known(steps=0, gain=REWARD, positive_share=0.25, loss=PENALTY, negative_share=0.5)
     expected = (0.25 * np.array(LIGHT.unknown) + 0.25 * gain_colours()[-1]) + 0.5 * np.array(
-        LIGHT.loss
+        LIGHT.flight
     )
     assert colour_of(mixed, LIGHT) == rounded(expected)
 
@@ -308,17 +315,36 @@ def test_what_is_known_stands_out_from_the_board_for_all_kinds_of_sight(
     assert nearest(plain_losses(theme), board, sight) > PLAINLY_APART
 
 
+@both_themes
+def test_no_two_things_have_one_colour(theme: Theme) -> None:
+    others = np.array(
+        [
+            *(theme.prey, theme.predator, theme.capture, theme.flight, theme.timeout),
+            *(theme.forced, theme.frozen),
+        ]
+    )
+    for index, colour in enumerate(others):
+        rest = np.delete(others, index, axis=0)
+        assert nearest(colour[None], rest, SIGHT["ordinary"]) > PLAINLY_APART
+    skills = OPTION_COLOURS[:6]
+    assert nearest(others, skills, SIGHT["ordinary"]) > PLAINLY_APART
+    # What the prey sees is the prey's.
+    assert theme.field == theme.prey
+
+
 @all_sights
 @both_themes
-def test_gain_and_loss_stay_apart_for_all_kinds_of_sight(theme: Theme, sight: np.ndarray) -> None:
-    assert nearest(gain_colours(), plain_losses(theme), sight) > PLAINLY_APART
+def test_value_and_flight_stay_apart_for_all_kinds_of_sight(
+    theme: Theme, sight: np.ndarray
+) -> None:
+    assert nearest(gain_colours(), np.array([theme.flight]), sight) > PLAINLY_APART
 
 
 @all_sights
 def test_nearer_is_lighter_for_all_kinds_of_sight(sight: np.ndarray) -> None:
     lightness = lab(gain_colours(), sight)[:, 0]
     assert (np.diff(lightness) >= 0).all()
-    assert lightness[-1] - lightness[0] > 50
+    assert lightness[-1] - lightness[0] > 45
 
 
 @all_sights

@@ -79,13 +79,10 @@ class Screen:
         self.settle(live)
 
     def settle(self, live: LiveLab) -> None:
-        """Wait until a page that loads shows everything, and put the notice on software away."""
+        """Wait until a page that loads shows everything."""
         cells = live.session.status.snapshot.spec.world.size**2
         self.page.wait_for_function(_HAS_CELLS_OF, arg=cells)
         expect(self.legend).to_be_attached()
-        notice = self.page.get_by_role("alert").filter(has_text="Software WebGL")
-        notice.get_by_role("button").click()
-        expect(notice).to_have_count(0)
 
     def tidy(self) -> None:
         """Put away what is open, and show what a page shows at first."""
@@ -111,10 +108,8 @@ class Screen:
 
     @property
     def headline(self) -> Locator:
-        """Title and sentence."""
-        return self.page.get_by_text("the timing of skills changes what is learned").locator(
-            "xpath=../.."
-        )
+        """The sentence above the board."""
+        return self.page.locator('[data-slot-of="sentence"]')
 
     @property
     def legend(self) -> Locator:
@@ -122,8 +117,10 @@ class Screen:
         return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
 
     def reading(self, label: str) -> Locator:
-        """The number under a label."""
-        return self.page.get_by_text(label, exact=True).locator("xpath=following-sibling::div")
+        """The number under a label, or beside it."""
+        numbers = self.page.locator("[data-dock-edge] .pounce-numbers")
+        cell = numbers.get_by_text(label, exact=True).locator("xpath=ancestor-or-self::div[1]")
+        return cell.locator("xpath=following-sibling::div")
 
     def text(self, words: str) -> Locator:
         """Something that says these words."""

@@ -26,8 +26,8 @@ from app.explain.cell import (
 from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
-from app.page.scene.board import AWAY, in_linear_light
 from app.page.scene.outlines import BOARD_UNITS, on_picture, segments
+from app.page.scene.parts import AWAY, in_linear_light
 from app.page.widgets import Choice, assign
 from app.picture.look import Look, heading_shown
 from app.picture.theme import Colour, Theme

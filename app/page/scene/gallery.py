@@ -6,8 +6,8 @@ import viser
 
 from app.live.session import Status
 from app.metrics.course import GreedyCurve
-from app.page.panels.readings import Texts
 from app.page.scene.board import BoardView
+from app.page.texts import Texts
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
@@ -33,9 +33,11 @@ class Exhibit:
     ) -> Texts:
         """Draw a moment; returns what is read beside it."""
         picture = LAYERS[self._look.layer].paint(status.snapshot, self._look, extras)
-        self.board.update(status.snapshot, picture, self._look, now_s)
+        opens = status.opening is not None and not status.opening.rising
+        rests = opens or not status.playing
+        self.board.update(status.snapshot, picture, self._look, now_s, rests, named=opens)
         if self.texts is None or now_s - self._read_at >= _TEXTS_S:
-            self.texts = Texts(status, self._look, extras, n_viewers, self.texts, greedy)
+            self.texts = Texts(status, self._look, extras, n_viewers, greedy)
             self._read_at = now_s
         return self.texts
 

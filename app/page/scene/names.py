@@ -1,4 +1,4 @@
-"""Names on the board, each in the middle of the largest place that it is the name of."""
+"""What stands written on the board: names, each in the middle of its largest place, and labels."""
 
 import math
 from typing import Any, Final
@@ -7,28 +7,31 @@ import numpy as np
 import viser
 from scipy import ndimage
 
+from app.page.scene.outlines import BOARD_UNITS
 from app.page.widgets import assign
-from app.picture.layer import Picture
+from app.picture.layer import Label, Picture
 
 _LEAST_ROOM: Final = 1 / 24
 """Share of the board's side that there is to be at least from the middle of a place to its edge."""
-_ABOVE: Final = 0.3
-"""Board units."""
+_HEIGHT: Final = 0.32
+"""Of writing, in board units, so that it grows with the board."""
+_ABOVE: Final = 0.06
 
 
-def middles(picture: Picture) -> dict[str, int]:
-    """Cell in the middle of the place of each name, of those that have room."""
+def middles(picture: Picture) -> tuple[Label, ...]:
+    """Each name in the middle of its largest place, of those that have room."""
     if picture.regions is None:
-        return {}
+        return ()
     size = math.isqrt(picture.regions.size)
-    found = {}
+    found: list[Label] = []
     for number, name in enumerate(picture.names):
         # With a frame, so that the edge of the board is one of the place, too.
         place = np.pad(picture.regions.reshape(size, size) == number, 1)
         room = np.asarray(ndimage.distance_transform_edt(place))[1:-1, 1:-1]
         if room.max() >= _LEAST_ROOM * size:
-            found[name] = int(room.argmax())
-    return found
+            north, east = divmod(int(room.argmax()), size)
+            found.append(Label(name, east - size // 2, north - size // 2))
+    return tuple(found)
 
 
 class BoardNames:
@@ -36,28 +39,35 @@ class BoardNames:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
-        self._labels: dict[str, Any] = {}
+        self._written: list[Any] = []
 
-    def show(self, picture: Picture, points: np.ndarray) -> None:
-        """Show the names of a picture whose cells lie at ``(y * x, 3)``."""
-        found = middles(picture)
-        for name, label in self._labels.items():
-            assign(label, "visible", name in found)
-        for name, cell in found.items():
-            place = tuple((points[cell] + np.array([0.0, 0.0, _ABOVE])).tolist())
-            label = self._labels.get(name)
-            if label is None:
-                self._labels[name] = self._scene.add_label(
-                    f"/board/names/{len(self._labels)}",
-                    name,
-                    position=place,
-                    anchor="center-center",
+    def show(self, picture: Picture, size: int) -> None:
+        """Show what is written on a picture of a board of so many cells along each side."""
+        labels = (*middles(picture), *picture.labels)
+        unit = BOARD_UNITS / size
+        for number, label in enumerate(labels):
+            place = (label.east * unit, label.north * unit, _ABOVE)
+            if number == len(self._written):
+                self._written.append(
+                    self._scene.add_label(
+                        f"/board/names/{number}",
+                        label.text,
+                        position=place,
+                        font_size_mode="scene",
+                        font_scene_height=_HEIGHT,
+                        anchor="center-center",
+                    )
                 )
-            elif tuple(label.position) != place:
-                label.position = place
+            written = self._written[number]
+            assign(written, "text", label.text)
+            if tuple(written.position) != place:
+                written.position = place
+            assign(written, "visible", True)
+        for written in self._written[len(labels) :]:
+            assign(written, "visible", False)
 
     def remove(self) -> None:
-        """Take all names off the board."""
-        for label in self._labels.values():
-            label.remove()
-        self._labels.clear()
+        """Take everything off the board."""
+        for written in self._written:
+            written.remove()
+        self._written.clear()

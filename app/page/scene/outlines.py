@@ -48,6 +48,12 @@ def cell_centres(spec: WorldSpec) -> np.ndarray:
     return (flat * BOARD_UNITS / spec.size).astype(np.float32)
 
 
+def lifted(points: np.ndarray, above: float) -> np.ndarray:
+    """Points ``(..., 2)`` of the board so far above it, ``(..., 3) float32``."""
+    z = np.full((*points.shape[:-1], 1), above)
+    return np.concatenate([points, z], axis=-1).astype(np.float32)
+
+
 def segments(points: np.ndarray) -> np.ndarray:
     """A line through points ``(n, 2 or 3)`` as segments ``(n - 1, 2, 2 or 3)``."""
     return np.stack([points[:-1], points[1:]], axis=1)
@@ -58,6 +64,16 @@ def edges(spec: WorldSpec) -> tuple[float, float]:
     unit = BOARD_UNITS / spec.size
     middle = spec.size // 2
     return (-0.5 - middle) * unit, (spec.size - 0.5 - middle) * unit
+
+
+def kept_on_board(points: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
+    """Points ``(..., 2)``, those off the board moved to its edge.
+
+    A trial's square is turned so that the prey looks as it does in the picture, and its corners may
+    then lie outside of what is drawn.
+    """
+    low, high = edges(spec)
+    return np.clip(points, low, high)
 
 
 def border(spec: WorldSpec) -> np.ndarray:

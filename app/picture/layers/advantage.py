@@ -4,46 +4,88 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.amounts import amount_legend, differences, draw_amount, fitted, least_difference
+from app.picture.amounts import amount_legend, draw_amount, fitted, least_difference
+from app.picture.colours import STAKES
 from app.picture.frames import in_frame
-from app.picture.layer import Extras, Layer, Picture
+from app.picture.layer import Extras, Label, Layer, Picture
 from app.picture.look import Look
 from app.picture.options import kind_of, lone_option
 from app.picture.raster import Raster
-from app.picture.shading import Ruler
+from app.picture.shading import Ruler, equivalent_steps, mean_of
 from app.picture.value_maps import reward_of
+from app.words.numbers import of_any_size
+
+_MOST_STEPS = 20.0
+"""Beyond this a choice is the wrong one, and by how much does not matter any more."""
+_LEAST_STEPS = 0.05
+_NOTE_NORTH = 0.36
+"""Where a note stands, as a share of the board's side north of the prey."""
 
 
-def _advantages(values: np.ndarray) -> np.ndarray:
-    """Best minus second best along the last axis, float64; 0 where there are not two."""
+def _best_two(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Best and second best along the last axis; minus infinity where there is none."""
     best = np.full(values.shape[:-1], -np.inf)
     second = best.copy()
     for option in range(values.shape[-1]):
         value = values[..., option]
         np.maximum(second, np.minimum(best, value), out=second)
         np.maximum(best, value, out=best)
-    return np.subtract(best, second, out=np.zeros_like(best), where=np.isfinite(second))
+    return best, second
+
+
+def _advantages(snapshot: Snapshot, look: Look) -> np.ndarray:
+    """What is lost by taking the next best option, ``(heading, distance, direction) float64``.
+
+    In steps to capture, ``_MOST_STEPS`` at most, as where the next best knows no way at all; NaN
+    where not even the best does. On a linear scale the difference of the values, NaN where there
+    are not two.
+    """
+    best, second = _best_two(snapshot.selection_q)
+    two = np.isfinite(second)
+    if look.scale == "linear":
+        lost = np.subtract(best, second, out=np.full_like(best, np.nan), where=two)
+        return np.where(lost < least_difference(snapshot), 0.0, lost)
+    reward, gamma = reward_of(snapshot), snapshot.spec.learner.gamma
+    steps = equivalent_steps(second, reward, gamma) - equivalent_steps(best, reward, gamma)
+    lost = np.where(second > 0, np.minimum(steps, _MOST_STEPS), _MOST_STEPS)
+    lost = np.where(lost < _LEAST_STEPS, 0.0, lost)
+    return np.where(two & (best > 0), lost, np.nan)
 
 
 def _ruler(snapshot: Snapshot, look: Look) -> Ruler:
-    is_linear = look.scale == "linear"
-    fixed = Ruler(0.0, reward_of(snapshot)) if is_linear else differences(snapshot)
-    if not look.fitted:
-        return fixed
-    return fitted(_advantages(snapshot.selection_q), fixed, least_difference(snapshot))
+    fixed = Ruler(0.0, _MOST_STEPS, "root")
+    if look.scale == "linear":
+        fixed = Ruler(0.0, reward_of(snapshot))
+    return fitted(_advantages(snapshot, look), fixed) if look.fitted else fixed
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    values = in_frame(snapshot.selection_q, snapshot, look)
-    amount = _advantages(values).mean(axis=0)
-    amount[amount < least_difference(snapshot)] = 0.0
-    return draw_amount(amount, _ruler(snapshot, look), look, raster)
+    each = in_frame(_advantages(snapshot, look), snapshot, look)
+    there = ~np.isnan(each)
+    count = there.sum(axis=0)
+    amount = mean_of(np.where(there, each, 0.0), count, np.nan)
+    amount[2 * count < len(each)] = np.nan
+    picture = draw_amount(amount, _ruler(snapshot, look), STAKES, look, raster)
+    lone = lone_option(snapshot)
+    if lone is None:
+        return picture
+    note = Label(f"{lone}: no choice yet", 0.0, _NOTE_NORTH * snapshot.spec.world.size)
+    return picture._replace(labels=(note,))
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
-    title = f"Value of the best {kind_of(snapshot)} less that of the next"
-    ruler = _ruler(snapshot, look)
-    return amount_legend(snapshot, look, title, ruler, "no difference", "the difference")
+    kind, ruler = kind_of(snapshot), _ruler(snapshot, look)
+    if look.scale == "linear":
+        title = f"Value of the best {kind} less that of the next best"
+        return amount_legend(snapshot, look, title, ruler, STAKES, of_any_size, "no difference")
+    title = f"Steps that are lost by taking the next best {kind}"
+    blank = "none, or no way to a capture is known"
+    return amount_legend(snapshot, look, title, ruler, STAKES, _steps, blank)
+
+
+def _steps(steps: float) -> str:
+    more = " or more" if steps >= _MOST_STEPS else ""
+    return f"{steps:.2g}{more}"
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
@@ -51,7 +93,10 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     if lone is not None:
         return f"{lone}: there is nothing to choose from, so nothing to see."
     kind = kind_of(snapshot)
-    return f"Where the choice matters: how much more the best {kind} is worth than the next best."
+    return (
+        f"Where the choice of {kind} matters: the stronger the colour, the more the next best one"
+        " would cost."
+    )
 
 
 ADVANTAGE = Layer("advantage", "Advantage", _draw, _legend, _caption)

@@ -21,7 +21,6 @@ from app.picture.options import (
     present,
 )
 from app.picture.raster import Raster, on_raster
-from app.picture.value_maps import state_value_map
 from app.util.html import element, joined
 from app.words.plain import MOVE_NAMES
 
@@ -38,12 +37,13 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     winner = votes.argmax(axis=0)
     colours = option_colours(snapshot, look.theme)[winner]
     cover = np.where(alone, most / len(choice), 0.0)
-    _, height = state_value_map(snapshot, look)
     # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
     world = snapshot.spec.world
-    ways = arrows(at_places(choice, world), world) if has_moves(snapshot) else None
-    picture = spread(over_board(colours, cover, look.theme), height, raster, ways)
-    if has_moves(snapshot) or lone_option(snapshot) is not None:
+    picture = spread(over_board(colours, cover, look.theme), raster)
+    if has_moves(snapshot):
+        ways = arrows(at_places(choice, world, raster.side), world, raster.side)
+        return picture._replace(arrows=ways.ends)
+    if lone_option(snapshot) is not None:
         return picture
     regions = on_raster(np.where(cover > 0, winner, -1), raster)
     return picture._replace(regions=regions, names=option_names(snapshot))
@@ -60,7 +60,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     part = element("div", key + patch_of_board(look, blank))
     each = f"the {kind} that most of its eight headings choose, paler where fewer do"
     frame = frame_in_words(snapshot, look, each)
-    return legend(look, f"The {kind} of most value", [part], frame, "the value of the state")
+    return legend(look, f"The {kind} of most value", [part], frame)
 
 
 def _compass(colours: np.ndarray) -> Markup:

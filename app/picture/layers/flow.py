@@ -5,56 +5,91 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.arrows import arrows, at_places
-from app.picture.colours import over_board
-from app.picture.frames import TURNED, folds, in_frame
-from app.picture.layer import Extras, Layer, Picture, spread
+from app.picture.colours import css
+from app.picture.frames import TURNED, facing, folds, in_frame
+from app.picture.layer import Extras, Layer, Picture, blank
+from app.picture.legend import legend, swatch
 from app.picture.look import Look
-from app.picture.options import greedy, has_moves, options_in_frame
+from app.picture.options import (
+    greedy,
+    has_moves,
+    option_colours,
+    option_names,
+    options_in_frame,
+    present,
+)
 from app.picture.raster import Raster
-from app.picture.value_maps import FAINT, or_zero, state_value_map, value_legend, value_shading
-from app.util.html import element
+from app.util.html import element, joined
 from sim.spec import N_HEADINGS
 
+_THIN = 0.72
+"""Brightness of a colour that is meant for areas, where it is to be seen in a line on white."""
 
-def _moves(snapshot: Snapshot, look: Look) -> np.ndarray:
-    """The move that the whole hierarchy makes where arrows may be, ``(heading, place)``.
 
-    In the frame of the picture; -1 for ties.
+def _ways(snapshot: Snapshot, look: Look, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """What the whole hierarchy does where arrows may be, each ``(heading, place)``.
+
+    Returns:
+        Its move, in the frame of the picture, -1 for ties; and the option that makes it.
     """
     world = snapshot.spec.world
     if has_moves(snapshot):
-        return at_places(greedy(options_in_frame(snapshot, look)), world)
+        move = at_places(greedy(options_in_frame(snapshot, look)), world, side)
+        return move, move
     # Place by place, since skills may tell other states apart than the selection does.
-    option = at_places(greedy(in_frame(snapshot.selection_q, snapshot, look)), world)
+    option = at_places(greedy(in_frame(snapshot.selection_q, snapshot, look)), world, side)
     of_skill = greedy(snapshot.skill_q)
     n_skill_states, of_skills = world.n_skill_states, world.of_skills
     every = np.arange(n_skill_states).reshape(of_skills.n_distances, of_skills.n_directions)
-    state = at_places(in_frame(np.stack([every] * N_HEADINGS), snapshot, look), of_skills)
+    state = at_places(in_frame(np.stack([every] * N_HEADINGS), snapshot, look), of_skills, side)
     # An option of -1 wraps to some skill here, and is taken out again below.
     move = of_skill.ravel().take(option * n_skill_states + state, mode="wrap")
     clear = (option >= 0) & (move >= 0)
     if folds(look):
         move = TURNED[np.arange(N_HEADINGS)[:, None], move]
-    return np.where(clear, move, -1)
+    return np.where(clear, move, -1), np.where(clear, option, -1)
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    colours, height = state_value_map(snapshot, look)
-    faint = over_board(colours, FAINT, look.theme)
-    return spread(faint, height, raster, arrows(_moves(snapshot, look), snapshot.spec.world))
+    move, option = _ways(snapshot, look, raster.side)
+    ways = arrows(move, snapshot.spec.world, raster.side)
+    picture = blank(look, raster)._replace(arrows=ways.ends)
+    if has_moves(snapshot):
+        return picture
+    # On the empty board, in the colour of who makes the move: a value below would be a second thing
+    # to read, and pale beside them.
+    takes = option[:, ways.shown]
+    options = range(snapshot.selection_q.shape[-1])
+    votes = np.stack([(takes == number).sum(axis=0) for number in options])
+    return picture._replace(arrow_colours=_inks(snapshot, look)[votes.argmax(axis=0)])
+
+
+def _inks(snapshot: Snapshot, look: Look) -> np.ndarray:
+    """(option, 3) uint8: colours of options for what is thin."""
+    darker = 1.0 if look.theme.is_dark else _THIN
+    return np.rint(option_colours(snapshot, look.theme) * darker).astype(np.uint8)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
-    shading = value_shading(snapshot, look, or_zero(snapshot.value))
-    none = "moves tie or the headings disagree" if folds(look) else "moves tie"
-    ways = element("div", f"Arrows: the move that is made; none where {none}.")
-    return value_legend(snapshot, look, "Faint: value of a state", shading, ways, FAINT)
+    none = "the best moves tie or the headings disagree" if folds(look) else "the best moves tie"
+    parts: list[Markup] = []
+    if not has_moves(snapshot):
+        colours, names = _inks(snapshot, look), option_names(snapshot)
+        key = (swatch(css(colours[option]), names[option]) for option in present(snapshot))
+        parts.append(element("div", joined(["The move of ", *key], "")))
+    parts.append(element("div", f"No arrow where {none}."))
+    if folds(look):
+        frame = "The board is turned so that the prey looks right; each arrow is the mean way."
+    else:
+        frame = f"North is up, and the prey looks {facing(snapshot, look)}."
+    return legend(look, "Arrows: the way the predator would go", parts, frame)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
-    if (_moves(snapshot, look) < 0).all():
+    move, _ = _ways(snapshot, look, snapshot.spec.world.size)
+    if (move < 0).all():
         return "Which way the predator would go from each place: no move is clearly best yet."
-    return "Which way the predator would go from each place if it never explored."
+    return "Which way the predator would go from each place if it never moved at random."
 
 
 FLOW = Layer("flow", "Policy flow", _draw, _legend, _caption)

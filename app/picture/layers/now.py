@@ -4,42 +4,61 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.amounts import amount_legend, differences, draw_amount, fitted, least_difference
+from app.picture.amounts import amount_legend, draw_amount, fitted, least_difference
+from app.picture.colours import GLOW
 from app.picture.frames import facing, folds, in_frame
 from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import Raster
 from app.picture.shading import Ruler
+from app.picture.value_maps import or_zero
+
+_FIXED = Ruler(0.0, 0.5)
+"""What is learned already wavers by some hundredths; where value arrives all of it is new."""
+_LEAST = 0.03
+"""Less than this share of a value is no change that anybody should look at."""
+
+
+def _changes(snapshot: Snapshot) -> np.ndarray:
+    """Change of values lately as a share of the values, at most 1; 0 where it is over.
+
+    As a share, because values fall with distance: the far end of what is known would show as
+    nothing beside the wavering near the prey.
+
+    Returns:
+        ``(heading, distance, direction) float64``.
+    """
+    change = snapshot.learning_now.astype(np.float64)
+    size = np.maximum(np.abs(or_zero(snapshot.value)), change)
+    share = np.divide(change, size, out=np.zeros_like(change), where=size > 0)
+    share[(share < _LEAST) | (change < least_difference(snapshot))] = 0.0
+    return share
 
 
 def _ruler(snapshot: Snapshot, look: Look) -> Ruler:
-    fixed = differences(snapshot)
-    return fitted(snapshot.learning_now, fixed, fixed.low) if look.fitted else fixed
+    return fitted(_changes(snapshot), _FIXED) if look.fitted else _FIXED
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    mean = in_frame(snapshot.learning_now, snapshot, look).mean(axis=0, dtype=np.float64)
-    # What fades never ends; below the scale it counts as over.
-    mean[mean < least_difference(snapshot)] = 0.0
-    return draw_amount(mean, _ruler(snapshot, look), look, raster)
+    mean = in_frame(_changes(snapshot), snapshot, look).mean(axis=0)
+    return draw_amount(mean, _ruler(snapshot, look), GLOW, look, raster)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
-    title = "Change of value lately, by powers of ten, fading"
+    title = "Change of the value in the last moments, as a share of it"
     ruler = _ruler(snapshot, look)
-    height = "change, by powers of ten"
-    return amount_legend(snapshot, look, title, ruler, "no change lately", height)
+    return amount_legend(snapshot, look, title, ruler, GLOW, "{:.0%}".format, "no change")
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
-    if in_frame(snapshot.learning_now, snapshot, look).any():
+    if in_frame(_changes(snapshot), snapshot, look).any():
         return (
-            "Where values are changing right now; while it learns, the glow fades within seconds."
+            "Where values are changing: what glows is being learned now; it fades in a second, and"
+            " stays while the run is paused."
         )
     if folds(look):
-        return "Where values are changing right now: nowhere."
-    where = f"nowhere while the prey looks {facing(snapshot, look)}"
-    return f"Where values are changing right now: {where}."
+        return "Where values are changing: nowhere at this moment."
+    return f"Where values are changing: nowhere while the prey looks {facing(snapshot, look)}."
 
 
 NOW = Layer("now", "Learning now", _draw, _legend, _caption)

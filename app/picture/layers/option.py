@@ -29,7 +29,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     values = _values(snapshot, look)
     shading = value_shading(snapshot, look, values)
     shown = in_frame(values, snapshot, look)
-    return spread(*value_map(shown, shading, snapshot, look), raster)
+    return spread(value_map(shown, shading, snapshot, look), raster)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:

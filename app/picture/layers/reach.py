@@ -54,7 +54,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     level = 1.0 - _ruler(snapshot, look).place(trial)
     share = count / len(turned)
     gain = palette(gain_colours(), level)
-    picture = spread(over_board(gain, share, look.theme), np.nan_to_num(level) * share, raster)
+    picture = spread(over_board(gain, share, look.theme), raster)
     line = _isochrones(trial, line_step(snapshot.first_reach), raster)
     dark = over_board(gain * _LINE_SHADE, share, look.theme).reshape(-1, 3)
     picture.colours[line] = dark[raster.states[line]]
@@ -87,7 +87,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     ]
     each = "the mean over the headings that value has reached, paler where few"
     frame = frame_in_words(snapshot, look, each)
-    return legend(look, "Trial in which value first rose", parts, frame, "the earlier, the higher")
+    return legend(look, "Trial in which value first rose", parts, frame)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

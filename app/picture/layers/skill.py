@@ -5,15 +5,19 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.arrows import arrows, at_places
-from app.picture.colours import over_board
+from app.picture.colours import css, gain_colours, over_board, palette
 from app.picture.layer import Extras, Layer, Picture, blank, spread
-from app.picture.legend import legend, patch_of_board
+from app.picture.legend import legend, patch_of_board, swatch
 from app.picture.look import Look
 from app.picture.options import greedy, option_names, option_shown, present
 from app.picture.raster import Raster, as_skills_see
 from app.picture.shading import Shading, fitted_shading, fixed_shading
-from app.picture.value_maps import FAINT, losses, value_map, value_scale
+from app.picture.theme import LIGHT
+from app.picture.value_maps import value_scale
 from app.util.html import element
+
+_BELOW = 0.4
+"""How strongly a place covers the board where a skill expects less than nothing."""
 
 
 def _table(snapshot: Snapshot, look: Look) -> np.ndarray | None:
@@ -40,30 +44,35 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     table = _table(snapshot, look)
     if table is None:
         return blank(look, raster)
-    values = table.max(axis=-1)[None]
+    values = table.max(axis=-1)
     shading = _shading(snapshot, look, values)
-    colours, height = value_map(values, shading, snapshot, look)
-    faint = over_board(colours, FAINT, look.theme)
-    world = snapshot.spec.world
-    ways = arrows(at_places(greedy(table)[None], world.of_skills), world)
-    return spread(faint, height, as_skills_see(raster, world), ways)
+    colours = palette(gain_colours(), shading.gain.place(values))
+    below = over_board(np.array(look.theme.timeout), _BELOW, look.theme)
+    colours = np.where((values < 0)[..., None], below, colours)
+    world, side = snapshot.spec.world, raster.side
+    there = np.abs(table).max(axis=-1) > 0
+    picture = spread(over_board(colours, there, look.theme), as_skills_see(raster, world))
+    ways = arrows(at_places(greedy(table)[None], world.of_skills, side), world, side)
+    # Values are bright on every page.
+    ink = np.broadcast_to(np.array(LIGHT.ink, np.uint8), (len(ways.ends), 3))
+    return picture._replace(arrows=ways.ends, arrow_colours=ink)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     table = _table(snapshot, look)
-    frame = "A skill does not know where the prey looks: this is its table as it is, north up."
+    frame = "A skill does not know where the prey looks, so that is not shown. North is up."
     if table is None:
-        return legend(look, "No skill", [], frame, "nothing")
+        return legend(look, "No skill", [], frame)
     shading = _shading(snapshot, look, table.max(axis=-1))
-    below = losses(shading, look.theme, "below 0", FAINT)
+    below = swatch(css(over_board(np.array(look.theme.timeout), _BELOW, look.theme)), "below 0")
     parts = [
-        *value_scale(shading, look, FAINT),
+        *value_scale(shading, look),
         element("div", below + patch_of_board(look, "nothing learned")),
         element("div", "Arrows: its best move; none where moves tie."),
     ]
     name = option_names(snapshot)[option_shown(snapshot, look)]
     title = f"What {name} expects of its own reward"
-    return legend(look, title, parts, frame, "what the skill expects")
+    return legend(look, title, parts, frame)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
@@ -76,9 +85,9 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
         return f"{name} has learned nothing yet."
     absent = "" if option in present(snapshot) else " It is not among the skills now."
     return (
-        f"What {name} has learned for itself: bright where it expects much of its own reward,"
-        f" arrows for its best move.{absent}"
+        f"What {name} has learned for itself: bright where it expects much of its own reward, with"
+        f" its best moves.{absent}"
     )
 
 
-SKILL = Layer("skill", "Skill's own value", _draw, _legend, _caption, about="skill")
+SKILL = Layer("skill", "Skill's own value", _draw, _legend, _caption, about="skill", turns=False)

@@ -38,15 +38,13 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     if not folds(look):
         heading = heading_shown(look, snapshot.heading)
         outcome = success.outcomes[heading].ravel()[raster.cells]
-        colours = _outcome_colours(look.theme)[outcome]
-        return Picture(colours, (outcome == CAPTURE).astype(np.float32))
+        return Picture(_outcome_colours(look.theme)[outcome])
     # One more element, not known, stands for all that lies off the board.
     flat = np.append(success.outcomes.ravel(), np.int8(0))
     outcome = flat.take(_turned_cells(snapshot.spec.world.size)[:, raster.cells])
     caught = np.count_nonzero(outcome == CAPTURE, axis=0)
     share = caught / np.maximum(np.count_nonzero(outcome, axis=0), 1)
-    colours = over_board(np.array(look.theme.capture), share, look.theme)
-    return Picture(colours, share.astype(np.float32))
+    return Picture(over_board(np.array(look.theme.capture), share, look.theme))
 
 
 def _outcome_colours(theme: Theme) -> np.ndarray:
@@ -90,7 +88,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
         parts = [element("div", key)]
         title = "How a hunt from here ends"
     frame = frame_in_words(snapshot, look, "for how many of its eight headings")
-    return legend(look, title, parts, frame, "the share of hunts that end in capture")
+    return legend(look, title, parts, frame)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

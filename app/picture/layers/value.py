@@ -10,7 +10,7 @@ from app.picture.value_maps import or_zero, state_value_map, value_legend, value
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    return spread(*state_value_map(snapshot, look), raster)
+    return spread(state_value_map(snapshot, look), raster)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:

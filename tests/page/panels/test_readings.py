@@ -21,8 +21,10 @@ from app.live.held import Opened
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.metrics.course import GreedyCurve
-from app.page.panels import curve, readings
-from app.page.panels.readings import Readings, Texts
+from app.page import headline
+from app.page.panels import curve
+from app.page.panels.readings import Readings
+from app.page.texts import Texts
 from app.picture.layer import Extras
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT
@@ -83,20 +85,23 @@ class Page(HTMLParser):
 # Headline and numbers
 
 
-def test_the_headline_carries_the_sentence() -> None:
-    assert "One skill, approach" in Page(readings.headline_html(status_of(moment()))).text
+def test_the_sentence_above_the_board_is_that_of_the_moment() -> None:
+    assert (
+        ": approach. It is practised until"
+        in Page(headline.sentence_html(status_of(moment()))).text
+    )
 
 
 def test_markup_in_an_error_is_shown_and_not_obeyed() -> None:
     error = "ValueError: <img src=x onerror=alert(1)> & <script>steal()</script>"
-    harmless = readings.headline_html(status_of(moment(), error="ValueError: x"))
-    shown = Page(readings.headline_html(status_of(moment(), error=error)))
+    harmless = headline.sentence_html(status_of(moment(), error="ValueError: x"))
+    shown = Page(headline.sentence_html(status_of(moment(), error=error)))
     assert error in shown.text
     assert shown.tags == Page(harmless).tags
 
 
 def test_an_error_is_shown_only_when_there_is_one() -> None:
-    assert "Error" not in Page(readings.headline_html(status_of(moment()))).text
+    assert "Error" not in Page(headline.sentence_html(status_of(moment()))).text
 
 
 @pytest.mark.parametrize("same", [None, True, False])
@@ -104,8 +109,8 @@ def test_a_run_of_an_experiment_is_named_under_the_sentence(same: bool | None) -
     digest = "3fa9c1d2" + "0" * 56
     found = "" if same is None else digest if same else "f" * 64
     opened = Opened("figure_4_1: timed, seed 3", 1_000, digest, same, found)
-    page = Page(readings.headline_html(status_of(moment(), opened=opened)))
-    sentence = Page(readings.headline_html(status_of(moment()))).text
+    page = Page(headline.sentence_html(status_of(moment(), opened=opened)))
+    sentence = Page(headline.sentence_html(status_of(moment()))).text
     assert page.text == f"{sentence} {provenance(opened)}"
 
 
@@ -114,9 +119,9 @@ def test_markup_in_the_name_of_a_run_is_shown_and_not_obeyed(same: bool | None) 
     name = "<img src=x onerror=alert(1)> & <script>steal()</script>"
     hostile = Opened(name, 1_000, "<b>3f</b>", same, "<b>3f</b>")
     harmless = Opened("timed", 1_000, "3f", same, "3f")
-    shown = Page(readings.headline_html(status_of(moment(), opened=hostile)))
+    shown = Page(headline.sentence_html(status_of(moment(), opened=hostile)))
     assert name in shown.text
-    expected = Page(readings.headline_html(status_of(moment(), opened=harmless)))
+    expected = Page(headline.sentence_html(status_of(moment(), opened=harmless)))
     assert shown.tags == expected.tags
 
 
@@ -125,21 +130,44 @@ def test_numbers_are_those_of_the_moment() -> None:
     run.advance(until_trial=1_234)
     taken = moment(run, recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
     status = status_of(taken, steps_per_s=20_480.0)
-    shown = readings.numbers_html(status, 2, greedy_curve((1_021, 20_345, -12.25)))
+    shown = headline.numbers_html(status, 2, greedy_curve((1_021, 20_345, -12.25)))
     reached = int((taken.value > 0).sum())
     assert reached > 0
     assert Page(shown).text == (
-        f"Trial 1,234 Steps {run.step:,} Steps/s 20 k Viewers 2 Success 25% Reward 8.2"
-        f" Greedy \N{MINUS SIGN}12.2 States of value {reached:,}"
+        f"Trial 1,234 Success 25% Reward 8.2 Greedy \N{MINUS SIGN}12.2"
+        f" Steps {run.step:,} Steps/s 20 k States of value {reached:,} Viewers 2"
     )
     assert "measured at trial 1,021, step 20,345" in shown
     assert "of 3,456" in shown
 
 
+def test_what_matters_first_is_read_on_the_stage_too() -> None:
+    taken = moment(recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
+    assert Page(headline.readings_html(status_of(taken))).text == (
+        f"Trial {taken.trial} Success 25% Reward 8.2"
+    )
+
+
+def test_exploration_that_is_forced_is_said_beside_the_numbers_that_it_makes_small() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=100)
+    assert "forced" not in headline.numbers_html(status_of(moment(run)))
+    run.apply(Explore("approach", 100, 0.95))
+    status = status_of(moment(run))
+    for shown in (headline.numbers_html(status), headline.readings_html(status)):
+        assert "Forced exploration : approach 95%" in Page(shown).text
+    run.advance(until_trial=200)
+    assert "Forced" not in headline.readings_html(status_of(moment(run)))
+
+
+def test_viewers_are_counted_where_there_are_others() -> None:
+    assert "Viewers" not in headline.numbers_html(status_of(moment()), viewers=1)
+
+
 def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
-    text = Page(readings.numbers_html(status_of(moment()))).text
+    text = Page(headline.numbers_html(status_of(moment()))).text
     nothing = "\N{EN DASH}"
-    assert f"Success {nothing} Reward {nothing} Greedy {nothing} States" in text
+    assert f"Success {nothing} Reward {nothing} Greedy {nothing} Steps" in text
 
 
 @pytest.mark.parametrize(
@@ -156,8 +184,8 @@ def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
     ],
 )
 def test_rates_are_short(rate: float, shown: str) -> None:
-    text = Page(readings.numbers_html(status_of(moment(), steps_per_s=rate))).text
-    assert f"Steps/s {shown} Viewers" in text
+    text = Page(headline.numbers_html(status_of(moment(), steps_per_s=rate))).text
+    assert f"Steps/s {shown} States" in text
 
 
 # The curve
@@ -374,8 +402,9 @@ def panel(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> Iterator[Readings]:
     server = open_server(port=0)
     client: Any = SimpleNamespace(gui=server.gui)
     inbox: Any = AtOnce()
-    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: "secret")
-    yield Readings(client, status_of(moment()), calls, inbox, lambda: None)
+    names = iter(("secret", "told"))
+    monkeypatch.setattr(secrets, "token_urlsafe", lambda _: next(names))
+    yield Readings(client, status_of(moment()), calls, inbox, lambda: None, lambda: None)
     close_server(server)
 
 

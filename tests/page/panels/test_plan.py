@@ -5,14 +5,14 @@ from typing import Any
 
 import pytest
 import viser
+from app.page.panels.schedule import SchedulePanel
+from app.picture.timeline import timeline_svg
 
 from app.documents import presets
 from app.live import snapshot
 from app.live.session import Request, Session, StartAgain, Status, TrialOnce
 from app.live.snapshot import Snapshot
 from app.page.panels import schedule
-from app.page.panels.schedule import SchedulePanel
-from app.picture.timeline import timeline_svg
 from app.schedule import blocks
 from app.server.server import close_server, open_server
 from learners.commands import Explore, FollowSchedule, FreezeSkills, SetSchedule

@@ -1,67 +1,37 @@
-"""The schedule below the board, drawn and edited; shared, as it is what the learner will do."""
+"""The plan: what the schedule has ahead, edited in numbers; shared, as it is what will be done."""
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import viser
 
+from app.charts.bar.axis import last_trial
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.inbox import Ask, Intent
 from app.page.number_field import Limits, NumberField
 from app.page.widgets import Choice, add_buttons, assign
-from app.picture.timeline import axis_end, timeline_svg
 from app.schedule import edits
-from app.schedule.blocks import Block, Past
+from app.schedule.blocks import NEVER, Block, Past
 from app.server.callbacks import RefusedError
-from app.words.numbers import counted
+from app.util.html import escaped
 from app.words.plain import plain
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, ScheduleSpec
 
-_LEFT, _BOTTOM, _WIDTH = 8, 8, 684
-"""Pixels: this panel lies between two side panels of 330 on a screen of 1366. On others the style
-sheet places it (``app/web/looks.css``)."""
-_PICTURE_WIDTH: Final = _WIDTH - 20.0
-
-NUDGES: Final[Mapping[str, int]] = {
+EARLIER: Final[Mapping[str, int]] = {
     "\N{MINUS SIGN}1,000": -1_000,
     "\N{MINUS SIGN}500": -500,
     "\N{MINUS SIGN}100": -100,
-    "+100": 100,
-    "+500": 500,
-    "+1,000": 1_000,
 }
+LATER: Final[Mapping[str, int]] = {"+100": 100, "+500": 500, "+1,000": 1_000}
 """Trials to move a block by, as the buttons say it."""
 
 _NOTHING: Final = "\N{EN DASH} nothing \N{EN DASH}"
-_REDRAW_S: Final = 0.5
-"""How often the picture is sent again when nothing but the trial has changed."""
 _NEW_TRIALS: Final = 2_000
 _NEW_CHANCE: Final = 0.5
 _NEW_AHEAD: Final = 1_000
 _NEW_EVERY: Final = 100
-
-# viser puts one widget below the other, which takes more height than there is below the board. The
-# rules apply to the container of this panel alone. Where they do not, widgets are stacked.
-_LAYOUT: Final = """<div class="pounce-schedule"></div><style>
-div:has(> div > .pounce-schedule) {
-  display: flex; flex-wrap: wrap; align-items: center; padding: 2px 6px 0 !important; }
-div:has(> div > .pounce-schedule) > div {
-  flex: 0 1 auto; padding: 0 4px 4px !important; margin: 0 !important; }
-div:has(> div > .pounce-schedule) > div:has(> .pounce-schedule) { display: none; }
-div:has(> div > .pounce-schedule) > div:has(> .pounce-timeline) { flex: 1 0 100%; }
-div:has(> div > .pounce-schedule) > div > .mantine-Flex-root > div:first-child {
-  width: auto !important; padding-right: 5px !important; }
-div:has(> div > .pounce-schedule) > div:has(.mantine-Select-root),
-div:has(> div > .pounce-schedule) > div:has(.mantine-Select-root)
-  > .mantine-Flex-root > div:last-child { flex: 1 1 220px; }
-div:has(> div > .pounce-schedule) .mantine-TextInput-root { width: 6.2em; }
-div:has(> div > .pounce-schedule) .mantine-Button-root[data-size="sm"] {
-  height: 1.9em !important; padding-inline: 0.9em; }
-</style>"""
-
 
 # --- What the widgets are to show ----------------------------------------------------------------
 
@@ -119,12 +89,27 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     if not snapshot.spec.learner.skills:
         return Form("", "The options are the nine moves: nothing to schedule.")
     if chosen:
-        return Form("", "What was chosen has begun or is gone.")
+        return Form("", "What was chosen has begun or is gone; what has begun is locked.")
     if not any(block.editable for block in blocks):
         running = bool(snapshot.control.episodes)
         what = "All that was planned has begun" if running else "All that was planned is past"
         return Form("", f"{what}; plan a new exploration.")
-    return Form("", _if_followed("Choose below what to change; the past is locked.", snapshot))
+    return Form(
+        "",
+        _if_followed(
+            "Choose what to change, here or by a click on an outlined block of the bar; the past is"
+            " locked.",
+            snapshot,
+        ),
+    )
+
+
+def beyond_in_words(trial: int, snapshot: Snapshot) -> str:
+    """What is to be said of a plan for a trial that the run is not to have; nothing of others."""
+    last = last_trial(snapshot)
+    if trial < last or trial >= NEVER:
+        return ""
+    return f"Trial {trial:,} is after the run's last, {last:,}: it happens only if the run goes on."
 
 
 def _if_followed(caption: str, snapshot: Snapshot) -> str:
@@ -182,34 +167,26 @@ def _form_of_new(chosen: str, skill: str, blocks: Sequence[Block], snapshot: Sna
 # --- The panel -----------------------------------------------------------------------------------
 
 
-class SchedulePanel:
-    """The panel; the render loop calls :meth:`update`."""
+class PlanPanel:
+    """The tab; the render loop calls :meth:`update`."""
 
     def __init__(self, gui: viser.GuiApi, ask: Ask, session: Session) -> None:
+        """Build it where ``gui`` stands."""
         self._ask = ask
         self._session = session
         self._pending: ScheduleSpec | None = None
         """What was asked for and has not been answered."""
         self._past = Past()
         self._generation = -1
-        self._chosen = ""
         self._loaded: Form | None = None
-        self._drawn: object = None
-        self._drawn_trial = -1
-        self._drawn_s = 0.0
-        panel = gui.add_panel()
-        panel.float(x=_LEFT, y=-_BOTTOM, width=_WIDTH)
-        with panel.add_tab("Schedule", icon=viser.Icon.TIMELINE):
-            self._build(gui)
-        self.update(session.status)
-
-    def _build(self, gui: viser.GuiApi) -> None:
-        gui.add_html(_LAYOUT)
-        self._picture = gui.add_html("")
-        self._choice: Choice[str] = Choice(gui, "Change", {_NOTHING: ""}, self._choose)
-        self._nudges = add_buttons(gui, "Move by", NUDGES, self._nudge, visible=False)
-        # A button group cannot be disabled once it is there, so there is another one that is.
-        self._no_nudges = gui.add_button_group("Move by", tuple(NUDGES), disabled=True)
+        self.chosen = ""
+        """Id of the block that is being edited."""
+        self.blocks: tuple[Block, ...] = ()
+        """All that has happened and is planned, as it was shown last."""
+        self._caption = gui.add_html("")
+        self._choice: Choice[str] = Choice(gui, "Change", {_NOTHING: ""}, self._chose)
+        self._earlier = add_buttons(gui, "Earlier", EARLIER, self._nudge, visible=False)
+        self._later = add_buttons(gui, "Later", LATER, self._nudge, visible=False)
         trials = Limits(0, MAX_TRIALS)
         self._at = NumberField(gui, "At trial", 0, trials)
         self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
@@ -224,32 +201,42 @@ class SchedulePanel:
         self._delete = gui.add_button("Delete", icon=viser.Icon.TRASH, color="red")
         self._apply.on_click(Intent(lambda client, _: self._edit(client, self._applied)))
         self._delete.on_click(Intent(lambda client, _: self._edit(client, self._deleted)))
+        self.update(session.status)
+
+    @property
+    def left_out(self) -> int:
+        """Blocks by hand that are over and not among :attr:`blocks`."""
+        return self._past.left_out
+
+    def choose(self, block_id: str) -> None:
+        """Let a block that lies ahead be edited; nothing happens if there is none of that id."""
+        if any(block.id == block_id and block.editable for block in self.blocks):
+            self.chosen, self._loaded = block_id, None
 
     def update(self, status: Status) -> None:
         """Show what is true; not to be called before all requests have been answered."""
         self._pending = None
         snapshot = status.snapshot
         if snapshot.generation != self._generation:
-            self._generation, self._chosen, self._loaded = snapshot.generation, "", None
-        blocks = self._past.blocks_of(snapshot)
-        form = form_of(self._chosen, blocks, snapshot)
-        choices = choices_of(blocks, snapshot)
+            self._generation, self.chosen, self._loaded = snapshot.generation, "", None
+        self.blocks = self._past.blocks_of(snapshot)
+        form = form_of(self.chosen, self.blocks, snapshot)
+        choices = choices_of(self.blocks, snapshot)
         self._choice.offer(choices)
         self._choice.choose(form.chosen)
         assign(self._choice.handle, "disabled", len(choices) == 1)
-        self._show_form(form)
-        self._show_picture(blocks, snapshot, form, status.playing)
+        self._show_form(form, snapshot)
 
-    def _show_form(self, form: Form) -> None:
-        assign(self._nudges, "visible", form.movable)
-        assign(self._no_nudges, "visible", not form.movable)
-        assign(self._no_nudges, "hint", form.caption)
+    def _show_form(self, form: Form, snapshot: Snapshot) -> None:
+        assign(self._earlier, "visible", form.movable)
+        assign(self._later, "visible", form.movable)
         for field in (self._at, self._trials):
-            assign(field.handle, "disabled", not form.editable)
-        assign(self._chance.handle, "disabled", not form.explores)
+            assign(field.handle, "visible", form.editable)
+        assign(self._chance.handle, "visible", form.explores)
         assign(self._trials.handle, "label", form.trials_label)
         assign(self._apply, "label", "Add" if form.is_new else "Apply")
-        assign(self._delete, "disabled", not form.deletable)
+        assign(self._apply, "visible", form.editable)
+        assign(self._delete, "visible", form.deletable)
         if self._is_news(form):
             self._loaded = form
             self._at.put(form.at)
@@ -257,6 +244,16 @@ class SchedulePanel:
             self._chance.put(form.probability)
         changed = form.editable and (form.is_new or self._is_typed(form))
         assign(self._apply, "disabled", not changed)
+        sentences = form.caption, self._beyond(form, snapshot) if form.editable else ""
+        text = " ".join(sentence for sentence in sentences if sentence)
+        assign(self._caption, "content", f'<div class="pounce-plan">{escaped(text)}</div>')
+
+    def _beyond(self, form: Form, snapshot: Snapshot) -> str:
+        """What is to be said of the trial that stands in the field."""
+        try:
+            return beyond_in_words(int(self._at.read()), snapshot)
+        except RefusedError:
+            return beyond_in_words(form.at, snapshot)
 
     def _is_news(self, form: Form) -> bool:
         """Whether the fields are to be filled: not while a person is changing them."""
@@ -287,37 +284,15 @@ class SchedulePanel:
         except RefusedError:
             return True
 
-    def _show_picture(
-        self, blocks: Sequence[Block], snapshot: Snapshot, form: Form, playing: bool
-    ) -> None:
-        shape = (
-            blocks,
-            form.chosen,
-            form.caption,
-            snapshot.spec,
-            axis_end(snapshot),
-        )
-        now_s = time.monotonic()
-        rests = snapshot.trial == self._drawn_trial
-        if shape == self._drawn and (rests or (playing and now_s - self._drawn_s < _REDRAW_S)):
-            return
-        self._drawn, self._drawn_trial, self._drawn_s = shape, snapshot.trial, now_s
-        caption = form.caption
-        if self._past.left_out:
-            caption += f" {counted(self._past.left_out, 'earlier change')} not drawn."
-        self._picture.content = timeline_svg(
-            blocks, snapshot, None, _PICTURE_WIDTH, form.chosen, caption
-        )
-
-    def _choose(self, client: viser.ClientHandle, chosen: str) -> None:
-        self._chosen = chosen
+    def _chose(self, client: viser.ClientHandle, chosen: str) -> None:
+        self.chosen = chosen
         self._loaded = None
 
     def _nudge(self, client: viser.ClientHandle, by: int) -> None:
-        self._edit(client, lambda plan, now, _: edits.moved(plan, self._chosen, by, now))
+        self._edit(client, lambda plan, now, _: edits.moved(plan, self.chosen, by, now))
 
     def _applied(self, plan: ScheduleSpec, now: edits.Now, snapshot: Snapshot) -> ScheduleSpec:
-        form = form_of(self._chosen, self._past.blocks_of(snapshot), snapshot)
+        form = form_of(self.chosen, self._past.blocks_of(snapshot), snapshot)
         if form.is_new:
             _, _, skill = form.chosen.partition(":")
             plan = edits.with_episode(
@@ -328,13 +303,13 @@ class SchedulePanel:
                 self._chance.read(),
                 now,
             )
-            self._chosen = edits.newest_episode_id(plan)
+            self.chosen = edits.newest_episode_id(plan)
             return plan
-        return edits.changed(plan, self._chosen, now, **self._typed(form))
+        return edits.changed(plan, self.chosen, now, **self._typed(form))
 
     def _deleted(self, plan: ScheduleSpec, now: edits.Now, _: Snapshot) -> ScheduleSpec:
-        plan = edits.without(plan, self._chosen, now)
-        self._chosen = ""
+        plan = edits.without(plan, self.chosen, now)
+        self.chosen = ""
         return plan
 
     def _edit(

@@ -1,0 +1,256 @@
+"""The lanes of the schedule: when each skill is there, explored or frozen."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Final, Literal, NamedTuple
+
+from app.charts.bar.axis import TimeAxis
+from app.charts.bar.marks import CHARACTER
+from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, described
+from app.words.placing import Room
+from app.words.plain import plain
+
+FREEZE_LANE: Final = "frozen by hand"
+_LEAST: Final = 1 / 120
+"""Width of the shortest block, as a share of the axis."""
+
+Half = Literal["whole", "upper", "lower"]
+"""What part of the height of its lane a block takes."""
+
+
+class Stretch(NamedTuple):
+    """Where a skill is among the options, or is going to be."""
+
+    first: float
+    until: float
+    is_ahead: bool
+
+
+class Piece(NamedTuple):
+    """A block of the schedule in its lane."""
+
+    id: str
+    """By which it is chosen and edited."""
+    kind: Literal["join", "forced", "frozen"]
+    first: float
+    until: float
+    done: float
+    """Place up to which it has happened."""
+    half: Half
+    is_idle: bool
+    """Whether it is in the plan and will not happen as things stand."""
+    by_hand: bool
+    is_editable: bool
+    is_chosen: bool
+    hint: str
+
+
+class Label(NamedTuple):
+    """A text in a lane."""
+
+    before: str
+    text: str
+    """What is said on the narrowest page, too."""
+    after: str
+    at: float
+    side: Literal["before", "after", "within"]
+    """Whether it ends at its place, begins there, or has it in its middle."""
+    room: float
+    """How far it may reach, as a share of the axis."""
+
+
+class Lane(NamedTuple):
+    """What is drawn in one row."""
+
+    name: str
+    presence: tuple[Stretch, ...]
+    pieces: tuple[Piece, ...]
+    labels: tuple[Label, ...]
+
+
+def _wide(text: str) -> float:
+    """Width of a text with the room around it, as a share of the axis."""
+    return (len(text) + 2.5) * CHARACTER
+
+
+def lanes_of(
+    blocks: Sequence[Block], skills: Iterable[str], axis: TimeAxis, chosen: str = ""
+) -> tuple[Lane, ...]:
+    """A lane for each skill, and a last one where something was frozen by hand."""
+    lanes = [
+        _lane(plain(skill), [block for block in blocks if block.skill == skill], axis, chosen)
+        for skill in skills
+    ]
+    freezes = [block for block in blocks if block.kind in FREEZES]
+    if freezes:
+        lanes.append(_lane(FREEZE_LANE, freezes, axis, chosen))
+    return tuple(lanes)
+
+
+def _lane(name: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
+    # One that another took the place of at once has held nothing.
+    blocks = [
+        block for block in blocks if block.kind == "introduction" or block.until != block.first
+    ]
+    shown = [block for block in blocks if not _is_beyond(block, axis)]
+    pieces = [_piece(block, axis, chosen) for block in shown if block.kind != "presence"]
+    return Lane(
+        name=name,
+        presence=tuple(_presence(shown, axis)),
+        # What is short is drawn over what is long.
+        pieces=tuple(sorted(pieces, key=lambda piece: piece.first - piece.until)),
+        labels=_Writer(axis, pieces).labels(blocks),
+    )
+
+
+def _is_beyond(block: Block, axis: TimeAxis) -> bool:
+    if axis.unit == "trials":
+        return block.first > axis.end
+    return block.first > axis.trial and axis.of_trial(block.first) >= 1.0
+
+
+def _until(block: Block, axis: TimeAxis) -> float:
+    return axis.now if block.until is None else axis.of_trial(block.until)
+
+
+def _presence(blocks: Iterable[Block], axis: TimeAxis) -> Iterable[Stretch]:
+    for block in blocks:
+        first, until = axis.of_trial(block.first), _until(block, axis)
+        if block.kind == "presence":
+            yield Stretch(first, until, is_ahead=False)
+            if block.until is None:
+                yield Stretch(until, 1.0, is_ahead=True)
+        elif block.kind == "introduction" and block.state == "planned":
+            yield Stretch(first, 1.0, is_ahead=True)
+
+
+def _piece(block: Block, axis: TimeAxis, chosen: str) -> Piece:
+    first, until = axis.of_trial(block.first), _until(block, axis)
+    is_past = block.state in ("done", "running")
+    halves: dict[str, Half] = {FREEZES[0]: "upper", FREEZES[1]: "lower"}
+    kinds: dict[str, Literal["join", "forced"]] = {
+        "introduction": "join",
+        "exploration": "forced",
+    }
+    return Piece(
+        id=block.id,
+        kind=kinds.get(block.kind, "frozen"),
+        first=first,
+        until=until,
+        done=min(max(axis.now, first), until) if is_past else first,
+        half=halves.get(block.kind, "whole"),
+        is_idle=block.state == "idle",
+        by_hand=block.by_hand,
+        is_editable=block.editable,
+        is_chosen=block.id == chosen,
+        hint=described(block),
+    )
+
+
+class _Writer:
+    """Finds room in a lane for what is said of its blocks."""
+
+    def __init__(self, axis: TimeAxis, pieces: Iterable[Piece]) -> None:
+        self._axis = axis
+        self._taken = [(p.first, max(p.until, p.first + _LEAST)) for p in pieces]
+        self._room = Room(0.0, 1.0)
+        for span in self._taken:
+            self._room.take(*span)
+        self._labels: list[Label] = []
+
+    def labels(self, blocks: Sequence[Block]) -> tuple[Label, ...]:
+        """What is said of some blocks, some of which may be beyond the axis."""
+        here = [block for block in blocks if not _is_beyond(block, self._axis)]
+        explorations = [block for block in here if block.kind == "exploration"]
+        # Explorations overlap where one by hand runs on into one that is planned.
+        inside = Room(0.0, 1.0)
+        rest = [block for block in explorations if not self._within(block, inside)]
+        for stretch in self._stretches(rest, 5 * CHARACTER):
+            chances = [f"{block.probability:.0%}" for block in stretch]
+            self._beside(stretch, ", ".join(chances), " of steps" if len(chances) == 1 else "")
+        freezes = [block for block in here if block.kind in FREEZES]
+        for stretch in self._stretches(freezes, 0.0):
+            kinds = {block.kind for block in stretch}
+            self._beside(stretch, " and ".join(FROZEN[k] for k in FREEZES if k in kinds))
+        for block in blocks:
+            # One that was taken back would say that a skill is there which is not.
+            if block.kind == "introduction" and not block.undone:
+                self._join(block, is_beyond=block not in here)
+        return tuple(self._reaching(label) for label in self._labels)
+
+    def _span(self, block: Block) -> tuple[float, float]:
+        first = self._axis.of_trial(block.first)
+        return first, max(_until(block, self._axis), first + _LEAST)
+
+    def _stretches(self, blocks: Iterable[Block], near: float) -> list[list[Block]]:
+        """Blocks between which there is no room for what is said of them."""
+        stretches: list[list[Block]] = []
+        for block in sorted(blocks, key=lambda block: block.first):
+            first, _ = self._span(block)
+            if stretches and first - self._span(stretches[-1][-1])[1] < near:
+                stretches[-1].append(block)
+            else:
+                stretches.append([block])
+        return stretches
+
+    def _within(self, block: Block, inside: Room) -> bool:
+        """Write in the middle of a block; returns whether there is room."""
+        first, until = self._span(block)
+        middle = (first + until) / 2
+        for more in (" of steps", ""):
+            text = f"{block.probability:.0%}{more}"
+            width = _wide(text)
+            if until - first >= width and inside.taken(middle - width / 2, middle + width / 2):
+                label = Label("", f"{block.probability:.0%}", more, middle, "within", until - first)
+                self._labels.append(label)
+                return True
+        return False
+
+    def _beside(self, stretch: Sequence[Block], text: str, more: str = "") -> None:
+        """Write right after blocks that follow one another, or else right before them."""
+        spans = [self._span(block) for block in stretch]
+        first, until = min(spans)[0], max(span[1] for span in spans)
+        places: tuple[tuple[float, Literal["before", "after"]], ...] = (
+            (until, "after"),
+            (first, "before"),
+        )
+        for after in (more, ""):
+            width = _wide(text + after)
+            for at, side in places:
+                span = (at, at + width) if side == "after" else (at - width, at)
+                if self._room.taken(*span):
+                    self._labels.append(Label("", text, after, at, side, 0.0))
+                    return
+        # Cut, or over a neighbour, rather than not at all.
+        at, side = places[0] if until < 0.5 else places[1]
+        self._labels.append(Label("", text, "", at, side, 0.0))
+
+    def _join(self, block: Block, is_beyond: bool) -> None:
+        """Write when a skill joins: before that, or wherever in its lane there is room."""
+        if block.first == 0:
+            return
+        before = "joins at " if block.state in ("planned", "idle") else "joined at "
+        text, after, near = f"{block.first:,}", "", self._span(block)[0]
+        if block.first >= NEVER:
+            before, text, near = "", "not planned to join", 1.0
+        elif is_beyond:
+            after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
+        spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)
+        if spot is not None:
+            edge, is_before = spot
+            side: Literal["before", "after"] = "before" if is_before else "after"
+            self._labels.append(Label(before, text, after, edge, side, 0.0))
+
+    def _reaching(self, label: Label) -> Label:
+        """The label with the room that it has up to the next thing in its lane.
+
+        Where the bar is narrower than it was judged by, a text is cut there.
+        """
+        if label.side == "within":
+            return label
+        spots = [*self._taken, *((o.at, o.at) for o in self._labels if o is not label)]
+        if label.side == "after":
+            ends = [first for first, _ in spots if first > label.at]
+            return label._replace(room=min(ends, default=1.0) - label.at)
+        ends = [until for _, until in spots if until < label.at]
+        return label._replace(room=label.at - max(ends, default=0.0))

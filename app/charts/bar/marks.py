@@ -1,0 +1,127 @@
+"""Marks across the curve: where skills joined or left, and where a parameter was changed."""
+
+from collections.abc import Iterable, Sequence
+from typing import Final, NamedTuple
+
+from app.charts.bar.axis import TimeAxis
+from app.words.numbers import counted
+from app.words.placing import Room
+from app.words.plain import PARAMETER_NAMES, plain
+from learners.commands import Event, Introduce, Remove, SetParameter
+
+_NEAR: Final = 0.008
+"""Marks nearer than this share of the axis are drawn as one."""
+CHARACTER: Final = 1 / 92
+"""Width of a character of a name as a share of the axis, on the safe side, where it is shortest
+beside two panels."""
+_GUTTER: Final = 0.15
+"""How far a name may reach out over what stands to the left of the axis."""
+_MOST_LISTED: Final = 8
+
+
+class Mark(NamedTuple):
+    """A line across the curve."""
+
+    at: float
+    """Its place along the axis."""
+    name: str
+    """What is written at it; empty where there is no room."""
+    is_before: bool
+    """Whether that stands to the left of it."""
+    hint: str
+    """All that it stands for, a line each."""
+    room: float = 1.0
+    """How far the name may reach, as a share of the axis: where the page is narrow, it is cut."""
+
+
+class _Spot(NamedTuple):
+    at: float
+    events: tuple[Event, ...]
+
+    @property
+    def joins(self) -> bool:
+        return any(isinstance(event.command, Introduce) for event in self.events)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it may be called, the longest first; skills that join are what one looks for."""
+        joins = [event.command for event in self.events if isinstance(event.command, Introduce)]
+        if joins:
+            skills = ", ".join(plain(command.skill) for command in joins)
+            return f"{skills} {'joins' if len(joins) == 1 else 'join'}", skills
+        one, *more = self.events
+        return (counted(len(self.events), "change") if more else _name(one),)
+
+    @property
+    def hint(self) -> str:
+        lines = [f"trial {event.trial:,}: {_name(event)}" for event in self.events[:_MOST_LISTED]]
+        more = len(self.events) - _MOST_LISTED
+        return "\n".join([*lines, f"and {more:,} more"] if more > 0 else lines)
+
+
+def marks_of(history: Iterable[Event], axis: TimeAxis) -> tuple[Mark, ...]:
+    """The marks of a run, from left to right; of those that are close, one for all.
+
+    A skill that is there from the start has no mark; nor have explorations and freezes, which are
+    bands.
+    """
+    spots = _spots([event for event in history if _is_marked(event)], axis)
+    joins = [spot for spot in spots if spot.joins]
+    others = [spot for spot in spots if not spot.joins]
+    room = Room(-_GUTTER, 1.0)
+    marks: list[Mark] = []
+    # Skills first, over the places of other marks if need be; of these the newest.
+    for kind in (joins, others):
+        for spot in kind:
+            room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
+        marks += [_named(spot, room) for spot in reversed(kind)]
+    return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
+
+
+def _reaching(mark: Mark, marks: Sequence[Mark]) -> Mark:
+    """The mark with the room that its name has up to that of the next."""
+    away = [abs(o.at - mark.at) for o in marks if o.name and (o.at < mark.at) == mark.is_before]
+    edge = mark.at + _GUTTER if mark.is_before else 1.0 - mark.at
+    return mark._replace(room=min([edge, *(room for room in away if room)]))
+
+
+def _is_marked(event: Event) -> bool:
+    if event.undone:
+        return False
+    if isinstance(event.command, Introduce):
+        return event.step > 0
+    return isinstance(event.command, Remove | SetParameter)
+
+
+def _spots(events: Sequence[Event], axis: TimeAxis) -> list[_Spot]:
+    spots: list[_Spot] = []
+    for event in events:
+        at = axis.of_trial(event.trial)
+        if spots and at - spots[-1].at < _NEAR:
+            spots[-1] = _Spot(spots[-1].at, (*spots[-1].events, event))
+        else:
+            spots.append(_Spot(at, (event,)))
+    return spots
+
+
+def _named(spot: _Spot, room: Room) -> Mark:
+    """A mark with the longest of its names that finds room, to the right of it or to the left."""
+    beside = CHARACTER / 2
+    for name in spot.names:
+        width = (len(name) + 0.5) * CHARACTER
+        if room.taken(spot.at + beside, spot.at + beside + width):
+            return Mark(spot.at, name, False, spot.hint)
+        if room.taken(spot.at - beside - width, spot.at - beside):
+            return Mark(spot.at, name, True, spot.hint)
+    return Mark(spot.at, "", False, spot.hint)
+
+
+def _name(event: Event) -> str:
+    match event.command:
+        case Introduce(skill=skill):
+            return f"{plain(skill)} joins"
+        case Remove(skill=skill):
+            return f"{plain(skill)} removed"
+        case SetParameter(key=key, value=value):
+            return f"{PARAMETER_NAMES[key]} = {value:g}"
+    return ""

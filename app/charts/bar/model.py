@@ -1,0 +1,177 @@
+"""The bar as data: curves, bands, marks and lanes of a moment, at places along one axis.
+
+Nothing here knows how it is drawn. Places are shares of the axis; see :mod:`app.charts.bar.axis`.
+"""
+
+from collections.abc import Sequence
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+
+from app.analysis.estimates import Axis
+from app.charts.bar.axis import TimeAxis, axis_of
+from app.charts.bar.lanes import Lane, lanes_of
+from app.charts.bar.marks import Mark, marks_of
+from app.live.snapshot import Snapshot, curve_window, curve_window_trials
+from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
+from app.schedule.blocks import FREEZES, Block, described
+from learners.measures import Curve, Progress
+
+Held = Literal["forced", "frozen"]
+
+
+class Ghost(NamedTuple):
+    """Another run that stands behind this one, to be compared with it."""
+
+    name: str
+    """In a few words."""
+    hint: str
+    """Which run it is."""
+    curve: Curve
+    trial_curve: Curve
+    progress: Progress
+
+
+class Moment(NamedTuple):
+    """All that a bar is made of."""
+
+    snapshot: Snapshot
+    blocks: tuple[Block, ...]
+    left_out: int = 0
+    """Blocks by hand that are over and not among these."""
+    chosen: str = ""
+    """Id of the block that stands out."""
+    greedy: GreedyCurve = NO_CURVE
+    ghost: Ghost | None = None
+
+
+class Band(NamedTuple):
+    """Where something is held from outside: forced exploration, or a freeze."""
+
+    first: float
+    until: float
+    kind: Held
+    is_ahead: bool
+    hint: str
+
+
+class Points(NamedTuple):
+    """A curve."""
+
+    at: np.ndarray
+    """(point,) float64: places along the axis."""
+    reward: np.ndarray
+    """(point,) float64: per trial."""
+
+
+class Bar(NamedTuple):
+    """The whole of it."""
+
+    axis: TimeAxis
+    window: str
+    """What each point of the learning curve is a mean over, in words."""
+    rewards: tuple[float, float]
+    """Ends of the axis of rewards."""
+    learned: Points
+    greedy: Points
+    greedy_gaps: tuple[bool, ...]
+    """Of each pair of neighbours of the greedy curve: whether they are far apart."""
+    ghost: Points | None
+    ghost_name: str
+    ghost_hint: str
+    bands: tuple[Band, ...]
+    marks: tuple[Mark, ...]
+    lanes: tuple[Lane, ...]
+    left_out: int
+    n_hunts: int = GREEDY_HUNTS
+
+
+_NO_POINTS: Final = Points(np.zeros(0), np.zeros(0))
+
+
+def bar_of(moment: Moment, unit: Axis, greedy_every: int) -> Bar:
+    """The bar of a moment.
+
+    Args:
+        moment: the moment.
+        unit: what its axis is of.
+        greedy_every: trials after which greedy reward is measured as a rule; a line between two
+            measurements that are more than twice as far apart says little.
+    """
+    snapshot, ghost = moment.snapshot, moment.ghost
+    axis = axis_of(snapshot, unit)
+    known = moment.greedy.step <= snapshot.step
+    trials = moment.greedy.trial[known]
+    return Bar(
+        axis=axis,
+        window=_window(snapshot, unit),
+        rewards=_rewards(snapshot),
+        learned=learned_of(snapshot, axis),
+        greedy=Points(axis.of_steps(moment.greedy.step[known]), moment.greedy.reward[known]),
+        greedy_gaps=tuple((np.diff(trials) > 2 * greedy_every).tolist()),
+        ghost=None if ghost is None else ghost_of(ghost, axis),
+        ghost_name="" if ghost is None else ghost.name,
+        ghost_hint="" if ghost is None else ghost.hint,
+        bands=bands_of(moment.blocks, axis),
+        marks=marks_of(snapshot.control.history, axis),
+        lanes=lanes_of(moment.blocks, snapshot.spec.learner.skills, axis, moment.chosen),
+        left_out=moment.left_out,
+    )
+
+
+def learned_of(snapshot: Snapshot, axis: TimeAxis) -> Points:
+    """The learning curve, each point where its window ends; level over the whole of the first."""
+    curve = snapshot.curve if axis.unit == "steps" else snapshot.trial_curve
+    keep = np.isfinite(curve.reward)
+    steps, reward = curve.steps[keep], curve.reward[keep]
+    is_short = len(steps) > 2 and 2 * (steps[-1] - steps[-2]) < steps[1] - steps[0]
+    if axis.unit == "steps" and is_short:
+        # A window that has just begun may hold a single trial, and would end the curve in a spike.
+        steps, reward = steps[:-1], reward[:-1]
+    return _from_the_start(axis.of_steps(steps), reward)
+
+
+def ghost_of(ghost: Ghost, axis: TimeAxis) -> Points:
+    """The curve of a ghost by its own trials, or by its own steps, as far as the axis goes."""
+    curve = ghost.curve if axis.unit == "steps" else ghost.trial_curve
+    keep = np.isfinite(curve.reward)
+    along = curve.steps[keep].astype(np.float64)
+    if axis.unit == "trials":
+        along = np.interp(along, ghost.progress.steps, ghost.progress.trials)
+    is_there = along <= axis.end
+    return _from_the_start(along[is_there] / axis.end, curve.reward[keep][is_there])
+
+
+def _from_the_start(at: np.ndarray, reward: np.ndarray) -> Points:
+    if not at.size:
+        return _NO_POINTS
+    return Points(np.append(0.0, at), np.append(reward[0], reward))
+
+
+def bands_of(blocks: Sequence[Block], axis: TimeAxis) -> tuple[Band, ...]:
+    """Where exploration is forced or something frozen, what is past apart from what is ahead."""
+    bands: list[Band] = []
+    for block in blocks:
+        is_freeze = block.kind in (*FREEZES, "introduction")
+        if block.state == "idle" or not (is_freeze or block.kind == "exploration"):
+            continue
+        kind: Held = "frozen" if is_freeze else "forced"
+        first = axis.of_trial(block.first)
+        until = axis.now if block.until is None else axis.of_trial(block.until)
+        middle = min(max(axis.now, first), until)
+        for low, high, is_ahead in ((first, middle, False), (middle, until, True)):
+            if high > low:
+                bands.append(Band(low, high, kind, is_ahead, described(block)))
+    return tuple(bands)
+
+
+def _window(snapshot: Snapshot, unit: Axis) -> str:
+    if unit == "trials":
+        return f"{curve_window_trials(snapshot.trial):,} trials"
+    return f"the trials of {curve_window(snapshot.step):,} steps"
+
+
+def _rewards(snapshot: Snapshot) -> tuple[float, float]:
+    world = snapshot.spec.world
+    low, high = sorted((world.flight_reward, world.capture_reward))
+    return min(low, 0.0), max(high, 1.0)

@@ -1,0 +1,137 @@
+"""What is said of a moment beside the board: the task, what goes on, and the readings."""
+
+import math
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from markupsafe import Markup
+
+from app.explain import sentence
+from app.live.session import Status
+from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
+from app.schedule.forced import forced_now
+from app.server.pulse import Reading
+from app.util.html import element, joined
+from app.words.glossary import term
+from app.words.numbers import NONE, counted, in_short, shown_number, speed_in_words
+from app.words.plain import plain
+from learners import measures
+
+TASK_HTML: Final = sentence.TASK
+"""What the learner is to do, in one line."""
+
+
+class _Number(NamedTuple):
+    """One of the numbers that are read."""
+
+    label: Markup | str
+    value: str
+    hint: str
+
+
+def sentence_html(status: Status) -> str:
+    """The one sentence, and where a run of an experiment is from."""
+    parts = [element("div", sentence.said(status))]
+    if status.error:
+        parts.append(element("b", status.error))
+    if status.opened is not None:
+        # A name may be long, and without a blank.
+        style = "margin-top:0.4em;overflow-wrap:anywhere"
+        parts.append(element("div", sentence.provenance(status.opened), style=style))
+    return str(joined(parts, ""))
+
+
+def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURVE) -> str:
+    """The readings: those that matter first and large, the others small below them."""
+    snapshot = status.snapshot
+    greedy_reward, measured = math.nan, "not measured yet"
+    if greedy.step.size:
+        greedy_reward = float(greedy.reward[-1])
+        measured = f"measured at trial {greedy.trial[-1]:,}, step {greedy.step[-1]:,}"
+    large = [
+        *_main_numbers(status),
+        _Number(
+            term("greedy", "Greedy"),
+            shown_number(greedy_reward, ".1f"),
+            f"Mean reward of {GREEDY_HUNTS:,} hunts without random moves, in which nothing is"
+            f" explored or learned; {measured}",
+        ),
+    ]
+    reached = int((snapshot.value > 0).sum())
+    small = [
+        _Number(term("step", "Steps"), f"{snapshot.step:,}", "Moves that were learned from so far"),
+        _Number("Steps/s", in_short(status.steps_per_s), "Moves in the last second"),
+        _Number(
+            joined([term("state", "States"), " of ", term("value")], ""),
+            f"{reached:,}",
+            f"States worth more than 0, of {snapshot.value.size:,}",
+        ),
+    ]
+    if viewers > 1:
+        hint = "Browsers that see and steer this learner"
+        small.append(_Number("Viewers", f"{viewers}", hint))
+    return _numbers(_row(large), _forced(status), _row(small, "small"))
+
+
+def readings_html(status: Status) -> str:
+    """The few numbers that stand beside the board, and whether exploration is forced."""
+    return _numbers(_row(_main_numbers(status)), _forced(status))
+
+
+def _numbers(*rows: Markup | str) -> str:
+    # viser sends plain texts alone, and no markup.
+    return str(element("div", joined(rows, ""), class_="pounce-numbers"))
+
+
+def _main_numbers(status: Status) -> list[_Number]:
+    snapshot = status.snapshot
+    caught = sentence.success_share(snapshot)
+    return [
+        _Number(term("trial", "Trial"), f"{snapshot.trial:,}", "Hunts that have ended"),
+        _Number(
+            term("success", "Success"),
+            NONE if math.isnan(caught) else f"{caught:.0%}",
+            f"Share of the last {measures.RECENT_TRIALS} trials that ended in capture",
+        ),
+        _Number(
+            term("reward", "Reward"),
+            shown_number(snapshot.recent_reward, ".1f"),
+            f"Mean reward per trial over the last {measures.RECENT_TRIALS}, random moves,"
+            " explorations and all",
+        ),
+    ]
+
+
+def _row(numbers: Iterable[_Number], size: str = "large") -> Markup:
+    cells = (
+        element(
+            "div",
+            element("div", number.label) + element("div", number.value, title=number.hint),
+        )
+        for number in numbers
+    )
+    return element("div", joined(cells, ""), class_=size)
+
+
+def _forced(status: Status) -> Markup | str:
+    """A word on why rewards say little for now, where they do."""
+    forced = forced_now(status.snapshot)
+    if not forced:
+        return ""
+    skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
+    content = joined([term("forced exploration", "Forced exploration"), f": {skills}"], "")
+    hint = "Success and reward are those of a learner that is made to take this skill"
+    return element("div", content, class_="forced", title=hint)
+
+
+def clock_html(reading: Reading, status: Status, viewers: int) -> str:
+    """The honest clock."""
+    behind = f"{reading.behind_s:.1f} s behind" if reading.behind_s > 0.05 else "up to date"
+    seeing = counted(viewers, "viewer")
+    return (
+        '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
+        f"{speed_in_words(status.steps_per_s)}; {reading.drawing_share:.0%} of the time is spent on"
+        f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_sent} sent"
+        f" and {reading.frames_skipped} skipped in 5 s, {behind}."
+        f"<br>{seeing} of this session.</div>"
+    )

@@ -1,0 +1,259 @@
+"""Hunts on the board: predator, trail, how trials ended, and names on what is to be seen."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import viser
+
+from app.live.snapshot import Snapshot, TrialPath
+from app.page.scene.outlines import (
+    BOARD_UNITS,
+    kept_on_board,
+    lifted,
+    on_picture,
+    segments,
+)
+from app.page.scene.parts import OF_PARTS, Parts, in_linear_light
+from app.page.scene.tags import Tag, Tags
+from app.page.widgets import assign
+from app.picture.frames import folds
+from app.picture.look import Look, heading_shown
+from app.picture.theme import OUTCOME_SHAPES, Theme
+from sim.spec import STANDARD_SIZE, WorldSpec
+from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
+
+ENDED: Final[Mapping[int, str]] = {
+    CAPTURE: "caught",
+    FLIGHT: "noticed",
+    TIMEOUT: "out of time",
+}
+"""What stands on the board where a hunt has ended."""
+
+_PREDATOR_RADIUS, _HALO_RADIUS, _END_RADIUS = 0.13, 0.17, 0.1
+_TRAIL_SEGMENTS = 120
+_PATH_POINTS = 60
+_PATHS_EVERY_S = 1.0
+_FADED: Final = 0.8
+"""How much of its colour the oldest dot has lost."""
+
+# Heights above the board, so that what matters lies on top.
+_Z_PATHS, _Z_TRAIL, _Z_RIM, _Z_END, _Z_HALO, _Z_PREDATOR, _Z_LAST = (
+    *(0.028, 0.03),
+    *(0.033, 0.035, 0.048, 0.05, 0.052),
+)
+
+_FIELD_NAME: Final = "what it sees"
+_FIELD_PLACE: Final = (1.3, 1.0)
+"""Of that in the field of a prey that faces east, clear of its arrow, in board units."""
+_LEAST_FIELD: Final = 2.4
+"""Radius of a field, in board units, in which that has room."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """What there is to be drawn of one hunt."""
+
+    cells: np.ndarray
+    """(step + 1,) int64: where the predator was, and is now."""
+    heading: int
+    """Of the prey."""
+    outcome: int | None = None
+    """How it ended, if it has."""
+
+
+class Chase(Parts):
+    """One hunt: the predator, the way that it has come, and words beside what there is to see."""
+
+    def __init__(self, scene: viser.SceneApi, name: str, theme: Theme) -> None:
+        super().__init__(scene, name)
+        self._theme = theme
+        self._trail = self._line("trail", OF_PARTS, 3.0)
+        self._halo = self._dots("halo", theme.unknown, _HALO_RADIUS)
+        self._predator = self._dots("predator", theme.predator, _PREDATOR_RADIUS)
+        self._last = {
+            outcome: self._dots(f"last/{shape}", theme.of_outcome(outcome), _END_RADIUS, shape)
+            for outcome, shape in OUTCOME_SHAPES.items()
+        }
+        self._tags = self._keep(Tags(scene, f"{name}/tags"))
+
+    def show(self, world: World, spec: WorldSpec, look: Look, way: Way, shown: int) -> np.ndarray:
+        """Draw the predator and its way in a picture whose prey faces ``shown``.
+
+        Returns:
+            ``(2,)``: where the predator is, in board units.
+        """
+        path = placed(world, spec, look, way.cells, way.heading, shown)
+        # By its points and not its position, which browsers apply a frame ahead of the trail.
+        here = lifted(path[-1:], _Z_PREDATOR)
+        self._set(self._predator, "predator", here)
+        self._set(self._halo, "halo", lifted(path[-1:], _Z_HALO))
+        steps = np.zeros((0, 2, 2))
+        if look.trail and len(path) > 1:
+            steps = segments(path)
+            steps = steps if way.outcome is not None else steps[-_TRAIL_SEGMENTS:]
+        colours = _fading(self._theme, len(steps))
+        if way.outcome is not None:
+            ink = in_linear_light(self._theme.of_outcome(way.outcome))
+            colours = np.broadcast_to(ink, (len(steps), 2, 3))
+        self._set(self._trail, "trail", lifted(steps, _Z_TRAIL), colours)
+        for outcome, handle in self._last.items():
+            # The outcome's own sign within the predator's dot.
+            there = path[-1:] if outcome == way.outcome else path[:0]
+            self._set(handle, f"last {outcome}", lifted(there, _Z_LAST))
+        return path[-1]
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        nowhere = np.zeros((0, 3), np.float32)
+        self._set(self._predator, "predator", nowhere)
+        self._set(self._halo, "halo", nowhere)
+        for outcome, handle in self._last.items():
+            self._set(handle, f"last {outcome}", nowhere)
+        none = np.zeros((0, 2, 3), np.float32)
+        self._set(self._trail, "trail", none, none.astype(np.uint8))
+        self._tags.show([])
+
+    def name(self, spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> None:
+        """Say what is what, and what the hunt came to."""
+        self._tags.show(_names(spec, look, way, here, shown))
+
+    def say_end(self, way: Way, here: np.ndarray) -> None:
+        """Say what the hunt came to, and nothing else."""
+        words = [] if way.outcome is None else [ENDED.get(way.outcome, "")]
+        self._tags.show([Tag(word, _pair(here)) for word in words if word])
+
+
+class HuntView(Parts):
+    """The learner's own hunts on one board."""
+
+    def __init__(self, scene: viser.SceneApi, theme: Theme) -> None:
+        super().__init__(scene, "board")
+        self._theme = theme
+        self._paths = self._line("paths", OF_PARTS, 2.0)
+        self._rims = self._dots("rims", theme.unknown, _END_RADIUS * 1.5)
+        self._ends = {
+            outcome: self._dots(f"ends/{shape}", np.zeros((1, 3), np.uint8), _END_RADIUS, shape)
+            for outcome, shape in OUTCOME_SHAPES.items()
+        }
+        self._chase = self._keep(Chase(scene, "board", theme))
+        self._paths_at = float("-inf")
+
+    def update(
+        self, snapshot: Snapshot, look: Look, now_s: float, rests: bool, named: bool, changed: bool
+    ) -> None:
+        """Show a moment.
+
+        Args:
+            snapshot: the moment.
+            look: how the board is drawn.
+            now_s: a clock, for what is drawn less often.
+            rests: whether the learner stands still; at the start of a trial, the one that has
+                just ended is shown until then.
+            named: whether there are names on what is to be seen.
+            changed: whether the board is drawn otherwise than before.
+        """
+        shown = heading_shown(look, snapshot.heading)
+        if look.hunts:
+            self._show_chase(snapshot, look, rests, named, shown)
+        else:
+            self._chase.hide()
+        self._show_ends(snapshot, look, shown)
+        if changed or now_s - self._paths_at >= _PATHS_EVERY_S:
+            self._show_paths(snapshot, look, shown)
+            self._paths_at = now_s
+
+    def _show_chase(
+        self, snapshot: Snapshot, look: Look, rests: bool, named: bool, shown: int
+    ) -> None:
+        world, spec = snapshot.world, snapshot.spec.world
+        way = way_of(snapshot, rests)
+        here = self._chase.show(world, spec, look, way, shown)
+        if named:
+            self._chase.name(spec, look, way, here, shown)
+        else:
+            self._chase.say_end(way, here)
+
+    def _show_paths(self, snapshot: Snapshot, look: Look, shown: int) -> None:
+        assign(self._paths, "visible", look.paths and look.hunts)
+        if not (look.paths and look.hunts):
+            return
+        lines = [np.zeros((0, 2, 2))]
+        colours = [np.zeros((0, 2, 3), np.uint8)]
+        for path in snapshot.paths:
+            lines.append(segments(_sketched(snapshot, look, path, shown)))
+            colour = in_linear_light(self._theme.of_outcome(path.outcome))
+            colours.append(np.broadcast_to(colour, (len(lines[-1]), 2, 3)))
+        points = lifted(np.concatenate(lines), _Z_PATHS)
+        self._set(self._paths, "paths", points, np.concatenate(colours))
+
+    def _show_ends(self, snapshot: Snapshot, look: Look, shown: int) -> None:
+        ends = snapshot.ends if look.hunts else ()
+        cells = np.array([end.cell for end in ends], np.int64)
+        headings = np.array([end.heading for end in ends], np.int64)
+        outcomes = np.array([end.outcome for end in ends], np.int64)
+        places = placed(snapshot.world, snapshot.spec.world, look, cells, headings, shown)
+        # By age in trials: what stands still does not fade, nor is there more where it is fast.
+        age = np.linspace(_FADED, 0.0, len(ends))[:, None]
+        for outcome, handle in self._ends.items():
+            of = outcomes == outcome
+            fresh, faded = self._theme.of_outcome(outcome), self._theme.unknown
+            inks = np.rint(np.array(fresh) * (1 - age[of]) + np.array(faded) * age[of])
+            self._set(handle, f"ends {outcome}", lifted(places[of], _Z_END), inks.astype(np.uint8))
+        self._set(self._rims, "rims", lifted(places, _Z_RIM))
+
+
+def way_of(snapshot: Snapshot, rests: bool) -> Way:
+    """The hunt that is shown at a moment.
+
+    That of the running trial; where the learner rests at the start of one, that which has ended.
+    """
+    if rests and snapshot.trial_step == 0 and snapshot.ends:
+        last = snapshot.ends[-1]
+        # Of a long one, the way may not be known any more.
+        cells = snapshot.paths[-1].cells if snapshot.paths else np.array([last.cell])
+        return Way(cells, last.heading, last.outcome)
+    return Way(snapshot.trail, snapshot.heading)
+
+
+def placed(
+    world: World,
+    spec: WorldSpec,
+    look: Look,
+    cells: np.ndarray,
+    heading: int | np.ndarray,
+    shown: int,
+) -> np.ndarray:
+    """Where cells of trials are drawn, ``(n, 2)``: what has no place there, at its edge."""
+    places = on_picture(world, cells, heading, shown).reshape(-1, 2)
+    return kept_on_board(places, spec, folds(look))
+
+
+def _sketched(snapshot: Snapshot, look: Look, path: TrialPath, shown: int) -> np.ndarray:
+    """Some points of a path, its first and last among them, ``(n, 2)``."""
+    chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
+    cells = path.cells[chosen]
+    return placed(snapshot.world, snapshot.spec.world, look, cells, path.heading, shown)
+
+
+def _names(spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> Sequence[Tag]:
+    """What is what; where the predator is that has ended its hunt stands what that came to."""
+    tags = []
+    if look.field and spec.vision_radius * BOARD_UNITS / STANDARD_SIZE >= _LEAST_FIELD:
+        turn = np.exp(1j * shown * np.pi / 4) * complex(*_FIELD_PLACE)
+        tags.append(Tag(_FIELD_NAME, (turn.real, turn.imag), within=True))
+    tags.append(Tag("prey", (0.0, 0.0)))
+    word = "predator" if way.outcome is None else ENDED.get(way.outcome, "predator")
+    return [*tags, Tag(word, _pair(here))]
+
+
+def _pair(point: np.ndarray) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
+
+
+def _fading(theme: Theme, n_segments: int) -> np.ndarray:
+    """Colours of a trail from the oldest segment to the newest, ``(n, 2, 3) uint8``."""
+    age = np.linspace(1.0, 0.0, n_segments)[:, None, None]
+    fresh, faded = np.array(theme.predator, float), np.array(theme.unknown, float)
+    return in_linear_light(np.broadcast_to(fresh * (1 - age) + faded * age, (n_segments, 2, 3)))

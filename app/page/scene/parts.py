@@ -1,0 +1,88 @@
+"""What is drawn on a board is made of lines and dots, made once and sent when they have changed."""
+
+from typing import Any, Final
+
+import numpy as np
+import viser
+
+from app.picture.colours import to_linear
+from app.picture.theme import Colour, Shape
+
+AWAY: Final = (0.0, 0.0, -50.0)
+"""Where things are kept that are not to be seen."""
+OF_PARTS: Final = np.zeros((1, 2, 3), np.uint8)
+"""Colour of a line each part of which has one; a line that starts with one alone has no others."""
+
+
+class Parts:
+    """Lines and dots on a scene, under one name."""
+
+    def __init__(self, scene: viser.SceneApi, name: str) -> None:
+        self._scene, self._name = scene, name
+        self._handles: list[Any] = []
+        self._sent: dict[str, Any] = {}
+
+    def remove(self) -> None:
+        """Take everything off the scene."""
+        for handle in self._handles:
+            handle.remove()
+        self._handles.clear()
+        self._sent.clear()
+
+    def _keep(self, handle: Any) -> Any:
+        self._handles.append(handle)
+        return handle
+
+    def _line(self, name: str, colour: Colour | np.ndarray, thickness: float) -> Any:
+        return self._keep(
+            self._scene.add_line_segments(
+                f"/{self._name}/{name}",
+                np.full((1, 2, 3), AWAY, np.float32),
+                colour,
+                thickness=thickness,
+                thickness_units="screen",
+            )
+        )
+
+    def _dots(
+        self, name: str, colour: Colour | np.ndarray, radius: float, shape: Shape = "circle"
+    ) -> Any:
+        return self._keep(
+            self._scene.add_point_cloud(
+                f"/{self._name}/{name}",
+                points=np.full((1, 3), AWAY, np.float32),
+                colors=colour,
+                point_size=radius,
+                point_shape=shape,
+                point_shading="flat",
+                precision="float32",
+            )
+        )
+
+    def _set(
+        self, handle: Any, name: str, points: np.ndarray, colours: np.ndarray | None = None
+    ) -> None:
+        """Send points, and colours of each, only if they differ from what was sent before."""
+        if points.shape[0] == 0:
+            points = np.full((1, *points.shape[1:]), AWAY, np.float32)
+            colours = None if colours is None else np.zeros(points.shape, np.uint8)
+        former = self._sent.get(name)
+        same = (
+            former is not None
+            and np.array_equal(former[0], points)
+            and (colours is None or np.array_equal(former[1], colours))
+        )
+        if same:
+            return
+        self._sent[name] = (points, colours)
+        handle.points = points
+        if colours is not None:
+            handle.colors = colours
+
+
+def in_linear_light(colours: np.ndarray | Colour) -> np.ndarray:
+    """Colours as the page takes them for parts of lines, ``(..., 3) uint8``.
+
+    The page converts a colour of a whole line from sRGB, and takes those of its parts as linear.
+    """
+    return np.rint(to_linear(np.asarray(colours, float) / 255) * 255).astype(np.uint8)

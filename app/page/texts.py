@@ -1,0 +1,78 @@
+"""What is read of a moment beside the board, made once for all browsers that look alike."""
+
+from functools import cached_property
+
+from app.explain import sentence
+from app.live.session import Status
+from app.metrics.course import NO_CURVE, GreedyCurve
+from app.page.headline import numbers_html, readings_html, sentence_html
+from app.picture.layer import Extras, Layer
+from app.picture.layers import LAYERS
+from app.picture.look import Look
+from app.picture.multiples import all_headings_png, small_multiples_html
+from app.util.html import element
+
+
+class Texts:
+    """What is read of a moment by those who look alike: found when it is first asked for."""
+
+    def __init__(
+        self,
+        status: Status,
+        look: Look,
+        extras: Extras,
+        n_viewers: int,
+        greedy: GreedyCurve = NO_CURVE,
+    ) -> None:
+        self.status = status
+        self.look = look
+        self.extras = extras
+        self.greedy = greedy
+        self._n_viewers = n_viewers
+        self._layer = LAYERS[look.layer]
+
+    @cached_property
+    def sentence(self) -> str:
+        """The sentence, and where a run of an experiment is from, as HTML."""
+        return sentence_html(self.status)
+
+    @cached_property
+    def numbers(self) -> str:
+        """The readings, as HTML."""
+        return numbers_html(self.status, self._n_viewers, self.greedy)
+
+    @cached_property
+    def readings(self) -> str:
+        """The few of them that stand beside the board, as HTML."""
+        return readings_html(self.status)
+
+    @cached_property
+    def caption(self) -> str:
+        """What the layer shows, as HTML."""
+        caption = self._layer.caption(self.status.snapshot, self.look, self.extras)
+        return _captioned(caption, board_name(self.status, self._layer))
+
+    @cached_property
+    def legend(self) -> str:
+        """The layer's legend, as HTML."""
+        return self._layer.legend(self.status.snapshot, self.look, self.extras)
+
+    @cached_property
+    def multiples(self) -> str:
+        """The layer at all headings, as HTML."""
+        snapshot = self.status.snapshot
+        return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
+
+
+def board_name(status: Status, layer: Layer) -> str:
+    """What the board is for those who cannot see it."""
+    size = status.snapshot.spec.world.size
+    return (
+        f"The board, {size} by {size} cells, the prey in its middle. Layer: {layer.title}."
+        f" {sentence.sentence(status)}"
+    )
+
+
+def _captioned(caption: str, board: str) -> str:
+    style = "padding:0 0.7em;font-size:0.85em;line-height:1.35"
+    return element("div", caption, **{"data-board": board}, style=style)

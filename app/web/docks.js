@@ -1,0 +1,148 @@
+// @ts-check
+// The panels at both sides: which of them are open, and rails that open those that are folded.
+//
+// In a large window both are open, in a smaller one only the controls, in a small one neither. There
+// one is open at a time; in a small window it lies over the stage. viser would take a panel that it
+// folds out of the page, and with it what the lab tells the stage, so folding is done here.
+
+import { whenChanged } from "./changes.js";
+
+/** @typedef {"left" | "right"} Edge */
+/** @typedef {"both" | "one" | "over"} Room */
+
+const EDGES = /** @type {const} */ (["left", "right"]);
+/** What the panels are called, and what they have in common. */
+const NAMES = { left: "Your view", right: "The learner" };
+const HANDLE = "[data-dock-region-handle]";
+const SHEET = ".mantine-ScrollArea-root[data-autosize]";
+const NARROW = matchMedia("(max-width: 1199px)");
+const SMALL = matchMedia("(max-width: 899px), (max-height: 559px)");
+
+/** @type {Set<Edge>} */
+const open = new Set(EDGES);
+/** Those that were folded for want of room, and not by a person. @type {Set<Edge>} */
+const put = new Set();
+/** @type {Array<() => void>} */
+const listeners = [];
+/** @type {Record<Edge, HTMLElement>} */
+const rails = { left: document.createElement("nav"), right: document.createElement("nav") };
+
+/** @returns {Room} */
+export const room = () => (SMALL.matches ? "over" : NARROW.matches ? "one" : "both");
+
+/** @param {Edge} edge */
+export const isOpen = (edge) => open.has(edge);
+
+/** @param {Edge} edge */
+export const region = (edge) => document.querySelector(`[data-dock-region="${edge}"]`);
+
+/** @param {Edge} edge */
+export const rail = (edge) => rails[edge];
+
+/** @param {() => void} listener called when a panel has been opened or folded */
+export const whenFolded = (listener) => void listeners.push(listener);
+
+const show = () => {
+  document.documentElement.dataset.open = [...open].join(" ");
+  for (const listener of listeners) listener();
+};
+
+/** @param {Edge} edge */
+export const fold = (edge) => {
+  if (open.delete(edge)) show();
+};
+
+/** @param {Edge} edge */
+const unfold = (edge) => {
+  if (room() !== "both") for (const other of EDGES) if (other !== edge) open.delete(other);
+  put.delete(edge);
+  open.add(edge);
+  show();
+};
+
+/** @param {Edge} edge @returns {HTMLElement[]} */
+const tabsOf = (edge) => [...(region(edge)?.querySelectorAll("[role=tab]") ?? [])].map(
+  (tab) => /** @type {HTMLElement} */ (tab),
+);
+
+/**
+ * Open the panel that has a tab, and turn to it.
+ * @param {string} title
+ */
+export const showTab = (title) => {
+  for (const edge of EDGES) {
+    const tab = tabsOf(edge).find(({ textContent }) => textContent?.trim() === title);
+    if (!tab) continue;
+    unfold(edge);
+    // viser's own tabs take a press for the beginning of a drag, but obey keys.
+    tab.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
+    tab.click();
+  }
+};
+
+/** As many panels open as there is room for. */
+const settle = () => {
+  const kept = { both: EDGES, one: ["right"], over: [] }[room()];
+  for (const edge of EDGES)
+    if (!kept.includes(edge)) {
+      if (open.delete(edge)) put.add(edge);
+    } else if (put.delete(edge)) open.add(edge);
+  show();
+};
+
+/** What has been folded once is a person's to open. @type {WeakSet<Element>} */
+const sheets = new WeakSet();
+
+/** On a phone viser has one sheet for all panels, at first open. */
+const foldSheet = () => {
+  const sheet = document.querySelector(`#root ${SHEET}`);
+  const handle = sheet?.querySelector(`${SHEET} .mantine-ScrollArea-content > div > div`);
+  if (!sheet || !(handle instanceof HTMLElement) || sheets.has(sheet)) return;
+  sheets.add(sheet);
+  handle.click();
+};
+
+const fillRails = () => {
+  for (const edge of EDGES) {
+    const titles = tabsOf(edge).map(({ textContent }) => textContent?.trim() ?? "");
+    if (rails[edge].dataset.tabs === titles.join()) continue;
+    rails[edge].dataset.tabs = titles.join();
+    rails[edge].replaceChildren(
+      ...["", ...titles].map((title) => {
+        const button = document.createElement("button");
+        button.type = "button";
+        button.textContent = title || (edge === "left" ? "»" : "«");
+        if (!title) button.ariaLabel = `Open ${NAMES[edge]}`;
+        button.addEventListener("click", () => (title ? showTab(title) : unfold(edge)));
+        return button;
+      }),
+    );
+  }
+};
+
+for (const edge of EDGES) {
+  rails[edge].className = `rail ${edge}`;
+  rails[edge].ariaLabel = NAMES[edge];
+}
+whenChanged(fillRails);
+whenChanged(foldSheet);
+settle();
+for (const media of [NARROW, SMALL]) media.addEventListener("change", settle);
+
+/** @param {Event} event */
+const foldInstead = (event) => {
+  const { target } = event;
+  const handle = target instanceof Element ? target.closest(HANDLE) : null;
+  if (!handle || (event instanceof KeyboardEvent && !["Enter", " "].includes(event.key))) return;
+  event.stopImmediatePropagation();
+  if (event.type === "pointerdown") return;
+  event.preventDefault();
+  fold(/** @type {Edge} */ (handle.getAttribute("data-dock-region-handle")));
+};
+for (const type of ["pointerdown", "click", "keydown"])
+  window.addEventListener(type, foldInstead, true);
+// What lies over the stage goes when the stage is wanted.
+document.addEventListener("pointerdown", ({ target }) => {
+  const isStage = target instanceof Element && target.closest("#pounce-stage, canvas");
+  if (isStage && room() === "over") EDGES.forEach(fold);
+});

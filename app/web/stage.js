@@ -1,0 +1,141 @@
+// @ts-check
+// The stage: the board, and beside, above or below it what is said of it, between viser's panels.
+// viser's canvas lies where the stage has its board.
+
+import { fitCamera, resetView, whenViewChanges } from "./camera.js";
+import { whenChanged } from "./changes.js";
+import { isOpen, rail, region, room, whenFolded } from "./docks.js";
+import { onKey, press } from "./keys.js";
+
+/** The window in which everything has its first size; in a larger one all grows with it. */
+const USUAL = { width: 1366, height: 768 };
+const MOST_SCALE = 3;
+/** How much larger type is that is to be read from the last row: 13 px become 18. */
+const PRESENTED = 1.42;
+/** What stands above, below and beside the board takes at least so many pixels at scale 1. */
+const HEAD_PX = 96;
+const BAR_PX = 190;
+const ASIDE_PX = 300;
+/** Below this viser has no panels at the sides, but a sheet at the bottom. */
+const PHONE = matchMedia("(max-width: 36em)");
+
+const stage = document.createElement("main");
+stage.id = "pounce-stage";
+stage.innerHTML = `
+  <div class="board">
+    <div class="over" data-slot-of="opening"></div>
+    <div class="over" data-slot-of="said"></div>
+    <button class="reset" type="button" title="Show all of the board again (R)" hidden>Reset view</button>
+  </div>
+  <div class="aside">
+    <header>
+      <p data-slot-of="task"></p>
+      <div class="tools">
+        <button class="play" type="button" title="Pause or play (space)">Play</button>
+        <button class="present" type="button" aria-pressed="false" title="Only board, sentence, legend, curve and timeline, in large type (P)">Present</button>
+      </div>
+      <p data-slot-of="sentence"></p>
+    </header>
+    <div data-slot-of="readings"></div>
+    <div data-slot-of="legend"></div>
+    <footer data-slot-of="bar"></footer>
+  </div>
+  <div data-slot-of="tour"></div>`;
+const EDGES = /** @type {const} */ (["left", "right"]);
+stage.append(...EDGES.map(rail));
+document.body.append(stage);
+
+const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (stage.querySelector(name));
+const board = part(".board");
+const present = part(".present");
+const reset = part(".reset");
+const play = part(".play");
+const root = document.documentElement;
+
+const isPresenting = () => root.dataset.present !== undefined;
+
+/**
+ * Room that a panel takes from the stage: its own if it is open beside it, and else its rail's.
+ * @param {"left" | "right"} edge
+ */
+const taken = (edge) => {
+  if (!region(edge) || isPresenting()) return 0;
+  const isBeside = isOpen(edge) && room() !== "over";
+  return (isBeside ? region(edge) : rail(edge))?.getBoundingClientRect().width ?? 0;
+};
+
+/**
+ * How the parts stand so that the board is as large as can be: what is said above and below it, or
+ * in a column at its side, or on a phone all below it.
+ * @param {number} width
+ * @param {number} height
+ * @param {number} zoom
+ */
+const arranged = (width, height, zoom) => {
+  if (PHONE.matches) return { shape: "stack", size: Math.min(width, height * 0.6) };
+  const between = Math.min(width, height - (HEAD_PX + BAR_PX) * zoom);
+  const beside = Math.min(height, width - ASIDE_PX * zoom);
+  return between >= beside
+    ? { shape: "column", size: between }
+    : { shape: "side", size: Math.max(beside, 0) };
+};
+
+/** The stage lies between the panels, and the canvas where its board is. */
+const place = () => {
+  const { innerWidth, innerHeight } = window;
+  const larger = Math.min(innerWidth / USUAL.width, innerHeight / USUAL.height);
+  const scale = Math.min(Math.max(larger, 1), MOST_SCALE);
+  const zoom = isPresenting() ? scale * PRESENTED : scale;
+  root.style.setProperty("--stage-scale", `${scale}`);
+  root.style.setProperty("--stage-zoom", `${zoom}`);
+  const [left, right] = EDGES.map(taken);
+  stage.style.paddingLeft = `${left}px`;
+  stage.style.paddingRight = `${right}px`;
+  const { height } = stage.getBoundingClientRect();
+  const { shape, size } = arranged(innerWidth - left - right, height, zoom);
+  stage.dataset.shape = shape;
+  // What the left panel has is not there for all to see when that is folded.
+  stage.toggleAttribute("data-alone", isPresenting() || !isOpen("left") || room() === "over");
+  root.style.setProperty("--board-size", `${size}px`);
+  const place = board.getBoundingClientRect();
+  for (const edge of /** @type {const} */ (["left", "top", "width", "height"]))
+    root.style.setProperty(`--board-${edge}`, `${place[edge]}px`);
+  fitCamera(place.width, place.height);
+};
+
+/** @param {boolean} wanted */
+const setPresenting = (wanted) => {
+  if (wanted) root.dataset.present = "";
+  else delete root.dataset.present;
+  present.setAttribute("aria-pressed", `${wanted}`);
+  present.textContent = wanted ? "End presentation" : "Present";
+  place();
+};
+
+present.addEventListener("click", () => setPresenting(!isPresenting()));
+play.addEventListener("click", () => press("Space"));
+reset.addEventListener("click", resetView);
+onKey("KeyP", () => setPresenting(!isPresenting()));
+onKey("KeyR", resetView);
+// Escape closes what is open first.
+window.addEventListener("keydown", ({ key }) => {
+  const isOver = document.querySelector("[role=dialog], [role=listbox]");
+  if (key === "Escape" && isPresenting() && !isOver) setPresenting(false);
+});
+whenViewChanges((isDefault) => (reset.hidden = isDefault));
+
+const watch = new ResizeObserver(place);
+for (const node of [root, board]) watch.observe(node);
+/** @type {WeakSet<Element>} */
+const watched = new WeakSet();
+whenFolded(place);
+whenChanged(() => {
+  for (const dock of EDGES.map(region))
+    if (dock && !watched.has(dock)) {
+      watched.add(dock);
+      watch.observe(dock);
+    }
+  place();
+  const isPlaying = document.querySelector('[data-playing="yes"]') !== null;
+  play.textContent = isPlaying ? "Pause" : "Play";
+});
