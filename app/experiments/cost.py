@@ -2,12 +2,12 @@
 
 How long trials are hangs on what a learner has learned by then, and nothing tells that but a run.
 So a few variants, spread over all of them, are run for a moment, turn by turn: most come to their
-end, and the others are taken to go on as they went of late. A pilot heeds no stop condition, so that
-an experiment that has one takes at most what is said.
+end, and the others are taken to go on as they went of late. A pilot heeds no stop condition, so
+that an experiment that has one takes at most what is said.
 
-Pilots say what runs take of a core, and that is right whatever else goes on. How long it takes hangs
-on how much of the cores the runs will be given beside all else: beside a learner, and a page that is
-drawn without a graphics card, it was a quarter. So a few threads work for a moment, as many as there
+Pilots say what runs take of a core, and that is right whatever else goes on. How long it takes
+hangs on how much of the cores runs will be given beside all else: beside a learner, and a page that
+is drawn without a graphics card, it was a quarter. So threads work for a moment, as many as there
 will be, and what they are given is what the runs will be (``benchmarks/estimates.py`` compares).
 """
 
@@ -138,7 +138,7 @@ def _steps_of(experiment: Experiment, variant: Variant, pace: "_Pace") -> float:
 
 
 def _finished_after(each: Sequence[tuple[float, int]], n_threads: int) -> float:
-    """When the last of several threads is through, each of which takes the next run when it is free.
+    """When the last of several threads is through; who is free takes the next run.
 
     Args:
         each: seconds that a run takes, and how many such runs there are, of each variant; runs are

@@ -56,6 +56,8 @@ class Quote(NamedTuple):
 
     plan: Plan
     folder: Path
+    is_beside_others: bool = False
+    """Whether the folder of its name holds the results of another one, so that it has its own."""
 
 
 class Service:
@@ -86,7 +88,9 @@ class Service:
             FolderError: no folder could be found for it.
         """
         path = folder_for(self.root, experiment)
-        return Quote(plan(experiment, workers, finished_in(path), beside), path)
+        return Quote(
+            plan(experiment, workers, finished_in(path), beside), path, path.name != experiment.name
+        )
 
     def start(self, experiment: Experiment, workers: int) -> Path:
         """Begin an experiment, or go on with one whose results are there in part.

@@ -334,12 +334,12 @@ def opened(standing: Standing, placed: PlacedRun) -> OpenRun:
     """The request that makes a run of an experiment again."""
     place, run = placed
     variant = standing.experiment.variants[place]
-    name = f"{standing.experiment.name}: {variant.label}, seed {run.seed}"
+    called = f"{standing.experiment.title}: {variant.label}"
     return OpenRun(
         variant.spec,
-        f"{standing.experiment.name}: {variant.label}",
+        called,
         run.seed,
         run.steps,
         run.digest,
-        name,
+        f"{called}, seed {run.seed}",
     )
