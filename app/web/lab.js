@@ -7,6 +7,7 @@ import "./drawn.js";
 import "./fields.js";
 import "./keys.js";
 import "./names.js";
+import "./results.js";
 import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
