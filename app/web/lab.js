@@ -8,6 +8,7 @@ import "./fields.js";
 import "./hints.js";
 import "./keys.js";
 import "./names.js";
+import "./results.js";
 import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
