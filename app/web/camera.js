@@ -8,15 +8,18 @@
 const MARGIN = 0.015;
 /** How much nearer one can come. */
 const MOST_ZOOM = 30;
+const LOOK_MS = 150;
 const CELLS = "/board/cells";
+const BORDER = "/board/border";
 
+/** Half of what there is of the board to both sides, and its middle.
+ * @typedef {{width: number, height: number, x: number, y: number}} Extent */
 /** @typedef {{x: number, y: number, z: number, clone: () => Vector, distanceTo: (other: Vector) => number}} Vector */
 
 /** The camera's controls that have been set up. @type {any} */
 let known = null;
-/** @typedef {{points: unknown, x: number, y: number, half: number}} Extent */
-/** Middle of the board, and half its side. @type {Extent} */
-let extent = { points: null, x: 0, y: 0, half: 0 };
+/** Whose extent was found last, and what it is. @type {[unknown, Extent]} */
+let measured = [null, { width: 0, height: 0, x: 0, y: 0 }];
 /** What would show all of the board in the room as it was last. */
 let fitted = 0;
 /** @type {(isDefault: boolean) => void} */
@@ -25,16 +28,23 @@ let tell = () => {};
 /** viser's own, once it has a picture. @returns {any} */
 const viewer = () => /** @type {any} */ (window).__viserMutable;
 
-/** From the far edge of the first cell to that of the last. @returns {Extent} */
-const board = () => {
+/** What is within the border: one board, or all headings side by side. @returns {Extent} */
+const extent = () => {
+  /** @type {Float32Array | undefined} */
   const points =
-    /** @type {any} */ (window).__viserSceneTree?.getState()[CELLS]?.message.props.points;
-  if (!points || points.length < 6 || extent.points === points) return extent;
-  const [x, y] = [points[0], points[1]];
-  const last = points.length - 3;
-  const half = (points[last] - x + points[3] - x) / 2;
-  extent = { points, x: (x + points[last]) / 2, y: (y + points[last + 1]) / 2, half };
-  return extent;
+    /** @type {any} */ (window).__viserSceneTree?.getState()[BORDER]?.message.props.points;
+  if (points && measured[0] !== points) {
+    const ends = [0, 1].map((axis) => {
+      const along = points.filter((_, at) => at % 3 === axis);
+      return [Math.min(...along), Math.max(...along)];
+    });
+    const [[west, east], [south, north]] = ends;
+    const [width, height] = [(east - west) / 2, (north - south) / 2];
+    const found = { width, height, x: west + width, y: south + height };
+    const isSame = JSON.stringify(found) === JSON.stringify(measured[1]);
+    measured = [points, isSame ? measured[1] : found];
+  }
+  return measured[1];
 };
 
 /** Where a point of the board is in the picture's own space. @returns {Vector | undefined} */
@@ -43,19 +53,20 @@ const placed = (/** @type {number} */ x, /** @type {number} */ y, /** @type {num
   return nodeRefFromName[CELLS]?.localToWorld(camera.position.clone().set(x, y, z));
 };
 
-const middle = () => placed(board().x, board().y, 0);
+const middle = () => placed(extent().x, extent().y, 0);
 
 /** From how far away all of the board is seen. */
 const fitting = () => {
   const { camera } = viewer();
-  const half = board().half * (1 + 2 * MARGIN);
-  return half / (Math.tan((camera.fov * Math.PI) / 360) * Math.min(1, camera.aspect));
+  const { width, height } = extent();
+  const most = Math.max(height, width / camera.aspect) * (1 + 2 * MARGIN);
+  return most / Math.tan((camera.fov * Math.PI) / 360);
 };
 
 const isDefault = () => {
   const home = middle();
   if (!known || !home || !fitted) return true;
-  const off = known.getTarget(home.clone()).distanceTo(home) / board().half;
+  const off = known.getTarget(home.clone()).distanceTo(home) / extent().height;
   return Math.abs(known.distance / fitted - 1) < 0.01 && off < 0.01;
 };
 
@@ -77,7 +88,7 @@ const look = (target, distance) => {
 /** All of the board, in the middle. */
 export const resetView = () => {
   const home = known && middle();
-  if (!home || !board().half) return;
+  if (!home || !extent().height) return;
   fitted = fitting();
   look(home, fitted);
 };
@@ -106,6 +117,15 @@ const setUp = () => {
   });
 };
 
+/** What there was of the board when this was looked at last. */
+let shown = extent();
+
+/** Nothing tells, either, that another board has come: one that is wider, or a square again. */
+setInterval(() => {
+  if (known && extent() !== shown) resetView();
+  shown = extent();
+}, LOOK_MS);
+
 /** What was asked for last, and whether it waits for the board. */
 let asked = { width: 0, height: 0 };
 let isWaiting = false;
@@ -114,7 +134,7 @@ let isWaiting = false;
 const aim = () => {
   isWaiting = false;
   const mutable = viewer();
-  if (!mutable?.cameraControl || !board().half || !placed(0, 0, 0)) {
+  if (!mutable?.cameraControl || !extent().height || !placed(0, 0, 0)) {
     isWaiting = true;
     return void requestAnimationFrame(aim);
   }
