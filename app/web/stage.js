@@ -18,7 +18,7 @@ const HEAD_PX = 120;
 const BAR_PX = 220;
 const LEGEND_PX = 250;
 const TEXT_PX = 190;
-const ASIDE_PX = 300;
+const ASIDE_PX = 280;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */
 const BROAD = 1.55;
 /** Below this viser has no panels at the sides, but a sheet at the bottom. */
