@@ -148,7 +148,7 @@ def test_type_and_targets_are_large_enough_and_grow_with_the_window(
     page, size = shared.screen.page, SIZES[name]
     resize(page, size)
     scale = min(size.width / 1366, size.height / 768)
-    for tab in ("Run", "Steer", "View", "Now"):
+    for tab in ("Run", "Steer", "Now"):
         shared.screen.turn_to(tab)
     assert page.evaluate(SMALL_TYPE, ["[data-dock-region]", 13 * scale]) == []
     assert page.evaluate(SMALL_TYPE, ["#pounce-stage", 13 * scale]) == []
@@ -253,7 +253,7 @@ def test_the_page_is_dark_where_the_browser_asks_for_it_until_somebody_chooses(
     screen.page.wait_for_function(scheme, arg=["dark"])
     screen.expect_cell_colours(live.colours(Look(theme=DARK)))
     expect(screen.text("Software WebGL")).to_be_hidden()
-    screen.turn_to("View")
+    screen.page.get_by_text("Show", exact=True).click()
     screen.check("Dark", False)
     screen.page.wait_for_function("() => localStorage.getItem('pounce-scheme') === 'light'")
     screen.page.reload()
