@@ -138,7 +138,8 @@ onKey("KeyP", () => setPresenting(!isPresenting()));
 onKey("KeyR", resetView);
 // Escape closes what is open first.
 window.addEventListener("keydown", ({ key }) => {
-  const isOver = document.querySelector("[role=dialog], [role=listbox]");
+  const over = [...document.querySelectorAll("[role=dialog], [role=listbox]")];
+  const isOver = over.some((node) => node.checkVisibility());
   if (key === "Escape" && isPresenting() && !isOver) setPresenting(false);
 });
 whenViewChanges((isDefault) => (reset.hidden = isDefault));
