@@ -5,8 +5,8 @@ again in a thread of its own, which takes a fraction of a second for a whole tim
 that was started again it is the run before.
 """
 
-from collections.abc import Callable, Hashable
-from typing import Final
+from collections.abc import Callable
+from typing import Final, NamedTuple
 
 from app.charts.bar.axis import last_trial
 from app.charts.bar.model import Ghost
@@ -65,6 +65,11 @@ def is_changed_by_hand(history: tuple[Event, ...]) -> bool:
     )
 
 
+class _Wish(NamedTuple):
+    generation: int
+    until_trial: int
+
+
 class GhostWatch:
     """Ghosts of the runs of a session; one loop calls :meth:`follow`."""
 
@@ -106,10 +111,10 @@ class GhostWatch:
     def _own(self, snapshot: Snapshot) -> Ghost | None:
         spec, seed, until = snapshot.preset_spec, snapshot.seed, last_trial(snapshot)
         # A specification can be long to compare, and is the same object for the whole of a run.
-        of: Hashable = (snapshot.generation, until)
+        of = _Wish(snapshot.generation, until)
         self._made.want(of, lambda: ghost_run(spec, seed, until, lambda: not self._closed))
         made_of, found = self._made.latest
-        is_of_run = isinstance(made_of, tuple) and made_of[0] == snapshot.generation
+        is_of_run = isinstance(made_of, _Wish) and made_of.generation == snapshot.generation
         return found if is_of_run and isinstance(found, Ghost) else None
 
 

@@ -124,4 +124,5 @@ def _name(event: Event) -> str:
             return f"{plain(skill)} removed"
         case SetParameter(key=key, value=value):
             return f"{PARAMETER_NAMES[key]} = {value:g}"
-    return ""
+        case _:
+            return ""
