@@ -145,19 +145,6 @@ def test_before_the_first_end_of_a_trial_there_is_no_success() -> None:
     assert f"Success {nothing} Reward {nothing} Greedy {nothing} Steps" in text
 
 
-@pytest.mark.parametrize(
-    ("rate", "shown"),
-    [
-        (0.0, "0"),
-        (999.6, "1,000"),
-        (9_999.0, "9,999"),
-        (12_345.0, "12 k"),
-        (999_400.0, "999 k"),
-        (999_600.0, "1 M"),
-        (1_000_000.0, "1 M"),
-        (24_560_000.0, "24.6 M"),
-    ],
-)
-def test_rates_are_short(rate: float, shown: str) -> None:
-    text = Page(headline.numbers_html(status_of(moment(), steps_per_s=rate))).text
-    assert f"Steps/s {shown} States" in text
+def test_rates_are_short() -> None:
+    text = Page(headline.numbers_html(status_of(moment(), steps_per_s=1_995.0))).text
+    assert "Steps/s 2 k States" in text
