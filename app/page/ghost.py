@@ -24,6 +24,7 @@ _MOST_STEPS: Final = 40_000_000
 """A longer run is made again up to there: that takes seconds, once."""
 _MOST_RUNS: Final = 16
 """Runs whose predecessors are kept, for those who go back to one."""
+_LEAST_TRIALS: Final = 100
 
 OWN_NAME: Final = "the preset's own run"
 FORMER_NAME: Final = "the run before"
@@ -103,10 +104,16 @@ class GhostWatch:
         number = snapshot.generation
         if last is not None and number not in self._before and last.generation != number:
             is_new = status.opened is None and last.generation < number
-            self._before[number] = _former(last) if is_new and last.trial else None
+            self._before[number] = self._behind_new(last) if is_new else None
             for old in list(self._before)[:-_MOST_RUNS]:
                 del self._before[old]
         self._last = snapshot
+
+    def _behind_new(self, last: Snapshot) -> Ghost | None:
+        """What is to be compared with a run that begins; one that hardly began is no example."""
+        if last.trial < _LEAST_TRIALS:
+            return self._before.get(last.generation)
+        return _former(last)
 
     def _own(self, snapshot: Snapshot) -> Ghost | None:
         spec, seed, until = snapshot.preset_spec, snapshot.seed, last_trial(snapshot)
