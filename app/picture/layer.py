@@ -59,6 +59,9 @@ class Picture(NamedTuple):
     """Lines over the colours, the last on top."""
 
 
+Heeded = Literal["frame", "scale", "fitted", "flight"]
+
+
 class Layer(NamedTuple):
     """One thing that the board can show."""
 
@@ -72,9 +75,12 @@ class Layer(NamedTuple):
     """One line on what is being seen."""
     about: Literal["nothing", "option", "skill"] = "nothing"
     """Whether it shows one option, or one skill, of the look."""
-    turns: bool = True
-    """Whether it depends on where the prey looks. What does not is drawn as the world is, without
-    the prey's heading and what it sees, whatever frame is chosen."""
+    heeds: frozenset[Heeded] = frozenset({"frame", "fitted"})
+    """What of a look matters to it.
+
+    One that heeds no frame does not depend on where the prey looks, and is drawn as the world is,
+    without the prey's heading and what it sees.
+    """
 
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
         """The picture on the board."""

@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css, gradient_css
-from app.picture.frames import facing, folds
+from app.picture.frames import facing, folds, is_of_one
 from app.picture.look import Look
 from app.picture.shading import Ruler
 from app.picture.theme import OUTCOME_SHAPES, Shape, Theme
@@ -117,10 +117,12 @@ def limits(look: Look, low: str, high: str) -> Markup:
 
 def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> Markup:
     """How the board lies, and what a place of a folded picture shows."""
-    if not folds(look):
-        return escape(f"North is up, and the prey looks {facing(snapshot, look)}.")
-    shown = f" are turned so that it looks right; each place shows {each}."
-    return joined(["The prey's eight ", term("heading", "headings"), shown], "")
+    if folds(look):
+        shown = f" are turned so that it looks right; each place shows {each}."
+        return joined(["The prey's eight ", term("heading", "headings"), shown], "")
+    if not is_of_one(look):
+        return escape("Each heading by itself, north up; a click on one shows it alone.")
+    return escape(f"North is up, and the prey looks {facing(snapshot, look)}.")
 
 
 def legend(
@@ -147,7 +149,7 @@ def legend(
         element("div", frame, style="opacity:0.75"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
-    return element("div", joined(content, ""), style=style)
+    return element("div", joined(content, ""), class_="pounce-legend", style=style)
 
 
 def _prey(look: Look, turns: bool) -> Markup:

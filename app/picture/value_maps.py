@@ -1,5 +1,7 @@
 """Maps of value: what the layers share that show what a place is worth."""
 
+from typing import Final
+
 import numpy as np
 from markupsafe import Markup
 
@@ -7,7 +9,7 @@ from app.live.snapshot import Snapshot
 from app.picture.colours import css, gain_colours, over_board, palette
 from app.picture.contours import Contour, edges, isolines, segments
 from app.picture.frames import folds, in_frame
-from app.picture.layer import Picture
+from app.picture.layer import Heeded, Picture
 from app.picture.legend import (
     bar,
     bar_marks,
@@ -33,6 +35,7 @@ from app.words.numbers import of_any_size
 from app.words.plain import joined_by_and
 from sim.spec import WorldSpec
 
+VALUE_HEEDS: Final[frozenset[Heeded]] = frozenset({"frame", "scale", "fitted", "flight"})
 HATCH_COVER = 0.4
 """How strongly a hatch covers the board."""
 _LINES_AT = (20.0, 50.0, 100.0)
@@ -83,11 +86,7 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
 
 
 def value_picture(
-    values: np.ndarray,
-    shading: Shading,
-    snapshot: Snapshot,
-    look: Look,
-    raster: Raster,
+    values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look, raster: Raster
 ) -> Picture:
     """Where the global reward is to be had, with a line round it.
 

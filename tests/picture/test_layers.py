@@ -2,11 +2,9 @@
 
 import dataclasses
 import functools
-import io
 import re
 from typing import Any
 
-import imageio.v3 as iio
 import numpy as np
 import pytest
 from hypothesis import given
@@ -30,14 +28,15 @@ from app.picture.layer import Extras, Picture, SuccessMap
 from app.picture.layers import LAYERS
 from app.picture.layers.reach import MOST_LINES, line_step
 from app.picture.legend import bar_marks
-from app.picture.look import FOLDED, OF_TRIAL, Look
-from app.picture.multiples import all_headings_png, png, small_multiples_html
+from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
+from app.picture.multiples import SIDE, TILES, all_headings, tile_at
 from app.picture.options import greedy
 from app.picture.raster import raster
 from app.picture.shading import STEPS, Ruler
 from app.picture.theme import DARK, LIGHT, Colour, Theme
 from app.util.html import escaped
 from app.words.numbers import of_any_size
+from app.words.plain import HEADING_NAMES
 from learners.run import Run
 from learners.spec import SkillWeights
 from sim import geometry
@@ -1035,59 +1034,55 @@ def test_the_bar_of_the_value_runs_from_far_to_near() -> None:
 # All headings -------------------------------------------------------------------------------
 
 
-def decoded(png: bytes) -> np.ndarray:
-    return iio.imread(io.BytesIO(png), extension=".png")[..., :3]
+def side_by_side(key: str, moment: Snapshot, extras: Extras | None = None) -> list[np.ndarray]:
+    """Colours ``(y, x, 3)`` of the eight, from the south-west of each."""
+    picture = all_headings(moment, Look(layer=key, frame=ALL), LAYERS[key], extras or Extras())
+    return list(picture.colours.reshape(N_HEADINGS, SIDE, SIDE, 3))
 
 
-@both_themes
-def test_the_small_pictures_are_the_eight_headings_from_east_on(theme: Theme) -> None:
+def test_the_eight_are_the_headings_from_east_on_each_by_itself() -> None:
     value = zeros()
     value[...] = 100 * 0.9 ** (5.0 * np.arange(N_HEADINGS))[:, None, None]
-    look = Look(theme=theme)
-    image = decoded(all_headings_png(made(value=value), look, LAYERS["value"], Extras()))
-    assert image.shape == (2 * 75 + 1, 4 * 75 + 3, 3)
-    assert (image[75] == theme.border).all()
-    for heading, (east, north) in enumerate(geometry.HEADINGS):
-        top, left = heading // 4 * 76, heading % 4 * 76
-        tile = image[top : top + 75, left : left + 75]
-        level = 1 - np.sqrt(5 * heading / 200)
-        assert tile[3, 3].tolist() == of(gain_colours(), level, theme=theme)
-        assert tile[37 - 5 * north, 37 + 5 * east].tolist() == list(theme.prey)
-        assert tile[37 + 5 * north, 37 - 5 * east].tolist() != list(theme.prey)
+    for heading, tile in enumerate(side_by_side("value", made(value=value))):
+        alone = paint("value", made(value=value), frame=heading)
+        assert tile[3, 3].tolist() == colour_at(alone, -54, -54)
 
 
-def test_north_is_up_in_the_small_pictures() -> None:
-    moment = made(value=at_one_place(100 * 0.9**25, 0, 40))
-    image = decoded(all_headings_png(moment, Look(), LAYERS["value"], Extras()))
-    assert image[37 - 25, 37].tolist() == gain(AT_25)
-    assert image[37 + 25, 37].tolist() == blank()
+def test_north_is_up_in_each_of_the_eight() -> None:
+    tile = side_by_side("value", made(value=at_one_place(100 * 0.9**25, 0, 40)))[5]
+    is_known = (tile != LIGHT.unknown).any(axis=-1)
+    assert is_known[SIDE // 2 :].any()
+    assert not is_known[: SIDE // 2].any()
 
 
-@every_layer
-def test_the_small_pictures_are_small(key: str) -> None:
-    moment, extras = noisy(), noisy_success(fresh())
-    png = all_headings_png(moment, Look(layer=key), LAYERS[key], extras)
-    assert decoded(png).shape == (151, 303, 3)
-    # Noise is the worst case; what is learned takes a half of it.
-    assert len(png) < 27_000
+def test_the_eight_have_names_and_lie_two_by_four_as_one_reads() -> None:
+    picture = all_headings(fresh(), Look(frame=ALL), LAYERS["value"], Extras())
+    assert [label.text for label in picture.labels] == [
+        f"prey faces {name}" for name in HEADING_NAMES
+    ]
+    for label, tile in zip(picture.labels, TILES, strict=True):
+        assert label.east == tile.east * SIZE
+        # Above its own, and below that above.
+        assert tile_at(tile.east, tile.north) is tile
+        assert tile_at(label.east / SIZE, label.north / SIZE) is None
+    columns, rows = np.array([(tile.east, tile.north) for tile in TILES]).T
+    assert (np.diff(columns.reshape(2, 4)) > 0).all()
+    assert columns[:4].tolist() == columns[4:].tolist()
+    assert (rows[:4] > 0).all()
+    assert (rows[4:] < 0).all()
 
 
-def test_the_small_pictures_stand_in_the_page_as_they_are() -> None:
-    html = small_multiples_html(b"\x89PNG")
-    assert "data:image/png;base64,iVBORw==" in html
-    assert "image-rendering:pixelated" in html
-
-
-@pytest.mark.parametrize("n_colours", [1, 2, 200, 20_000])
-def test_a_png_keeps_few_colours_exactly_and_many_nearly(n_colours: int) -> None:
-    rng = np.random.default_rng(4)
-    few = rng.permutation(32**3)[:n_colours]
-    colours = np.stack([few // 1024, few // 32 % 32, few % 32], axis=1).astype(np.uint8) * 8
-    image = colours[rng.integers(0, n_colours, size=(150, 301))]
-    shown = decoded(png(image))
-    assert shown.shape == image.shape
-    difference = np.abs(shown.astype(int) - image).max()
-    assert difference == 0 if n_colours <= 200 else difference < 64
+def test_arrows_and_their_colours_lie_in_their_own_heading() -> None:
+    tables = skill_tables(CIRCLE, EAST, 5)
+    moment = made(selection_q=preferring(CIRCLE), skill_q=tables)
+    picture = all_headings(moment, Look(layer="flow", frame=ALL), LAYERS["flow"], Extras())
+    assert picture.arrows is not None
+    assert picture.arrow_colours is not None
+    assert len(picture.arrows) == len(picture.arrow_colours) > 8 * 90
+    found = [tile_at(*(middle / SIZE).tolist()) for middle in picture.arrows.mean(axis=1)]
+    counts = [found.count(tile) for tile in TILES]
+    assert sum(counts) == len(picture.arrows)
+    assert len(set(counts)) == 1
 
 
 # Every world, every moment ------------------------------------------------------------------
@@ -1136,8 +1131,8 @@ def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
     assert legend.count("<div") == legend.count("</div>")
     assert "nan" not in legend
     assert layer.caption(moment, look, extras)
-    png = all_headings_png(moment, look, layer, extras)
-    assert decoded(png).shape == (151, 303, 3)
+    all_of_it = all_headings(moment, look._replace(frame=ALL), layer, extras)
+    assert all_of_it.colours.shape == (N_HEADINGS * SIDE**2, 3)
 
 
 @every_layer

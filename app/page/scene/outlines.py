@@ -12,7 +12,7 @@ import numpy as np
 from app.picture.contours import Contour
 from app.picture.frames import rim
 from app.picture.layer import Picture
-from app.picture.theme import Colour
+from app.picture.multiples import HALF_HEIGHT, SIDE, TILES
 from sim import geometry
 from sim.spec import STANDARD_SIZE, WorldSpec
 from sim.world import World
@@ -107,6 +107,27 @@ def border(spec: WorldSpec, is_round: bool) -> np.ndarray:
     return segments(np.array([[low, low], [high, low], [high, high], [low, high], [low, low]]))
 
 
+def tile_pixels(spec: WorldSpec) -> np.ndarray:
+    """Middles of the pixels of all headings side by side, ``(tile * y * x, 3)`` in board units."""
+    low, high = edges(spec)
+    along = low + (np.arange(SIDE) + 0.5) / SIDE * (high - low)
+    north, east = np.meshgrid(along, along, indexing="ij")
+    one = np.stack([east.ravel(), north.ravel()], axis=-1)
+    return lifted(np.concatenate([tile.place(one, BOARD_UNITS) for tile in TILES]), 0.0)
+
+
+def tiles_border(spec: WorldSpec) -> np.ndarray:
+    """The edges of all headings side by side, as segments.
+
+    The last ones have no length: they are the corners of all that is to be seen, names included.
+    """
+    square = border(spec, is_round=False)
+    squares = np.concatenate([tile.place(square, BOARD_UNITS) for tile in TILES])
+    corner = np.array([0.5, HALF_HEIGHT]) * BOARD_UNITS
+    corners = np.stack([-corner, corner])
+    return np.concatenate([squares, np.stack([corners, corners], axis=1)])
+
+
 def grid(spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Lines at every tenth cell, as segments."""
     low, high = edges(spec)
@@ -191,30 +212,21 @@ def contour_lines(
     return parts[there], np.repeat(colours[there][:, None], 2, axis=1)
 
 
-def arrow_lines(
-    picture: Picture, spec: WorldSpec, is_round: bool, ink: Colour
-) -> tuple[np.ndarray, np.ndarray]:
-    """The arrows of a picture that lie on the board, and their colours.
-
-    Args:
-        picture: what a layer draws.
-        spec: the world.
-        is_round: whether the board is.
-        ink: the colour of arrows that have none of their own.
+def arrow_lines(picture: Picture, spec: WorldSpec, is_round: bool) -> tuple[np.ndarray, np.ndarray]:
+    """The arrows of a picture that lie on the board.
 
     Returns:
-        Segments ``(3 n, 2, 2)`` in board units and ``(3 n, 2, 3) uint8``.
+        Segments ``(3 n, 2, 2)`` in board units, the shafts first, and which arrows these are,
+        ``(arrow,) bool``.
     """
     if picture.arrows is None:
-        return np.zeros((0, 2, 2)), np.zeros((0, 2, 3), np.uint8)
-    arrows = picture.arrows * (BOARD_UNITS / spec.size)
-    inks = picture.arrow_colours
-    if inks is None:
-        inks = np.broadcast_to(np.array(ink, np.uint8), (len(arrows), 3))
-    there = within(arrows, spec, is_round)
-    tails, heads = arrows[there, 0], arrows[there, 1]
+        return np.zeros((0, 2, 2)), np.zeros(0, bool)
+    unit = BOARD_UNITS / spec.size
+    there = within(picture.arrows * unit, spec, is_round)
+    shown = picture.arrows[there]
+    tails, heads = shown[:, 0], shown[:, 1]
     back = 0.38 * (tails - heads)
     left = heads + back @ np.array([[0.8, 0.6], [-0.6, 0.8]])
     right = heads + back @ np.array([[0.8, -0.6], [0.6, 0.8]])
     pairs = [np.stack(pair, axis=1) for pair in ((tails, heads), (heads, left), (heads, right))]
-    return np.concatenate(pairs), np.repeat(np.tile(inks[there], (3, 1))[:, None], 2, axis=1)
+    return np.concatenate(pairs) * unit, there

@@ -78,7 +78,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
         key = (swatch(css(colours[option]), names[option]) for option in present(snapshot))
         parts.append(element("div", joined(["The move of ", *key], "")))
     parts.append(element("div", f"No arrow where {none}."))
-    frame = frame_in_words(snapshot, look, "the mean way")
+    frame = frame_in_words(snapshot, look, "the mean way of its eight headings")
     return legend(look, "Arrows: the way the predator would go", parts, frame)
 
 
@@ -89,4 +89,4 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     return "Which way the predator would go from each place if it never moved at random."
 
 
-FLOW = Layer("flow", "Policy flow", _draw, _legend, _caption)
+FLOW = Layer("flow", "Policy flow", _draw, _legend, _caption, heeds=frozenset({"frame"}))

@@ -90,4 +90,12 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-SKILL = Layer("skill", "Skill's own value", _draw, _legend, _caption, about="skill", turns=False)
+SKILL = Layer(
+    "skill",
+    "Skill's own value",
+    _draw,
+    _legend,
+    _caption,
+    about="skill",
+    heeds=frozenset({"fitted"}),
+)

@@ -123,4 +123,6 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-SUCCESS = Layer("success", "Success from here", _draw, _legend, _caption)
+SUCCESS = Layer(
+    "success", "Success from here", _draw, _legend, _caption, heeds=frozenset({"frame"})
+)

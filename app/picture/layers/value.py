@@ -6,7 +6,13 @@ from app.live.snapshot import Snapshot
 from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import Raster
-from app.picture.value_maps import or_zero, state_value_picture, value_legend, value_shading
+from app.picture.value_maps import (
+    VALUE_HEEDS,
+    or_zero,
+    state_value_picture,
+    value_legend,
+    value_shading,
+)
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
@@ -29,4 +35,4 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-VALUE = Layer("value", "State value", _draw, _legend, _caption)
+VALUE = Layer("value", "State value", _draw, _legend, _caption, heeds=VALUE_HEEDS)
