@@ -983,7 +983,7 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     else:
         assert "are turned so that it looks right" in folded
         assert "North is up, and the prey looks north." in north
-    assert ("what it sees" in folded) == LAYERS[key].turns
+    assert ("what it sees" in folded) == ("frame" in LAYERS[key].heeds)
     assert "what it sees" not in words(key, fresh(), field=False)[0]
 
 
