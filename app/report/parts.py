@@ -98,7 +98,7 @@ def _curve_notes(widths: Widths, seen: Seen, panels: Sequence[Panel]) -> str:
     has_marks = any(line.marks for line in lines)
     marks = " Dashed marks: introductions of skills (median over runs)." if has_marks else ""
     greedy = (
-        f" Thin and dotted: greedy reward, of hunts in which nothing is explored or learned. {GREED}"
+        f" Thin and dotted: greedy reward, of hunts where nothing is explored or learned. {GREED}"
         if any(line.greedy is not None for line in lines)
         else ""
     )
