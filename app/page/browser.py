@@ -16,7 +16,8 @@ from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
 from app.page.texts import Texts
-from app.picture.look import Look
+from app.page.widgets import assign
+from app.picture.look import ALL, Look
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.pulse import Pulse
@@ -60,6 +61,11 @@ class Browser:
         self._look = self.look
         self._stage: Stage | None = None
         self._seen = 0
+        self._wake = wake
+        # What is drawn for this browser alone is drawn on a whole board.
+        self._drawn_alone = [
+            client.scene.add_frame(name, show_axes=False) for name in ("/inspect", "/watched")
+        ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
@@ -80,7 +86,7 @@ class Browser:
     @property
     def look(self) -> Look:
         """How this browser wants to see the board."""
-        return self.readings.look._replace(hunts=not self._hunts.is_watching)
+        return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
 
     def leave(self) -> None:
         """Answer no more calls of this browser."""
@@ -92,6 +98,12 @@ class Browser:
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
         board = self._gallery.board(self._look)
         if board is None:
+            return
+        if self._look.frame == ALL:
+            heading = board.heading_under(event.ray_origin, event.ray_direction)
+            if heading is not None:
+                self.readings.view.choose_heading(heading)
+                self._wake()
             return
         place = board.place_under(event.ray_origin, event.ray_direction)
         if place is not None:
@@ -113,6 +125,8 @@ class Browser:
             outcomes = success.outcomes
         self._hunts.update(texts.status, texts.look, now_s)
         self._inspection.update(texts.status.snapshot, texts.look, outcomes)
+        for root in self._drawn_alone:
+            assign(root, "visible", texts.look.frame != ALL)
         self.results.update(now_s)
         self._bar.update()
         if now_s - self._read_at >= every_s:

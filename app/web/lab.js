@@ -10,5 +10,7 @@ import "./names.js";
 import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
+import "./tabs.js";
 import "./terms.js";
 import "./title.js";
+import "./tour.js";

@@ -113,9 +113,8 @@ class Screen:
 
     @property
     def legend(self) -> Locator:
-        """What the colours mean."""
-        words = "The half-disc is what the prey sees"
-        return self.page.locator("#root").get_by_text(words).locator("xpath=..")
+        """What the colours mean, in the panel."""
+        return self.page.locator("#root .pounce-legend")
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""
