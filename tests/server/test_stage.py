@@ -63,7 +63,8 @@ class Page:
             if not isinstance(value, dict) or "__binary_index" not in value:
                 return cast(object, value)
             array = cast(dict[str, Any], value)
-            return np.frombuffer(arrays[array["__binary_index"]], array["dtype"]).tolist()
+            raw: bytes = arrays[array["__binary_index"]]
+            return np.frombuffer(raw, str(array["dtype"])).tolist()
 
         name = message["name"]
         assert message["owner"] == ""
