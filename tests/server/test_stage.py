@@ -63,7 +63,7 @@ class Page:
             if not isinstance(value, dict) or "__binary_index" not in value:
                 return cast(object, value)
             array = cast(dict[str, Any], value)
-            raw: bytes = arrays[array["__binary_index"]]
+            raw = arrays[int(array["__binary_index"])]
             return np.frombuffer(raw, str(array["dtype"])).tolist()
 
         name = message["name"]
