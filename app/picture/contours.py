@@ -35,9 +35,6 @@ class Contour(NamedTuple):
     colour: Colour
     is_edge: bool = False
     """Whether a region ends there, which is drawn thicker."""
-    label: str = ""
-    at: tuple[float, float] | None = None
-    """Where the label is, in cells east and north of the prey."""
 
 
 def isolines(per_state: np.ndarray, world: WorldSpec, levels: Iterable[float]) -> list[Isoline]:
