@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from app.live.session import Session, StartAgain
+from app.live.session import Play, Session, StartAgain
 from app.live.worker import FULL_SPEED
 from app.page.lab import Lab
 from learners.run import Run
@@ -44,6 +44,7 @@ def page_rate(session: Session, spec: RunSpec, preset: str, seed: int) -> float:
     while time.perf_counter() - started < SECONDS:
         generation = session.status.snapshot.generation + 1
         session.submit(StartAgain(spec, preset, seed))
+        session.submit(Play())
         done = session.wait_for(
             lambda status, wanted=generation: (
                 status.finished and status.snapshot.generation == wanted

@@ -1,6 +1,8 @@
 """Greedy curves of several runs, averaged into one."""
 
 from collections.abc import Sequence
+from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -8,6 +10,23 @@ from app.analysis import estimates
 from app.analysis.estimates import Axis
 from app.charts.model import Greedy
 from app.metrics.course import GreedyCurve
+
+_FAR: Final = 3.0
+"""Points that are farther apart than so many times the usual are not joined."""
+
+
+def joined_up(at: np.ndarray) -> list[slice]:
+    """Stretches of a curve in which points are near each other, so that a line may join them.
+
+    A straight line across half of the axis would say what nobody measured: while a skill is
+    explored, trials take many steps, and their points are far apart.
+
+    Args:
+        at: (point,) where they are on the axis, in order.
+    """
+    gaps = np.diff(at)
+    breaks = np.flatnonzero(gaps > _FAR * np.median(gaps)) + 1 if gaps.size else []
+    return [slice(int(a), int(b)) for a, b in pairwise([0, *breaks, at.size])]
 
 
 def averaged(curves: Sequence[GreedyCurve], axis: Axis) -> Greedy | None:

@@ -26,9 +26,11 @@ from app.charts.model import (
 )
 from app.charts.styles import styles_of
 from app.charts.view import View, charted
+from app.charts.wording import short_label
 from app.documents.experiments import Experiment
 from app.metrics import Metric
 from app.results.gather import MOST_CURVES, Gatherer, Gathering
+from app.results.reference import told_of
 from app.words.numbers import counted
 from app.words.plain import plain
 
@@ -81,7 +83,12 @@ def left_out(gathering: Gathering, chart: LiveChart) -> str:
     """What a chart does not show, in words; empty if it shows all."""
     if isinstance(chart, Curves):
         n_others = len(gathering.experiment.variants) - len(chart.panels[0].lines)
-        words = f"{n_others:,} other variants are not drawn; choose any of them in another chart."
+        base = gathering.experiment.variants[variants.reference(gathering.experiment)]
+        words = (
+            f"Drawn: {len(chart.panels[0].lines)} of {n_others + len(chart.panels[0].lines):,}"
+            f" variants, {short_label(base.label, 40)} and others from the lowest to the highest"
+            f" {gathering.metric.title}; one that is chosen in another chart is drawn as well."
+        )
         return words if n_others else ""
     done = [run for _, run in gathering.runs if not run.error]
     failed = len(gathering.runs) - len(done)
@@ -91,11 +98,10 @@ def left_out(gathering: Gathering, chart: LiveChart) -> str:
 
 
 def _curves(gatherer: Gatherer, gathering: Gathering, view: View) -> Curves:
-    """The first few variants; if the chosen one is not among them, it comes last."""
+    """Of many variants a few; if the chosen one is not among them, it comes last."""
     axis, chosen = view.axis, view.variant
     every = gathering.experiment.variants
-    first = range(min(len(every), MOST_CURVES))
-    places = first if chosen is None or chosen in first else [*first[:-1], chosen]
+    places = _drawn(gatherer, gathering, chosen)
     styles = styles_of([every[place].preset for place in places])
     lines: list[Line] = []
     for place, style in zip(places, styles, strict=True):
@@ -117,6 +123,21 @@ def _curves(gatherer: Gatherer, gathering: Gathering, view: View) -> Curves:
         )
     ends = gathering.low, gathering.high
     return Curves(axis, [Panel(gathering.experiment.name, lines)], ends)
+
+
+def _drawn(gatherer: Gatherer, gathering: Gathering, chosen: int | None) -> Sequence[int]:
+    """Places of the variants whose curves are drawn."""
+    every = gathering.experiment.variants
+    if len(every) <= MOST_CURVES:
+        return range(len(every))
+    of_each: dict[int, list[float]] = defaultdict(list)
+    for place, run in gathering.runs:
+        value = run.values[gathering.metric.column]
+        if not run.error and math.isfinite(value):
+            of_each[place].append(value)
+    means = [float(np.mean(of_each[p])) if of_each[p] else math.nan for p in range(len(every))]
+    places = told_of(means, variants.reference(gathering.experiment), MOST_CURVES)
+    return places if chosen is None or chosen in places else [*places[:-1], chosen]
 
 
 def _runs(gatherer: Gatherer, gathering: Gathering) -> Dots:

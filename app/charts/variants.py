@@ -3,11 +3,13 @@
 import math
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Final
 
 from app.analysis.sweeps import BETWEEN, Sweep, own_place, short_names, sweep_of
 from app.documents import presets
 from app.documents.experiments import Experiment
+from app.results.reference import Setting, reference_of
 
 MOST_CELLS: Final = 300
 """Cells of a plane, or points of a line, that can be told apart and clicked."""
@@ -39,6 +41,23 @@ def own_setting(experiment: Experiment) -> int | None:
         shipped,
     )
     return None if found is None else sweep.places[found]
+
+
+@lru_cache(maxsize=2)
+def reference(experiment: Experiment) -> int:
+    """Place of the variant that the others are set against, as in a report.
+
+    Of what was swept it is the preset's own setting, if that was run.
+    """
+    own = own_setting(experiment) if swept(experiment) is not None else None
+    if own is not None:
+        return own
+    return reference_of(
+        Setting(
+            Path(v.preset).stem, v.overrides, {} if v.overrides else v.spec.model_dump(mode="json")
+        )
+        for v in experiment.variants
+    )
 
 
 @lru_cache(maxsize=2)

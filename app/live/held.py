@@ -40,6 +40,15 @@ class Held:
     opened: Opened | None = None
     """Of which run of an experiment it is a copy, until something else is done with it."""
 
+    def __post_init__(self) -> None:
+        self.is_own = self.opened is None
+        """Whether it began in its session, and was not made again from results."""
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether a step has been made, or something been done by hand."""
+        return self.run.step > 0 or bool(self.run.journal)
+
     @property
     def is_learning(self) -> bool:
         """Whether it goes on by itself."""
@@ -56,10 +65,21 @@ class Held:
         return self.opened is not None and self.opened.same is None
 
     def play(self) -> None:
-        """Go on; past the last trial, for as many trials again.
+        """Go on.
 
         Raises:
-            CommandError: it cannot.
+            CommandError: its trials are over, or it has stopped.
+        """
+        if self.error is not None:
+            raise CommandError(f"the learner has stopped: {self.error}")
+        self._check_not_over()
+        self.playing = True
+
+    def take_more_trials(self) -> None:
+        """Where its trials are over, let it have as many again as its preset has.
+
+        Raises:
+            CommandError: it has had all that a run may have, or it has stopped.
         """
         if self.error is not None:
             raise CommandError(f"the learner has stopped: {self.error}")
@@ -67,7 +87,6 @@ class Held:
             raise CommandError(f"a run ends after {MAX_TRIALS:,} trials")
         if self.is_over:
             self.until_trial = min(self.until_trial + self.run.spec.trials, MAX_TRIALS)
-        self.playing = True
 
     def pause(self) -> None:
         """Stand still; a copy that is not complete is given up."""
@@ -81,8 +100,7 @@ class Held:
         Raises:
             CommandError: its trials are over, or it has stopped.
         """
-        if self.is_over:
-            raise CommandError(f"the {self.until_trial:,} trials are over; play to go on")
+        self._check_not_over()
         self.playing = False
         self._advance(max_steps, None if trials is None else self.run.trial + trials)
         self.claim_no_more()
@@ -107,6 +125,15 @@ class Held:
             self.until_trial = max(self.run.spec.trials, self.run.trial)
             self.playing = self.playing and not self.is_over
         self.opened = None
+
+    def _check_not_over(self) -> None:
+        if self.run.trial >= MAX_TRIALS:
+            raise CommandError(f"a run ends after {MAX_TRIALS:,} trials")
+        if self.is_over:
+            raise CommandError(
+                f"the {self.until_trial:,} trials are over; under Run it can go on for more, or"
+                " start again"
+            )
 
     def _advance(self, max_steps: int, until_trial: int | None = None) -> int:
         if self.error is not None:

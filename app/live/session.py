@@ -1,25 +1,22 @@
-"""The runs of a session by their names, the requests made of them, and how the shown one stands.
+"""The runs of a session, the requests made of them, and how the one that is shown stands.
 
-One run goes on at a time, the one that is shown; the others stand as they were left.
+One run goes on at a time, the one that is shown. Beside it one is kept that was set aside for it,
+and stands as it was left: so whoever started again, or opened a run of an experiment, can go back.
 """
 
 import math
 import time
 from dataclasses import dataclass
-from typing import Final
 
 from app.live import snapshot
 from app.live.held import Held, Opened
 from app.live.opening import Opening, SlowStart
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
-from learners.commands import Command, CommandError
+from learners.commands import Command, CommandError, SetSchedule
 from learners.kernel.state import TRIAL_STEP
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
-
-OWN: Final = "own"
-"""Name of the session's own run; one of an experiment that was opened is called as it is there."""
+from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
 
 _CURVE_S = 0.4
 
@@ -31,7 +28,12 @@ class Begin:
 
 @dataclass(frozen=True)
 class Play:
-    """Learn on; past the preset's last trial, for as many trials again."""
+    """Learn on, up to the preset's last trial."""
+
+
+@dataclass(frozen=True)
+class GoOn:
+    """Learn on past the last trial, for as many trials again as the preset has."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +65,19 @@ class SkipOpening:
 
 @dataclass(frozen=True)
 class StartAgain:
-    """Throw the run away and begin another, playing unless the last one was paused by hand."""
+    """Set the run aside and begin another, which plays if that one was going on.
+
+    One that was over, or had stopped, is followed by one that stands still, at whatever speed.
+    """
 
     spec: RunSpec
     preset: str
+    """As shown."""
     seed: int
+    schedule: ScheduleSpec | None = None
+    """Takes the place of the preset's own by a command, before the first step."""
+    paused: bool = False
+    """Stand still at its beginning, whether or not the last one went on."""
 
 
 @dataclass(frozen=True)
@@ -88,14 +98,14 @@ class OpenRun:
 
 @dataclass(frozen=True)
 class GoBack:
-    """Take up the run again that was set aside when a run of an experiment was opened."""
+    """Take up the run again that was set aside; the one that is shown is set aside for it."""
 
 
-RequestOfRun = Begin | Play | Pause | StepOnce | TrialOnce | Command
+RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | Command
 """What is asked of one run."""
 Request = RequestOfRun | SetSpeed | SkipOpening | StartAgain | OpenRun | GoBack
 
-_SAY_WHETHER_TO_PLAY = (Play, Pause, StepOnce, TrialOnce, OpenRun)
+_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, OpenRun)
 _END_THE_OPENING = (SkipOpening, SetSpeed, StartAgain, OpenRun)
 
 
@@ -104,11 +114,10 @@ class Status:
     """How the worker stands, and the moment it last published."""
 
     snapshot: Snapshot
-    run: str
-    """Name of the run that is shown."""
+    """Its ``generation`` is what the run that is shown is told from others by."""
     playing: bool
     finished: bool
-    """The run has had the trials it was to have; playing on asks for as many again."""
+    """The run has had the trials it was to have; it goes on if it is asked to (:class:`GoOn`)."""
     exhausted: bool
     """The run has had all the trials a run may have."""
     preparing: bool
@@ -121,10 +130,12 @@ class Status:
     """What stopped the worker; the state is kept."""
     answered: int
     """Requests answered so far: the ticket of the last one."""
+    is_own: bool = True
+    """Whether the run that is shown began here, and was not made again from results."""
     opened: Opened | None = None
     """The run of an experiment that is made again, or that stands as it ended."""
     aside: str | None = None
-    """What was set aside for it, in words; None if there is nothing to go back to."""
+    """What was set aside for the run that is shown, in words; None if nothing was."""
     opening: Opening | None = None
     """The first hunts, while they are shown slowly and the speed rises after them."""
 
@@ -151,8 +162,8 @@ class Session(Worker[Status]):
         super().__init__()
         self._n_runs = 0
         """That it has had so far."""
-        self._runs = {OWN: Held(Run(spec, seed), self._next(), preset, spec.trials, playing)}
-        self._shown = OWN
+        self._shown = Held(Run(spec, seed), self._next(), preset, spec.trials, playing)
+        self._aside: Held | None = None
         self._speed = speed
         self._told_to_play = playing
         """Whether somebody has said that the learner is to go on, or to stand still."""
@@ -161,20 +172,20 @@ class Session(Worker[Status]):
         self._former: Snapshot | None = None
         self._status = self._take_status(-math.inf)
 
-    def submit(self, request: Request, reply: Reply | None = None, run: str | None = None) -> int:
-        """Ask for something, as :meth:`Worker.submit`."""
+    def submit(self, request: Request, reply: Reply | None = None, run: int | None = None) -> int:
+        """Ask for something, as :meth:`Worker.submit`; a run is meant by its generation."""
         return super().submit(request, reply, run)
 
-    def _held(self, run: str | None = None) -> Held:
-        """A run by its name, or the one that is shown.
+    def _held(self, run: int | None = None) -> Held:
+        """A run by its generation, or the one that is shown.
 
         Raises:
-            CommandError: there is none of that name.
+            CommandError: it is not here.
         """
-        held = self._runs.get(self._shown if run is None else run)
-        if held is None:
-            raise CommandError("the run that this was meant for is not here any more")
-        return held
+        for held in (self._shown, self._aside):
+            if held is not None and run in (None, held.generation):
+                return held
+        raise CommandError("the run that this was meant for is not here any more")
 
     def _aim(self) -> float | None:
         held = self._held()
@@ -216,7 +227,7 @@ class Session(Worker[Status]):
         held.error = error
         held.pause()
 
-    def _carry_out(self, request: Request, run: str | None) -> None:
+    def _carry_out(self, request: Request, run: int | None) -> None:
         if isinstance(request, _SAY_WHETHER_TO_PLAY):
             self._told_to_play = True
         if isinstance(request, _END_THE_OPENING):
@@ -247,6 +258,9 @@ class Session(Worker[Status]):
                     self._play(held)
             case Play():
                 self._play(held)
+            case GoOn():
+                held.take_more_trials()
+                self._play(held)
             case Pause():
                 held.pause()
             case StepOnce():
@@ -264,37 +278,46 @@ class Session(Worker[Status]):
         self._pace.restart()
 
     def _start_again(self, request: StartAgain) -> None:
-        held = self._held()
-        was_over = held.is_over or held.error is not None
-        # A run that was made again paused by itself, wherever in its trials it ended.
-        goes_on = held.playing or was_over or held.opened is not None
         run = Run(request.spec, request.seed)
-        held = Held(run, self._next(), request.preset, request.spec.trials, goes_on)
-        self._runs = {OWN: held}
-        self._show(OWN)
+        if request.schedule is not None:
+            run.apply(SetSchedule(request.schedule))
+        goes_on = self._shown.is_learning and not request.paused
+        # One that is to stand still does so even if nobody has come yet.
+        self._told_to_play = self._told_to_play or request.paused
+        self._set_aside()
+        self._show(Held(run, self._next(), request.preset, request.spec.trials, goes_on))
 
     def _open(self, request: OpenRun) -> None:
         opened = Opened(request.name, request.step, request.digest, same=None)
         # The step alone says where it ended: an experiment may run more trials than a preset has.
         run = Run(request.spec, request.seed)
         held = Held(run, self._next(), request.preset, MAX_TRIALS, playing=True, opened=opened)
-        # Of several that are opened one after the other, the lesson that came before is kept.
-        self._runs = {OWN: self._runs[OWN], request.name: held}
-        self._show(request.name)
+        self._set_aside(even_if_new=self._aside is None)
+        self._show(held)
+
+    def _set_aside(self, even_if_new: bool = False) -> None:
+        """Keep the run that is shown, in the place of the one that was kept before.
+
+        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
+        again: of several that are opened one after the other, the lesson that came before is kept.
+        """
+        if self._shown.is_own and (self._shown.is_begun or even_if_new):
+            self._aside = self._shown
 
     def _go_back(self) -> None:
-        if self._shown == OWN:
+        if self._aside is None:
             raise CommandError("no run was set aside")
-        self._runs = {OWN: self._runs[OWN]}
-        self._show(OWN)
+        held, self._aside = self._aside, None
+        self._set_aside()
+        self._show(held)
 
     def _next(self) -> int:
         """The number of another run."""
         self._n_runs += 1
         return self._n_runs - 1
 
-    def _show(self, run: str) -> None:
-        self._shown = run
+    def _show(self, held: Held) -> None:
+        self._shown = held
         self._curve_at = -math.inf
         self._pace.restart()
 
@@ -310,10 +333,9 @@ class Session(Worker[Status]):
         if former is not None and former.generation != held.generation:
             former = None
         self._former = snapshot.take(held.run, held.preset, held.generation, former, new_curve)
-        own = self._runs[OWN]
+        aside = self._aside
         return Status(
             snapshot=self._former,
-            run=self._shown,
             playing=held.playing,
             finished=held.is_over,
             exhausted=held.run.trial >= MAX_TRIALS,
@@ -322,7 +344,8 @@ class Session(Worker[Status]):
             steps_per_s=self._pace.rate() if held.is_learning else 0.0,
             error=held.error,
             answered=self._answered,
+            is_own=held.is_own,
             opened=held.opened,
-            aside=None if held is own else f"{own.preset}, trial {own.run.trial:,}",
+            aside=None if aside is None else f"{aside.preset}, trial {aside.run.trial:,}",
             opening=None if held.is_over else opening,
         )

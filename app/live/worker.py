@@ -98,7 +98,7 @@ class Pace:
 
 class _Envelope(NamedTuple):
     request: Any
-    run: str | None
+    run: int | None
     reply: Reply | None
     ticket: int
 
@@ -134,7 +134,7 @@ class Worker(ABC, Generic[Stand]):
         """Make at most so many steps; returns how many were made."""
 
     @abstractmethod
-    def _carry_out(self, request: Any, run: str | None) -> None:
+    def _carry_out(self, request: Any, run: int | None) -> None:
         """Do what is asked for. Raises `CommandError` if it cannot be done."""
 
     @abstractmethod
@@ -170,7 +170,7 @@ class Worker(ABC, Generic[Stand]):
         self._requests.put(None)
         self._thread.join(timeout=_FAREWELL_S)
 
-    def submit(self, request: Any, reply: Reply | None = None, run: str | None = None) -> int:
+    def submit(self, request: Any, reply: Reply | None = None, run: int | None = None) -> int:
         """Ask for something; it is done before the next slice of learning.
 
         Where too much is asked for already, because the learner's code is being compiled, it is
@@ -179,7 +179,7 @@ class Worker(ABC, Generic[Stand]):
         Args:
             request: what is asked for.
             reply: told if it cannot be done.
-            run: name of the run that is meant; None for the one that is shown.
+            run: number of the run that is meant; None for the one that is shown.
 
         Returns:
             A ticket; the request has been answered once ``status.answered`` has reached it.

@@ -9,7 +9,7 @@ import viser
 from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.bar import BarPanel, Bars, Choose
-from app.page.panels.file_tab import FileTab, TakeExperiment
+from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
@@ -42,6 +42,7 @@ class Shared(NamedTuple):
     drawn: Callable[[], None]
     """Called whenever a page has drawn its first picture of the board."""
     take_experiment: TakeExperiment
+    offer_preset: OfferPreset
     save_dir: Path | None
     """Where presets may be saved, if anywhere."""
 
@@ -68,7 +69,13 @@ class Browser:
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
-                client, shared.session, ask, inbox.work, shared.take_experiment, shared.save_dir
+                client,
+                shared.session,
+                ask,
+                inbox.work,
+                shared.take_experiment,
+                shared.offer_preset,
+                shared.save_dir,
             )
         self.results = ResultsPanel(client, shared.calls, shared.service, ask, inbox, wake)
         clicked = Intent(self._clicked)

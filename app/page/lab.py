@@ -19,9 +19,10 @@ import viser
 
 from app.charts.bar.model import Moment
 from app.explain.cell import moment_of, policy_of
-from app.live.session import Begin, Request, Session, Status
+from app.live.session import Begin, Request, Session, StartAgain, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser, Shared
+from app.page.confirm import confirm
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.headline import clock_html
@@ -167,6 +168,7 @@ class Lab:
             wake=self.wake,
             drawn=self._begin,
             take_experiment=self.experiments.take,
+            offer_preset=self._controls.offer_preset,
             save_dir=save_dir,
         )
         self._for_script = self.server.gui.add_html("")
@@ -195,13 +197,28 @@ class Lab:
     def ask(self, client: viser.ClientHandle, request: Request) -> None:
         """Enqueue a request of a browser, which means the run that is shown.
 
-        The browser is told if it cannot be carried out.
+        The browser is told if it cannot be carried out, and asked first where it would take away
+        the run that others are looking at.
         """
+        n_others = len(self._browsers) - 1
+        if isinstance(request, StartAgain) and n_others > 0:
+            others = "1 other browser looks" if n_others == 1 else f"{n_others} others look"
+            confirm(
+                client,
+                "Start again for all?",
+                f"{others} at this run. It is set aside, and can be taken up again.",
+                ("Start again for all", "No"),
+                lambda: self._submit(client, request),
+            )
+        else:
+            self._submit(client, request)
 
+    def _submit(self, client: viser.ClientHandle, request: Request) -> None:
         def refused(reason: str) -> None:
             tell(client, "That cannot be done now", reason, auto_close_seconds=6)
 
-        self._ticket = self.session.submit(request, refused, self.session.status.run)
+        generation = self.session.status.snapshot.generation
+        self._ticket = self.session.submit(request, refused, generation)
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""
@@ -336,7 +353,7 @@ class Lab:
             blocks, left_out, chosen = self._plan.blocks, self._plan.left_out, self._plan.chosen
             moment = Moment(status.snapshot, blocks, left_out, chosen, greedy, ghost)
             self._bars.take(moment, now_s)
-        self.experiments.update(status)
+        self.experiments.update(status, len(browsers))
         success = self._success.found
         extras = Extras(success if isinstance(success, SuccessMap) else None)
         looks = {browser: browser.look for browser in browsers}

@@ -1,5 +1,6 @@
 """Widgets show the state and never are the state: the ways in which they meet it."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Generic, TypeVar
@@ -7,11 +8,20 @@ from typing import Any, Final, Generic, TypeVar
 import viser
 
 from app.page.inbox import Act, Intent
+from app.util.html import element, joined
 
 Id = TypeVar("Id")
 
 TOUCHED_S = 0.5
 """A widget that was touched so lately is left alone: a slider may still be in somebody's hand."""
+
+CALM: Final = "gray"
+"""Colour of a button that is not the one to begin with; the stylesheet gives it but an outline."""
+DESTROYS: Final = "red"
+"""Colour of a button that puts an end to something."""
+
+DOUBLE_S: Final = 0.3
+"""A second click that comes so soon is the end of a double click, and not meant."""
 
 NAME_HTML: Final = '<div class="pounce-name"></div>'
 """Stands before a field for a name, whose text the page's script is to leave as it is typed."""
@@ -22,6 +32,32 @@ def assign(handle: Any, name: str, value: object) -> None:
     if getattr(handle, name) != value:
         # viser sends plain texts alone, and no markup.
         setattr(handle, name, str(value) if isinstance(value, str) else value)
+
+
+def add_hints(gui: viser.GuiApi, *buttons: Any) -> None:
+    """Have buttons tell their hints, which viser does for other widgets alone.
+
+    A script of the page finds a button by the id that both have (``app/web/hints.js``).
+    """
+    hints = joined(
+        element("span", button.hint, hidden="", **{"data-hint-of": button._impl.uuid})
+        for button in buttons
+    )
+    gui.add_html(str(hints))
+
+
+def on_press(button: viser.GuiButtonHandle, act: Act) -> None:
+    """Have a button do something, once for a double click."""
+    pressed_s = -math.inf
+
+    def press(client: viser.ClientHandle, value: Any) -> None:
+        nonlocal pressed_s
+        now_s = time.monotonic()
+        since_s, pressed_s = now_s - pressed_s, now_s
+        if since_s >= DOUBLE_S:
+            act(client, value)
+
+    button.on_click(Intent(press))
 
 
 class Input:

@@ -122,7 +122,9 @@ def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> str:
     return f"North is up, and the prey looks {facing(snapshot, look)}."
 
 
-def legend(look: Look, title: str, parts: Iterable[Markup | str], frame: str) -> Markup:
+def legend(
+    look: Look, title: str, parts: Iterable[Markup | str], frame: str, turns: bool = True
+) -> Markup:
     """A legend with what all of them share.
 
     Args:
@@ -130,20 +132,23 @@ def legend(look: Look, title: str, parts: Iterable[Markup | str], frame: str) ->
         title: what the colours stand for.
         parts: what explains the colours.
         frame: how the board lies, and what that means for the layer.
+        turns: whether it matters to the layer where the prey looks.
     """
     content = (
-        element("div", joined([_prey(look), _predator(look.theme), _ends(look.theme)], "")),
+        element("div", joined([_prey(look, turns), _predator(look.theme), _ends(look.theme)], "")),
         element("div", title, style="font-weight:600"),
         *parts,
         _circles(look),
         element("div", frame, style="opacity:0.75"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
-    return element("div", joined(content, ""), style=style)
+    return element("div", joined(content, ""), class_="pounce-legend", style=style)
 
 
-def _prey(look: Look) -> Markup:
+def _prey(look: Look, turns: bool) -> Markup:
     """The prey as it is drawn, and what belongs to it."""
+    if not turns:
+        return swatch(css(look.theme.prey), "prey", shape="circle")
     sees = '<path d="M7 1A6 6 0 0 1 7 13Z" fill="none"/>' if look.field else ""
     sign = Markup(
         f'<svg viewBox="0 0 20 14" width="1.7em" height="1.2em" aria-hidden="true"'

@@ -1,4 +1,4 @@
-"""From values to numbers on a scale, and from these to colours.
+"""From values to numbers on a scale.
 
 Arrays over states are ``(distance, direction)``.
 """
@@ -7,8 +7,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from app.picture.colours import gain_colours, loss_colours, palette
-from app.picture.theme import Theme
 from learners.measures import equivalent_distance
 
 FARTHEST_STEPS = 200.0
@@ -29,8 +27,6 @@ class Known(NamedTuple):
     """(distance, direction) float64: mean of the values above 0, 0 where none."""
     positive_share: np.ndarray
     """(distance, direction) float64: share of headings whose value is above 0."""
-    loss: np.ndarray
-    """(distance, direction) float64: mean size of the values below 0, 0 where none."""
     negative_share: np.ndarray
     """(distance, direction) float64: share of headings whose value is below 0."""
 
@@ -55,7 +51,6 @@ def known_of(values: np.ndarray, capture_reward: float, gamma: float) -> Known:
         steps=mean_of(np.nan_to_num(steps), n_positive, np.nan),
         gain=mean_of(np.where(positive, values, 0), n_positive, 0.0),
         positive_share=n_positive / len(values),
-        loss=mean_of(np.where(negative, -values, 0), n_negative, 0.0),
         negative_share=n_negative / len(values),
     )
 
@@ -108,8 +103,6 @@ class Shading(NamedTuple):
     scale: Scale
     gain: Ruler
     """Of equivalent distances where the scale is ``steps``, of values where it is linear."""
-    penalty: float
-    """Size of the value at which the scale of losses ends."""
 
     def level(self, known: Known) -> np.ndarray:
         """Place of the gains on the colour scale, 0...1; NaN where there is none."""
@@ -117,19 +110,15 @@ class Shading(NamedTuple):
             return nearness(known.steps, self.gain)
         return self.gain.place(np.where(known.positive_share > 0, known.gain, np.nan))
 
-    def loss_level(self, known: Known) -> np.ndarray:
-        """Loss as a share of the full one, 0...1."""
-        return np.clip(known.loss / max(self.penalty, 1e-9), 0.0, 1.0)
 
-
-def fixed_shading(scale: Scale, reward: float, penalty: float) -> Shading:
+def fixed_shading(scale: Scale, reward: float) -> Shading:
     """The shading whose limits do not depend on what has been learned."""
-    return Shading(scale, STEPS if scale == "steps" else Ruler(0.0, reward), penalty)
+    return Shading(scale, STEPS if scale == "steps" else Ruler(0.0, reward))
 
 
 def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: float) -> Shading:
     """A shading whose limits are the least and the most that is among values, if anything is."""
-    gains, losses = values[values > 0], values[values < 0]
+    gains = values[values > 0]
     gain = fixed.gain
     if len(gains):
         ends = np.array([gains.min(), gains.max()], dtype=np.float64)
@@ -138,22 +127,4 @@ def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: flo
             gain = Ruler(float(nearest), float(farthest), "root")
         else:
             gain = Ruler(float(ends[0]), float(ends[1]))
-    penalty = float(-losses.min()) if len(losses) else fixed.penalty
-    return Shading(fixed.scale, gain, penalty)
-
-
-# Colours ------------------------------------------------------------------------
-
-
-def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:
-    """Colour of each state, ``(distance, direction, 3) uint8``.
-
-    That of a gain or of a loss where so many headings as ``SHOWN_FROM`` say so; that of the board
-    elsewhere.
-    """
-    gain = palette(gain_colours(), shading.level(known))
-    loss = loss_colours(shading.loss_level(known), theme)
-    up, down = known.positive_share >= SHOWN_FROM, known.negative_share >= SHOWN_FROM
-    board = np.array(theme.unknown, dtype=np.float64)
-    colours = np.where(up[..., None], gain, np.where(down[..., None], loss, board))
-    return np.rint(colours).astype(np.uint8)
+    return Shading(fixed.scale, gain)

@@ -78,7 +78,7 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
         values: all values of the map, any shape, finite.
     """
     reward = reward_of(snapshot)
-    fixed = fixed_shading(look.scale, reward, penalty_of(snapshot))
+    fixed = fixed_shading(look.scale, reward)
     if not look.fitted:
         return fixed
     return fitted_shading(values, snapshot.spec.learner.gamma, fixed, reward)
@@ -177,7 +177,7 @@ def value_legend(snapshot: Snapshot, look: Look, what: str, shading: Shading) ->
             patch_of_board(look, "nothing known"),
             hatch(css(over_board(np.array(theme.flight), HATCH_COVER, theme)), "expects flight"),
         ]
-    each = ""
+    each, lines = "", Markup()
     if folds(look):
         middle = gain_colours()[_DOTS_LEVEL]
         key.insert(0, dots(css(middle), look, "known for few of them"))

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.analysis import estimates
-from app.analysis.estimates import Axis, Band, Estimate, Windows
+from app.analysis.estimates import Axis, Band, Contrast, Estimate, Windows
 from app.documents.experiments import Experiment
 from app.experiments.archive import unpacked
 from app.experiments.record import Record
@@ -69,6 +69,10 @@ class Gathering:
     """Where the runs are compared, as far as they are over."""
 
 
+_Compared = tuple[dict[int, float], dict[int, float]]
+"""Values by seed of two variants, which their difference is of."""
+
+
 @dataclass
 class _Log:
     """What is kept of a variant's runs, in the order of their seeds.
@@ -121,6 +125,7 @@ class Gatherer:
         ]
         self._curves: dict[tuple[int, Axis, Windows], Curve] = {}
         self._estimates: dict[tuple[int, str], Estimate] = {}
+        self._differences: dict[tuple[int, int, str], tuple[_Compared, Contrast]] = {}
         rewards = [_rewards(v.spec) for v in experiment.variants]
         self._range = min(low for low, _ in rewards), max(high for _, high in rewards)
 
@@ -226,6 +231,30 @@ class Gatherer:
             # What was compared elsewhere in the meantime is found anew.
             if self._horizon == horizon:
                 self._estimates[variant, column] = found
+        return found
+
+    def difference(self, variant: int, reference: int, metric: Metric) -> Contrast:
+        """How much higher a metric is in one variant than in another, as a report finds it.
+
+        Args:
+            variant: its place in the experiment.
+            reference: the place of the one that it is set against.
+            metric: in which they are compared.
+        """
+        column = metric.column
+        with self._lock:
+            groups = [
+                [self._runs[at][1] for at in self._logs[place].places]
+                for place in (variant, reference)
+            ]
+            mine, theirs = ({run.seed: run.values[column] for run in group} for group in groups)
+            key = variant, reference, column
+            known_of, known = self._differences.get(key, (None, None))
+        if known is not None and known_of == (mine, theirs):
+            return known
+        found = estimates.contrast([(1.0, mine), (-1.0, theirs)], estimates.bootstrap_rng())
+        with self._lock:
+            self._differences[key] = (mine, theirs), found
         return found
 
 

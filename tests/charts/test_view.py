@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from urllib.parse import quote
+from xml.etree import ElementTree
 
 import pytest
 from hypothesis import given
@@ -53,22 +54,27 @@ def shown(
     return Shown(html_of(experiment, runs, view, size))
 
 
+def of_runs(page: Shown, tag: str) -> list[ElementTree.Element]:
+    """Elements of the table of runs."""
+    return page.all(tag, page.one("table", class_="runs"))
+
+
 def rows_of(page: Shown) -> list[list[str]]:
     """What the table's rows say, cell by cell."""
-    (body,) = page.all("tbody")
+    (body,) = of_runs(page, "tbody")
     return [["".join(cell.itertext()) for cell in row.iter("td")] for row in body.iter("tr")]
 
 
 def opened_in_table(page: Shown) -> list[str]:
     """Words of the rows' links, in their order, each once."""
-    (body,) = page.all("tbody")
+    (body,) = of_runs(page, "tbody")
     hrefs = [link.get("href") for link in body.iter("a")]
     return list(dict.fromkeys(hrefs))
 
 
 def headings_of(page: Shown) -> list[str]:
     """Hints of the table's headings."""
-    return [link.get("title", "") for head in page.all("th") for link in head.iter("a")]
+    return [link.get("title", "") for head in of_runs(page, "th") for link in head.iter("a")]
 
 
 def words_of(page: Shown) -> set[str]:
@@ -245,7 +251,7 @@ def test_a_row_says_all_of_a_run_and_opens_it() -> None:
 
 def test_a_click_anywhere_in_a_row_opens_its_run_and_one_stop_of_the_keyboard_does() -> None:
     runs = [fact(2, seed, 80.0) for seed in range(2)]
-    (body,) = shown(experiment_of(THESIS), runs, View("runs")).all("tbody")
+    (body,) = of_runs(shown(experiment_of(THESIS), runs, View("runs")), "tbody")
     for (_, run), row in zip(runs, body.iter("tr"), strict=True):
         for cell in row.iter("td"):
             # Nothing of a cell lies beside its link, which fills it.
@@ -268,7 +274,7 @@ AT_HORIZON = {"horizon_reward": 61.5, "horizon_greedy": 52.5, "horizon_area": 33
 
 def test_columns_at_the_horizon_say_at_how_many_steps_that_is() -> None:
     page = shown(experiment_of(HORIZON), [fact(0, 0, 70.0, **AT_HORIZON)], View("runs"), WIDE)
-    headings = ["".join(head.itertext()) for head in page.all("th")]
+    headings = ["".join(head.itertext()) for head in of_runs(page, "th")]
     row = dict(zip(headings, rows_of(page)[0], strict=True))
     assert row["reward"] == "70.0"
     assert row["reward at 5.5 M"] == "61.5"
@@ -282,13 +288,13 @@ def test_columns_at_the_horizon_say_at_how_many_steps_that_is() -> None:
 def test_columns_are_those_that_were_asked_for_as_far_as_there_is_room() -> None:
     few = experiment_of("presets: [timed]\nmetrics: [area, steps_to_70]")
     runs = [fact(0, 0, 1.0, area=20.0)]
-    titles = ["".join(head.itertext()) for head in shown(few, runs, View("runs")).all("th")]
+    titles = ["".join(head.itertext()) for head in of_runs(shown(few, runs, View("runs")), "th")]
     wanted = ["variant\N{NO-BREAK SPACE}▲", "seed", "area under the curve", "M steps to 70"]
     assert titles == [*wanted, "M steps", "seconds", "digest", ""]
     # A variant's name has room in any panel.
     for width in (650, 684, 900, 1_240):
         page = shown(experiment_of(HORIZON), runs, View("runs"), Size(width))
-        widths = [float(col.get("style", "")[6:-2]) for col in page.all("col")[1:]]
+        widths = [float(col.get("style", "")[6:-2]) for col in of_runs(page, "col")[1:]]
         assert sum(widths) <= width - 110
 
 
@@ -415,7 +421,7 @@ def test_every_column_orders_both_ways(column: str) -> None:
         page = shown(experiment, mixed, View("runs", order=column, descending=descending), WIDE)
         wanted = [address(f"open/{run.key}") for _, run in runs]
         assert opened_in_table(page) == (wanted[::-1] if descending else wanted)
-        heads = [head for head in page.all("th") if head.get("aria-sort")]
+        heads = [head for head in of_runs(page, "th") if head.get("aria-sort")]
         assert [head.get("aria-sort") for head in heads] == [
             "descending" if descending else "ascending"
         ]

@@ -17,8 +17,8 @@ from app.live import snapshot
 from app.live import worker as worker_module
 from app.live.held import Opened
 from app.live.session import (
-    OWN,
     GoBack,
+    GoOn,
     OpenRun,
     Pause,
     Play,
@@ -32,17 +32,19 @@ from app.live.session import (
 )
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED
+from app.schedule import carried
 from learners import run as run_module
 from learners.commands import (
     Explore,
     FreezeSelection,
     FreezeSkills,
     Introduce,
+    SetSchedule,
     StopExploring,
 )
 from learners.kernel.state import digest
 from learners.run import Run, replay
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import MAX_TRIALS, RunSpec, SkillTimer
 
 PATIENCE_S = 30.0
 """How long to wait for what must happen; reaching it is a failure."""
@@ -162,20 +164,32 @@ def test_a_run_ends_after_its_trials_and_goes_on_for_as_many_again(session_of: S
         status = ask(session, HARMLESS)
         assert (status.finished, status.playing, status.exhausted) == (True, False, False)
         assert (status.snapshot.trial, status.snapshot.trial_step) == (total, 0)
-        session.submit(Play())
+        session.submit(GoOn())
 
 
-def test_after_all_the_trials_there_can_be_play_is_refused(
+def test_at_the_end_play_and_steps_are_refused_and_nothing_is_done(session_of: SessionOf) -> None:
+    session = session_of(spec_of("trials=150"), playing=True)
+    session.wait_for(lambda status: status.finished, PATIENCE_S)
+    for request in (Play(), StepOnce(), TrialOnce()):
+        assert complaint(session, request) == (
+            "the 150 trials are over; under Run it can go on for more, or start again"
+        )
+    status = ask(session, HARMLESS)
+    assert (status.snapshot.trial, status.playing, status.finished) == (150, False, True)
+
+
+def test_after_all_the_trials_there_can_be_going_on_is_refused(
     session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for module in (session_module, held_module, run_module):
         monkeypatch.setattr(module, "MAX_TRIALS", 800)
     session = session_of(spec_of("trials=500"), playing=True)
     session.wait_for(lambda status: status.finished, PATIENCE_S)
-    session.submit(Play())
+    session.submit(GoOn())
     status = session.wait_for(lambda status: status.exhausted, PATIENCE_S)
     assert (status.snapshot.trial, status.finished, status.playing) == (800, True, False)
-    assert complaint(session, Play()) == "a run ends after 800 trials"
+    for request in (Play(), GoOn(), StepOnce()):
+        assert complaint(session, request) == "a run ends after 800 trials"
 
 
 # Tickets and replies
@@ -382,7 +396,7 @@ def test_a_run_of_more_trials_than_its_preset_has_is_made_again(session_of: Sess
     status = arrived(session)
     assert shows(status, run)
     assert status.finished
-    assert ask(session, Play()).opened is None
+    assert ask(session, GoOn()).opened is None
     status = session.wait_for(lambda status: status.finished, PATIENCE_S)
     assert status.snapshot.trial == run.trial + 50
 
@@ -430,7 +444,7 @@ def test_given_up_beyond_the_trials_of_its_preset_they_are_over(
     on_the_way(session, spec)
     status = ask(session, request_)
     assert (status.playing, status.opened, status.finished) == (False, None, True)
-    session.submit(Play())
+    session.submit(GoOn())
     later = session.wait_for(lambda later: later.snapshot.step > status.snapshot.step, PATIENCE_S)
     later = session.wait_for(lambda later: later.finished, PATIENCE_S)
     assert later.snapshot.trial == status.snapshot.trial + 50
@@ -508,19 +522,19 @@ def test_after_its_end_it_plays_on(session_of: SessionOf) -> None:
     session, run = session_of(), ended(spec_of("trials=300"))
     session.submit(opening(run))
     arrived(session)
-    session.submit(Play())
+    session.submit(GoOn())
     status = session.wait_for(lambda status: status.snapshot.trial == 600, PATIENCE_S)
     run.advance(until_trial=600)
     assert shows(status, run)
     assert status.opened is None
 
 
-def test_start_again_after_its_end_plays(session_of: SessionOf) -> None:
+def test_start_again_after_its_end_begins_paused(session_of: SessionOf) -> None:
     session = session_of()
     session.submit(opening(ended(LONG, 5_000)))
     arrived(session)
     status = ask(session, StartAgain(LONG, "timed", 1))
-    assert (status.opened, status.playing, status.snapshot.generation) == (None, True, 2)
+    assert (status.opened, status.playing, status.snapshot.generation) == (None, False, 2)
 
 
 # A run is the same at any speed
@@ -894,17 +908,108 @@ def test_what_was_playing_plays_on(session_of: SessionOf) -> None:
     assert ask(session, GoBack()).playing
 
 
-def test_starting_again_lets_go_of_what_was_set_aside(session_of: SessionOf) -> None:
+def test_start_again_from_a_run_of_an_experiment_keeps_the_lesson_that_came_before(
+    session_of: SessionOf,
+) -> None:
     session = session_of()
+    lesson = ask(session, *[TrialOnce()] * 5).snapshot
     session.submit(opening(ended(spec_of("trials=300"))))
-    assert arrived(session).aside is not None
-    assert ask(session, StartAgain(spec_of(), "timed", SEED)).aside is None
+    arrived(session)
+    assert ask(session, StartAgain(spec_of(), "timed", SEED)).aside == "timed, trial 5"
+    assert same(ask(session, GoBack()).snapshot, lesson)
+
+
+# What was set aside
+
+
+def test_starting_again_can_be_undone_and_that_too(session_of: SessionOf) -> None:
+    session = session_of()
+    former = ask(session, *[TrialOnce()] * 40, FreezeSelection(True))
+    begun = ask(session, StartAgain(spec_of(preset="hierarchical_2"), "hierarchical_2", 11))
+    assert (begun.aside, begun.playing) == ("timed, trial 40", False)
+    later = ask(session, *[TrialOnce()] * 3)
+    back = ask(session, GoBack())
+    assert same(back.snapshot, former.snapshot)
+    assert back.snapshot.generation == former.snapshot.generation
+    assert back.aside == "hierarchical_2, trial 3"
+    assert same(ask(session, GoBack()).snapshot, later.snapshot)
+
+
+def test_one_run_is_set_aside_and_none_in_which_nothing_was_done(session_of: SessionOf) -> None:
+    session = session_of()
+    assert ask(session, StartAgain(spec_of(), "timed", 1)).aside is None
+    ask(session, *[TrialOnce()] * 2)
+    for seed in (2, 3, 4):
+        assert ask(session, StartAgain(spec_of(), "timed", seed)).aside == "timed, trial 2"
+    ask(session, FreezeSkills(True))
+    assert ask(session, StartAgain(spec_of(), "timed", 5)).aside == "timed, trial 0"
+    assert ask(session, GoBack()).snapshot.seed == 4
+    # Of the one that was gone back from, there is nothing to keep.
+    assert session.status.aside is None
+
+
+def test_what_played_as_it_was_set_aside_plays_on_when_it_is_back(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    session.wait_for(lambda status: status.snapshot.trial > 100, PATIENCE_S)
+    status = ask(session, StartAgain(LONG, "timed", 1), Pause(), GoBack())
+    assert (status.playing, status.snapshot.seed) == (True, SEED)
+
+
+@pytest.mark.parametrize("trials", [100, 1_000_000])
+def test_start_again_plays_on_but_not_after_the_end(session_of: SessionOf, trials: int) -> None:
+    session = session_of(spec_of(f"trials={trials}"), playing=True)
+    session.wait_for(lambda status: status.snapshot.trial >= 100, PATIENCE_S)
+    assert ask(session, StartAgain(LONG, "timed", 1)).playing == (trials > 100)
+
+
+def test_start_again_stands_still_where_that_is_asked_for(session_of: SessionOf) -> None:
+    session = session_of(LONG, playing=True)
+    session.wait_for(lambda status: status.snapshot.trial > 100, PATIENCE_S)
+    status = ask(session, StartAgain(LONG, "timed", 1, paused=True), HARMLESS)
+    assert (status.playing, status.snapshot.step, status.speed) == (False, 0, FULL_SPEED)
+
+
+# Starting again with a schedule that was drawn
+
+
+def test_a_drawn_schedule_is_kept_by_a_command_before_the_first_step(
+    session_of: SessionOf,
+) -> None:
+    spec = spec_of("trials=400")
+    early = {"circle_clockwise": SkillTimer(at=30, freeze=10), "avoid": SkillTimer(at=90)}
+    drawn = spec.schedule.model_copy(update={"skills": {**spec.schedule.skills, **early}})
+    session = session_of(spec)
+    status = ask(session, StartAgain(spec, "timed", 5, drawn))
+    taken = status.snapshot
+    assert (taken.preset_spec, taken.spec.schedule) == (spec, drawn)
+    ask(session, Play())
+    status = session.wait_for(lambda status: status.finished, PATIENCE_S)
+    again = replay(spec, 5, [(0, SetSchedule(drawn))], status.snapshot.step)
+    assert shows(status, again)
+    # Saved as a preset and loaded again, it is the same run.
+    saved = presets.parse(presets.dump(carried.preset_of(status.snapshot).spec).encode(), "x.yaml")
+    loaded = Run(saved, 5)
+    loaded.advance()
+    assert digest(loaded.state) == digest(again.state)
+
+
+def test_a_schedule_that_does_not_fit_is_refused_and_nothing_has_changed(
+    session_of: SessionOf,
+) -> None:
+    session, spec = session_of(), spec_of(preset="hierarchical_2")
+    before = ask(session, TrialOnce())
+    why = complaint(session, StartAgain(spec, "hierarchical_2", 5, spec_of().schedule))
+    assert why is not None
+    assert "schedule" in why
+    after = ask(session, HARMLESS)
+    assert same(after.snapshot, before.snapshot)
+    assert after.aside is None
 
 
 # Which run is meant
 
 
-def refusal(session: Session, request: Request, run: str) -> str | None:
+def refusal(session: Session, request: Request, run: int) -> str | None:
     """Why a request of a run was not carried out, None if it was."""
     complaints: list[str] = []
     ticket = session.submit(request, complaints.append, run)
@@ -914,12 +1019,12 @@ def refusal(session: Session, request: Request, run: str) -> str | None:
 
 def test_what_is_asked_of_a_run_is_done_with_that_run(session_of: SessionOf) -> None:
     session = session_of()
-    assert ask(session, TrialOnce()).run == OWN
+    own = ask(session, TrialOnce()).snapshot.generation
     session.submit(opening(ended(spec_of("trials=300"))))
-    assert arrived(session).run == NAME
-    assert refusal(session, FreezeSelection(True), OWN) is None
+    made_again = arrived(session).snapshot.generation
+    assert refusal(session, FreezeSelection(True), own) is None
     assert not session.status.snapshot.control.selection_frozen
-    assert refusal(session, FreezeSkills(True), NAME) is None
+    assert refusal(session, FreezeSkills(True), made_again) is None
     assert session.status.snapshot.control.skills_frozen
     control = ask(session, GoBack()).snapshot.control
     assert (control.selection_frozen, control.skills_frozen) == (True, False)
@@ -928,13 +1033,13 @@ def test_what_is_asked_of_a_run_is_done_with_that_run(session_of: SessionOf) -> 
 def test_what_is_asked_of_a_run_that_is_gone_is_refused(session_of: SessionOf) -> None:
     session = session_of()
     session.submit(opening(ended(spec_of("trials=300"))))
-    arrived(session)
+    gone = arrived(session).snapshot.generation
     ask(session, GoBack())
     said = "the run that this was meant for is not here any more"
     for request in (FreezeSelection(True), Play(), StepOnce()):
-        assert refusal(session, request, NAME) == said
+        assert refusal(session, request, gone) == said
     status = ask(session, HARMLESS)
     assert (status.playing, status.snapshot.step) == (False, 0)
     # These are of the session.
-    assert refusal(session, SetSpeed(5.0), NAME) is None
-    assert refusal(session, StartAgain(LONG, "timed", 1), NAME) is None
+    assert refusal(session, SetSpeed(5.0), gone) is None
+    assert refusal(session, StartAgain(LONG, "timed", 1), gone) is None

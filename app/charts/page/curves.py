@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.analysis.estimates import Axis
+from app.charts.greedy import joined_up
 from app.charts.model import AXIS_UNITS, Curves, Line, Mark, clear_marks, levels
 from app.charts.page import svg
 from app.charts.page.colours import colour_of
@@ -106,7 +107,9 @@ def _axes(plot: _Plot, axis: Axis) -> str:
     )
     return (
         svg.y_axis(y, x.start, x.end)
-        + svg.x_axis(x, labelled_ticks(0, x.high, 8), y.end, y.start, AXIS_UNITS[axis][1])
+        + svg.x_axis(
+            x, labelled_ticks(0, x.high, 8), (y.end, y.start), AXIS_UNITS[axis][1], x.end + 14
+        )
         + f'<text transform="translate(11 {(y.end + y.start) / 2:.1f}) rotate(-90)"'
         f' text-anchor="middle"{svg.DIM}>mean reward per trial</text>'
         + (zero if y.low < 0 < y.high else "")
@@ -206,7 +209,7 @@ def _greedy_curve(line: Line, look: _Look, plot: _Plot) -> str:
         return ""
     is_inside = line.greedy.at * plot.factor <= plot.x.high
     x, y = _across(line.greedy.at, plot)[is_inside], _up(line.greedy.reward, plot)[is_inside]
-    path = _line_path(x, y)
+    path = "".join(_line_path(x[part], y[part]) for part in joined_up(x))
     if not path:
         return ""
     dots = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x.tolist(), y.tolist(), strict=True))

@@ -10,14 +10,10 @@ from app.charts.model import NOTHING, Plane
 from app.charts.page import svg
 from app.charts.page.colours import heat
 from app.charts.page.svg import Frame, Scale
-from app.charts.wording import (
-    PADDED,
-    described,
-    few_in_words,
-    short_label,
-)
+from app.charts.scales import ColourEnds, colour_ends
+from app.charts.wording import described, few_in_words, short_label
 from app.util.html import escaped
-from app.words.numbers import counted, labelled_ticks, shown_number
+from app.words.numbers import counted, labelled_ticks, shared_form, shown_number
 
 _FRAMES: Final = {
     "own": (
@@ -34,7 +30,9 @@ def plane_html(chart: Plane, frame: Frame) -> str:
     """A map of the plane, each cell with its value; a click chooses the variant of a cell."""
     across, up = chart.axles
     estimates = {at: chart.cells.get(at, NOTHING) for at in chart.choices}
-    low, high = _ends_of([estimate.value for estimate in estimates.values()])
+    values = [estimate.value for estimate in estimates.values()]
+    ends, form = colour_ends(values), shared_form(values)
+    low, high = ends.low, ends.high
     names_up = [short_label(grouped(value), 16) for value in up.values]
     grid = _grid_for(len(across.values), names_up, svg.gutter(low, high), frame)
     cells: list[str] = []
@@ -46,7 +44,7 @@ def plane_html(chart: Plane, frame: Frame) -> str:
             continue
         estimate = estimates[i, j]
         title = escaped(described(choice.label, estimate))
-        cell = _cell(box, estimate.value, low, high)
+        cell = _cell(box, estimate.value, ends, form)
         words = f"variant/{choice.place}"
         cells.append(svg.link(frame.address, words, f"<title>{title}</title>{cell}"))
         if (i, j) == chart.framed:
@@ -62,6 +60,7 @@ def plane_html(chart: Plane, frame: Frame) -> str:
     return svg.picture(frame.width, grid.bottom + 38, "Plane of two settings", content) + svg.note(
         _cells_in_words(counts),
         "" if chart.framed is None else "Dashed frame: the preset's own setting.",
+        ends.in_words("cell", " to ".join(shown_number(end, form) for end in (low, high))),
         few_in_words(counts),
         frame.note,
     )
@@ -143,18 +142,12 @@ def _cells_in_words(counts: Sequence[int]) -> str:
     return f"Each cell is the mean of {each}, its interval under the pointer; a click chooses it."
 
 
-def _ends_of(values: Sequence[float]) -> tuple[float, float]:
-    found = [value for value in values if math.isfinite(value)]
-    low, high = min(found, default=0.0), max(found, default=1.0)
-    return (low, high) if low < high else svg.padded([low])
-
-
-def _cell(box: _Box, value: float, low: float, high: float) -> str:
+def _cell(box: _Box, value: float, ends: ColourEnds, form: str) -> str:
     if math.isnan(value):
         return _empty_cell(box)
     colours, inks = heat()
-    index = round((value - low) / (high - low) * (len(colours) - 1))
-    text = shown_number(value, PADDED)
+    index = round(ends.share(value) * (len(colours) - 1))
+    text = shown_number(value, form)
     name = ""
     if len(text) * svg.SMALL_CHARACTER_PX + 3 <= box.width:
         at = box.x + (box.width - 1) / 2, box.y + (box.height - 1) / 2 + 4

@@ -36,7 +36,7 @@ def points_html(chart: Points, frame: Frame) -> str:
     parts = [
         svg.quantity(chart.what, frame.width),
         svg.y_axis(y, left, frame.width - 10),
-        svg.x_axis(x, _names_of(axle, x), y.end, y.start, axle.label),
+        svg.x_axis(x, _names_of(axle, x), (y.end, y.start), axle.label, frame.width),
         f'<path d="M{path}" fill="none" stroke="{LINK}" stroke-opacity="0.5"/>' if path else "",
     ]
     radius = 4.5 if len(values) <= 40 else 3

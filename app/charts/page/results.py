@@ -8,9 +8,11 @@ from typing import Final
 
 from app.analysis.estimates import WINDOWS
 from app.charts import live, variants
+from app.charts.differences import differences_of
 from app.charts.model import Curves, Dots, Plane
 from app.charts.page.colours import FAILED, LINK, style_sheet
 from app.charts.page.curves import curves_html
+from app.charts.page.differences import differences_html
 from app.charts.page.plane import plane_html
 from app.charts.page.points import points_html
 from app.charts.page.runs import runs_html
@@ -44,6 +46,9 @@ _STYLE = (
     ".pounce-results tbody td>a.plain{color:inherit}"
     ".pounce-results tbody tr:not(.failed):hover{background:rgba(128,128,128,.15)}"
     ".pounce-results .text{text-align:left}"
+    ".pounce-results .differences{margin:6px 0 8px}"
+    ".pounce-results .differences .text{padding-left:8px}"
+    ".pounce-results .differences .text:first-child{padding-left:0}"
     f".pounce-results .failed td{{color:{FAILED}}}"
 )
 
@@ -76,6 +81,9 @@ def results_html(
             parts.append(f"<p>Variants are named by {escaped(what)}.</p>")
         if gathering.experiment.n_drawn:
             parts.append(_SEARCHED)
+        found = differences_of(gatherer, gathering, view.variant)
+        if found is not None:
+            parts.append(differences_html(found, size.width))
         parts.append(table_html(gathering, view, address, size))
     return (
         f'<div class="pounce-results" style="max-width:{size.width:.0f}px">'

@@ -20,7 +20,7 @@ from app.charts.wording import (
     shown_estimate,
 )
 from app.util.html import escaped
-from app.words.numbers import labelled_ticks, shown_number
+from app.words.numbers import labelled_ticks, shared_form, shown_number
 
 MOST_ROWS: Final = 24
 """Variants that have a row of their own; more become columns without labels."""
@@ -79,6 +79,8 @@ class _Rows(NamedTuple):
 
     x: Scale
     height: float
+    form: str
+    """How their numbers are written."""
     linked: Sequence[int]
     """Places of the variants whose dots are links, and of those whose dots are not."""
     plainly: Sequence[int]
@@ -90,14 +92,15 @@ def _rows(what: str, dots: Sequence[Dot], frame: Frame) -> tuple[str, str]:
     widest = max(len(dot.label) for dot in dots)
     left = min(widest * _BOLD_PX + 14, _LARGEST_GUTTER * width)
     count_px = max(len(_count(dot)) for dot in dots) * svg.CHARACTER_PX + 4
-    mean_px = max(len(shown_estimate(dot.estimate, PADDED)) for dot in dots) * svg.CHARACTER_PX
+    form = shared_form(number for dot in dots for number in dot.estimate[:3])
+    mean_px = max(len(shown_estimate(dot.estimate, form)) for dot in dots) * svg.CHARACTER_PX
     x = Scale(*_value_range(dots), left, width - mean_px - count_px - 16)
     least, most = (26, 44) if dots[0].style else (18, 30)
     height = min(max(frame.tall / len(dots) / 2, least), most)
-    rows = _Rows(x, height, *_places_by_use(dots, frame.chosen))
+    rows = _Rows(x, height, form, *_places_by_use(dots, frame.chosen))
     bottom = 8.0 + height * len(dots)
-    marks = labelled_ticks(x.low, x.high, max(int((x.end - x.start) / 70), 2))
-    parts = [svg.x_axis(x, marks, 4.0, bottom, what)]
+    marks = labelled_ticks(x.low, x.high, max(int((x.end - x.start) / 50), 2))
+    parts = [svg.x_axis(x, marks, (4.0, bottom), what, width)]
     parts += [_row(rows, place, dot, frame) for place, dot in enumerate(dots)]
     return svg.picture(width, bottom + 36, "Every run", "".join(parts)), _dots_in_words(rows, dots)
 
@@ -133,7 +136,7 @@ def _row(rows: _Rows, place: int, dot: Dot, frame: Frame) -> str:
         + "</g>"
         + _mean_across(dot.estimate, rows, middle)
         + "</g>"
-        + svg.text(x.end + 12, middle + 4, shown_estimate(dot.estimate, PADDED))
+        + svg.text(x.end + 12, middle + 4, shown_estimate(dot.estimate, rows.form))
         + svg.text(frame.width - 2, middle + 4, _count(dot), "end", svg.DIM)
     )
 
@@ -207,7 +210,9 @@ def _columns(what: str, dots: Sequence[Dot], frame: Frame) -> tuple[str, str]:
     parts = [
         svg.quantity(what, frame.width),
         svg.y_axis(y, x.start, x.end),
-        svg.x_axis(x, named, y.end, y.start, _NUMBERED if is_numbered else "variant"),
+        svg.x_axis(
+            x, named, (y.end, y.start), _NUMBERED if is_numbered else "variant", frame.width
+        ),
     ]
     if frame.chosen is not None:
         parts.append(

@@ -89,19 +89,32 @@ def text(
 
 
 def x_axis(
-    scale: Scale, marks: Sequence[tuple[float, str]], top: float, bottom: float, label: str
+    scale: Scale,
+    marks: Sequence[tuple[float, str]],
+    ends: tuple[float, float],
+    label: str,
+    width: float,
 ) -> str:
-    """An axis from left to right with its label, and a line upwards at each mark."""
+    """An axis from left to right with its label, and a line upwards at each mark.
+
+    Args:
+        scale: of the axis.
+        marks: numbers, and what is written at them.
+        ends: top and bottom of the lines, in pixels.
+        label: below the axis, as near to its middle as a picture so wide lets it be.
+        width: of the picture, in pixels.
+    """
+    top, bottom = ends
     lines = "".join(f"M{scale.at(value):.1f} {top:.1f}V{bottom:.1f}" for value, _ in marks)
     names = "".join(text(scale.at(value), bottom + 15, name, "middle") for value, name in marks)
-    middle = (scale.start + scale.end) / 2
-    most = int((scale.end - scale.start) * 1.2 / CHARACTER_PX)
+    label = short_label(label, int(width / CHARACTER_PX))
+    half = len(label) * CHARACTER_PX / 2
+    middle = min(max((scale.start + scale.end) / 2, half), width - half)
     return (
         f'<path d="{lines}" stroke="currentColor" stroke-opacity="0.12" fill="none"/>'
         f'<path d="M{scale.start:.1f} {bottom:.1f}H{scale.end:.1f}" stroke="currentColor"'
         ' stroke-opacity="0.6"/>'
-        f'<g class="x-ticks"{DIM}>{names}</g>'
-        + text(middle, bottom + 31, short_label(label, most), "middle", DIM)
+        f'<g class="x-ticks"{DIM}>{names}</g>' + text(middle, bottom + 31, label, "middle", DIM)
     )
 
 

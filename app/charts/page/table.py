@@ -17,7 +17,7 @@ from app.metrics import Metric
 from app.results.gather import Gathering, PlacedRun
 from app.results.read import passages_of
 from app.util.html import escaped
-from app.words.numbers import NONE, shown_number
+from app.words.numbers import NONE, shared_form, shown_number
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,14 @@ class _Head:
     """What is written, as HTML."""
 
 
-_LEAST_LABEL_PX: Final = 120
-"""For the name of a variant, before there are further columns."""
+_LEAST_LABEL_PX: Final = 100
+"""For the name of a variant, before there are further columns; for long names it is more, ..."""
+_MOST_LABEL_SHARE: Final = 0.42
+"""... up to this share of the width."""
+_DIGITS: Final = 4
+"""Of the largest value."""
+_OPEN_PX: Final = 50
+_CHARACTER_PX: Final = 7.0
 _FIRST: Final = (
     *("final_reward", "final_greedy", "steps_to_70", "final_success"),
     *("horizon_reward", "horizon_area"),
@@ -48,13 +54,14 @@ _FIRST: Final = (
 def _heads(gathering: Gathering, width: float) -> Sequence[_Head]:
     """As many columns as there is room for, in their order."""
     charted = gathering.metric
+    form = shared_form((run.values[charted.column] for _, run in gathering.runs), _DIGITS)
     heads = [
         _Head("variant", "variant", "", 0, attrgetter("variant"), lambda run: escaped(run.variant)),
         _Head("seed", "seed", "", 54, attrgetter("seed"), lambda run: str(run.seed)),
         _Head(
             *("value", charted.title, charted.label, 76),
             _value_of(charted.column),
-            lambda run: shown_number(run.values[charted.column], "#.4g"),
+            lambda run: shown_number(run.values[charted.column], form),
         ),
     ]
     metrics = [_head_of(metric, gathering) for metric in tabled(gathering)]
@@ -73,7 +80,9 @@ def _heads(gathering: Gathering, width: float) -> Sequence[_Head]:
     ]
     every = [*heads, *(head for head in metrics if head.column != charted.column), *last]
     always = {"variant", "seed", "value", "steps", "digest"}
-    room = width - _OPEN_PX - _LEAST_LABEL_PX
+    longest = max((len(v.label) for v in gathering.experiment.variants), default=0)
+    label_px = min(longest * _CHARACTER_PX + 8, _MOST_LABEL_SHARE * width)
+    room = width - _OPEN_PX - max(label_px, _LEAST_LABEL_PX)
     room -= sum(head.width for head in every if head.column in always)
     ranked = sorted((head for head in every if head.column not in always), key=_rank)
     for head in ranked:
@@ -150,7 +159,7 @@ def table_html(gathering: Gathering, view: View, address: Address, size: Size) -
     columns = "".join(f'<col style="width:{head.width}px"/>' for head in heads[1:])
     return (
         f'<div class="bar"><b>Runs</b>{_pager(len(shown), page, address, size.rows)}</div>'
-        f'<table><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
+        f'<table class="runs"><colgroup><col/>{columns}<col style="width:{_OPEN_PX}px"/></colgroup>'
         f"<thead><tr>{head}<th></th></tr></thead><tbody>{rows}</tbody></table>{_medians(gathering)}"
     )
 
@@ -219,8 +228,6 @@ def _head(head: _Head, view: View, address: Address) -> str:
     return f'<th scope="col"{is_text}{sort}>{text}</th>'
 
 
-_OPEN_PX = 50
-_CHARACTER_PX = 7.6
 _LONGEST_ERROR, _LONGEST_HINT = 100, 400
 
 

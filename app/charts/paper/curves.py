@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.analysis.estimates import Axis
+from app.charts.greedy import joined_up
 from app.charts.model import AXIS_UNITS, Curves, Mark, Panel, levels
 from app.charts.paper.sheet import GREY, new_figure, plain, span, wrapped
 from app.charts.styles import Style
@@ -51,14 +52,17 @@ def _draw_panel(axes: Any, panel: Panel, axis: Axis) -> None:
         rest = slice(max(line.n_whole - 1, 0), None)
         _draw_mean(axes, style, x[rest], band.mean[rest], _FAINT)
         if line.greedy is not None:
-            axes.plot(
-                line.greedy.at * scale,
-                line.greedy.reward,
-                color=style.colour,
-                linewidth=_GREEDY_WIDTH,
-                linestyle=(0, (1, 1.5)),
-                zorder=2.5,
-            )
+            for part in joined_up(line.greedy.at):
+                axes.plot(
+                    line.greedy.at[part] * scale,
+                    line.greedy.reward[part],
+                    color=style.colour,
+                    linewidth=_GREEDY_WIDTH,
+                    linestyle=(0, (1, 1.5)),
+                    marker=".",
+                    markersize=2.5,
+                    zorder=2.5,
+                )
         axes.fill_between(x, band.low, band.high, color=style.colour, alpha=0.2, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.5, zorder=1)
     axes.set_xlabel(label)

@@ -8,6 +8,7 @@ from app.analysis.axles import grouped, told_apart
 from app.analysis.sweeps import Place
 from app.charts.model import Plane
 from app.charts.paper.sheet import AXIS_LINES, INK, axis_title, new_figure, plain, wrapped
+from app.charts.scales import colour_ends
 from app.charts.wording import shown_estimate
 from app.words.numbers import shown_number
 
@@ -95,9 +96,8 @@ def _scale_of(values: Sequence[float]) -> tuple[Any, Any]:
     from matplotlib import colormaps
     from matplotlib.colors import Normalize
 
-    there = [value for value in values if math.isfinite(value)] or [0.0]
-    low, high = min(there), max(there)
-    return Normalize(low, high if high > low else low + 1), colormaps["cividis"]
+    ends = colour_ends(values)
+    return Normalize(ends.low, ends.high, clip=True), colormaps["cividis"]
 
 
 def scale_around_zero(values: Sequence[float]) -> tuple[Any, Any]:

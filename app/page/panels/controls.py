@@ -5,6 +5,7 @@ requests have been answered, the render loop sets every widget to what is true.
 """
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -15,13 +16,12 @@ import viser
 
 from app.explain import sentence
 from app.live.session import (
-    GoBack,
+    GoOn,
     Pause,
     Play,
     Request,
     Session,
     SetSpeed,
-    StartAgain,
     Status,
     StepOnce,
     TrialOnce,
@@ -29,14 +29,16 @@ from app.live.session import (
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED
 from app.page import keys
-from app.page.inbox import Ask, Intent
+from app.page.inbox import Act, Ask, Intent
 from app.page.keys import Key
 from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
+from app.page.panels.said import Said
+from app.page.panels.start_again import StartingAgain
 from app.page.panels.steering import Steering, introduction_of
-from app.page.widgets import Choice, Input, add_buttons, assign
+from app.page.widgets import CALM, Choice, Input, add_buttons, add_hints, assign, on_press
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
-from app.words.numbers import counted, speed_in_words
+from app.words.numbers import counted, in_short
 from app.words.plain import by_plain_name, plain
 from learners.commands import (
     Explore,
@@ -46,10 +48,6 @@ from learners.commands import (
     StopExploring,
 )
 from learners.spec import MAX_TRIALS, RunSpec
-from sim.rng import MAX_SEED
-
-MOST_LOADED = 16
-"""Presets besides the shipped ones that the list keeps; of more, those used least lately go."""
 
 _FULL = 7.0
 """Where the speed slider means as fast as it goes."""
@@ -64,11 +62,24 @@ _SPEED_MARKS = (
     (_FULL, "max"),
 )
 _NO_SKILL = "(no skill yet)"
+_OF_RESULTS = "a run of an experiment."
+
+
+def _note(html: str) -> str:
+    """A few words below a widget."""
+    return f'<div class="pounce-note">{html}</div>'
+
+
+_ROUND = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0)
+"""The speeds of a tenth of the slider each, up to the next power of ten."""
 
 
 def speed_of(slider: float) -> float:
-    """Steps per second at a place of the speed slider."""
-    return FULL_SPEED if slider >= _FULL else 10.0**slider
+    """Steps per second at a place of the speed slider, a round number."""
+    if slider >= _FULL:
+        return FULL_SPEED
+    power, tenth = divmod(round(10 * slider), 10)
+    return _ROUND[tenth] * 10.0**power
 
 
 def slider_of(speed: float) -> float:
@@ -78,24 +89,39 @@ def slider_of(speed: float) -> float:
 
 def speed_label(speed: float) -> str:
     """A speed in words short enough for the slider."""
-    return "Full speed" if speed == FULL_SPEED else speed_in_words(speed)
+    if speed == FULL_SPEED:
+        return "Full speed"
+    if speed < 1_000:
+        number = f"{speed:.3g}"
+    elif speed < 1e6:
+        number = f"{speed / 1e3:.3g} k"
+    else:
+        number = in_short(speed)
+    return f"{number} step/s" if number == "1" else f"{number} steps/s"
 
 
 def skill_state(status: Status, skill: str) -> str:
     """How a skill stands, in a few words."""
     snapshot = status.snapshot
+    control = snapshot.control
     if skill not in snapshot.present:
         planned = snapshot.spec.schedule.introduced_at(skill)
-        if snapshot.control.schedule_on and snapshot.trial < planned < MAX_TRIALS:
-            return f"not yet, joins at trial {planned:,}"
-        return "not yet"
+        if not snapshot.trial < planned < MAX_TRIALS:
+            return "not yet"
+        if not control.schedule_on:
+            return "not yet: the schedule is not followed"
+        return f"joins at trial {planned:,}"
     index = snapshot.spec.learner.skills.index(skill)
     total = int(snapshot.option_visits.sum())
-    share = f", {snapshot.option_visits[index] / total:.0%} of all choices" if total else ""
-    newest = snapshot.control.introductions[-1].skill == skill
-    if newest and snapshot.trial < snapshot.control.frozen_until:
-        return f"new, selection frozen until trial {snapshot.control.frozen_until:,}{share}"
-    return f"active{share}"
+    parts = ["active"]
+    is_newest = control.introductions[-1].skill == skill
+    if is_newest and snapshot.trial < control.frozen_until and not control.selection_frozen:
+        parts = [f"new, practised until trial {control.frozen_until:,}"]
+    if total:
+        parts.append(f"{snapshot.option_visits[index] / total:.0%} of all choices")
+    if control.skills_frozen:
+        parts.append("frozen by hand")
+    return ", ".join(parts)
 
 
 @dataclass
@@ -119,22 +145,18 @@ class Controls:
         self._gui = gui
         self._session = session
         self._ask = ask
-        self._presets = dict(presets)
-        self._loaded: dict[str, RunSpec] = {}
-        """Presets of runs besides those, the latest last."""
-        self._shown: int | None = None
-        """Generation of the run whose preset and seed are offered to be started again."""
         self._rows: list[_SkillRow] = []
         status = session.status
+        self._said = Said(gui, session)
         self.tabs = gui.add_tab_group()
         """Where other tabs go."""
         with self.tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
-            self._build_way_back()
+            self._whose = gui.add_html("", visible=False)
             self._build_transport(status)
             self._skills = gui.add_folder("Skills")
             self._build_explore()
             self._build_learning()
-            self._build_start(status)
+            self._starting = StartingAgain(gui, session, presets, ask)
         with self.tabs.add_tab("Steer", icon=viser.Icon.ADJUSTMENTS):
             self._steering = Steering(gui, session, ask)
         self._build_hotkeys()
@@ -144,54 +166,63 @@ class Controls:
         """Ask for what was set and has come to rest."""
         self._steering.settle(now_s)
 
+    def offer_preset(self, name: str, spec: RunSpec) -> None:
+        """Have a preset in the list of those to start again with."""
+        self._starting.offer(name, spec)
+
     def update(self, status: Status) -> None:
         """Show what is true; not to be called before all requests have been answered."""
         snapshot = status.snapshot
-        self._show_way_back(status)
+        self._show_whose(status)
         self._name_rows(snapshot.spec.learner.skills)
-        if self._shown != snapshot.generation:
-            self._shown = snapshot.generation
-            self._take_preset(snapshot.preset, snapshot.preset_spec)
-            self._preset.offer(self._offered())
-            self._preset.choose(snapshot.preset)
-            self._seed.put(snapshot.seed)
         self._show_transport(status)
         self._show_skills(status)
         self._show_explore(status)
         self._show_learning(status)
+        self._starting.update(status)
         self._steering.update(status)
+        self._said.update(status, time.monotonic())
 
-    def _asking(self, request: Callable[[], Request]) -> Intent:
+    def _asking(self, request: Callable[[], Request]) -> Act:
         """To ask for something, whatever the value of the widget."""
-        return Intent(lambda client, _: self._ask(client, request()))
+        return lambda client, _: self._ask(client, request())
 
     def _input(self, handle: Any, request: Callable[[Any], Request]) -> Input:
         """A widget that asks for something whenever a person changes it."""
         return Input(handle, lambda client, value: self._ask(client, request(value)))
 
-    def _build_way_back(self) -> None:
-        self._whose = self._gui.add_html("", visible=False)
-        self._back = self._gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
-        self._back.on_click(self._asking(GoBack))
-
-    def _show_way_back(self, status: Status) -> None:
-        """Say which run was opened, and offer what was set aside for it, as long as there is."""
-        for handle in (self._whose, self._back):
-            assign(handle, "visible", status.aside is not None)
-        assign(self._back, "label", f"Back to {status.aside}")
-        opened = escaped(sentence.opened_run(status.snapshot))
-        assign(
-            self._whose,
-            "content",
-            '<div style="padding:0 0.6em 0.5em;font-size:0.85em;overflow-wrap:anywhere">'
-            f"On the board: <b>{opened}</b>, a run of an experiment.</div>",
-        )
+    def _show_whose(self, status: Status) -> None:
+        """Say of which experiment the run is, as long as it is not a run like any other."""
+        assign(self._whose, "visible", status.opened is not None)
+        if status.opened is not None:
+            opened = escaped(sentence.opened_run(status.snapshot))
+            assign(self._whose, "content", _note(f"On the board: <b>{opened}</b>, {_OF_RESULTS}"))
 
     def _build_transport(self, status: Status) -> None:
         gui = self._gui
-        self._play = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="Key: space")
-        self._play.on_click(self._asking(self._play_or_pause))
-        add_buttons(gui, "Go on by", {"One step": StepOnce(), "One trial": TrialOnce()}, self._ask)
+        self._play = gui.add_button(
+            "Pause",
+            icon=viser.Icon.PLAYER_PAUSE,
+            hint="Let the learner go on, or hold it still (space).",
+        )
+        # Not once for a double click: whoever plays may want to pause at once.
+        self._play.on_click(Intent(self._asking(self._play_or_pause)))
+        self._further = gui.add_button(
+            "Go on",
+            icon=viser.Icon.PLAYER_TRACK_NEXT,
+            color=CALM,
+            visible=False,
+            hint="Let the run have as many trials again as it was to have.",
+        )
+        on_press(self._further, self._asking(GoOn))
+        add_hints(gui, self._play, self._further)
+        add_buttons(
+            gui,
+            "Go on by",
+            {"One step": StepOnce(), "One trial": TrialOnce()},
+            self._ask,
+            hint="Pause, and make one step (S) or go on to the start of the next trial (T).",
+        )
         speed = gui.add_slider(
             speed_label(status.speed),
             min=0.0,
@@ -199,7 +230,8 @@ class Controls:
             step=0.1,
             initial_value=slider_of(status.speed),
             marks=_SPEED_MARKS,
-            hint="Learning steps per second; max is as fast as it goes",
+            hint="Steps that the learner makes in a second (J slower, K faster). At max it is as"
+            " fast as this machine goes. What is learned is the same at any speed.",
         )
         self._speed = self._input(speed, lambda place: SetSpeed(speed_of(place)))
 
@@ -213,10 +245,11 @@ class Controls:
             ("Add the next skill", keys.NEXT_SKILL, self._next_skill),
             ("Explore the chosen skill", keys.EXPLORE, self._exploration),
             ("Freeze the selection, or let it learn", keys.FREEZE, self._toggle_freeze),
+            ("Undo what was just done by hand", keys.UNDO, self._said.undo),
         ]
         for label, key, request in commands:
             command = self._gui.add_command(label, hotkey=key.hotkey)
-            command.on_trigger(self._asking(request))
+            command.on_trigger(Intent(self._asking(request)))
 
     def _faster(self, by: float) -> float:
         return speed_of(min(max(slider_of(self._session.status.speed) + by, 0.0), _FULL))
@@ -232,14 +265,21 @@ class Controls:
         return FreezeSelection(not self._session.status.snapshot.control.selection_frozen)
 
     def _play_or_pause(self) -> Request:
-        return Pause() if self._session.status.playing else Play()
+        status = self._session.status
+        if status.finished and not status.exhausted:
+            more = counted(status.snapshot.spec.trials, "trial")
+            raise RefusedError(
+                f"the {counted(status.snapshot.trial, 'trial')} are over; under Run the learner can"
+                f" go on for {more} more, or start again"
+            )
+        return Pause() if status.playing else Play()
 
     def _show_transport(self, status: Status) -> None:
         label, icon = "Pause", viser.Icon.PLAYER_PAUSE
         if not status.playing:
             label, icon = "Play", viser.Icon.PLAYER_PLAY
             if status.finished:
-                label = f"Go on for {counted(status.snapshot.spec.trials, 'trial')} more"
+                label = f"The {counted(status.snapshot.trial, 'trial')} are over"
         if status.exhausted:
             label = "This run has had all its trials"
         if status.error is not None:
@@ -248,7 +288,10 @@ class Controls:
             self._play.label = label
             self._play.icon = icon
         stuck = status.exhausted or status.error is not None
-        assign(self._play, "disabled", stuck)
+        assign(self._play, "disabled", stuck or status.finished)
+        assign(self._further, "visible", status.finished and not stuck)
+        more = counted(status.snapshot.spec.trials, "trial")
+        assign(self._further, "label", f"Go on for {more} more")
         self._speed.show(slider_of(status.speed))
         assign(self._speed.handle, "label", speed_label(status.speed))
 
@@ -261,8 +304,17 @@ class Controls:
         while len(self._rows) < len(skills):
             with self._skills:
                 text = self._gui.add_html("")
-                row = _SkillRow(None, text, self._gui.add_button("Add", icon=viser.Icon.PLUS))
-            row.add.on_click(self._asking(partial(self._introduction_by, row)))
+                add = self._gui.add_button(
+                    "Add",
+                    icon=viser.Icon.PLUS,
+                    color=CALM,
+                    hint="The skill joins now: the learner may choose it from the next step on. How"
+                    " skills are chosen is frozen meanwhile, for as long as the schedule has it, so"
+                    " that the new skill can be learned.",
+                )
+                add_hints(self._gui, add)
+            row = _SkillRow(None, text, add)
+            on_press(add, self._asking(partial(self._introduction_by, row)))
             self._rows.append(row)
         for row, skill in zip_longest(self._rows, skills):
             row.skill = skill
@@ -289,8 +341,7 @@ class Controls:
             assign(
                 row.text,
                 "content",
-                f'<div style="padding:0 0.6em;font-size:0.85em">{dot}'
-                f" <b>{escaped(plain(row.skill))}</b>: {state}</div>",
+                _note(f"{dot} <b>{escaped(plain(row.skill))}</b>: {state}"),
             )
             assign(row.add, "visible", not present)
 
@@ -298,17 +349,47 @@ class Controls:
         gui = self._gui
         self._explore = gui.add_folder("Explore a skill")
         with self._explore:
-            self._explored: Choice[str | None] = Choice(gui, "Skill", {}, nothing=_NO_SKILL)
+            self._explored: Choice[str | None] = Choice(
+                gui,
+                "Skill",
+                {},
+                nothing=_NO_SKILL,
+                hint="The skill that the learner is made to try.",
+            )
             gui.add_html(DIALS_HTML)
             self._chance = Dial(
-                gui, "Probability", 0.5, Limits(0.0, 1.0, whole=False, share=True), 0.05
+                gui,
+                "Probability",
+                0.5,
+                Limits(0.0, 1.0, whole=False, share=True),
+                0.05,
+                "How often the skill is taken whatever the learner would choose: at 0.5 in half of"
+                " all steps.",
             )
-            self._duration = NumberField(gui, "Trials", 2_000, Limits(1, 100_000))
-            self._begin = gui.add_button("Start exploring", icon=viser.Icon.COMPASS)
+            self._duration = NumberField(
+                gui,
+                "Trials",
+                2_000,
+                Limits(1, 100_000),
+                "For how many trials, that is hunts, from now on.",
+            )
+            self._begin = gui.add_button(
+                "Start exploring",
+                icon=viser.Icon.COMPASS,
+                color=CALM,
+                hint="Make the learner take the skill so often, whether it is good or not, so that"
+                " it finds out (E). Rewards may fall meanwhile.",
+            )
             self._left = gui.add_html("")
-            self._end = gui.add_button("Stop exploring", icon=viser.Icon.PLAYER_STOP)
-        self._begin.on_click(self._asking(self._exploration))
-        self._end.on_click(self._asking(self._end_of_exploration))
+            self._end = gui.add_button(
+                "Stop exploring",
+                icon=viser.Icon.PLAYER_STOP,
+                color=CALM,
+                hint="From now on the learner chooses for itself again.",
+            )
+            add_hints(gui, self._begin, self._end)
+        on_press(self._begin, self._asking(self._exploration))
+        on_press(self._end, self._asking(self._end_of_exploration))
 
     def _end_of_exploration(self) -> Request:
         ending = self._ending(self._session.status.snapshot)
@@ -345,24 +426,42 @@ class Controls:
         ]
         if nothing:
             lines = ["A skill must have joined before it can be explored."]
-        elif not lines:
-            lines = ["Nothing is being explored."]
         body = "<br>".join(lines)
-        assign(self._left, "content", f'<div style="padding:0 0.6em;font-size:0.85em">{body}</div>')
+        assign(self._left, "content", _note(body))
 
     def _build_learning(self) -> None:
         gui = self._gui
         with gui.add_folder("Learning"):
+            gui.add_html('<div class="pounce-boxes"></div>')
             self._freeze_selection = self._input(
-                gui.add_checkbox("Freeze selection", False), FreezeSelection
+                gui.add_checkbox(
+                    "Freeze selection",
+                    False,
+                    hint="While ticked, what the learner knows of which skill to choose where is"
+                    " not changed (F).",
+                ),
+                FreezeSelection,
             )
             self._freeze_skills = self._input(
-                gui.add_checkbox("Freeze skills", False), FreezeSkills
+                gui.add_checkbox(
+                    "Freeze skills",
+                    False,
+                    hint="While ticked, the skills themselves are not changed: no skill learns to"
+                    " move better.",
+                ),
+                FreezeSkills,
             )
-            self._follow = self._input(gui.add_checkbox("Follow schedule", True), FollowSchedule)
+            self._follow = self._input(
+                gui.add_checkbox(
+                    "Follow schedule",
+                    True,
+                    hint="While ticked, skills join and are explored when the schedule says so."
+                    " What it would have done meanwhile is not made up for.",
+                ),
+                FollowSchedule,
+            )
             self._why_not = gui.add_html(
-                '<div style="padding:0 0.6em;font-size:0.85em">The options are moves: there are no'
-                " skills to freeze and nothing to schedule.</div>",
+                _note("The options are moves: there are no skills to freeze, and no schedule."),
                 visible=False,
             )
 
@@ -375,37 +474,3 @@ class Controls:
         assign(self._freeze_skills.handle, "disabled", not has_skills)
         assign(self._follow.handle, "disabled", not has_skills)
         assign(self._why_not, "visible", not has_skills)
-
-    def _build_start(self, status: Status) -> None:
-        gui = self._gui
-        with gui.add_folder("Start again"):
-            self._take_preset(status.snapshot.preset, status.snapshot.preset_spec)
-            self._preset: Choice[str] = Choice(gui, "Preset", self._offered())
-            self._preset.choose(status.snapshot.preset)
-            self._seed = NumberField(
-                gui,
-                "Seed",
-                status.snapshot.seed,
-                Limits(0, MAX_SEED, grouped=False),
-                f"A whole number, 0 to {MAX_SEED}",
-            )
-            again = gui.add_button("Start again", icon=viser.Icon.REFRESH)
-        again.on_click(self._asking(self._start_again))
-
-    def _start_again(self) -> Request:
-        preset = self._preset.chosen
-        spec = self._presets.get(preset) or self._loaded[preset]
-        return StartAgain(spec, preset, int(self._seed.read()))
-
-    def _offered(self) -> dict[str, str]:
-        return {name: name for name in (*self._presets, *self._loaded)}
-
-    def _take_preset(self, name: str, spec: RunSpec) -> None:
-        """Let the preset of a run be started again."""
-        if name in self._presets:
-            self._presets[name] = spec
-            return
-        self._loaded.pop(name, None)
-        self._loaded[name] = spec
-        while len(self._loaded) > MOST_LOADED:
-            del self._loaded[next(iter(self._loaded))]

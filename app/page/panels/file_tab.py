@@ -21,7 +21,7 @@ from app.documents.tree import PresetError, document_of, printable
 from app.live.session import Session, StartAgain
 from app.live.snapshot import Snapshot
 from app.page.inbox import Ask, Intent, Work
-from app.page.widgets import NAME_HTML, assign
+from app.page.widgets import CALM, DESTROYS, NAME_HTML, add_hints, assign, on_press
 from app.schedule import carried
 from app.server.notices import close_modal, open_modal, tell
 from app.util.files import write_whole
@@ -29,11 +29,16 @@ from app.util.html import escaped
 from learners.spec import RunSpec
 
 Document = TypeVar("Document")
+OfferPreset = Callable[[str, RunSpec], object]
+"""Has a preset in the list of those to start again with, under a name."""
 TakeExperiment = Callable[[Experiment, bytes, str], str]
 """Offers a loaded experiment, given its file and the name of that; returns what it is called."""
 
 _SAFE_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-_NAME_RULE: Final = "A name has up to 64 letters, digits, - and _, and starts with none of the two."
+_NAME_RULE: Final = (
+    "A name has up to 64 letters from a to z, digits, - and _, and starts with a letter or digit."
+    " A blank becomes a _."
+)
 _SAVING: Final = threading.Lock()
 _EXPERIMENT_KEY: Final = "presets"
 _PRESET_KEYS: Final = {"extends", "world", "learner", "schedule"}
@@ -43,6 +48,11 @@ _PRESET_KEYS: Final = {"extends", "world", "learner", "schedule"}
 def is_safe_name(name: str) -> bool:
     """Whether a preset may be saved under a name: it can lead out of no folder."""
     return _SAFE_NAME.fullmatch(name) is not None
+
+
+def file_stem(typed: str) -> str:
+    """What a preset is called whose name was typed: without blanks, which commands would part."""
+    return "_".join(typed.split())
 
 
 def safe_name(name: str) -> str:
@@ -115,6 +125,7 @@ class FileTab:
         ask: Ask,
         work: Work,
         take_experiment: TakeExperiment,
+        offer_preset: OfferPreset,
         save_dir: Path | None,
     ) -> None:
         self._client = client
@@ -122,33 +133,60 @@ class FileTab:
         self._ask = ask
         self._work = work
         self._take_experiment = take_experiment
+        self._offer_preset = offer_preset
         self._save_dir = save_dir
         gui = client.gui
         name = safe_name(f"my_{session.status.snapshot.preset}")
-        gui.add_html(NAME_HTML)
-        self._name = gui.add_text("Name", name, hint="Letters, digits, - and _")
-        self._save = gui.add_button(
-            "Save as preset", icon=viser.Icon.DEVICE_FLOPPY, hint="What was done so far, as a file"
-        )
-        self._overwrite = gui.add_button(
-            "Overwrite", icon=viser.Icon.ALERT_TRIANGLE, color="red", visible=False
-        )
-        self._said = gui.add_html("")
-        load = gui.add_upload_button("Load preset", icon=viser.Icon.UPLOAD, mime_type=".yaml,.yml")
-        tables = gui.add_button("Save tables", icon=viser.Icon.DEVICE_FLOPPY)
-        experiment = gui.add_upload_button(
-            "Load experiment", icon=viser.Icon.FLASK, mime_type=".yaml,.yml"
-        )
+        with gui.add_folder("Save"):
+            gui.add_html(NAME_HTML)
+            self._name = gui.add_text(
+                "Name", name, hint="What the file is called: letters, digits, - and _."
+            )
+            self._save = gui.add_button(
+                "Save as preset",
+                icon=viser.Icon.DEVICE_FLOPPY,
+                color=CALM,
+                hint="A file with what was done so far and is planned: loaded again, with the same"
+                " seed, it gives the same run.",
+            )
+            self._overwrite = gui.add_button(
+                "Overwrite", icon=viser.Icon.ALERT_TRIANGLE, color=DESTROYS, visible=False
+            )
+            self._said = gui.add_html("")
+            tables = gui.add_button(
+                "Save tables",
+                icon=viser.Icon.TABLE,
+                color=CALM,
+                hint="All numbers that the learner has learned by now, as a NumPy file, for work of"
+                " your own. The lab cannot load them again: a preset makes the whole run again.",
+            )
+        with gui.add_folder("Load"):
+            load = gui.add_upload_button(
+                "Load preset",
+                icon=viser.Icon.UPLOAD,
+                color=CALM,
+                mime_type=".yaml,.yml",
+                hint="Begin a run with a preset from a file. It stands still until you play; the"
+                " run on the board is set aside.",
+            )
+            experiment = gui.add_upload_button(
+                "Load experiment",
+                icon=viser.Icon.FLASK,
+                color=CALM,
+                mime_type=".yaml,.yml",
+                hint="Offer an experiment from a file under Experiments. Nothing is started.",
+            )
+        add_hints(gui, self._save, tables, load, experiment)
         self._name.on_update(Intent(self._judge_name))
-        self._save.on_click(Intent(lambda _, __: self._store(overwrite=False)))
-        self._overwrite.on_click(Intent(lambda _, __: self._store(overwrite=True)))
+        on_press(self._save, lambda _, __: self._store(overwrite=False))
+        on_press(self._overwrite, lambda _, __: self._store(overwrite=True))
         load.on_upload(Intent(self._load_preset))
-        tables.on_click(Intent(self._save_tables))
+        on_press(tables, self._save_tables)
         experiment.on_upload(Intent(self._load_experiment))
 
     def _judge_name(self, client: viser.ClientHandle, name: str) -> None:
         """A question about another name is moot; and a name may not do at all."""
-        safe = is_safe_name(name)
+        safe = is_safe_name(file_stem(name))
         assign(self._overwrite, "visible", False)
         assign(self._save, "disabled", not safe)
         self._say([] if safe else [_NAME_RULE])
@@ -163,13 +201,13 @@ class FileTab:
 
     def _store(self, overwrite: bool) -> None:
         """Save what has been done; ask first where that would lose a file."""
-        name = str(self._name.value)
+        name = file_stem(str(self._name.value))
         if not is_safe_name(name):
             self._say([_NAME_RULE])
             return
         snapshot, folder = self._session.status.snapshot, self._save_dir
 
-        def store() -> tuple[bytes, list[str]] | None:
+        def store() -> tuple[RunSpec, bytes, list[str]] | None:
             spec, left_out = carried.preset_of(snapshot)
             text = preset_text(spec, left_out)
             said = f"Saved as {name}.yaml."
@@ -180,14 +218,15 @@ class FileTab:
                     return None
                 except OSError as error:
                     said = f"Downloaded, but not written to the folder: {error.strerror or error}."
-            return text.encode(), [said, *left_out]
+            return spec, text.encode(), [said, *left_out]
 
-        def show(stored: tuple[bytes, list[str]] | None) -> None:
+        def show(stored: tuple[RunSpec, bytes, list[str]] | None) -> None:
             assign(self._overwrite, "visible", stored is None)
             if stored is None:
                 self._say([f"There is a {name}.yaml in the folder. Overwrite it?"])
                 return
-            data, sentences = stored
+            spec, data, sentences = stored
+            self._offer_preset(loaded_name(name), spec)
             self._client.send_file_download(f"{name}.yaml", data, save_immediately=True)
             self._say(sentences)
 
@@ -203,9 +242,10 @@ class FileTab:
         """Start again with an uploaded preset; or show all that is wrong with it."""
 
         def begin(spec: RunSpec) -> None:
-            name = loaded_name(file.name)
-            self._ask(client, StartAgain(spec, name, self._session.status.snapshot.seed))
-            self._say([f"Started again with {name}."])
+            name, seed = loaded_name(file.name), self._session.status.snapshot.seed
+            self._offer_preset(name, spec)
+            self._ask(client, StartAgain(spec, name, seed, paused=True))
+            self._say([f"{name} is loaded, and is in the list under Start again."])
 
         title = "This preset cannot be used; nothing has changed"
         read_file(client, self._work, file, presets.parse, title, begin)
@@ -278,5 +318,5 @@ def show_problems(
             'max-height:55vh;overflow:auto;padding:0 0.7em;overflow-wrap:anywhere">'
             f"{lines}</div>"
         )
-        close = client.gui.add_button("Close")
+        close = client.gui.add_button("Close", color=CALM)
     close.on_click(Intent(lambda _, __: close_modal(modal)))

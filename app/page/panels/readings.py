@@ -16,13 +16,16 @@ from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
 from app.page.told import Told
-from app.page.widgets import assign
+from app.page.tour import tour_html
+from app.page.widgets import CALM, assign
 from app.picture.theme import DARK
 from app.server.calls import Calls
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
 
 _WIDTH = 330.0
+_LAST = 1e9
+"""Order of what stands below all that is put into its tab later on."""
 # A scroll bar lies over what it scrolls.
 _LAYOUT = """<style>
 [data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
@@ -49,6 +52,9 @@ class Readings:
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
         self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
+        self._tours = 0
+        """That were asked for."""
+        self._tour = gui.add_html(slot_html("tour", tour_html(0)))
         self._told = Told(gui, calls, inbox, drawn, lambda dark: self.view.set_dark(dark))
         panel = gui.add_panel()
         panel.dock_left()
@@ -66,16 +72,26 @@ class Readings:
         self.file_tab = panel.add_tab("File", icon=viser.Icon.FILE)
         """Where saving and loading goes."""
         with self.file_tab:
-            self._clock = gui.add_html("")
+            # Below what the tab is for.
+            self._clock = gui.add_html("", order=_LAST)
             self._build_help()
 
     def _build_help(self) -> None:
-        button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        button = self._gui.add_button(
+            "Keys (?)", icon=viser.Icon.KEYBOARD, color=CALM, order=_LAST - 1
+        )
         button.on_click(Intent(lambda _, __: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
         command.on_trigger(Intent(lambda _, __: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
         closing.on_trigger(Intent(lambda _, __: self._close_newest_list()))
+
+        tour = self._gui.add_command("Tour of the page")
+        tour.on_trigger(Intent(lambda _, __: self._begin_tour()))
+
+    def _begin_tour(self) -> None:
+        self._tours += 1
+        assign(self._tour, "content", slot_html("tour", tour_html(self._tours)))
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""

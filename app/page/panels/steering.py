@@ -11,11 +11,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
-from app.page.inbox import Ask, Intent
+from app.page.confirm import confirm
+from app.page.inbox import Ask
 from app.page.number_field import DIALS_HTML, Dial, Limits
-from app.page.widgets import NAME_HTML, Choice, assign
+from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign, on_press
 from app.server.callbacks import RefusedError
-from app.server.notices import close_modal, open_modal
 from app.util.html import escaped
 from app.words.numbers import counted
 from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
@@ -57,6 +57,8 @@ class Slider(NamedTuple):
     low: float
     high: float
     step: float
+    hint: str
+    """What it is, in one plain sentence."""
 
     @property
     def label(self) -> str:
@@ -70,13 +72,48 @@ class Slider(NamedTuple):
 
 
 SLIDERS = (
-    Slider("learner.epsilon", 0.0, 1.0, 0.01),
-    Slider("learner.alpha", 0.0, 1.0, 0.01),
-    Slider("learner.skill_alpha", 0.0, 1.0, 0.01),
-    Slider("learner.gamma", 0.0, 0.99, 0.01),
-    Slider("world.capture_reward", 0.0, 200.0, 5.0),
-    Slider("world.flight_reward", -200.0, 0.0, 5.0),
-    Slider("world.vision_radius", 0.0, 60.0, 1.0),
+    Slider(
+        "learner.epsilon",
+        0.0,
+        1.0,
+        0.01,
+        "How often the learner tries something at random instead of what it knows to be best: 0"
+        " never, 1 at every step.",
+    ),
+    Slider(
+        "learner.alpha",
+        0.0,
+        1.0,
+        0.01,
+        "How far one experience moves what the learner holds a skill to be worth in a state: 0 not"
+        " at all, 1 all the way to what it has just seen.",
+    ),
+    Slider(
+        "learner.skill_alpha",
+        0.0,
+        1.0,
+        0.01,
+        "The same within each skill: how far one experience moves what a move is worth to it.",
+    ),
+    Slider(
+        "learner.gamma",
+        0.0,
+        0.99,
+        0.01,
+        "How much is left of a reward's worth one step earlier: at 0.9 a capture that is ten steps"
+        " away counts for a third.",
+    ),
+    Slider(
+        "world.capture_reward", 0.0, 200.0, 5.0, "What the predator gets for catching the prey."
+    ),
+    Slider(
+        "world.flight_reward",
+        -200.0,
+        0.0,
+        5.0,
+        "What the predator gets when the prey sees it coming and flees: less than nothing.",
+    ),
+    Slider("world.vision_radius", 0.0, 60.0, 1.0, "How far the prey sees, to its front."),
 )
 
 
@@ -183,8 +220,7 @@ class Steering:
                     value_of(snapshot.spec, slider.key),
                     Limits(slider.low, slider.high, whole=False, share=slider.is_share),
                     slider.step,
-                    f"{slider.key}, {slider.low:g} to {slider.high:g}; takes effect at the next"
-                    " step",
+                    f"{slider.hint} From the next step on ({slider.key}).",
                     partial(self._set, slider.key),
                 )
 
@@ -195,10 +231,21 @@ class Steering:
         with self._gui.add_folder("Changes by hand"):
             self._changes = self._gui.add_html("")
             self._undoable: Choice[int | None] = Choice(
-                self._gui, "Take back", {}, nothing=_NOTHING
+                self._gui,
+                "Take back",
+                {},
+                nothing=_NOTHING,
+                hint="Which of the changes that were made by hand is to be taken back.",
             )
-            self._undo = self._gui.add_button("Undo", icon=viser.Icon.ARROW_BACK_UP)
-        self._undo.on_click(Intent(self._undo_clicked))
+            self._undo = self._gui.add_button(
+                "Undo",
+                icon=viser.Icon.ARROW_BACK_UP,
+                color=CALM,
+                hint="What the change has set is as if it had not been made. What was learned"
+                " meanwhile stays.",
+            )
+            add_hints(self._gui, self._undo)
+        on_press(self._undo, self._undo_clicked)
 
     def _undo_clicked(self, client: viser.ClientHandle, _: object) -> None:
         if self._undoable.chosen is not None:
@@ -235,23 +282,52 @@ class Steering:
     def _build_skills(self) -> None:
         gui = self._gui
         with gui.add_folder("Other skills", expand_by_default=False) as folder:
-            self._other: Choice[str | None] = Choice(gui, "Skill", {}, nothing=_NO_OTHER)
-            self._add_other = gui.add_button("Add this skill now", icon=viser.Icon.PLUS)
+            self._other: Choice[str | None] = Choice(
+                gui,
+                "Skill",
+                {},
+                nothing=_NO_OTHER,
+                hint="Skills that there are and this learner does not have.",
+            )
+            self._add_other = gui.add_button(
+                "Add this skill now",
+                icon=viser.Icon.PLUS,
+                color=CALM,
+                hint="The skill joins now: the learner may choose it from the next step on.",
+            )
             gui.add_html(
                 '<div style="padding:0 0.6em;font-size:0.85em">A skill of your own is rewarded for'
                 " so much of what each of these is rewarded for:</div>"
             )
             gui.add_html(DIALS_HTML)
             self._weights = {
-                skill: Dial(gui, f"× {plain(skill)}", 0.0, Limits(-2.0, 2.0, whole=False), 0.1)
+                skill: Dial(
+                    gui,
+                    f"× {plain(skill)}",
+                    0.0,
+                    Limits(-2.0, 2.0, whole=False),
+                    0.1,
+                    f"How much of what {plain(skill)} is rewarded for the new skill is rewarded"
+                    " for, too; below 0 it is punished for it.",
+                )
                 for skill in SKILLS
             }
             gui.add_html(NAME_HTML)
-            self._name = gui.add_text("Own skill", "my_skill", hint="a name of small letters and _")
-            define = gui.add_button("Add my own skill now", icon=viser.Icon.SPARKLES)
+            self._name = gui.add_text(
+                "Own skill",
+                "my_skill",
+                hint="What the new skill is called: small letters, digits and _.",
+            )
+            define = gui.add_button(
+                "Add my own skill now",
+                icon=viser.Icon.SPARKLES,
+                color=CALM,
+                hint="The new skill joins now, and is learned from nothing.",
+            )
+            add_hints(gui, self._add_other, define)
         self._skills_folder = folder
-        self._add_other.on_click(Intent(self._add_other_clicked))
-        define.on_click(Intent(self._define_clicked))
+        on_press(self._add_other, self._add_other_clicked)
+        on_press(define, self._define_clicked)
 
     def _add_other_clicked(self, client: viser.ClientHandle, _: object) -> None:
         if self._other.chosen is None:
@@ -286,28 +362,31 @@ class Steering:
 
     def _build_removal(self) -> None:
         with self._skills_folder:
-            self._leaver: Choice[str | None] = Choice(self._gui, "To remove", {}, nothing=_NO_SKILL)
+            self._leaver: Choice[str | None] = Choice(
+                self._gui,
+                "To remove",
+                {},
+                nothing=_NO_SKILL,
+                hint="A skill that the learner has; it keeps at least one.",
+            )
             self._remove = self._gui.add_button(
                 "Remove this skill …",
                 icon=viser.Icon.TRASH,
-                hint="The learner keeps at least one skill",
+                color=DESTROYS,
+                hint="The learner can no longer choose the skill. What is lost is said first.",
             )
-        self._remove.on_click(Intent(self._confirm_removal))
+            add_hints(self._gui, self._remove)
+        on_press(self._remove, self._confirm_removal)
 
     def _confirm_removal(self, client: viser.ClientHandle, _: object) -> None:
         """Say what is lost, and ask."""
         snapshot, skill = self._session.status.snapshot, self._leaver.chosen
         if skill is None or skill not in snapshot.present:
             return
-        modal = open_modal(client, f"Remove {plain(skill)}?")
-        with modal:
-            client.gui.add_markdown(str(escaped(loss_of(snapshot, skill))))
-            yes = client.gui.add_button(f"Remove {plain(skill)}", color="red")
-            no = client.gui.add_button("Keep it")
-
-        def removed(*_: object) -> None:
-            close_modal(modal)
-            self._ask(client, Remove(skill))
-
-        yes.on_click(Intent(removed))
-        no.on_click(Intent(lambda _, __: close_modal(modal)))
+        confirm(
+            client,
+            f"Remove {plain(skill)}?",
+            loss_of(snapshot, skill),
+            (f"Remove {plain(skill)}", "Keep it"),
+            lambda: self._ask(client, Remove(skill)),
+        )

@@ -225,7 +225,7 @@ def placed(
     heading: int | np.ndarray,
     shown: int,
 ) -> np.ndarray:
-    """Where cells of trials are drawn, ``(n, 2)``; what there is no place for, at the edge."""
+    """Where cells of trials are drawn, ``(n, 2)``: what has no place there, at its edge."""
     places = on_picture(world, cells, heading, shown).reshape(-1, 2)
     return kept_on_board(places, spec, folds(look))
 

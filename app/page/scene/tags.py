@@ -10,9 +10,9 @@ from app.page.scene.outlines import BOARD_UNITS
 from app.page.scene.parts import AWAY
 from app.page.widgets import assign
 
-_HEIGHT: Final = 0.36
-"""Of a letter's line in board units: 15 pixels on the smallest board, and more on a larger one."""
-_LETTER: Final = 0.56 * _HEIGHT
+_HEIGHT: Final = 0.42
+"""Of a line of letters in board units: 13 pixels on the board of a phone, and more on others."""
+_LETTER: Final = 0.5 * _HEIGHT
 """What a letter takes along the line, taken large."""
 _PAD: Final = 0.12
 """What a word has around it."""
@@ -36,13 +36,18 @@ class Tag(NamedTuple):
     """Whether it stands in the middle of that place, and not beside a thing there."""
 
 
+def room_of(text: str) -> np.ndarray:
+    """Half the width and half the height of a word with what it has around it, in board units."""
+    return np.array([len(text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD])
+
+
 def places_of(tags: Sequence[Tag]) -> list[tuple[float, float]]:
     """Middles of words in board units; the first has the first choice."""
     things = [_box(tag.at, _AROUND, _AROUND) for tag in tags if not tag.within]
     taken: list[np.ndarray] = []
     found: list[tuple[float, float]] = []
     for tag in tags:
-        wide, high = len(tag.text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD
+        wide, high = room_of(tag.text).tolist()
         places = [tag.at]
         if not tag.within:
             places = [

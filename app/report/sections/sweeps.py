@@ -19,6 +19,7 @@ from app.analysis.sweeps import (
 )
 from app.charts.model import Plane, Points, Series
 from app.charts.paper.drawing import drawn
+from app.charts.scales import colour_ends
 from app.charts.wording import shown_estimate
 from app.documents import presets
 from app.documents.samples import is_draw
@@ -28,7 +29,7 @@ from app.report.parts import NO_INTERVAL, Shown, bars_note
 from app.report.sections.effects import counts, swept_metrics, write_designs
 from app.results.read import Group
 from app.util.html import Markup, element
-from app.words.numbers import NONE
+from app.words.numbers import NONE, shown_number
 
 _WIDE = 0.1
 """A wide margin, as a share of the range of a quantity; the thesis's findings have the same."""
@@ -216,10 +217,12 @@ def _map(page: Page, number: int, plane: _Plane, cells: Mapping[Place, Estimate]
         if any(cell.has_interval for cell in cells.values())
         else NO_INTERVAL
     )
+    ends = colour_ends(cell.value for cell in cells.values())
+    beyond = ends.in_words("cell", f"{shown_number(ends.low)} to {shown_number(ends.high)}")
     small = page.small_print(
         f"{plane.preset}. Mean over n = {counts(cells.values())} runs (seeds) in each cell."
         f" {intervals} Cells have equal sizes whatever the values of the settings. Hatched: not"
-        " run."
+        f" run. {beyond}".strip()
     )
     drawing = drawn(name, Plane(plane.axles, plane.metric.label, cells), small)
     return page.picture(name, f"{plane.metric.label} of {plane.preset} {plane.where}", drawing)

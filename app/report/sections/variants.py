@@ -11,7 +11,6 @@ from app.charts.paper.drawing import drawn
 from app.charts.read import line_of
 from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
-from app.documents import presets
 from app.metrics import AT_HORIZON, BY_COLUMN, PASSAGES, Metric, at_steps
 from app.report.document import Page, details, table
 from app.report.headline import Against, lead_with_differences
@@ -40,6 +39,7 @@ from app.results.read import (
     Reader,
     measured,
 )
+from app.results.reference import Setting, reference_of, told_of
 from app.util.html import Markup, element, joined
 from app.words.numbers import NONE
 
@@ -49,8 +49,8 @@ _MOST_OPEN_ROWS = 16
 def write_curves(
     page: Page, reader: Reader, groups: Sequence[Group], metric: Metric, naming: str
 ) -> None:
-    """Curves of all variants, or of the best where they are too many for a picture."""
-    shown = _best(groups, metric)
+    """Curves of all variants, or of a few where they are too many for a picture."""
+    shown = _told_of(groups, metric)
 
     def panels(axis: Axis, windows: Windows) -> list[Panel]:
         lines = [
@@ -61,10 +61,13 @@ def write_curves(
 
     caption, notes = "Reward of each variant", [naming] if naming else []
     if len(shown) < len(groups):
-        extreme = "lowest" if metric.kind == "length" else "highest"
-        which = f"the {len(shown)} of {len(groups)} variants with the {extreme} {metric.title}"
-        caption = f"Reward of {which}"
-        notes.insert(0, f"Shown: {which}; to be among them is luck in part.")
+        base = groups[_reference(groups)].label
+        caption = f"Reward of {len(shown)} of {len(groups)} variants"
+        notes.insert(
+            0,
+            f"Shown: {base}, and others from the lowest to the highest {metric.title} (mean over"
+            " runs), spread evenly by rank; to be the highest of many is luck in part.",
+        )
     curves = curve_pictures(page, reader, "curves", caption, panels, " ".join(notes))
     page.say("Learning curves", curves)
 
@@ -73,7 +76,7 @@ def write_passages(page: Page, groups: Sequence[Group], metric: Metric, naming: 
     """How soon variants got somewhere, those of which curves are drawn; nothing if unmeasured."""
     variants = [
         (group.label, group.runs, style_of(index))
-        for index, group in enumerate(_best(groups, metric))
+        for index, group in enumerate(_told_of(groups, metric))
     ]
     caption = "Share of the runs of each variant that have got there"
     picture = passages_picture(page, "passages", caption, variants, naming)
@@ -81,17 +84,11 @@ def write_passages(page: Page, groups: Sequence[Group], metric: Metric, naming: 
         page.say("How soon it is reached", picture)
 
 
-def _best(groups: Sequence[Group], metric: Metric) -> list[Group]:
-    """As many variants as a picture takes, those that did best in the mean, in their own order."""
-    # A run that a stop condition ended is the better, the shorter it is.
-    sign = -1 if metric.kind == "length" else 1
-
-    def merit(place: int) -> float:
-        values = [v for v in groups[place].values(metric.column) if math.isfinite(v)]
-        return sign * sum(values) / len(values) if values else -math.inf
-
-    best = sorted(range(len(groups)), key=merit, reverse=True)[:MOST_LINES]
-    return [groups[place] for place in sorted(best)]
+def _told_of(groups: Sequence[Group], metric: Metric) -> list[Group]:
+    """As many variants as a picture takes, in their own order."""
+    every = [[v for v in group.values(metric.column) if math.isfinite(v)] for group in groups]
+    means = [sum(values) / len(values) if values else math.nan for values in every]
+    return [groups[place] for place in told_of(means, _reference(groups), MOST_LINES)]
 
 
 def write_scalars(page: Page, groups: Sequence[Group], shown: Shown, naming: str) -> None:
@@ -174,22 +171,16 @@ def write_variants(page: Page, groups: Sequence[Group], shown: Shown, naming: st
 
 
 def with_reference_first(groups: Sequence[Group]) -> list[Group]:
-    """Variants, first the one that the others are set against: a preset as it is, if there is one.
-
-    So the sign of a difference is what a reader expects: what was changed, less what was there.
-    """
-    place = next((place for place, group in enumerate(groups) if _is_plain(group)), 0)
+    """Variants, first the one that the others are set against."""
+    place = _reference(groups)
     return [groups[place], *groups[:place], *groups[place + 1 :]]
 
 
-def _is_plain(group: Group) -> bool:
-    """Whether a variant is a shipped preset, by its name or written out."""
-    if group.overrides:
-        return False
-    mine = {**group.runs[0].settings, "description": ""}
-    return group.runs[0].preset_name in presets.shipped() or any(
-        mine == {**(presets.shipped_settings(name) or {}), "description": ""}
-        for name in presets.shipped()
+def _reference(groups: Sequence[Group]) -> int:
+    """The place of the variant that the others are set against."""
+    return reference_of(
+        Setting(group.runs[0].preset_name, group.overrides, group.runs[0].settings)
+        for group in groups
     )
 
 

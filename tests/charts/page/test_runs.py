@@ -14,7 +14,7 @@ from app.charts.view import View
 from app.charts.wording import PADDED
 from app.documents.experiments import Experiment
 from app.results.gather import PlacedRun
-from app.words.numbers import shown_number
+from app.words.numbers import shared_form, shown_number
 from tests.support.charts import chart_of, estimates_of, points_of
 from tests.support.runs import (
     HOSTILE,
@@ -62,7 +62,10 @@ def test_a_row_has_mean_and_interval_and_a_label_that_chooses() -> None:
     shown = runs_shown(experiment, runs)
     x, links = shown.value_at("x"), shown.links("variant")
     assert list(links) == ["0", "1", "2", "3"]
-    for place, estimate in enumerate(estimates_of(experiment, runs)):
+    estimates = estimates_of(experiment, runs)
+    # All with as many decimals, so that a column can be read downwards.
+    form = shared_form(number for estimate in estimates for number in estimate[:3])
+    for place, estimate in enumerate(estimates):
         assert experiment.variants[place].label in " ".join(links[str(place)].itertext())
         row = shown.one("g", class_="row", data_variant=str(place))
         (mean,) = shown.all("path", row, class_="mean")
@@ -70,7 +73,7 @@ def test_a_row_has_mean_and_interval_and_a_label_that_chooses() -> None:
         (interval,) = shown.all("path", row, class_="interval")
         low, high = map(float, re.findall(r"M(\S+) \S+H(\S+)", interval.get("d"))[0])
         assert (x(low), x(high)) == pytest.approx((estimate.low, estimate.high), abs=0.3)
-        text = (shown_number(number, PADDED) for number in estimate[:3])
+        text = (shown_number(number, form) for number in estimate[:3])
         assert "{} [{}, {}]".format(*text) in shown.text
 
 

@@ -13,7 +13,6 @@ from app.charts.page.plane import plane_html
 from app.charts.page.points import points_html
 from app.charts.page.svg import Frame
 from app.charts.view import View
-from app.charts.wording import PADDED
 from app.metrics import FINAL_REWARD
 from app.results.gather import PlacedRun
 from app.words.numbers import shown_number
@@ -41,7 +40,7 @@ def test_every_cell_of_a_plane_has_its_value_and_chooses_its_variant() -> None:
     for place, variant in enumerate(experiment.variants):
         link = links[str(place)]
         (text,) = link.iter("text")
-        assert text.text == shown_number(10.0 * place + 0.5, PADDED)
+        assert text.text == shown_number(10.0 * place + 0.5, ".1f")
         (title,) = link.iter("title")
         assert title.text is not None
         assert title.text.startswith(f"{variant.label}: ")

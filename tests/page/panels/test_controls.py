@@ -1,7 +1,11 @@
 """The controls that all browsers share, on a real server that nobody looks at."""
 
+import math
+import re
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -9,15 +13,36 @@ import viser
 
 from app.documents import presets
 from app.live import snapshot
-from app.live.session import Request, Session, SetSpeed, StartAgain, Status
+from app.live.held import Opened
+from app.live.session import (
+    GoBack,
+    GoOn,
+    Pause,
+    Play,
+    Request,
+    Session,
+    SetSpeed,
+    StartAgain,
+    Status,
+)
 from app.live.worker import FULL_SPEED
 from app.page import widgets
-from app.page.panels.controls import MOST_LOADED, Controls, speed_label
+from app.page.panels.controls import Controls, skill_state, slider_of, speed_label, speed_of
+from app.page.panels.start_again import MOST_LOADED
 from app.server.server import close_server, open_server
 from app.words.plain import plain
-from learners.commands import FreezeSelection
+from learners.commands import (
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    SetParameter,
+    SetSchedule,
+    Undo,
+)
 from learners.run import Run
-from learners.spec import RunSpec
+from learners.spec import RunSpec, ScheduleSpec, SkillTimer
 from sim.rng import MAX_SEED
 from tests.support.person import Person
 
@@ -32,22 +57,31 @@ OFFERED = {name: spec_of(name) for name in ("timed", "hierarchical_2")}
 
 
 class Desk:
-    """The panel over a session whose worker has not been started, and somebody before it."""
+    """The panel over what stands for a session, and somebody before it."""
 
     def __init__(self, gui: viser.GuiApi, seed: int = 3) -> None:
-        session = Session(spec_of(), "timed", seed, speed=100.0, playing=False)
-        self.status = session.status
+        status = Session(spec_of(), "timed", seed, speed=100.0, playing=False).status
+        self.session: Any = SimpleNamespace(status=status)
+        self.status: Status = status
         self.requests: list[Request] = []
-        self.controls = Controls(gui, session, OFFERED, self.ask)
+        self.controls = Controls(gui, self.session, OFFERED, self.ask)
         self.person = Person(gui)
 
     def ask(self, client: Any, request: Request) -> None:
         assert client is self.person
         self.requests.append(request)
 
+    def show(self, run: Run, generation: int = 0, **changes: Any) -> None:
+        """Show the moment at which a run stands."""
+        taken = snapshot.take(run, "timed", generation)
+        self.status = replace(self.status, snapshot=taken, **changes)
+        self.session.status = self.status
+        self.controls.update(self.status)
+
     def show_run(self, number: int, preset: str, seed: int = 3, **changes: Any) -> None:
         """Show the moment at which another run has begun."""
-        self.controls.update(replace(of_run(self.status, number, preset, seed), **changes))
+        self.session.status = replace(of_run(self.status, number, preset, seed), **changes)
+        self.controls.update(self.session.status)
 
 
 DeskOf = Callable[..., Desk]
@@ -101,15 +135,24 @@ def test_nothing_starts_again_with_a_wrong_seed(desk: Desk) -> None:
     [
         (1.0, "1 step/s"),
         (2.0, "2 steps/s"),
-        (6_309.6, "6,310 steps/s"),
-        (19_953.0, "20 k steps/s"),
+        (12.5, "12.5 steps/s"),
+        (1_250.0, "1.25 k steps/s"),
+        (2_000.0, "2 k steps/s"),
+        (20_000.0, "20 k steps/s"),
         (1e6, "1 M steps/s"),
-        (10**6.9, "7.94 M steps/s"),
+        (6.3e6, "6.3 M steps/s"),
         (FULL_SPEED, "Full speed"),
     ],
 )
 def test_a_speed_is_said_in_steps_per_second(speed: float, label: str) -> None:
     assert speed_label(speed) == label
+
+
+def test_all_places_of_the_slider_are_round_speeds_and_found_again() -> None:
+    places = [tenth / 10 for tenth in range(71)]
+    assert [slider_of(speed_of(place)) for place in places] == places
+    assert all(len(speed_label(speed_of(place))) <= len("1.25 k steps/s") for place in places)
+    assert speed_of(4.3) == 20_000.0
 
 
 # The way back from a run of an experiment
@@ -118,7 +161,8 @@ def test_a_speed_is_said_in_steps_per_second(speed: float, label: str) -> None:
 def test_what_was_opened_and_the_way_back_stand_there_as_long_as_there_is_one(desk: Desk) -> None:
     person = desk.person
     assert not person.reads("On the board")
-    desk.show_run(1, "figure_4_1: <b>", 7, aside="timed, trial 1,234")
+    copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=True, found="f" * 64)
+    desk.show_run(1, "figure_4_1: <b>", 7, aside="timed, trial 1,234", opened=copy)
     assert person.sees("Back to timed, trial 1,234")
     assert person.reads("On the board: figure_4_1: <b>, seed 7, a run of an experiment.")
     desk.show_run(2, "timed")
@@ -146,6 +190,147 @@ def test_a_preset_that_is_taken_up_again_stays_longest(desk: Desk) -> None:
     assert "mine" in desk.person.options("Preset")
 
 
+def test_a_preset_that_was_saved_or_loaded_is_in_the_list_at_once(desk: Desk) -> None:
+    desk.controls.offer_preset("mine", spec_of("hierarchical_2"))
+    assert desk.person.value("Preset") == "timed"
+    desk.person.choose("Preset", "mine")
+    desk.person.click("Start again")
+    assert desk.requests == [StartAgain(spec_of("hierarchical_2"), "mine", 3)]
+
+
+# The schedule that was drawn
+
+
+def edited(run: Run) -> ScheduleSpec:
+    """The schedule of a run, with avoid at another trial."""
+    avoid = {"avoid": SkillTimer(at=2_000, freeze=7)}
+    return run.spec.schedule.model_copy(update={"skills": run.spec.schedule.skills | avoid})
+
+
+def test_a_schedule_that_was_drawn_is_kept_unless_the_presets_own_is_wanted(desk: Desk) -> None:
+    assert not desk.person.sees("Keep the drawn schedule")
+    run = Run(spec_of(), 3)
+    drawn = edited(run)
+    run.apply(SetSchedule(drawn))
+    desk.show(run)
+    assert desk.person.value("Keep the drawn schedule")
+    desk.person.click("Start again")
+    desk.person.check("Keep the drawn schedule", False)
+    desk.person.click("Start again")
+    desk.person.choose("Preset", "hierarchical_2")
+    desk.controls.update(desk.status)
+    assert not desk.person.sees("Keep the drawn schedule")
+    desk.person.click("Start again")
+    assert desk.requests == [
+        StartAgain(spec_of(), "timed", 3, drawn),
+        StartAgain(spec_of(), "timed", 3),
+        StartAgain(spec_of("hierarchical_2"), "hierarchical_2", 3),
+    ]
+
+
+def test_plans_for_a_skill_that_the_preset_does_not_have_stay_with_this_run(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    run.apply(Introduce("circle_counterclockwise", 5))
+    desk.show(run)
+    assert not desk.person.sees("Keep the drawn schedule")
+    drawn = edited(run)
+    run.apply(SetSchedule(drawn))
+    desk.show(run)
+    desk.person.click("Start again")
+    (request,) = desk.requests
+    assert isinstance(request, StartAgain)
+    assert request.schedule == edited(Run(spec_of(), 3))
+
+
+# The end of a run
+
+
+def test_space_at_the_end_does_nothing_but_say_so(desk: Desk) -> None:
+    desk.show(Run(spec_of(), 3), finished=True)
+    desk.person.press("Pause or play")
+    assert desk.requests == []
+    assert "trials are over" in desk.person.told[0]
+    assert not desk.person.can_use("The 0 trials are over")
+    desk.person.click(f"Go on for {spec_of().trials:,} trials more")
+    assert desk.requests == [GoOn()]
+    desk.show(Run(spec_of(), 3), finished=True, exhausted=True)
+    assert not desk.person.reads("Go on for")
+
+
+def test_space_plays_and_pauses(desk: Desk) -> None:
+    desk.person.press("Pause or play")
+    desk.show(Run(spec_of(), 3), playing=True)
+    desk.person.press("Pause or play")
+    assert desk.requests == [Play(), Pause()]
+
+
+# What was just done
+
+
+def said(desk: Desk) -> str:
+    """What the board says of it, its button included."""
+    slot = re.search(r'<template data-slot="said">(.*?)</template>', desk.person.html)
+    assert slot is not None
+    return " ".join(re.findall(r"[^<>]+(?=<)", slot[1]))
+
+
+def test_what_was_done_by_hand_is_said_with_its_undo(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    for command, words in [
+        (Introduce("circle_clockwise", 5), "Circle clockwise added at trial 0 Undo"),
+        (SetParameter("learner.alpha", 0.3), "α of selection = 0.3 at trial 0 Undo"),
+        (FreezeSelection(True), "Selection frozen at trial 0 Undo"),
+        (Explore("approach", 50, 0.5), "Approach explored at 50% at trial 0 Undo"),
+    ]:
+        run.apply(command)
+        desk.show(run)
+        assert said(desk) == words
+        desk.person.press("Undo what was just done by hand")
+        by_hand = [event for event in run.control.history if event.author == "hand"]
+        assert desk.requests.pop() == Undo(by_hand[-1].number)
+    run.apply(Undo(run.control.history[-1].number))
+    desk.show(run)
+    assert said(desk) == "Undone: approach explored at 50%"
+    desk.person.press("Undo what was just done by hand")
+    assert desk.requests == []
+    assert desk.person.told == ["that cannot be taken back"]
+
+
+def test_what_the_schedule_does_is_not_said(desk: Desk) -> None:
+    run = Run(presets.load("timed", ["world.size=40", "schedule.skills.avoid.at=5"]), 3)
+    desk.show(run, generation=0)
+    run.advance(until_trial=6)
+    desk.show(run, generation=0)
+    assert "avoid" in run.present
+    assert said(desk) == ""
+
+
+def test_what_was_said_is_gone_after_a_while_and_can_no_longer_be_undone(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = Run(spec_of(), 3)
+    run.apply(FreezeSelection(True))
+    desk.show(run)
+    monkeypatch.setattr(time, "monotonic", lambda: math.inf)
+    desk.controls.update(desk.status)
+    assert said(desk) == ""
+    desk.person.press("Undo what was just done by hand")
+    assert desk.requests == []
+    assert desk.person.told == ["nothing was done just now; Steer lists all changes by hand"]
+
+
+def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
+    desk.show_run(1, "timed", 4, aside="timed, trial 12")
+    assert said(desk) == "Started again: timed, seed 4 Back to timed, trial 12"
+    desk.person.press("Undo what was just done by hand")
+    assert desk.requests == [GoBack()]
+    desk.show_run(0, "timed", 3, aside="timed, trial 0")
+    assert said(desk) == "Back to timed, trial 0"
+    copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=None)
+    desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy)
+    assert said(desk).startswith("Opened: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
+
+
 # What is true, and what somebody wants
 
 
@@ -164,6 +349,20 @@ def test_a_slider_and_a_box_are_asked_for_and_then_show_what_is_true(
 
 
 # Skills
+
+
+def test_a_skill_says_how_it_stands(desk: Desk) -> None:
+    run = Run(presets.load("timed", ["world.size=40", "schedule.skills.avoid.at=500"]), 3)
+    desk.show(run)
+    state = skill_state
+    assert state(desk.status, "avoid") == "joins at trial 500"
+    assert state(desk.status, "approach") == "new, practised until trial 300"
+    run.apply(FollowSchedule(False))
+    run.apply(FreezeSelection(True))
+    run.apply(FreezeSkills(True))
+    desk.show(run)
+    assert state(desk.status, "avoid") == "not yet: the schedule is not followed"
+    assert state(desk.status, "approach") == "active, frozen by hand"
 
 
 def test_only_a_skill_that_has_joined_can_be_explored(desk: Desk) -> None:
@@ -204,4 +403,3 @@ def test_rows_of_skills_follow_the_run_and_no_widget_is_removed(
 
 def test_where_nothing_is_explored_nothing_can_be_stopped(desk: Desk) -> None:
     assert not desk.person.reads("Stop exploring")
-    assert desk.person.reads("Nothing is being explored.")

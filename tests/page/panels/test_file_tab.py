@@ -154,11 +154,12 @@ class Desk:
     def __init__(self, server: viser.ViserServer, save_dir: Path | None) -> None:
         self.requests: list[Request] = []
         self.loaded: list[tuple[Experiment, bytes, str]] = []
+        self.offered: dict[str, RunSpec] = {}
         self.session = Session(small_spec(), "timed", 3, speed=1.0, playing=False)
         self.session.start()
         self.person = Person(server.gui)
         client: Any = self.person
-        FileTab(client, self.session, self.ask, AtOnce().work, self.take, save_dir)
+        FileTab(client, self.session, self.ask, AtOnce().work, self.take, self.offer, save_dir)
 
     def ask(self, client: object, request: Request) -> None:
         assert client is self.person
@@ -168,6 +169,9 @@ class Desk:
     def take(self, found: Experiment, data: bytes, name: str) -> str:
         self.loaded.append((found, data, name))
         return "a name"
+
+    def offer(self, name: str, spec: RunSpec) -> None:
+        self.offered[name] = spec
 
     def settle(self) -> Status:
         """Wait until all has been answered."""
@@ -198,6 +202,16 @@ def test_a_preset_is_downloaded_and_saved(desk: Desk, tmp_path: Path) -> None:
     spec = presets.parse(content, "my_timed.yaml")
     assert spec.schedule.introduced_at("avoid") == 1
     assert desk.person.reads("Saved as my_timed.yaml")
+    assert desk.offered == {"my_timed": spec}
+
+
+def test_blanks_in_a_name_become_underscores_and_no_shipped_preset_is_hidden(desk: Desk) -> None:
+    rename(desk, " my first  lesson")
+    desk.person.click("Save as preset")
+    assert desk.person.reads("Saved as my_first_lesson.yaml")
+    rename(desk, "timed")
+    desk.person.click("Save as preset")
+    assert list(desk.offered) == ["my_first_lesson", "timed_loaded"]
 
 
 def test_overwriting_takes_a_second_click(desk: Desk, tmp_path: Path) -> None:
@@ -243,7 +257,8 @@ def test_a_loaded_preset_starts_again(desk: Desk) -> None:
     status = desk.settle()
     assert status.snapshot.spec.trials == 77
     assert (status.snapshot.preset, status.snapshot.seed) == ("mine", 3)
-    assert desk.requests == [StartAgain(small_spec("trials=77"), "mine", 3)]
+    assert desk.requests == [StartAgain(small_spec("trials=77"), "mine", 3, paused=True)]
+    assert desk.offered == {"mine": small_spec("trials=77")}
 
 
 def test_all_errors_of_a_wrong_preset_are_shown_and_the_session_is_untouched(desk: Desk) -> None:

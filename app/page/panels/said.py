@@ -1,0 +1,128 @@
+"""What was just done to the learner by hand, said on the board, with the way to undo it.
+
+It is one learner for all browsers, so all are told, of the newest change alone, and for a while.
+"""
+
+from typing import Final, NamedTuple
+
+import viser
+
+from app.explain import sentence
+from app.live.session import GoBack, Request, Session, Status
+from app.live.snapshot import Snapshot
+from app.page import keys
+from app.page.panels.steering import command_in_words, undoable
+from app.page.slots import slot_html
+from app.page.widgets import assign
+from app.server.callbacks import RefusedError
+from app.util.html import element
+from learners.commands import Event, SetSchedule, Undo
+
+SHOWN_S: Final = 15.0
+"""How long it stands there: time to read it, and to get to the button by the keyboard."""
+
+
+class Saying(NamedTuple):
+    """What is said, and how it is undone."""
+
+    text: str
+    generation: int
+    """Of the run that it is about."""
+    way_back: Request | None = None
+    label: str = "Undo"
+    """Of the button that undoes it."""
+
+
+def saying_html(saying: Saying | None) -> str:
+    """What the stage shows of it."""
+    if saying is None:
+        return ""
+    button = ""
+    if saying.way_back is not None:
+        button = element("button", saying.label, type="button", **{"data-press": keys.UNDO.code})
+    return f"{element('span', saying.text)}{button}"
+
+
+def _of_change(snapshot: Snapshot, event: Event) -> Saying:
+    """What to say of a command that was given by hand."""
+    if isinstance(event.command, Undo):
+        taken_back = snapshot.control.history[event.command.number]
+        return Saying(f"Undone: {command_in_words(taken_back.command)}", snapshot.generation)
+    words = command_in_words(event.command)
+    # A Greek letter is a symbol, and has no other at the start of a sentence.
+    words = words[:1].upper() + words[1:] if words[:1].isascii() else words
+    can_be_undone = event in undoable(snapshot.control.history)
+    return Saying(
+        f"{words} at trial {event.trial:,}",
+        snapshot.generation,
+        Undo(event.number) if can_be_undone else None,
+    )
+
+
+def _of_run(status: Status, is_back: bool) -> Saying:
+    """What to say of another run that has come on the board."""
+    snapshot = status.snapshot
+    if status.opened is not None:
+        text = f"Opened: {sentence.opened_run(snapshot)}"
+    elif is_back:
+        text = f"Back to {snapshot.preset}, trial {snapshot.trial:,}"
+    else:
+        edited = any(isinstance(e.command, SetSchedule) for e in snapshot.control.history)
+        plan = ", with the schedule as it was drawn" if edited else ""
+        text = f"Started again: {snapshot.preset}, seed {snapshot.seed}{plan}"
+    way_back = None if status.aside is None or is_back else GoBack()
+    return Saying(text, snapshot.generation, way_back, f"Back to {status.aside}")
+
+
+class Said:
+    """The stage's slot for it, in all browsers."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._session = session
+        snapshot = session.status.snapshot
+        self._slot = gui.add_html(slot_html("said", ""))
+        self._saying: Saying | None = None
+        self._until_s = 0.0
+        self._generation = self._newest = snapshot.generation
+        """Of the run that is shown, and the highest that was."""
+        self._history = snapshot.control.history
+
+    def update(self, status: Status, now_s: float) -> None:
+        """Say what is new; ``now_s`` is of the clock ``time.monotonic``."""
+        saying = self._found(status)
+        if saying is not None:
+            self._saying, self._until_s = saying, now_s + SHOWN_S
+        elif now_s > self._until_s:
+            self._saying = None
+        assign(self._slot, "content", slot_html("said", saying_html(self._saying)))
+
+    def undo(self) -> Request:
+        """What takes back what is said.
+
+        Raises:
+            RefusedError: nothing is said, or it cannot be taken back.
+        """
+        saying = self._saying
+        if saying is None or saying.generation != self._session.status.snapshot.generation:
+            raise RefusedError("nothing was done just now; Steer lists all changes by hand")
+        if saying.way_back is None:
+            raise RefusedError("that cannot be taken back")
+        return saying.way_back
+
+    def _found(self, status: Status) -> Saying | None:
+        """What was done since the last moment."""
+        snapshot = status.snapshot
+        generation, history = snapshot.generation, snapshot.control.history
+        before, self._history = self._history, history
+        if generation != self._generation:
+            is_back, self._generation = generation < self._newest, generation
+            self._newest = max(self._newest, generation)
+            return _of_run(status, is_back)
+        if history is before:
+            return None
+        given = [event for event in history if event.author == "hand"]
+        known = [event for event in before if event.author == "hand"]
+        if given and (not known or given[-1] != known[-1]):
+            # Of a command that made the one before it void, too.
+            return _of_change(snapshot, given[-1])
+        return None
