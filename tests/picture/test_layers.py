@@ -955,7 +955,7 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     else:
         assert "Turned so that the prey always looks right" in folded
         assert "North is up, and the prey looks north." in north
-    assert ("half-disc" in folded) == LAYERS[key].turns
+    assert ("half-disc" in folded) == ("frame" in LAYERS[key].heeds)
     assert "half-disc" not in words(key, fresh(), field=False)[0]
 
 
