@@ -167,6 +167,7 @@ def test_the_success_map_is_of_the_moment_though_the_learner_stands_still(begin:
 def test_frames_all_headings_and_overlays(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     live.ask(StepOnce())
+    home = screen.page.evaluate(CAMERA)
     screen.turn_to_overlays()
     # A segment out of sight stands for none.
     for trail, place in [(True, "on the board"), (False, "away")]:
@@ -178,12 +179,11 @@ def test_frames_all_headings_and_overlays(begin: Begin) -> None:
         screen.expect_cell_colours(live.colours(Look(frame=frame)))
         assert live.look_of().frame == frame
 
-    square = screen.page.evaluate(CAMERA)
     screen.choose("Headings", "All headings, side by side")
     screen.expect_cell_colours(live.colours(Look(frame=ALL)))
     # They are as wide as the board, but not as high, so that they are seen from nearer.
-    screen.page.wait_for_function(CAMERA_IS, arg=[square, False])
-    screen.page.mouse.click(*screen.place_of(2 * SIDE**2 + SIDE**2 // 3))
+    screen.page.wait_for_function(CAMERA_IS, arg=[home, False])
+    screen.page.mouse.click(*screen.place_of(2 * SIDE**2 + SIDE * 15 + SIDE // 2))
     screen.expect_cell_colours(live.colours(Look(frame=2)))
     expect(screen.field("Headings")).to_have_value("Prey faces north")
     screen.click("Back to all")
@@ -191,7 +191,7 @@ def test_frames_all_headings_and_overlays(begin: Begin) -> None:
     expect(screen.button("Back to all")).to_be_hidden()
     screen.choose("Headings", "All as one, prey looks right")
     screen.expect_cell_colours(live.colours(Look(trail=False)))
-    screen.page.wait_for_function(CAMERA_IS, arg=[square, True])
+    screen.page.wait_for_function(CAMERA_IS, arg=[home, True])
 
     overlays = {
         "Visual field": "field",
