@@ -102,7 +102,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
 
 def test_the_heat_map_changes_while_the_predator_learns(begin: Begin) -> None:
     live, screen = begin()
-    screen.turn_to("View")
+    screen.turn_to_overlays()
     screen.check("Trail", False)
     unknown = screen.cell_colours()
     assert (unknown == LIGHT.unknown).all()
@@ -152,15 +152,14 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
 ) -> None:
     live, one = begin(trial=LEARNED)
     other = open_page(live)
-    other.turn_to("View")
+    other.turn_to_overlays()
     other.check("Dark")
-    other.choose("Value as", "Linear in value")
+    other.choose("Value as", "Its size")
     dark = Look(theme=DARK, scale="linear")
     other.expect_cell_colours(live.colours(dark))
     one.expect_cell_colours(live.colours())
-    other.turn_to("Now")
-    expect(other.legend).not_to_contain_text("as steps to capture")
-    expect(one.legend).to_contain_text("as steps to capture")
+    expect(other.legend).not_to_contain_text("as steps to a certain capture")
+    expect(one.legend).to_contain_text("as steps to a certain capture")
     scheme = "() => document.documentElement.dataset.mantineColorScheme"
     assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
 

@@ -197,6 +197,12 @@ class Screen:
         """Turn to another tab."""
         self.tab(tab).click()
 
+    def turn_to_overlays(self) -> None:
+        """Open what may be drawn over every layer."""
+        self.turn_to("Now")
+        if not self.checkbox("Dark").is_visible():
+            self.page.get_by_text("Show", exact=True).click()
+
     def show_results(self) -> None:
         """Open the panel with the results from the tab."""
         self.turn_to("Experiments")
