@@ -81,7 +81,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     expect(screen.reading("Success")).to_have_text("\N{EN DASH}")
     expect(screen.reading("States of value")).to_have_text("0")
     expect(screen.page.get_by_title("States worth more than 0, of 3,456")).to_be_visible()
-    expect(screen.legend).to_contain_text("Value of a state, as steps to certain capture")
+    expect(screen.legend).to_contain_text("Value of a place, as steps to a certain capture")
     assert (screen.cell_colours() == LIGHT.unknown).all()
     assert asked_for
     assert [url for url in asked_for if not url.startswith((live.lab.url, "data:", "blob:"))] == []
@@ -149,8 +149,8 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
     other.expect_cell_colours(live.colours(dark))
     one.expect_cell_colours(live.colours())
     other.turn_to("Now")
-    expect(other.legend).to_contain_text("Limits fixed: 0 to 100.")
-    expect(one.legend).to_contain_text("Limits fixed: 400 steps to 0.")
+    expect(other.legend).not_to_contain_text("as steps to a certain capture")
+    expect(one.legend).to_contain_text("as steps to a certain capture")
     scheme = "() => document.documentElement.dataset.mantineColorScheme"
     assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
 
