@@ -353,7 +353,7 @@ class Lab:
             blocks, left_out, chosen = self._plan.blocks, self._plan.left_out, self._plan.chosen
             moment = Moment(status.snapshot, blocks, left_out, chosen, greedy, ghost)
             self._bars.take(moment, now_s)
-        self.experiments.update(status)
+        self.experiments.update(status, len(browsers))
         success = self._success.found
         extras = Extras(success if isinstance(success, SuccessMap) else None)
         looks = {browser: browser.look for browser in browsers}

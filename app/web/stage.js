@@ -6,6 +6,7 @@ import { fitCamera, resetView, whenViewChanges } from "./camera.js";
 import { whenChanged } from "./changes.js";
 import { isOpen, rail, region, room, whenFolded } from "./docks.js";
 import { onKey, press } from "./keys.js";
+import { resultsRoom } from "./results.js";
 
 /** The window in which everything has its first size; in a larger one all grows with it. */
 const USUAL = { width: 1366, height: 768 };
@@ -27,7 +28,7 @@ stage.id = "pounce-stage";
 stage.innerHTML = `
   <div class="board">
     <div class="over" data-slot-of="opening"></div>
-    <div class="over" data-slot-of="said"></div>
+    <div class="over" data-slot-of="said" role="status"></div>
     <button class="reset" type="button" title="Show all of the board again (R)" hidden>Reset view</button>
   </div>
   <div class="aside">
@@ -39,6 +40,7 @@ stage.innerHTML = `
         <button class="present" type="button" aria-pressed="false" title="Only board, sentence, legend, curve and timeline, in large type (P)">Present</button>
       </div>
       <p data-slot-of="sentence"></p>
+      <p data-slot-of="experiment"></p>
     </header>
     <div data-slot-of="readings"></div>
     <div data-slot-of="legend"></div>
@@ -97,11 +99,16 @@ const place = () => {
   const zoom = isPresenting() ? scale * PRESENTED : scale;
   root.style.setProperty("--stage-scale", `${scale}`);
   root.style.setProperty("--stage-zoom", `${zoom}`);
-  const [left, right] = EDGES.map(taken);
+  const beside = resultsRoom();
+  const [docked, right] = EDGES.map(taken);
+  const left = Math.max(docked, beside);
   root.style.setProperty("--left", `${left}px`);
   root.style.setProperty("--right", `${right}px`);
   // What the left panel has is not there for all to see when that is folded.
-  stage.toggleAttribute("data-alone", isPresenting() || !isOpen("left") || room() === "over");
+  stage.toggleAttribute(
+    "data-alone",
+    isPresenting() || !isOpen("left") || beside > 0 || room() === "over",
+  );
   const { height } = stage.getBoundingClientRect();
   const { shape, size } = arranged(innerWidth - left - right, height, zoom);
   stage.dataset.shape = shape;

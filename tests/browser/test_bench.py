@@ -399,10 +399,10 @@ def test_a_skill_of_ones_own_and_another_skill(begin: Begin) -> None:
     status = live.wait_for(lambda status: "circle_counterclockwise" in status.snapshot.present)
     assert by_hand(status)[-1] == Introduce("circle_counterclockwise", 300)
     screen.turn_to("Run")
-    expect(screen.text("sneak: new, selection frozen until")).to_have_count(0)
+    expect(screen.text("sneak: new, practised until")).to_have_count(0)
     assert screen.reads("sneak: active")
     expect(
-        screen.text(f"circle counterclockwise: new, selection frozen until trial {LEARNED + 300:,}")
+        screen.text(f"circle counterclockwise: new, practised until trial {LEARNED + 300:,}")
     ).to_be_visible()
 
 
@@ -484,7 +484,8 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(begin: Begin) -> N
     taken = live.wait_for(lambda s: s.snapshot.generation == before.generation + 1).snapshot
     assert (taken.preset, taken.seed, taken.step) == ("mine", before.seed, 0)
     assert taken.spec == saved
-    assert screen.reads("Started again with mine.")
+    assert screen.reads("mine is loaded, and is in the list under Start again.")
+    assert not live.session.status.playing
     expect(screen.field("Preset")).to_have_value("mine")
 
 
@@ -621,7 +622,7 @@ def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
         assert max(rights) <= edge["x"]
 
 
-def test_the_way_back_from_an_opened_run_stands_at_the_top_of_the_run_tab(begin: Begin) -> None:
+def test_the_way_back_from_an_opened_run_stands_in_the_run_tab(begin: Begin) -> None:
     live, screen = begin(trial=100)
     back = screen.button("Back to timed, trial 100")
     expect(back).to_have_count(0)

@@ -31,8 +31,10 @@ from app.picture.look import Look
 from app.picture.raster import on_raster, raster
 from app.picture.shading import known_of, nearness
 from app.picture.theme import DARK, LIGHT
+from learners.commands import SetSchedule
 from learners.control import Episode
 from learners.run import Run
+from learners.spec import SkillTimer
 from sim import geometry
 from sim.rng import MAX_SEED
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
@@ -280,7 +282,7 @@ def test_the_speed_is_set_by_its_slider(begin: Begin) -> None:
         0
     )
     slider.press("ArrowRight")
-    live.wait_for(lambda status: status.speed == pytest.approx(10**0.1))
+    live.wait_for(lambda status: status.speed == 1.25)
     slider.press("End")
     live.wait_for(lambda status: status.speed == FULL_SPEED)
     assert screen.reads("Full speed")
@@ -293,7 +295,12 @@ def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
     live.wait_for(lambda status: status.finished)
     expect(screen.headline).to_contain_text("The 400 trials are over.")
     screen.click("One step")
-    assert screen.reads("the 400 trials are over; play to go on")
+    assert screen.reads("the 400 trials are over; under Run it can go on for more, or start again")
+    expect(screen.button("The 400 trials are over")).to_be_disabled()
+    # Whoever wants to pause just then gets no more trials.
+    screen.page.keyboard.press("Space")
+    assert screen.reads("the 400 trials are over; under Run the learner can go on for 400 trials")
+    assert live.ask().snapshot.trial == 400
     screen.click("Go on for 400 trials more")
     live.wait_for(lambda status: status.snapshot.trial == 800 and status.finished)
     expect(screen.headline).to_contain_text("The 800 trials are over.")
@@ -304,13 +311,13 @@ def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
 
 def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> None:
     live, screen = begin(trial=LEARNED)
-    assert screen.reads("circle clockwise: not yet, joins at trial 12,000")
+    assert screen.reads("circle clockwise: joins at trial 12,000")
     screen.click("Add circle clockwise now")
     control = live.wait_for(lambda s: len(s.snapshot.present) == 2).snapshot.control
     added = control.introductions[-1]
     assert (added.skill, added.trial) == ("circle_clockwise", LEARNED)
     assert control.frozen_until == LEARNED + 300
-    assert screen.reads("circle clockwise: new, selection frozen until trial 2,300")
+    assert screen.reads("circle clockwise: new, practised until trial 2,300")
     expect(screen.button("Add circle clockwise now")).to_have_count(0)
     expect(screen.button("Add avoid now")).to_be_visible()
     expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
@@ -333,7 +340,6 @@ def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> N
 
     screen.click("Stop exploring circle clockwise")
     live.wait_for(lambda status: status.snapshot.control.episodes == ())
-    assert screen.reads("Nothing is being explored.")
     expect(screen.page.get_by_role("button", name="Stop exploring")).to_have_count(0)
 
 
@@ -376,10 +382,10 @@ def test_freezing_stops_learning_while_steps_go_on(begin: Begin) -> None:
 
 def test_the_schedule_can_be_left(begin: Begin) -> None:
     live, screen = begin("timed", "schedule.skills.circle_clockwise.at=60", trial=50)
-    assert screen.reads("circle clockwise: not yet, joins at trial 60")
+    assert screen.reads("circle clockwise: joins at trial 60")
     screen.checkbox("Follow schedule").click()
     live.wait_for(lambda status: not status.snapshot.control.schedule_on)
-    expect(screen.text("circle clockwise: not yet, joins")).to_have_count(0)
+    expect(screen.text("circle clockwise: joins")).to_have_count(0)
     assert screen.reads("circle clockwise: not yet")
     status = live.go_to_trial(70)
     assert status.snapshot.present == ("approach",)
@@ -452,6 +458,51 @@ def test_start_again_with_another_preset_and_seed(begin: Begin) -> None:
     expect(screen.button("Start exploring")).to_be_enabled()
 
 
+def test_starting_again_keeps_the_drawn_schedule_asks_others_and_is_undone(
+    begin: Begin, open_page: OpenPage
+) -> None:
+    live, screen = begin(trial=LEARNED)
+    former = live.session.status.snapshot
+    schedule = former.spec.schedule
+    circle = {"circle_clockwise": SkillTimer(at=6_000, freeze=300)}
+    drawn = schedule.model_copy(update={"skills": schedule.skills | circle})
+    live.ask(SetSchedule(drawn))
+    expect(screen.said).to_contain_text(f"Schedule edited at trial {LEARNED:,}")
+    expect(screen.checkbox("Keep the drawn schedule")).to_be_checked()
+
+    # Nobody else is looking.
+    screen.click("Start again")
+    taken = live.wait_for(lambda status: status.snapshot.step == 0).snapshot
+    assert (taken.spec.schedule, taken.preset_spec.schedule) == (drawn, schedule)
+    assert not live.session.status.playing
+    expect(screen.said).to_contain_text("Started again: timed, seed 3")
+    screen.said.get_by_role("button", name=f"Back to timed, trial {LEARNED:,}").click()
+    live.wait_for(lambda status: status.snapshot.generation == former.generation)
+    expect(screen.reading("Trial")).to_have_text(f"{LEARNED:,}")
+    screen.expect_cell_colours(live.colours())
+
+    other = open_page(live)
+    other.click("Start again")
+    dialog = other.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("1 other browser looks at this run.")
+    dialog.get_by_role("button", name="No", exact=True).click()
+    expect(dialog).to_have_count(0)
+    assert live.ask().snapshot.generation == former.generation
+    other.click("Start again")
+    dialog.get_by_role("button", name="Start again for all", exact=True).click()
+    live.wait_for(lambda status: status.snapshot.step == 0)
+    for page in (screen, other):
+        expect(page.said).to_contain_text("Started again: timed, seed 3")
+    # The key does what the button does, and a change of the learner is undone by it as well.
+    screen.page.keyboard.press("u")
+    live.wait_for(lambda status: status.snapshot.generation == former.generation)
+    screen.page.keyboard.press("f")
+    expect(other.said).to_contain_text(f"Selection frozen at trial {LEARNED:,}")
+    other.said.get_by_role("button", name="Undo").click()
+    live.wait_for(lambda status: not status.snapshot.control.selection_frozen)
+    expect(screen.said).to_have_text("Undone: selection frozen")
+
+
 def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(begin: Begin) -> None:
     live, screen = begin()
     former = live.session.status.snapshot.generation
@@ -496,6 +547,7 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
     status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
     assert status.error is None
     expect(screen.headline).not_to_contain_text("ArithmeticError")
+    screen.click("Play")
     live.wait_for(lambda status: status.snapshot.trial > 20)
 
 

@@ -693,14 +693,12 @@ def test_what_a_schedule_cannot_say_is_said_in_sentences() -> None:
     run.apply(FollowSchedule(False))
     kept = carried.preset_of(seen(run))
     assert kept.left_out == (
-        "Selection frozen by hand, trials 20 to 39: a preset cannot say so.",
-        "Avoid was added at trial 40, which was taken back: the preset does not add it there.",
-        "learner.epsilon was set to 0.2 at trial 20: the preset has its latest value, 0.2,"
-        " from the start.",
-        "Circle clockwise was removed at trial 120:"
-        " in the preset it stays from when it first joins.",
-        "Avoid has not joined and is not going to: nor does it in the preset.",
-        "The schedule is not being followed, so what it has ahead is left out.",
+        "Selection frozen by hand, trials 20 to 39.",
+        "Avoid was added at trial 40; that was taken back.",
+        "Exploration ε was set to 0.2 at trial 20: it is 0.2, the latest value, from the start.",
+        "Circle clockwise was removed at trial 120: it joins and stays.",
+        "Avoid has not joined and is not planned to: it never joins.",
+        "What the schedule has ahead: it is not being followed.",
     )
     assert kept.spec.schedule.introduced_at("avoid") == NEVER
     assert kept.spec.schedule.introduced_at("circle_clockwise") == 100

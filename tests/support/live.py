@@ -9,7 +9,7 @@ import numpy as np
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
-from app.live.session import Pause, Request, Session, SetSpeed, StartAgain, Status, TrialOnce
+from app.live.session import Request, Session, SetSpeed, StartAgain, Status, TrialOnce
 from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
@@ -68,15 +68,15 @@ class LiveLab:
         return f"{self.lab.url}/?fixedDpr=1"
 
     def ask(self, *requests: Request) -> Status:
-        """The status in which all these requests have been answered."""
-        ticket = max(self.session.submit(request) for request in requests)
+        """The status in which all these requests have been answered, and all before them."""
+        harmless = SetSpeed(self.session.status.speed)
+        ticket = max(self.session.submit(request) for request in requests or [harmless])
         return self.wait_for(lambda status: status.answered >= ticket)
 
     def begin(self, preset: str, *settings: str, speed: float, results: Path) -> None:
         """Another run from its beginning, in which nothing was done; paused."""
-        again = StartAgain(preset_of(preset, *settings), preset, SEED)
-        # Where one was over or was opened, another plays at once; after that it begins paused.
-        self.ask(again, Pause(), SetSpeed(speed), again)
+        again = StartAgain(preset_of(preset, *settings), preset, SEED, paused=True)
+        self.ask(SetSpeed(speed), again)
         self.results = self.lab.service.root = results
 
     def go_to_trial(self, trial: int) -> Status:

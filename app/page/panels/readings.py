@@ -17,13 +17,15 @@ from app.page.slots import slot_html
 from app.page.texts import Texts
 from app.page.told import Told
 from app.page.tour import tour_html
-from app.page.widgets import assign
+from app.page.widgets import CALM, assign
 from app.picture.theme import DARK
 from app.server.calls import Calls
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
 
 _WIDTH = 330.0
+_LAST = 1e9
+"""Order of what stands below all that is put into its tab later on."""
 # A scroll bar lies over what it scrolls.
 _LAYOUT = """<style>
 [data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
@@ -70,11 +72,14 @@ class Readings:
         self.file_tab = panel.add_tab("File", icon=viser.Icon.FILE)
         """Where saving and loading goes."""
         with self.file_tab:
-            self._clock = gui.add_html("")
+            # Below what the tab is for.
+            self._clock = gui.add_html("", order=_LAST)
             self._build_help()
 
     def _build_help(self) -> None:
-        button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        button = self._gui.add_button(
+            "Keys (?)", icon=viser.Icon.KEYBOARD, color=CALM, order=_LAST - 1
+        )
         button.on_click(Intent(lambda _, __: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
         command.on_trigger(Intent(lambda _, __: self.show_keys()))
