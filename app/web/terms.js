@@ -19,6 +19,7 @@ let shown;
 let isPinned = false;
 /** The term that had the focus last, even if it was taken away with its text. @type {unknown} */
 let hadFocus;
+const pointer = { x: -1, y: -1 };
 let timer = 0;
 
 const tip = document.createElement("div");
@@ -74,6 +75,10 @@ const hideSoon = () => {
   timer = setTimeout(hide, REST_MS);
 };
 
+document.addEventListener("pointermove", ({ clientX, clientY }) => {
+  pointer.x = clientX;
+  pointer.y = clientY;
+});
 document.addEventListener("pointerover", ({ target, pointerType }) => {
   if (pointerType === "touch" || isPinned) return;
   const term = termOf(target);
@@ -121,15 +126,12 @@ whenChanged(() => {
   if (!shown || shown.isConnected) return;
   // The same word in the text that took the place of the former.
   const key = CSS.escape(shown.dataset.term ?? "");
-  /** @type {HTMLElement[]} */
-  const words = [...document.querySelectorAll(`${TERM}[data-term="${key}"]`)].map(
-    (word) => /** @type {HTMLElement} */ (word),
-  );
+  const words = [...document.querySelectorAll(`${TERM}[data-term="${key}"]`)];
   const isKept = isPinned || hadFocus === shown;
-  const again =
-    words.find((word) => word.matches(":hover")) ??
-    (isKept ? words.find((word) => word.getClientRects().length > 0) : undefined);
-  if (!again) return hide();
+  // What is under a pointer that rests is known to the page only with its next frame.
+  const pointed = termOf(document.elementFromPoint(pointer.x, pointer.y));
+  const again = isKept ? words.find((word) => word.getClientRects().length > 0) : pointed;
+  if (!(again instanceof HTMLElement)) return hide();
   if (hadFocus === shown) again.focus({ preventScroll: true });
   show(again);
 });
