@@ -82,7 +82,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     live = start_lab()
     asked_for: list[str] = []
     screen = open_page(live, asked_for.append)
-    expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("behind, unseen")
+    expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("from behind")
     expect(screen.headline).to_contain_text(
         "Paused. One skill: approach. It is practised until trial 300"
     )
