@@ -119,7 +119,8 @@ class Screen:
     @property
     def legend(self) -> Locator:
         """What the colours mean."""
-        return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
+        panels = self.page.locator("[data-dock-edge]")
+        return panels.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""
