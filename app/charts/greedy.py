@@ -11,7 +11,6 @@ from app.analysis.estimates import Axis
 from app.charts.model import Greedy
 from app.metrics.course import GreedyCurve
 
-
 _FAR: Final = 3.0
 """Points that are farther apart than so many times the usual are not joined."""
 

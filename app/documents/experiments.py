@@ -6,6 +6,7 @@ run once for each seed.
 """
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -44,6 +45,12 @@ class ExperimentError(PresetError):
     """An experiment that cannot be run; carries everything that is wrong with it."""
 
 
+def titled(name: str) -> str:
+    """The name of an experiment in words; numbers that only an underscore parts have a point."""
+    words = re.sub(r"(?<=\d)_(?=\d)", ".", name).replace("_", " ").strip() or name
+    return words[:1].upper() + words[1:]
+
+
 class Experiment(ExperimentSpec):
     """Everything that is asked for and all the runs that it comes to. Equal to itself alone.
 
@@ -64,6 +71,11 @@ class Experiment(ExperimentSpec):
 
     def __hash__(self) -> int:
         return id(self)
+
+    @property
+    def title(self) -> str:
+        """Its name in words, as ``figure_4_1`` is "Figure 4.1"."""
+        return titled(self.name)
 
     @property
     def n_runs(self) -> int:

@@ -2,16 +2,21 @@
 
 How long trials are hangs on what a learner has learned by then, and nothing tells that but a run.
 So a few variants, spread over all of them, are run for a moment, turn by turn: most come to their
-end, and the others are taken to go on as they went of late. What they took says how fast this
-machine is, too. A pilot heeds no stop condition, so that an experiment that has one takes at most
-what is said.
+end, and the others are taken to go on as they went of late. A pilot heeds no stop condition, so
+that an experiment that has one takes at most what is said.
+
+Pilots say what runs take of a core, and that is right whatever else goes on. How long it takes
+hangs on how much of the cores runs will be given beside all else: beside a learner, and a page that
+is drawn without a graphics card, it was a quarter. So threads work for a moment, as many as there
+will be, and what they are given is what the runs will be (``benchmarks/estimates.py`` compares).
 """
 
 import hashlib
+import heapq
 import math
 import threading
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from statistics import median
 from typing import Final, NamedTuple
@@ -40,6 +45,14 @@ _PILOT_S: Final = 0.8
 _BUSY_S: Final = 4.0
 """Time after which it does where the machine is busy with something else."""
 _SLICE_STEPS: Final = 50_000
+_TRIED_S: Final = 0.3
+"""For so long threads work, to see how much of the cores they are given, ..."""
+_TRIED_KEPT_S: Final = 30.0
+"""... which is good for so long, or until something else goes on."""
+_LEAST_GIVEN: Final = 0.02
+"""Cores; a clock that stands for a moment would make it none."""
+_MOST_TRIED: Final = 2
+"""Threads that work for each core; more are given no more."""
 _LATE: Final = 0.1
 """Share of its trials, the last ones, that say how a pilot would have gone on."""
 _KEPT_S: Final = 600.0
@@ -67,32 +80,45 @@ class Plan(NamedTuple):
     """Of the variants, those with values that were drawn at random."""
 
 
-def plan(experiment: Experiment, workers: int, finished: Collection[str] = frozenset()) -> Plan:
+def plan(
+    experiment: Experiment,
+    workers: int,
+    finished: Collection[str] = frozenset(),
+    beside: Hashable = None,
+) -> Plan:
     """What an experiment would take; runs some of it for a moment, unless that was done of late.
 
     Args:
         experiment: what would be run.
         workers: runs at a time.
         finished: keys of runs that are done.
+        beside: what goes on beside it; where that changes, runs will be given another share of the
+            cores, which is then found out anew.
     """
     left = {v.label: len(experiment.seeds_of(v)) for v in experiment.variants}
     if finished:
         for variant, task in tasks_of(experiment):
             left[variant.label] -= task.key in finished
     n_left = sum(left.values())
-    steps = trials = seconds = 0.0
+    steps = trials = 0.0
+    each: list[tuple[float, int]] = []
     for variant, pace in _paces(experiment) if n_left else ():
         one = _steps_of(experiment, variant, pace)
         n_trials = one / pace.steps
         steps += one * left[variant.label]
-        seconds += (one * pace.seconds + _S_PER_RUN) * left[variant.label]
+        each.append((one * pace.seconds + _S_PER_RUN, left[variant.label]))
         trials += n_trials * left[variant.label]
+    n_threads = min(workers, n_left)
+    seconds = 0.0
+    if n_threads:
+        share = _cores_for(experiment.variants[0].spec, n_threads, beside) / n_threads
+        seconds = _finished_after(each, n_threads) / share
     return Plan(
         variants=len(experiment.variants),
         runs=experiment.n_runs,
         done=experiment.n_runs - n_left,
         steps=math.ceil(steps),
-        seconds=seconds / max(min(workers, n_left), 1),
+        seconds=seconds,
         disk_bytes=int(n_left * _BYTES_PER_RUN + trials * _BYTES_PER_TRIAL),
         at_most=experiment.stop is not None,
         drawn=experiment.n_drawn,
@@ -109,6 +135,60 @@ def _steps_of(experiment: Experiment, variant: Variant, pace: "_Pace") -> float:
     """Steps that a run of a variant takes, by how it goes."""
     least, most = experiment.horizon_steps or 0, experiment.steps or math.inf
     return min(max(experiment.trials_of(variant) * pace.steps, least), most)
+
+
+def _finished_after(each: Sequence[tuple[float, int]], n_threads: int) -> float:
+    """When the last of several threads is through; who is free takes the next run.
+
+    Args:
+        each: seconds that a run takes, and how many such runs there are, of each variant; runs are
+            made seed by seed, as :func:`app.experiments.task.tasks_of` has them.
+        n_threads: that make them.
+    """
+    free = [0.0] * n_threads
+    for turn in range(max((n for _, n in each), default=0)):
+        for seconds, n in each:
+            if turn < n:
+                heapq.heapreplace(free, free[0] + seconds)
+    return max(free)
+
+
+# --- What threads are given ----------------------------------------------------------------------
+
+_given: dict[tuple[int, Hashable], tuple[float, float]] = {}
+"""When so many threads worked beside something, and how many cores they were given together."""
+_given_lock = threading.Lock()
+
+
+def _cores_for(spec: RunSpec, n_threads: int, beside: Hashable) -> float:
+    """How many cores so many threads are given together, as was found out of late or is now."""
+    n_tried = min(n_threads, _MOST_TRIED * available_cores())
+    key, now = (n_tried, beside), time.monotonic()
+    with _given_lock:
+        found_at, found = _given.get(key, (-math.inf, 0.0))
+        if now - found_at > _TRIED_KEPT_S:
+            found = _tried(spec, n_tried)
+            _given.clear()
+            _given[key] = (now, found)
+    return found
+
+
+def _tried(spec: RunSpec, n_threads: int) -> float:
+    """How many cores threads that work for a moment are given together."""
+    runs = [Run(spec, seed) for seed in range(n_threads)]
+    until = time.monotonic() + _TRIED_S
+
+    def work(run: Run) -> float:
+        began, worked = time.monotonic(), time.thread_time()
+        while time.monotonic() < until:
+            run.advance(max_steps=_SLICE_STEPS)
+        elapsed = time.monotonic() - began
+        # A thread that begins late, or that is kept from its clock, was given nothing meanwhile.
+        return (time.thread_time() - worked) / max(elapsed, _TRIED_S)
+
+    with ThreadPoolExecutor(n_threads, thread_name_prefix="tried") as executor:
+        given = sum(executor.map(work, runs))
+    return min(max(given, _LEAST_GIVEN), float(n_threads))
 
 
 # --- Pilots --------------------------------------------------------------------------------------

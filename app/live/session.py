@@ -130,6 +130,8 @@ class Status:
     """What stopped the worker; the state is kept."""
     answered: int
     """Requests answered so far: the ticket of the last one."""
+    is_own: bool = True
+    """Whether the run that is shown began here, and was not made again from results."""
     opened: Opened | None = None
     """The run of an experiment that is made again, or that stands as it ended."""
     aside: str | None = None
@@ -342,6 +344,7 @@ class Session(Worker[Status]):
             steps_per_s=self._pace.rate() if held.is_learning else 0.0,
             error=held.error,
             answered=self._answered,
+            is_own=held.is_own,
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.run.trial:,}",
             opening=None if held.is_over else opening,

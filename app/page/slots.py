@@ -9,9 +9,11 @@ from typing import Literal
 
 from app.util.html import escaped
 
-Slot = Literal["task", "sentence", "readings", "legend", "bar", "said", "opening", "tour"]
-"""A place of the stage: the task in one line, what goes on, a few numbers, what colours mean, curve
-and timeline, what was just done, the first hunts, and the tour."""
+Slot = Literal[
+    "task", "sentence", "readings", "legend", "bar", "said", "opening", "tour", "experiment"
+]
+"""A place of the stage: the task in one line, what goes on, how an experiment stands, a few
+numbers, what colours mean, curve and timeline, what was just done, the first hunts, the tour."""
 
 
 def slot_html(name: Slot, content: str) -> str:

@@ -1,4 +1,4 @@
-"""Which variant the others are set against, and which stand for many: on the page as in a report."""
+"""Which variant the others are set against, and which stand for many, on the page as in reports"""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

@@ -6,6 +6,7 @@ wants to see how far it has come reads the latest :class:`Standing`.
 
 import logging
 import threading
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -55,6 +56,8 @@ class Quote(NamedTuple):
 
     plan: Plan
     folder: Path
+    is_beside_others: bool = False
+    """Whether the folder of its name holds the results of another one, so that it has its own."""
 
 
 class Service:
@@ -73,14 +76,21 @@ class Service:
         """How the latest experiment stands; None if there was none yet."""
         return self._standing
 
-    def quote(self, experiment: Experiment, workers: int) -> Quote:
+    def quote(self, experiment: Experiment, workers: int, beside: Hashable = None) -> Quote:
         """What an experiment would take; measures for a moment how fast this machine is.
+
+        Args:
+            experiment: what would be run.
+            workers: runs at a time.
+            beside: what goes on beside it; where that changes, it is measured anew.
 
         Raises:
             FolderError: no folder could be found for it.
         """
         path = folder_for(self.root, experiment)
-        return Quote(plan(experiment, workers, finished_in(path)), path)
+        return Quote(
+            plan(experiment, workers, finished_in(path), beside), path, path.name != experiment.name
+        )
 
     def start(self, experiment: Experiment, workers: int) -> Path:
         """Begin an experiment, or go on with one whose results are there in part.

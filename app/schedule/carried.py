@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from app.live.snapshot import Snapshot
 from app.schedule.blocks import FREEZES, NEVER, Block, blocks_of, described
-from app.words.plain import named
+from app.words.plain import PARAMETER_NAMES, named
 from learners.commands import Remove, SetParameter
 from learners.parameters import value_of
 from learners.spec import INTRODUCTION, MAX_TRIALS, EpisodeSpec, RunSpec, ScheduleSpec, SkillTimer
@@ -17,7 +17,7 @@ class Carried(NamedTuple):
 
     schedule: ScheduleSpec
     left_out: tuple[str, ...]
-    """Plain sentences."""
+    """Plain sentences, as a list of what will not be repeated has them."""
 
 
 def schedule_of(snapshot: Snapshot) -> Carried:
@@ -49,7 +49,7 @@ class CarriedRun(NamedTuple):
 
     spec: RunSpec
     left_out: tuple[str, ...]
-    """Plain sentences."""
+    """Plain sentences, as a list of what will not be repeated has them."""
 
 
 def preset_of(snapshot: Snapshot) -> CarriedRun:
@@ -129,28 +129,22 @@ def _left_out(
     for block in blocks:
         if block.kind in FREEZES:
             sentence = described(block)
-            yield f"{sentence[:1].upper()}{sentence[1:]}: a preset cannot say so."
+            yield f"{sentence[:1].upper()}{sentence[1:]}."
         elif block.kind == "introduction" and block.undone:
-            yield (
-                f"{named(block.skill)} was added at trial {block.first:,}, which was taken back:"
-                " the preset does not add it there."
-            )
+            yield f"{named(block.skill)} was added at trial {block.first:,}; that was taken back."
     for event in snapshot.control.history:
         if event.undone:
             continue
         match event.command:
             case Remove(skill=skill):
-                yield (
-                    f"{named(skill)} was removed at trial {event.trial:,}:"
-                    " in the preset it stays from when it first joins."
-                )
+                yield f"{named(skill)} was removed at trial {event.trial:,}: it joins and stays."
             case SetParameter(key=key, value=value):
                 yield (
-                    f"{key} was set to {value:g} at trial {event.trial:,}: the preset has its"
-                    f" latest value, {value_of(snapshot.spec, key):g}, from the start."
+                    f"{PARAMETER_NAMES[key]} was set to {value:g} at trial {event.trial:,}: it is"
+                    f" {value_of(snapshot.spec, key):g}, the latest value, from the start."
                 )
     for skill, timer in skills.items():
         if timer.at == NEVER:
-            yield f"{named(skill)} has not joined and is not going to: nor does it in the preset."
+            yield f"{named(skill)} has not joined and is not planned to: it never joins."
     if not snapshot.control.schedule_on and any(block.state == "idle" for block in blocks):
-        yield "The schedule is not being followed, so what it has ahead is left out."
+        yield "What the schedule has ahead: it is not being followed."

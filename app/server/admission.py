@@ -33,6 +33,9 @@ as 15; putting the old value back in between would make typing impossible.
 TELL_S = 0.25
 """A page is told at most once in this time why something was dropped: the newest reason."""
 
+_DOUBLE_S = 0.6
+"""A click on the same button that comes so soon is the second one of a double click."""
+
 UPLOAD_S = 30.0
 """An upload of which nothing has come for so long makes room for another."""
 
@@ -144,6 +147,8 @@ class _Desk:
         self._loop = asyncio.get_running_loop()
         self._transfer: _Transfer | None = None
         self._corrections: dict[str, asyncio.TimerHandle] = {}
+        self._pressed = ("", -math.inf)
+        """The button that was pressed last, and when."""
         self._reason: str | None = None
         self._told_s = -math.inf
 
@@ -194,11 +199,14 @@ class _Desk:
         correction = self._corrections.pop(message.uuid, None)
         if correction is not None:
             correction.cancel()
-        gone = self._unavailable(handle)
-        if gone is not None and isinstance(handle, viser.GuiButtonHandle):
-            # By the second click of two, say. The page is being told that it is gone.
-            return False
-        fault = gone or update_fault(handle, message.updates)
+        away = self._unavailable(handle)
+        if handle._impl.is_button:
+            former, self._pressed = self._pressed, (message.uuid, self._loop.time())
+            is_second = former[0] == message.uuid and self._pressed[1] - former[1] < _DOUBLE_S
+            if away is not None and is_second:
+                # The first click had the button go away, and nobody meant the other.
+                return False
+        fault = away or update_fault(handle, message.updates)
         if fault is not None:
             self._corrections[message.uuid] = self._loop.call_later(
                 GRACE_S, self._correct, handle, fault

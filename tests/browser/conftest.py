@@ -26,8 +26,11 @@ def start_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartLab]:
     """Starts labs, paused at the beginning of a trial, and ends them after the test."""
     started: list[LiveLab] = []
 
-    def start(spec: RunSpec | None = None, trial: int = 0, speed: float = 20_000.0) -> LiveLab:
-        live = LiveLab(spec or preset_of(), speed, tmp_path_factory.mktemp("lab") / "results")
+    def start(
+        spec: RunSpec | None = None, trial: int = 0, speed: float = 20_000.0, opening: bool = False
+    ) -> LiveLab:
+        results = tmp_path_factory.mktemp("lab") / "results"
+        live = LiveLab(spec or preset_of(), speed, results, opening)
         started.append(live)
         if trial:
             live.go_to_trial(trial)

@@ -69,11 +69,11 @@ def test_of_many_variants_the_chosen_one_alone_is_set_against_another() -> None:
     gatherer = filled(experiment, [fact(place, 0, 1.0 * place) for place in range(12)])
     own = variants.reference(experiment)
     none = differences_of(gatherer, gatherer.gathering(), None)
-    found = differences_of(gatherer, gatherer.gathering(), 3)
+    found = differences_of(gatherer, gatherer.gathering(), 5)
     assert none is not None
     assert found is not None
     assert [row.place for row in none.rows] == [own]
-    assert [row.place for row in found.rows] == [own, 3]
+    assert [row.place for row in found.rows] == [own, 5]
     page = Shown(results_html(gatherer, gatherer.gathering(), View("plane"), address, Size()))
     assert "choose it in a chart" in page.text
 

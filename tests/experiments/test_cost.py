@@ -30,6 +30,8 @@ STOP = "presets: [hierarchical_2, timed]\nstop: {success: 0.7}\nseeds: 2\n"
 @pytest.fixture(autouse=True)
 def nothing_is_measured_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cost, "_known", {})
+    # Whatever else this machine is at.
+    monkeypatch.setattr(cost, "_cores_for", lambda _, n_threads, __: float(n_threads))
 
 
 def steps_made(text: str) -> int:
@@ -126,6 +128,54 @@ def test_the_time_is_that_of_all_presets_however_fast_one_is(
     found = plan(parse("presets: [timed, standard_q]\nsteps: 1000\nseeds: 5", "my.yaml"), 1)
     assert found.steps == 10_000
     assert found.seconds == pytest.approx(20, rel=0.01)
+
+
+def plan_of(seconds: Sequence[float], seeds: int, workers: int) -> float:
+    """When runs of variants that take so long are over."""
+    return cost._finished_after([(each, seeds) for each in seconds], workers)
+
+
+def test_the_last_runs_are_waited_for() -> None:
+    assert plan_of([10.0], 4, 1) == 40
+    assert plan_of([10.0], 4, 2) == 20
+    assert plan_of([10.0], 4, 3) == 20
+    assert plan_of([1.0, 9.0], 2, 2) == 18 + 1 - 8
+    assert plan_of([], 0, 1) == 0
+
+
+def test_who_is_given_half_of_a_core_takes_twice_as_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "_measured", lambda runs: [cost._Pace(20.0, 1e-3) for _ in runs])
+    experiment = parse("presets: [timed]\nsteps: 1000\nseeds: 4", "my.yaml")
+    whole = plan(experiment, 2).seconds
+    monkeypatch.setattr(cost, "_cores_for", lambda _, n_threads, __: 0.5 * n_threads)
+    assert plan(experiment, 2).seconds == pytest.approx(2 * whole)
+
+
+def test_what_threads_are_given_is_found_out_anew_when_something_else_goes_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.undo()
+    now, tried = [0.0], list[int]()
+    monkeypatch.setattr(cost, "_given", {})
+    monkeypatch.setattr(cost, "_tried", lambda _, n_threads: tried.append(n_threads) or 1.0)
+    monkeypatch.setattr(cost, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(cost, "available_cores", lambda: 2)
+    (variant,) = parse("presets: [timed]\n", "my.yaml").variants
+    for at, n_threads, beside in (
+        (0, 1, "a"),
+        (9, 1, "a"),
+        (9, 1, "b"),
+        (60, 1, "b"),
+        (60, 9, "b"),
+    ):
+        now[0] = at
+        assert cost._cores_for(variant.spec, n_threads, beside) == 1.0
+    assert tried == [1, 1, 1, 4]
+
+
+def test_threads_that_work_are_given_something() -> None:
+    (variant,) = parse("presets: [timed]\ntrials: 10\n", "my.yaml").variants
+    assert 0 < cost._tried(variant.spec, 2) <= 2
 
 
 def times(monkeypatch: pytest.MonkeyPatch, *looks: float) -> float:

@@ -1,6 +1,7 @@
 """Which variants stand for many."""
 
 import math
+from itertools import pairwise
 
 from app.results.reference import told_of
 
@@ -16,7 +17,7 @@ def test_of_many_the_ends_and_the_reference_are_among_those_told_of() -> None:
     assert places == sorted(places)
     assert {20, values.index(min(values)), values.index(max(values))} <= {*places}
     ranks = sorted(values[place] for place in places if place != 20)
-    gaps = [after - before for before, after in zip(ranks, ranks[1:], strict=False)]
+    gaps = [after - before for before, after in pairwise(ranks)]
     assert max(gaps) <= 2 * min(gaps)
 
 

@@ -120,6 +120,18 @@ def test_illegal_value_is_dropped(stage: Any, name: str, value: Any) -> None:
     assert lab.refused.empty()
 
 
+def test_the_second_click_of_a_double_click_is_not_complained_of(stage: Any) -> None:
+    lab, page, widgets = stage
+    button = widgets["button"]
+    button.on_click(lambda _: setattr(button, "visible", False))
+    page.set(button, True)
+    assert lab.hears(page)
+    button.visible = False
+    page.set(button, True)
+    assert lab.hears(page)
+    assert lab.refused.empty()
+
+
 LEGAL_VALUES = (
     ("slider", 1, 1.0),
     ("slider", 0.25, 0.25),

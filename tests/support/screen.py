@@ -118,9 +118,8 @@ class Screen:
 
     @property
     def legend(self) -> Locator:
-        """What the colours mean."""
-        panels = self.page.locator("[data-dock-edge]")
-        return panels.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
+        """What the colours mean, in the panel."""
+        return self.page.locator("#root .pounce-legend")
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""

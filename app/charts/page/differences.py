@@ -59,7 +59,8 @@ def _row(forms: tuple[str, str], shared: str, characters: int, row: Compared) ->
         difference = shown_estimate(row.difference.estimate, forms[1])
     said = ", ".join(part for part in (row.verdict, row.over) if part and part != shared)
     return (
-        f'<tr><td class="text" title="{escaped(row.label)}">{name}</td><td>{shown_estimate(row.mean, forms[0])}</td>'
+        f'<tr><td class="text" title="{escaped(row.label)}">{name}</td>'
+        f"<td>{shown_estimate(row.mean, forms[0])}</td>"
         f"<td>{difference}</td>"
         f'<td class="text">{escaped(said)}</td></tr>'
     )

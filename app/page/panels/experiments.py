@@ -3,7 +3,7 @@
 import json
 import textwrap
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Final, NamedTuple
 
@@ -15,18 +15,18 @@ from app.documents.experiments import Experiment, ExperimentError
 from app.documents.presets import dump
 from app.experiments.runner import Progress
 from app.experiments.store import FolderError
-from app.explain.sentence import opened_run
+from app.explain.called import run_on_board
 from app.live.session import GoBack, Session, Status
 from app.live.snapshot import Snapshot
-from app.page.inbox import Ask, Intent, Work
+from app.page.inbox import Ask, Work
 from app.page.number_field import Limits, NumberField
 from app.page.panels.file_tab import safe_name
-from app.page.widgets import Choice, assign
+from app.page.widgets import CALM, Choice, assign, on_press
 from app.results.service import BusyError, Quote, Service, Standing
 from app.schedule import carried
 from app.server.callbacks import RefusedError
 from app.util.background import Maker
-from app.util.html import escaped
+from app.util.html import element, escaped, joined
 from app.util.machine import available_cores
 from app.words.numbers import counted, duration, in_short, megabytes, speed_in_words
 
@@ -74,9 +74,25 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
     return experiments.parse(text, f"{SESSION_NAME}.yaml", None, n_seeds)
 
 
-def not_repeated(snapshot: Snapshot) -> str:
-    """What was done in a session that its schedule does not repeat; empty if nothing was."""
-    return " ".join(carried.preset_of(snapshot).left_out)
+def not_repeated(snapshot: Snapshot) -> Sequence[str]:
+    """What was done in a session that its schedule does not repeat, in sentences."""
+    return carried.preset_of(snapshot).left_out
+
+
+def about_html(experiment: Experiment, lost: Sequence[str] = ()) -> str:
+    """What an experiment is about, and what of a session it will not repeat."""
+    if experiment.name == SESSION_NAME:
+        about = escaped(experiment.description)
+    else:
+        file = element("code", f"{experiment.name}.yaml", style="font-size:0.9em;opacity:0.8")
+        about = joined([element("b", f"{experiment.title}."), experiment.description, file], " ")
+    if not lost:
+        return about
+    items = joined(element("li", sentence) for sentence in lost)
+    style = "margin:0;padding-left:1.2em"
+    return joined(
+        [about, element("div", "Will not be repeated:"), element("ul", items, style=style)]
+    )
 
 
 def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
@@ -92,17 +108,29 @@ def _experiment_of(name: str, data: bytes | None, n_seeds: int | None) -> Experi
     return experiments.parse(data, f"{name}.yaml", None, n_seeds)
 
 
-def cost_html(quote: Quote, seeds: str) -> str:
+def beside_in_words(n_pages: int, playing: bool) -> str:
+    """What goes on beside an experiment and takes its share of the cores, in words."""
+    if not n_pages:
+        return ""
+    pages = "this page" if n_pages == 1 else f"{n_pages} pages"
+    return f" with {pages} open" + (" and the lab learning" if playing else "")
+
+
+def cost_html(quote: Quote, seeds: str, beside: str = "") -> str:
     """What an experiment would take, before it is started.
 
     Args:
         quote: of the experiment.
         seeds: how many each of its variants has, in words.
+        beside: what goes on beside it, in words.
     """
     found = quote.plan
     if found.done == found.runs:
         all_runs = f"All {found.runs:,} runs are" if found.runs > 1 else "The run is"
         return f"{all_runs} in <b>{escaped(quote.folder)}</b> already."
+    former = ""
+    if quote.is_beside_others:
+        former = " It is not what was run under that name before, whose results stay."
     are = "is" if found.done == 1 else "are"
     there = f"; {found.done:,} {are} there already" if found.done else ""
     about = "At most about" if found.at_most else "About"
@@ -110,14 +138,14 @@ def cost_html(quote: Quote, seeds: str) -> str:
     return (
         f"<b>{counted(found.runs, 'run')}</b>: {counted(found.variants, 'variant')}{drawn},"
         f" {seeds} each{there}."
-        f"<br>{about} {in_short(found.steps)} steps, <b>{_about(found.seconds)}</b>,"
-        f" {megabytes(found.disk_bytes)}, in <b>{escaped(quote.folder)}</b>."
+        f"<br>{about} <b>{_about(found.seconds)}</b>{beside}: {in_short(found.steps)} steps,"
+        f" {megabytes(found.disk_bytes)}, in <b>{escaped(quote.folder)}</b>.{former}"
     )
 
 
 def progress_html(standing: Standing) -> str:
     """How an experiment stands."""
-    name = f"<b>{escaped(standing.experiment.name)}</b>"
+    name = f"<b>{escaped(standing.experiment.title)}</b>"
     if standing.error:
         error = f'<span style="color:var(--pounce-failed)">{escaped(standing.error)}</span>'
         return f"{name} stopped: {error}"
@@ -170,12 +198,14 @@ class _Offer(NamedTuple):
     quote: Quote
     seeds: str
     """How many each variant has, in words."""
+    beside: tuple[int, bool]
+    """How many pages there were, and whether the lab was learning: they take their share."""
     made_s: float
     """When this was found out, by a clock that runs steadily."""
 
-    def is_stale(self, now_s: float) -> bool:
+    def is_stale(self, beside: tuple[int, bool], now_s: float) -> bool:
         """Whether it is to be found out again."""
-        return now_s - self.made_s > _FRESH_S
+        return beside != self.beside or now_s - self.made_s > _FRESH_S
 
 
 class ExperimentsPanel:
@@ -200,7 +230,7 @@ class ExperimentsPanel:
         self._n_seeds[THIS_SESSION] = _N_SESSION_SEEDS
         self._offer: Maker[_Offer] = Maker()
         cores = available_cores()
-        abouts = (f"{name}: {experiment.description}" for name, experiment in shipped.items())
+        abouts = (f"{found.title}: {found.description}" for found in shipped.values())
         self._choice: Choice[str] = Choice(
             gui, "Experiment", self._options(), self._choose, hint=" ".join(abouts)
         )
@@ -223,14 +253,14 @@ class ExperimentsPanel:
         self._said = gui.add_html("")
         # Of the browsers that share it some may show them already, so it steps back for all.
         self._results = gui.add_button(
-            "Show results", icon=viser.Icon.CHART_DOTS, color="gray", visible=False
+            "Show results", icon=viser.Icon.CHART_DOTS, color=CALM, visible=False
         )
         self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
-        self._start.on_click(Intent(self._begin))
-        self._pause.on_click(Intent(self._pause_or_go_on))
-        self._stop.on_click(Intent(lambda _, __: service.stop()))
-        self._results.on_click(Intent(lambda client, _: show(client)))
-        self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
+        on_press(self._start, self._begin)
+        on_press(self._pause, self._pause_or_go_on)
+        on_press(self._stop, lambda _, __: service.stop())
+        on_press(self._results, lambda client, _: show(client))
+        on_press(self._back, lambda client, _: ask(client, GoBack()))
 
     def take(self, found: Experiment, data: bytes, name: str) -> str:
         """Add an experiment that somebody loaded, and choose it; returns what it is called.
@@ -256,10 +286,10 @@ class ExperimentsPanel:
         self._seeds.put(len(found.seeds))
         return label
 
-    def update(self, status: Status) -> None:
-        """Show what is true."""
-        self._show_cost(status)
-        assign(self._back, "visible", status.aside is not None)
+    def update(self, status: Status, n_pages: int) -> None:
+        """Show what is true, to so many pages."""
+        self._show_cost(status, (n_pages, status.playing))
+        assign(self._back, "visible", not status.is_own and status.aside is not None)
         assign(self._back, "label", f"Back to {status.aside}")
         standing = self._service.standing
         running = standing is not None and standing.running
@@ -269,7 +299,7 @@ class ExperimentsPanel:
         assign(self._results, "visible", standing is not None)
         if standing is None:
             return
-        assign(self._results, "label", f"Show results of {standing.experiment.name}")
+        assign(self._results, "label", f"Show results of {standing.experiment.title}")
         assign(self._pause, "label", "Go on" if standing.paused else "Pause")
         icon = viser.Icon.PLAYER_PLAY if standing.paused else viser.Icon.PLAYER_PAUSE
         assign(self._pause, "icon", icon)
@@ -288,7 +318,8 @@ class ExperimentsPanel:
         return quote.folder == standing.folder and quote.plan.done == quote.plan.runs == n_shown
 
     def _options(self) -> dict[str, str]:
-        return {name: name for name in (THIS_SESSION, *experiments.shipped(), *self._loaded)}
+        shipped = {experiments.titled(name): name for name in experiments.shipped()}
+        return {THIS_SESSION: THIS_SESSION, **shipped, **{name: name for name in self._loaded}}
 
     def _experiment(self, name: str, n_seeds: int, snapshot: Snapshot) -> Experiment:
         if name == THIS_SESSION:
@@ -312,7 +343,7 @@ class ExperimentsPanel:
     def _choose(self, client: viser.ClientHandle, name: str) -> None:
         self._seeds.put(self._n_seeds[name])
 
-    def _show_cost(self, status: Status) -> None:
+    def _show_cost(self, status: Status, beside: tuple[int, bool]) -> None:
         snapshot = status.snapshot
         name, typed = self._choice.chosen, (self._seeds.text, self._workers.text)
         standing = self._service.standing
@@ -325,26 +356,28 @@ class ExperimentsPanel:
 
         def offer() -> _Offer:
             experiment = self._experiment(name, int(self._seeds.read()), snapshot)
-            lost = not_repeated(snapshot) if name == THIS_SESSION else ""
-            found = self._service.quote(experiment, int(self._workers.read()))
-            about = f"{experiment.description} {lost}"
-            return _Offer(about, found, experiment.seeds_in_words, time.monotonic())
+            lost = not_repeated(snapshot) if name == THIS_SESSION else ()
+            found = self._service.quote(experiment, int(self._workers.read()), beside)
+            about = about_html(experiment, lost)
+            return _Offer(about, found, experiment.seeds_in_words, beside, time.monotonic())
 
         found_of, found = self._offer.latest
         is_of_this = isinstance(found_of, tuple) and found_of[0] == of
         after = found_of[1] if isinstance(found_of, tuple) and is_of_this else None
         if is_of_this and isinstance(found, _Offer) and not is_running:
             # What is known is shown until it is known better.
-            after = found.made_s if found.is_stale(time.monotonic()) else after
+            after = found.made_s if found.is_stale(beside, time.monotonic()) else after
         self._offer.want((of, after), offer)
-        about, cost, start = "", "Finding out what it would take …", "Start"
+        about, cost, start = "", "Trying a few of these runs, to see how long they take …", "Start"
         if is_of_this and isinstance(found, Exception):
             cost = f"Cannot be run: {escaped(str(found))}"
         elif is_of_this and isinstance(found, _Offer):
-            about, cost = escaped(found.about), cost_html(found.quote, found.seeds)
+            about = found.about
+            cost = cost_html(found.quote, found.seeds, beside_in_words(*found.beside))
             start = _start_label(found.quote)
-        if name == THIS_SESSION and status.aside is not None:
-            whose = f"{opened_run(snapshot)}, which is on the board, not {status.aside}"
+        if name == THIS_SESSION and not status.is_own:
+            aside = f", and not of {status.aside}" if status.aside else ""
+            whose = f"{run_on_board(status)}, which is on the board{aside}"
             about = f"<b>This is the schedule of {escaped(whose)}.</b> {about}"
         assign(self._start, "label", start)
         # While it is made, its own progress says more, and what is measured now says less.

@@ -1,6 +1,7 @@
 """The results of an experiment in one browser: chart, table, downloads, and the way to each run."""
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Final, NamedTuple
@@ -9,45 +10,33 @@ import viser
 
 from app.charts.downloads import drawing_of, numbers_of
 from app.charts.page.results import results_html
-from app.charts.page.svg import Address, frame_html
+from app.charts.page.svg import Address, frame_html, link
 from app.charts.paper.drawing import missing_note
 from app.charts.view import Size, View, answer, first_view
 from app.experiments.store import FolderError, table_csv
 from app.live.session import OpenRun
 from app.page.inbox import Ask, Inbox
 from app.page.panels.experiments import progress_html
-from app.page.widgets import add_buttons
+from app.page.slots import slot_html
+from app.page.widgets import add_buttons, assign
 from app.results.gather import Gatherer, Gathering, PlacedRun
 from app.results.service import Service, Standing
 from app.server.callbacks import RefusedError
 from app.server.calls import Calls, address_of
 from app.util import csv_texts
 from app.util.background import Maker
-from app.util.html import escaped
+from app.util.html import element, escaped
 from app.util.texts import as_text
+from app.words.numbers import counted
 
-_GAP: Final = 8.0
-"""To what is beside the panel."""
-_DOCKED: Final = 334.0
-"""Width of the panels to the left and to the right of the board."""
-_MIDDLE: Final = 2 * (_DOCKED + _GAP)
-"""What these panels and the gaps beside them take of a window's width."""
-_LEAST_WIDTH, _MOST_WIDTH = 684.0, 1240.0
-"""On a small screen it lies over the panel to the left, so that one can still pause and stop."""
-_LEAST_HEIGHT, _MOST_HEIGHT = 480.0, 1240.0
-_WINDOW_WIDTHS: Final = (1366, 1440, 1536, 1600, 1680, 1760, 1840, 1920)
-_WINDOW_HEIGHTS: Final = (560, 640, 700, 768, 800, 860, 900, 960, 1020, 1080, 1200)
-"""Sizes of the browser's window that the panel has a size of its own for, in CSS pixels."""
-_USUAL_WINDOW: Final = (1366, 768)
-_WIDE, _TALL = "wide", "tall"
+_USUAL: Final = Size(684.0, 752.0)
+"""Before a page has told how much room there is (``app/web/results.js``)."""
+_ROOM: Final = re.compile("([0-9]{1,5})x([0-9]{1,5})")
+_LEAST, _MOST = Size(320.0, 300.0), Size(2_400.0, 2_400.0)
 _MARGINS = 34.0
 """What the panel's frame and the space within take of its width."""
-# Where there is less room than that, viser puts the panel beside the left one, and over the right.
-_ON_SMALL_SCREENS: Final = f"""<style>@media (max-width: {_MIDDLE + _LEAST_WIDTH - 1:.0f}px) {{
-[data-floating-window][style*="left: {_DOCKED:.0f}px"][style*="width: {_LEAST_WIDTH:.0f}px"]:has(
-.pounce-window) {{
-left: max(0px, calc(100vw - {_DOCKED + _GAP + _LEAST_WIDTH:.0f}px)) !important; }} }}</style>"""
-_SAID = "padding:0.3em 0.9em 0"
+_SIZE, _SHOW, _CLOSE = "size", "show", "close"
+"""What a page calls by itself, and what its links call."""
 _SHEET: Final = "spreadsheet.csv"
 _REFRESH_S, _LATER_REFRESH_S, _LATER_S = 1.0, 3.0, 10.0
 """How often the content may be replaced, at first and later: a click is lost whose link is replaced
@@ -73,40 +62,35 @@ class _Painted(NamedTuple):
     failed: int
 
 
-def window_html(address: Address) -> str:
-    """Pictures that are not to be seen, and whose addresses tell the lab how large the window is.
-
-    The camera of viser cannot tell: it counts the pixels of the screen, and of the board alone.
-    """
-
-    def picture(verb: str, condition: str, sizes: Sequence[int]) -> str:
-        sources = "".join(
-            f'<source media="({condition}:{size}px)" srcset="{address(f"{verb}/{size}")}">'
-            for size in reversed(sizes)
-        )
-        return f'<picture>{sources}<img src="{address(f"{verb}/0")}" alt=""></picture>'
-
-    pictures = picture(_WIDE, "min-width", _WINDOW_WIDTHS)
-    pictures += picture(_TALL, "min-height", _WINDOW_HEIGHTS)
-    return f'{_ON_SMALL_SCREENS}<div class="pounce-window" style="display:none">{pictures}</div>'
+def calls_html(address: Address) -> str:
+    """A hidden element with what the page's script calls: how much room there is, and to open."""
+    sizes = {"data-results-size": address(f"{_SIZE}/"), "data-results-open": address(_SHOW)}
+    return element("div", "", hidden="", **sizes)
 
 
-def panel_size(window: tuple[int, int]) -> Size:
-    """The size of the panel in a browser's window of so many pixels, or a little more."""
-    width = window[0] - _MIDDLE
-    height = window[1] - 2 * _GAP
-    return Size(
-        min(max(width, _LEAST_WIDTH), _MOST_WIDTH), min(max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
-    )
-
-
-def resized(window: tuple[int, int], verb: str, pixels: str) -> tuple[int, int]:
-    """The size of a window after one of its pictures was asked for; what is no size is nothing."""
-    sizes = _WINDOW_WIDTHS if verb == _WIDE else _WINDOW_HEIGHTS
-    found = next((size for size in (0, *sizes) if str(size) == pixels), None)
+def room_of(text: str, former: Size) -> Size:
+    """The size of the panel that a page tells, in CSS pixels; what is no size changes nothing."""
+    found = _ROOM.fullmatch(text)
     if found is None:
-        return window
-    return (found, window[1]) if verb == _WIDE else (window[0], found)
+        return former
+    sides = (
+        min(max(float(n), low), high)
+        for n, low, high in zip(found.groups(), _LEAST, _MOST, strict=True)
+    )
+    return Size(*sides)
+
+
+def sign_html(standing: Standing | None, address: Address) -> str:
+    """That an experiment is being made, wherever one looks; empty while none is."""
+    if standing is None or not standing.running:
+        return ""
+    found = standing.progress
+    counts = (
+        "getting ready" if found is None else f"{found.done:,} of {counted(found.total, 'run')}"
+    )
+    paused = ", paused" if standing.paused else ""
+    shown = link(address, _SHOW, "Show results")
+    return f"Experiment {escaped(standing.experiment.title)}: {counts}{paused}. {shown}"
 
 
 def standing_with(standing: Standing, done: int, failed: int) -> Standing:
@@ -141,15 +125,16 @@ class ResultsPanel:
         self._inbox = inbox
         self._view: View | None = None
         self._of: Standing | None = None
-        self._window = _USUAL_WINDOW
-        self._placed: Size | None = None
+        self._size = _USUAL
         self._wake = wake
         self._painted: Maker[_Painted] = Maker(made=wake)
         self._painted_at = self._since_s = 0.0
         self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))
         gui = client.gui
+        gui.add_html(calls_html(self._address) + frame_html())
+        self._sign = gui.add_html(slot_html("experiment", ""))
         self._panel = gui.add_panel(visible=False)
-        self._place()
+        self._panel.float(x=0.0, y=0.0, width=_USUAL.width, height=_USUAL.height)
         with self._panel.add_tab("Results", icon=viser.Icon.CHART_DOTS):
             self._said = gui.add_html("")
             self._content = gui.add_html("")
@@ -157,7 +142,6 @@ class ResultsPanel:
                 "Runs as CSV": partial(self._send_runs, "csv"),
                 "Chart as CSV": partial(self._send_chart, "csv"),
                 "Chart as PNG": partial(self._send_chart, "png"),
-                "Close": self._close,
             }
             sheets = {
                 "Runs for spreadsheets": partial(self._send_runs, _SHEET),
@@ -166,13 +150,10 @@ class ResultsPanel:
             hint = "CSV that a spreadsheet opens with all characters, and no text as a formula"
             add_buttons(gui, "", plain, lambda _, act: act())
             add_buttons(gui, "", sheets, lambda _, act: act(), hint=hint)
-            gui.add_html(frame_html() + window_html(self._address))
+            gui.add_html(frame_html() + '<div class="pounce-window"></div>')
 
     def open(self) -> None:
-        """Show the panel; one that is shown comes back to its place."""
-        if self._panel.visible:
-            self._placed = None
-            self._place()
+        """Show the panel, folded out."""
         self._panel.visible = True
         self._panel.expand()
 
@@ -183,12 +164,12 @@ class ResultsPanel:
     def update(self, now_s: float) -> None:
         """Show what is true, as long as it is to be seen."""
         standing = self._service.standing
+        assign(self._sign, "content", slot_html("experiment", sign_html(standing, self._address)))
         if standing is None or not self._panel.visible:
             return
         view = self._follow(standing, now_s)
-        self._place()
         self._show(standing, now_s)
-        gatherer, size = standing.gatherer, panel_size(self._window)
+        gatherer, size = standing.gatherer, self._size
         gathering = gatherer.gathering()
         state = standing.running, standing.paused, standing.error
         of = _Wish(gatherer, len(gathering.runs), view, size, state)
@@ -199,13 +180,6 @@ class ResultsPanel:
             of,
             lambda: painted(gatherer, gathering, view, self._address, inside),
         )
-
-    def _place(self) -> None:
-        """Have the panel where it belongs in a window of this size."""
-        size = panel_size(self._window)
-        if size != self._placed:
-            self._placed = size
-            self._panel.float(x=-_GAP, y=_GAP, width=size.width, height=size.height)
 
     def _show(self, standing: Standing, now_s: float) -> None:
         """Show what is painted, and above it how the experiment stands with as many runs."""
@@ -219,7 +193,8 @@ class ResultsPanel:
         elif isinstance(found, Exception):
             problem = escaped(f"{type(found).__name__}: {found}")
             content = f'<div style="padding:0.9em">{problem}</div>'
-        said = f'<div style="{_SAID}">{progress_html(standing)}</div>'
+        close = link(self._address, _CLOSE, "Close\N{NO-BREAK SPACE}×")
+        said = f'<div class="pounce-said"><span>{progress_html(standing)}</span>{close}</div>'
         if self._said.content != said:
             self._said.content = said
         if self._content.content != content:
@@ -249,19 +224,28 @@ class ResultsPanel:
         return address_of(self._secret, words)
 
     def _called(self, words: str) -> None:
-        """A link was clicked, or a window has its size."""
+        """A link was clicked, or the page tells of its room; it comes from the network."""
         verb, _, key = words.partition("/")
-        if verb in (_WIDE, _TALL):
-            self._window = resized(self._window, verb, key)
+        if verb == _SIZE:
+            self._size = room_of(key, self._size)
             self._wake()
-            return
+        elif verb == _SHOW and self._service.standing is not None:
+            self.open()
+            self._wake()
+        elif verb == _CLOSE:
+            self._close()
+        else:
+            self._called_on(verb, key, words)
+
+    def _called_on(self, verb: str, key: str, words: str) -> None:
+        """A link of what is shown was clicked."""
         if self._of is None or self._view is None:
             return
         if verb == "open":
             self._open_run(self._of, key)
             return
-        rows = panel_size(self._window).rows
-        self._view = answer(self._view, words, self._of.gatherer.gathering(), rows)
+        gathering = self._of.gatherer.gathering()
+        self._view = answer(self._view, words, gathering, self._size.rows)
         self._wake()
 
     def _open_run(self, standing: Standing, key: str) -> None:
@@ -334,12 +318,12 @@ def opened(standing: Standing, placed: PlacedRun) -> OpenRun:
     """The request that makes a run of an experiment again."""
     place, run = placed
     variant = standing.experiment.variants[place]
-    name = f"{standing.experiment.name}: {variant.label}, seed {run.seed}"
+    called = f"{standing.experiment.title}: {variant.label}"
     return OpenRun(
         variant.spec,
-        f"{standing.experiment.name}: {variant.label}",
+        called,
         run.seed,
         run.steps,
         run.digest,
-        name,
+        f"{called}, seed {run.seed}",
     )

@@ -21,6 +21,8 @@ from app.live.snapshot import Snapshot
 from app.page.panels import experiments
 from app.page.panels.experiments import (
     ExperimentsPanel,
+    about_html,
+    beside_in_words,
     cost_html,
     not_repeated,
     progress_html,
@@ -65,7 +67,7 @@ def test_what_was_done_by_hand_is_run_beside_the_preset_on_the_same_seeds() -> N
     assert (former.label, mine.label) == ('mein "Räuber" 🐈 as it was', "this session")
     assert experiment.n_runs == 60
     assert list(experiment.seeds_of(mine)) == list(experiment.seeds_of(former)) == [*range(30)]
-    assert not_repeated(moment(run, "timed")) == ""
+    assert not_repeated(moment(run, "timed")) == ()
 
 
 def test_what_a_session_cannot_repeat_is_said() -> None:
@@ -73,9 +75,15 @@ def test_what_a_session_cannot_repeat_is_said() -> None:
     run.advance(until_trial=50)
     run.apply(SetParameter("learner.epsilon", 0.9))
     found = moment(run, "timed")
-    assert "learner.epsilon was set to 0.9 at trial 50" in not_repeated(found)
-    text = session_experiment(found, 3).text.decode()
-    assert f"# {not_repeated(found)}" in text
+    (lost,) = not_repeated(found)
+    assert lost.startswith("Exploration ε was set to 0.9 at trial 50")
+    experiment = session_experiment(found, 3)
+    assert f"# {lost}" in experiment.text.decode()
+    said = about_html(experiment, (lost, "<b>"))
+    assert "Will not be repeated:</div>\n<ul" in said
+    assert f"<li>{lost}</li>" in said
+    assert "<li>&lt;b&gt;</li>" in said
+    assert "Will not" not in about_html(experiment)
 
 
 def test_the_text_of_a_session_is_the_whole_experiment() -> None:
@@ -112,9 +120,21 @@ def test_the_cost_says_how_many_variants_are_drawn_at_random() -> None:
     assert "drawn" not in cost_html(found, "3 seeds")
 
 
+def test_the_cost_says_beside_what_it_holds() -> None:
+    alone, paused, learning = (beside_in_words(*at) for at in ((0, True), (1, False), (3, True)))
+    assert "About <b>8 s</b>:" in cost_html(quote(), "3 seeds", alone)
+    assert "About <b>8 s</b> with this page open:" in cost_html(quote(), "3 seeds", paused)
+    assert "<b>8 s</b> with 3 pages open and the lab" in cost_html(quote(), "3 seeds", learning)
+
+
+def test_what_is_not_what_was_run_under_its_name_before_is_said_to_be_so() -> None:
+    assert "whose results stay" not in cost_html(quote(), "3 seeds")
+    assert "whose results stay" in cost_html(quote()._replace(is_beside_others=True), "3 seeds")
+
+
 def test_nothing_takes_no_time() -> None:
     short = Quote(Plan(1, 3, 0, 285_000, 0.1, 1_000), Path("results"))
-    assert "About 285 k steps, <b>1 s</b>" in cost_html(short, "3 seeds")
+    assert "About <b>1 s</b>: 285 k steps" in cost_html(short, "3 seeds")
     found = Progress(4, 1, 0, 2, 5_000, 2e4, 0.4, 0.1)
     assert "20 k steps/s, about 1 s left" in progress_html(standing(progress=found))
 
@@ -128,7 +148,7 @@ def standing(**changes: Any) -> Standing:
 
 def test_how_it_stands_is_said_in_words() -> None:
     running = progress_html(standing())
-    assert "a &lt;b&gt;" in running
+    assert "A &lt;b&gt;" in running
     assert "1 of 4 runs done, 1 failed, 2 running" in running
     assert "2 M steps/s, about 9 s left" in running
     assert "paused" in progress_html(standing(paused=True))
@@ -155,7 +175,7 @@ class Service:
         self.started: list[tuple[str, int, int]] = []
         """Name, seeds and workers."""
 
-    def quote(self, experiment: Experiment, workers: int) -> Quote:
+    def quote(self, experiment: Experiment, workers: int, beside: object) -> Quote:
         self.quoted += 1
         self.trials = experiment.variants[-1].spec.trials
         if self.locked:
@@ -175,6 +195,7 @@ class Tab:
         self.service = Service()
         self.session = Session(presets.load("timed"), "timed", 1, speed=1.0, playing=False)
         service: Any = self.service
+        self.n_pages = 1
         self.shown: list[object] = []
         """Browsers in which the results were opened."""
         self.requests: list[Request] = []
@@ -192,7 +213,7 @@ class Tab:
     def update(self, status: Status | None = None) -> None:
         """Draw once, which may ask for the cost; without waiting for it."""
         self._made.clear()
-        self.panel.update(status or self.session.status)
+        self.panel.update(status or self.session.status, self.n_pages)
 
     def find_out(self) -> None:
         """Wait until the cost that was asked for is known."""
@@ -202,7 +223,7 @@ class Tab:
         """Draw until what an experiment takes is found out and shown."""
         self.update(status)
         self.find_out()
-        self.panel.update(status or self.session.status)
+        self.panel.update(status or self.session.status, self.n_pages)
 
 
 @pytest.fixture
@@ -245,6 +266,18 @@ def test_a_cost_is_measured_again_now_and_then_and_shown_meanwhile(
         assert tab.service.quoted == quoted
 
 
+def test_a_cost_is_found_out_again_when_something_else_goes_on_beside_it(tab: Tab) -> None:
+    tab.settle()
+    assert tab.person.reads("with this page open:")
+    tab.n_pages = 2
+    tab.settle()
+    assert tab.service.quoted == 2
+    assert tab.person.reads("with 2 pages open:")
+    tab.settle(replace(tab.session.status, playing=True))
+    assert tab.service.quoted == 3
+    assert tab.person.reads("with 2 pages open and the lab learning:")
+
+
 def test_a_session_that_becomes_longer_keeps_its_cost_in_sight_and_is_asked_for_now_and_then(
     tab: Tab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -279,9 +312,9 @@ def test_whose_schedule_would_be_run_is_said_while_an_opened_run_is_on_the_board
     tab.settle()
     assert not tab.person.reads("on the board")
     status = tab.session.status
-    opened = replace(status.snapshot, preset="figure_4_1: <b>", seed=7, generation=1)
-    tab.settle(replace(status, snapshot=opened, aside="timed, trial 12"))
-    said = "This is the schedule of figure_4_1: <b>, seed 7, which is on the board, not timed"
+    opened = replace(status.snapshot, preset="Figure 4.1: <b>", seed=7, generation=1)
+    tab.settle(replace(status, snapshot=opened, is_own=False, aside="timed, trial 12"))
+    said = "schedule of Figure 4.1: <b>, seed 7, which is on the board, and not of timed, trial 12."
     assert tab.person.reads(said)
     assert "<b>, seed" not in tab.person.html
     tab.person.click("Back to timed, trial 12")
@@ -302,7 +335,7 @@ def test_a_folder_that_is_free_again_is_found_to_be(
 
 
 def test_what_is_chosen_is_started_and_shown_to_whoever_started_it(tab: Tab) -> None:
-    tab.person.choose("Experiment", "figure_4_1")
+    tab.person.choose("Experiment", "Figure 4.1")
     tab.person.fill("Seeds", 3)
     tab.person.fill("At a time", 2)
     tab.person.click("Start")

@@ -8,17 +8,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, unquote
 
 import pytest
 import viser
-from viser._gui_handles import PanelHandle
 
 from app.charts.paper import fonts
+from app.charts.view import Size
 from app.documents.experiments import Experiment
 from app.experiments.runner import Progress
 from app.page.panels import results
-from app.page.panels.results import ResultsPanel, panel_size, resized, window_html
+from app.page.panels.results import ResultsPanel, room_of
 from app.results.gather import Gatherer
 from app.results.service import Standing
 from app.server.calls import Calls
@@ -235,52 +234,51 @@ def test_a_spreadsheet_is_sent_and_boxes_in_a_picture_are_said(
 # --- Its place -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("window", "size"),
-    [
-        ((0, 0), (684, 480)),
-        ((1366, 768), (684, 752)),
-        ((1920, 1080), (1236, 1064)),
-        ((1920, 768), (1236, 752)),
-    ],
-)
-def test_the_panel_fills_what_is_left_between_the_others(
-    window: tuple[int, int], size: tuple[int, int]
-) -> None:
-    assert (panel_size(window).width, panel_size(window).height) == size
-
-
-def test_each_picture_for_a_window_says_a_size_that_is_understood() -> None:
-    html = window_html(lambda words: f"call/{quote(words, safe='')}")
-    found = re.findall(r'media="\(min-(\w+):(\d+)px\)" srcset="call/([^"]+)"', html)
-    assert len(found) > 10
-    for side, pixels, quoted in found:
-        verb, _, said = unquote(quoted).partition("/")
-        assert said == pixels
-        window = resized((1, 2), verb, said)
-        assert window == ((int(pixels), 2) if side == "width" else (1, int(pixels)))
-    # A browser takes the first that holds.
-    widths = [int(pixels) for side, pixels, _ in found if side == "width"]
-    assert widths == sorted(widths, reverse=True)
-    assert re.findall(r'<img src="call/([^"]+)"', html) == ["wide%2F0", "tall%2F0"]
-
-
-@pytest.mark.parametrize("pixels", ["", "-1", "999999", "١٣٦٦", "1366.0", "9" * 5_000])
-def test_a_window_of_no_size_changes_nothing(pixels: str) -> None:
-    assert resized((1366, 768), "wide", pixels) == (1366, 768)
-
-
-def test_what_is_shown_comes_back_to_its_place_when_it_is_asked_for(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    placed: list[Any] = []
-    monkeypatch.setattr(PanelHandle, "float", lambda _, **where: placed.append(where))
+def test_what_is_drawn_fits_the_room_that_a_page_tells(desk: Desk) -> None:
     desk.service.begin(EXPERIMENT, 4)
     desk.frame(0.0)
-    assert not placed, "where somebody has moved it"
-    desk.panel.open()
-    usual = panel_size(results._USUAL_WINDOW)
-    assert [(where["width"], where["height"]) for where in placed] == [(usual.width, usual.height)]
-    assert desk.calls.take("secret/wide/1920")
+    assert f"max-width:{684 - 34}px" in desk.person.html
+    assert desk.calls.take("secret/size/900x700")
     desk.frame(0.1)
-    assert placed[1]["width"] == 1236
+    assert f"max-width:{900 - 34}px" in desk.person.html
+
+
+@pytest.mark.parametrize(
+    "text", ["", "9x", "-1x5", "\u0661\u0663x700", "1366.0x700", f"{'9' * 5_000}x1"]
+)
+def test_a_room_of_no_size_changes_nothing(text: str) -> None:
+    assert room_of(text, Size(684, 752)) == Size(684, 752)
+
+
+def test_no_room_is_too_small_or_too_large_to_be_drawn_for() -> None:
+    small, large = room_of("0x0", Size()), room_of("99999x99999", Size())
+    assert 300 <= min(small) < max(large) < 5_000
+
+
+def test_a_page_opens_and_closes_its_results_by_links(desk: Desk) -> None:
+    assert desk.calls.take("secret/show")
+    desk.service.begin(EXPERIMENT, 4)
+    desk.frame(0.0)
+    assert desk.calls.take("secret/close")
+    desk.frame(0.1)
+    assert not desk.panel._panel.visible
+    assert desk.calls.take("secret/show")
+    assert desk.panel._panel.visible
+
+
+def test_wherever_one_looks_it_is_said_that_an_experiment_runs(desk: Desk) -> None:
+    def sign() -> str:
+        return desk.panel._sign.content
+
+    desk.panel.update(0.0)
+    assert "Experiment" not in sign()
+    desk.service.begin(EXPERIMENT, 4)
+    assert desk.calls.take("secret/close")
+    desk.panel.update(0.1)
+    assert "Experiment Some: 4 of 12 runs. <a " in sign()
+    desk.service.note(paused=True)
+    desk.panel.update(0.2)
+    assert "4 of 12 runs, paused." in sign()
+    desk.service.note(running=False)
+    desk.panel.update(0.3)
+    assert "Experiment" not in sign()
