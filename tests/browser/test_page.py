@@ -327,7 +327,7 @@ def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> N
     assert screen.reads("circle clockwise: new, practised until trial 2,300")
     expect(screen.button("Add circle clockwise now")).to_have_count(0)
     expect(screen.button("Add avoid now")).to_be_visible()
-    expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
+    expect(screen.headline).to_contain_text("Two skills")
 
     chance = screen.page.get_by_role("slider").nth(1)
     chance.press("End")
@@ -543,7 +543,7 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
         screen.click("Play")
         status = live.wait_for(lambda status: status.error is not None)
         expect(screen.headline).to_contain_text(
-            "The learner stopped at trial 50 with an error; its state is kept."
+            "An error stopped the learner at trial 50; what it has learned is kept."
         )
         expect(screen.headline).to_contain_text("ArithmeticError: <b>no</b> such number")
         expect(screen.button("Stopped by an error: start again")).to_be_disabled()
