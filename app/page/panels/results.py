@@ -65,7 +65,7 @@ class _Painted(NamedTuple):
 def calls_html(address: Address) -> str:
     """A hidden element with what the page's script calls: how much room there is, and to open."""
     sizes = {"data-results-size": address(f"{_SIZE}/"), "data-results-open": address(_SHOW)}
-    return element("div", "", hidden="", **sizes)
+    return str(element("div", "", hidden="", **sizes))
 
 
 def room_of(text: str, former: Size) -> Size:
