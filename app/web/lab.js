@@ -12,4 +12,5 @@ import "./scheme.js";
 import "./slots.js";
 import "./stage.js";
 import "./terms.js";
+import "./tips.js";
 import "./title.js";
