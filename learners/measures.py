@@ -137,12 +137,16 @@ def curve_over_trials_of(
 def progress(state: LearnerState, most: int = 400) -> Progress:
     """Steps at the ends of trials that lie equally far apart, and of the last that has ended.
 
+    They are 1, 2 or 5 times 10**k trials apart, so that ends of windows of trials are among them.
+
     Args:
         state: of a run.
         most: moments between the first and the last at most.
     """
     done = trials_done(state)
-    width = -(-done // most) or 1
+    width = 1
+    while width * most < done:
+        width = width * 5 // 2 if str(width)[0] == "2" else width * 2
     starts = np.arange(0, done, width, dtype=np.int64)
     made = np.add.reduceat(state.log_steps[:done], starts, dtype=np.int64) if done else []
     steps = np.concatenate([np.zeros(1, np.int64), np.cumsum(made, dtype=np.int64)])

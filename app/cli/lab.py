@@ -53,6 +53,9 @@ class Lab:
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
     """Seed of the run."""
+    no_opening: Flag = False
+    """Learn at the set speed from the first trial on. Otherwise the first three hunts are slow
+    enough to be seen."""
     save_dir: Annotated[str | None, arg(metavar="FOLDER", help_behavior_hint=HIDDEN_HINT)] = None
     """Let *Save as preset* write into that folder as well."""
     results: Annotated[str, arg(metavar="FOLDER")] = RESULTS
@@ -107,6 +110,7 @@ def obey(command: Lab) -> int:
             names=names,
             token=token,
             log_level=log_level,
+            opening=not command.no_opening,
         )
     except ListenError as error:
         raise UsageError(

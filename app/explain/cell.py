@@ -1,7 +1,6 @@
-"""What is to be said about one cell: pure functions from a snapshot to words, numbers and HTML.
+"""What is known about one cell: pure functions from a snapshot to readings and hunts.
 
-Cells are given by their grid coordinates in the world's own orientation. The HTML fits a panel of
-330 pixels, and takes its colours from the page, so that it reads well on light and on dark.
+Cells are given by their grid coordinates in the world's own orientation.
 """
 
 import math
@@ -10,32 +9,21 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 
+from app.explain.worth import Unit
 from app.live.snapshot import Snapshot
-from app.picture.colours import css
-from app.picture.theme import Theme
-from app.util.html import element, joined
-from app.words.numbers import counted, in_hundredths
-from app.words.plain import HEADING_NAMES, MOVE_NAMES, plain
+from app.words.plain import MOVE_NAMES, plain
 from learners import hunts
 from learners.hunts import Hunt, Policy
 from learners.kernel.state import NOT_REACHED
 from learners.spec import MOVES
-from sim import geometry
-from sim.geometry import N_MOVES, STAY
+from sim.geometry import STAY
 from sim.world import CAPTURE, FLIGHT, READING_SHIFT, TIMEOUT, cell_at
 
 ACTION_NAMES = tuple(
     "stay" if move == STAY else f"move {name}" for move, name in enumerate(MOVE_NAMES)
 )
 OUTCOME_NAMES = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out"}
-_PLURALS = {CAPTURE: "captures", FLIGHT: "flights", TIMEOUT: "time-outs"}
-
-_HUNTS_NAMED = 4
-
-_ACCENT = "#e8590c"
-"""Marks what is greedy; readable on light and on dark."""
 
 
 class OptionReading(NamedTuple):
@@ -46,6 +34,8 @@ class OptionReading(NamedTuple):
     visits: int
     greedy: bool
     """Whether no option is worth more; where several are greedy, they tie."""
+    place: int = 0
+    """Among all options of the learner, present or not."""
 
 
 class SkillReading(NamedTuple):
@@ -69,8 +59,15 @@ class CellReading:
     """From 0, outwards."""
     direction: int
     """Sector from 0, the first centred on east, counter-clockwise."""
-    state: int
-    """Number of the state among all of them: heading, then ring, then direction."""
+    n_rings: int
+    n_directions: int
+    away: float
+    """From the prey, in cells."""
+    bearing: float
+    """Where it lies for the prey, in degrees: 0 straight ahead, counter-clockwise."""
+    unit: Unit
+    steps_made: int
+    """By the learner so far."""
     of_skills: tuple[int, int] | None
     """Ring and sector as skills see them, where these have sensors of their own."""
     seen: bool
@@ -147,6 +144,7 @@ def reading_at(
     of_skills = sensed_by_skills(snapshot, cell)
     here = (heading, ring, direction)
     world = snapshot.spec.world
+    east, north = x - world.size // 2, y - world.size // 2
     first_reach = int(snapshot.first_reach[here])
     if success is None:
         outcome = hunts_from(snapshot, [(x, y)], heading)[0].hunt.outcome
@@ -158,7 +156,12 @@ def reading_at(
         heading=heading,
         ring=ring,
         direction=direction,
-        state=heading * world.n_readings + ring * world.n_directions + direction,
+        n_rings=world.n_distances,
+        n_directions=world.n_directions,
+        away=math.hypot(east, north),
+        bearing=(math.degrees(math.atan2(north, east)) - 45 * heading) % 360,
+        unit=Unit.of(snapshot),
+        steps_made=snapshot.step,
         of_skills=None if snapshot.world.skill_states is None else of_skills,
         seen=bool(int(snapshot.world.cell_word[cell]) >> heading & 1),
         options=_options_read(snapshot, here),
@@ -185,7 +188,9 @@ def sensed_by_skills(snapshot: Snapshot, cell: int) -> tuple[int, int]:
 def _options_read(snapshot: Snapshot, here: tuple[int, int, int]) -> tuple[OptionReading, ...]:
     q, visits = snapshot.selection_q[here], snapshot.visits[here]
     return tuple(
-        OptionReading(name, float(q[option]), int(visits[option]), bool(q[option] == q.max()))
+        OptionReading(
+            name, float(q[option]), int(visits[option]), bool(q[option] == q.max()), option
+        )
         for option, name in enumerate(actions_of(snapshot))
         if np.isfinite(q[option])
     )
@@ -199,175 +204,3 @@ def _skills_read(snapshot: Snapshot, ring: int, direction: int) -> tuple[SkillRe
             best = tuple(np.flatnonzero(q == q.max()).tolist())
             readings.append(SkillReading(plain(name), tuple(q.tolist()), best))
     return tuple(readings)
-
-
-def block(*parts: str) -> str:
-    """HTML of a panel from parts that are escaped unless they are markup."""
-    style = "padding:0 0.7em 0.4em;font-size:0.82em;line-height:1.4"
-    return str(element("div", joined(parts, ""), style=style))
-
-
-def nothing_chosen_html() -> str:
-    """What to do, while no cell is chosen."""
-    return block(
-        element("b", "Click a cell"),
-        " to see what the learner knows about it. ",
-        element("b", "Shift-click"),
-        " to set the predator down there for one hunt, in which it neither explores nor learns.",
-    )
-
-
-def reading_html(reading: CellReading) -> str:
-    """A cell's reading: where it is, what is known of it, and the skills' roses."""
-    sight = "in the prey's sight" if reading.seen else "out of the prey's sight"
-    cell = element("b", f"Cell ({reading.x}, {reading.y})")
-    state = (
-        f"Ring {reading.ring}, direction {reading.direction},"
-        f" prey facing {HEADING_NAMES[reading.heading]}: state {reading.state:,}."
-    )
-    numbering = "Rings count from the prey outwards, directions from the east counter-clockwise"
-    reach = (
-        "It has never been worth more than 0."
-        if reading.first_reach is None
-        else f"First worth more than 0 in trial {reading.first_reach:,}."
-    )
-    outcome = element("b", OUTCOME_NAMES[reading.outcome])
-    return block(
-        element("div", joined([cell, f", {sight}"], ""), style="font-size:1.15em"),
-        element("div", state, title=f"{numbering}, all from 0"),
-        _of_skills(reading),
-        element("div", joined([f"{reach} Hunting greedily from here ends in ", outcome, "."], "")),
-        options_html(reading.options),
-        _roses_html(reading),
-    )
-
-
-def _of_skills(reading: CellReading) -> str:
-    """Where skills see the cell, if otherwise than the selection does."""
-    if reading.of_skills is None or not reading.skills:
-        return ""
-    ring, direction = reading.of_skills
-    return element("div", f"Skills see ring {ring}, direction {direction}.")
-
-
-def options_html(options: Sequence[OptionReading]) -> Markup:
-    """Table of the options' values and visits, the greedy ones marked and ties named."""
-    head = (
-        element("th", name, style=f"font-weight:400;text-align:{side};padding:{pad}")
-        for name, side, pad in [
-            ("Option", "left", "0"),
-            ("Q", "right", "0 0 0 0.8em"),
-            ("Visits", "right", "0 0 0 0.8em"),
-        ]
-    )
-    rows = [element("tr", joined(head, ""), style="opacity:0.6;font-size:0.9em")]
-    rows += map(_option_row, options)
-    style = "width:100%;border-collapse:collapse;margin-top:0.4em;font-variant-numeric:tabular-nums"
-    table = element("table", joined(rows, ""), style=style)
-    tied = [option.name for option in options if option.greedy]
-    if len(tied) < 2:
-        return table
-    names = "all of them" if len(tied) == len(options) else ", ".join(tied)
-    return table + element("div", f"Tied, so that chance decides: {names}.", style="opacity:0.7")
-
-
-def _option_row(option: OptionReading) -> Markup:
-    # A figure space is as wide as the mark.
-    mark = "\N{BLACK RIGHT-POINTING SMALL TRIANGLE}" if option.greedy else "\N{FIGURE SPACE}"
-    name = joined([element("span", mark, style=f"color:{_ACCENT}"), f" {option.name}"], "")
-    right = "text-align:right;padding:0 0 0 0.8em"
-    cells = (
-        element("td", name),
-        element("td", in_hundredths(option.q), style=right),
-        element("td", f"{option.visits:,}", style=right),
-    )
-    style = "font-weight:700" if option.greedy else "opacity:0.8"
-    return element("tr", joined(cells, ""), style=style)
-
-
-def _roses_html(reading: CellReading) -> Markup:
-    """A compass rose for each skill, or one for the nine moves where they are the options."""
-    skills = reading.skills
-    if not skills:
-        q = tuple(option.q for option in reading.options)
-        best = tuple(move for move, option in enumerate(reading.options) if option.greedy)
-        skills = (SkillReading("moves", q, best),)
-    figures = (
-        element(
-            "div",
-            rose_svg(skill.q, skill.greedy) + element("div", skill.name, style="font-size:0.9em"),
-            style="width:5.9rem;text-align:center;line-height:1.15",
-        )
-        for skill in skills
-    )
-    return element("div", joined(figures, ""), style="display:flex;flex-wrap:wrap;margin-top:0.5em")
-
-
-def rose_svg(q: Sequence[float], best: Sequence[int]) -> Markup:
-    """Nine values as a compass rose: a petal for each way, longer where it is worth more.
-
-    North is up; the dot in the middle is staying. The greedy moves are marked.
-
-    Args:
-        q: value of each move.
-        best: the greedy moves.
-    """
-    low, high = min(q), max(q)
-    share = [(value - low) / (high - low) if high > low else 0.5 for value in q]
-    parts = [Markup('<circle r="42" fill="none" stroke="currentColor" stroke-opacity="0.18"/>')]
-    # The marked ones come last, so that they lie on top.
-    for move in sorted(range(N_MOVES), key=lambda move: move in best):
-        paint, opacity = (_ACCENT, "1") if move in best else ("currentColor", "0.4")
-        title = element("title", f"{ACTION_NAMES[move]}: {in_hundredths(q[move])}")
-        if move == STAY:
-            dot = {"r": f"{2.5 + 4.5 * share[move]:.1f}", "fill": paint, "fill-opacity": opacity}
-            parts.append(element("circle", title, **dot))
-            continue
-        east, north = geometry.MOVES[move] / math.hypot(*geometry.MOVES[move])
-        inner, outer = 11.0, 14.0 + 26.0 * share[move]
-        petal = {
-            "x1": f"{inner * east:.1f}",
-            "y1": f"{-inner * north:.1f}",
-            "x2": f"{outer * east:.1f}",
-            "y2": f"{-outer * north:.1f}",
-            "stroke": paint,
-            "stroke-opacity": opacity,
-            "stroke-width": "6",
-            "stroke-linecap": "round",
-        }
-        parts.append(element("line", title, **petal))
-    frame = {"viewBox": "-46 -46 92 92", "width": "84", "height": "84", "role": "img"}
-    return element("svg", joined(parts, ""), **frame, **{"aria-label": "values of the nine moves"})
-
-
-def hunts_html(hunts: Sequence[HuntShown], theme: Theme) -> str:
-    """How hunts ended: one by one while they are few, counted when they are many."""
-    if len(hunts) <= _HUNTS_NAMED:
-        ends = (_outcome_html(one.hunt.outcome, _hunt_text(one), theme) for one in hunts)
-        return block(*(element("div", end) for end in ends))
-    by_outcome = {
-        outcome: sum(shown.hunt.outcome == outcome for shown in hunts) for outcome in OUTCOME_NAMES
-    }
-    lines = (
-        _outcome_html(outcome, f"{n} {(OUTCOME_NAMES if n == 1 else _PLURALS)[outcome]}", theme)
-        for outcome, n in by_outcome.items()
-        if n
-    )
-    return block(element("b", f"{len(hunts)} hunts"), " ", joined(lines, " "))
-
-
-def _hunt_text(shown: HuntShown) -> str:
-    return (
-        f"from ({shown.x}, {shown.y}), prey facing {HEADING_NAMES[shown.heading]}:"
-        f" {OUTCOME_NAMES[shown.hunt.outcome]} after {counted(shown.hunt.steps, 'step')}"
-    )
-
-
-def _outcome_html(outcome: int, text: str, theme: Theme) -> Markup:
-    dot = element(
-        "span",
-        "",
-        style="display:inline-block;width:0.7em;height:0.7em;border-radius:50%;"
-        f"background:{css(theme.of_outcome(outcome))};margin-right:0.35em",
-    )
-    return element("span", joined([dot, text], ""), style="display:inline-block")

@@ -6,10 +6,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from app.explain.cell import ACTION_NAMES, actions_of, block, policy_of, sensed, sensed_by_skills
+from app.explain.cell import ACTION_NAMES, actions_of, policy_of, sensed, sensed_by_skills
+from app.explain.cell_html import block
+from app.explain.worth import Unit
 from app.live.snapshot import Snapshot
 from app.util.html import element, joined
-from app.words.numbers import in_hundredths
+from app.words.glossary import term
+from app.words.numbers import significant
 from learners import hunts
 from learners.hunts import Policy
 from sim.bits import U
@@ -20,6 +23,8 @@ _FIRST_LINKS = 8
 """Of a chain that is too long, so many are shown from its start, and the rest from its end."""
 LINKS_FOLLOWED = 600
 
+_DIGITS = 3
+"""Of each number that mean something."""
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
 Ending = Literal["capture", "flight", "loop", "unknown", "limit"]
@@ -38,6 +43,7 @@ class Link(NamedTuple):
     """Largest value of the present options in the next cell's state; 0 where the trial ends."""
     q: float
     """Value of the option in this cell's state."""
+    unit: Unit
 
     @property
     def target(self) -> float:
@@ -107,7 +113,7 @@ class _Step(NamedTuple):
 
 def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -> Iterator[_Step]:
     """The steps that the learner might make from a cell without exploring."""
-    world, names = snapshot.world, actions_of(snapshot)
+    world, names, unit = snapshot.world, actions_of(snapshot), Unit.of(snapshot)
     ring, direction = sensed(snapshot, cell)
     x, y = board_xy(world, cell)
     reward_of = {
@@ -123,7 +129,7 @@ def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -
             if outcome == ONGOING:
                 future = float(snapshot.value[(heading, *sensed(snapshot, cell_t))])
             gamma = snapshot.spec.learner.gamma
-            link = Link(x, y, names[option], move, reward_of[outcome], gamma, future, q)
+            link = Link(x, y, names[option], move, reward_of[outcome], gamma, future, q, unit)
             yield _Step(link, cell_t, outcome)
 
 
@@ -138,10 +144,17 @@ def action_text(link: Link) -> str:
 
 
 def sum_text(link: Link) -> str:
-    """The update of a link with its numbers filled in."""
+    """The update of a link with its numbers filled in, which add up as they are shown."""
+    future = float(f"{link.future:.{_DIGITS}g}")
+    target = link.reward + link.gamma * future
+    in_steps = ""
+    # Of a reward nothing is to come; any other target is that of a place.
+    if future > 0 and target > 0:
+        steps = link.unit.steps_in_words(target)
+        in_steps = f" ({steps} {'step' if steps == '1' else 'steps'})"
     return (
-        f"{in_hundredths(link.reward)} + {link.gamma:g} {_TIMES} {in_hundredths(link.future)}"
-        f" = {in_hundredths(link.target)} (Q = {in_hundredths(link.q)})"
+        f"{significant(link.reward)} + {link.gamma:g} {_TIMES} {significant(future)}"
+        f" = {significant(target)}{in_steps}; Q = {significant(link.q)}"
     )
 
 
@@ -174,7 +187,22 @@ def chain_html(chain: Chain) -> str:
         more = element("li", f"… {hidden} more …", style="list-style:none;opacity:0.7")
         items[_FIRST_LINKS : _FIRST_LINKS + hidden] = [more]
     links = element("ol", joined(items, ""), style="margin:0.3em 0;padding-left:2.2em")
-    return block(links, element("div", ending_text(chain)))
+    about = _about(chain.links[0]) if chain.links else ""
+    return block(about, links, element("div", ending_text(chain)))
+
+
+def _about(link: Link) -> Markup:
+    """What the sums say."""
+    parts = [
+        "What each ",
+        term("Q"),
+        " is learned towards: the ",
+        term("reward"),
+        f" of the step + {link.gamma:g} {_TIMES} the ",
+        term("value"),
+        " of the place that it leads to.",
+    ]
+    return element("div", joined(parts, ""))
 
 
 def _link_html(place: int, link: Link) -> Markup:

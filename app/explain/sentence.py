@@ -93,7 +93,9 @@ def _repertoire(snapshot: Snapshot) -> Markup:
         return _said("No ", term("skill"), " yet.")
     word = term("skill", "skill" if len(names) == 1 else "skills")
     count = _COUNTS.get(len(names), str(len(names)))
-    return _said(f"{count} ", word, f": {joined_by_and(names)}.")
+    # What is explored is named anyway, and all of it must fit in two lines.
+    which = "" if forced_now(snapshot) else f": {joined_by_and(names)}"
+    return _said(f"{count} ", word, f"{which}.")
 
 
 def _explored(snapshot: Snapshot) -> Markup | str:
@@ -105,7 +107,7 @@ def _explored(snapshot: Snapshot) -> Markup | str:
     so = ", so rewards fall" if len(snapshot.present) > 1 else ""
     name = term("forced exploration", "Forced exploration")
     first, *others = forced
-    taken = f"{plain(first.skill)} is taken in {first.probability:.0%} of the steps"
+    taken = f"{plain(first.skill)} in {first.probability:.0%} of the steps"
     if not others:
         return _said(name, f" until trial {first.until_trial:,}: {taken}{so}.")
     parts = [f"{taken} (until trial {first.until_trial:,})"]
@@ -174,7 +176,7 @@ def _spread(snapshot: Snapshot) -> Markup:
         return _said(value, " spreads on round the prey; it has become a ring.")
     if abs(lean) > _LEAN * outside and lately.beside > _ROUND * outside:
         way = "counter-clockwise" if lean > 0 else "clockwise"
-        return _said(value, f" spreads {way} round the prey: an arm grows out of the cone.")
+        return _said(value, f" spreads {way}: an arm grows out of the cone.")
     if lately.beside > _LEAN * outside:
         return _said(value, " spreads to both sides round the prey, on its way to a ring.")
     if shape == "arm":

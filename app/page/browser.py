@@ -10,12 +10,14 @@ from app.live.session import Session
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.bar import BarPanel, Bars, Choose
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
+from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery
 from app.page.texts import Texts
-from app.picture.look import Look
+from app.page.widgets import assign
+from app.picture.look import ALL, Look
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.pulse import Pulse
@@ -53,11 +55,17 @@ class Browser:
         self.client = client
         self._gallery = shared.gallery
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
-        self._look = self.readings.look
+        self._look = self.look
         self._stage: Stage | None = None
         self._seen = 0
+        self._wake = wake
+        # What is drawn for this browser alone is drawn on a whole board.
+        self._drawn_alone = [
+            client.scene.add_frame(name, show_axes=False) for name in ("/inspect", "/watched")
+        ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         with self.readings.file_tab:
             FileTab(
@@ -75,15 +83,27 @@ class Browser:
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
 
+    @property
+    def look(self) -> Look:
+        """How this browser wants to see the board."""
+        return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
+
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self.readings.leave()
+        self._hunts.leave()
         self._bar.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
         board = self._gallery.board(self._look)
         if board is None:
+            return
+        if self._look.frame == ALL:
+            heading = board.heading_under(event.ray_origin, event.ray_direction)
+            if heading is not None:
+                self.readings.view.choose_heading(heading)
+                self._wake()
             return
         place = board.place_under(event.ray_origin, event.ray_direction)
         if place is not None:
@@ -102,7 +122,10 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == texts.status.snapshot.generation:
             outcomes = success.outcomes
+        self._hunts.update(texts.status, texts.look, now_s)
         self._inspection.update(texts.status.snapshot, texts.look, outcomes)
+        for root in self._drawn_alone:
+            assign(root, "visible", texts.look.frame != ALL)
         self.results.update(now_s)
         self._bar.update()
         if now_s - self._read_at >= every_s:

@@ -13,7 +13,7 @@ from app.schedule.forced import forced_now
 from app.server.pulse import Reading
 from app.util.html import element, joined
 from app.words.glossary import term
-from app.words.numbers import NONE, counted, in_short, shown_number, speed_in_words
+from app.words.numbers import NONE, counted, rate_in_short, shown_number, speed_in_words
 from app.words.plain import plain
 from learners import measures
 
@@ -60,7 +60,7 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
     reached = int((snapshot.value > 0).sum())
     small = [
         _Number(term("step", "Steps"), f"{snapshot.step:,}", "Moves that were learned from so far"),
-        _Number("Steps/s", in_short(status.steps_per_s), "Moves in the last second"),
+        _Number("Steps/s", rate_in_short(status.steps_per_s), "Moves in the last second"),
         _Number(
             joined([term("state", "States"), " of ", term("value")], ""),
             f"{reached:,}",

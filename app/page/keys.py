@@ -34,6 +34,7 @@ NEXT_SKILL: Final = Key("KeyN", "N", "add the next skill")
 EXPLORE: Final = Key("KeyE", "E", "explore the chosen skill")
 FREEZE: Final = Key("KeyF", "F", "freeze the selection, or let it learn")
 UNDO: Final = Key("KeyU", "U", "undo what was just done by hand")
+WATCH: Final = Key("KeyW", "W", "watch a hunt")
 CAMERA: Final = Key("KeyR", "R", "show all of the board again")
 PRESENT: Final = Key("KeyP", "P", "presentation mode, or back")
 LIST: Final = Key("KeyH", "H", "this list")
@@ -49,6 +50,7 @@ KEYS: Final = (
     EXPLORE,
     FREEZE,
     UNDO,
+    WATCH,
     CAMERA,
     PRESENT,
     LIST,
@@ -75,7 +77,10 @@ def list_html() -> str:
         (f"{_shown(STEP)}, {_shown(TRIAL)}", f"{STEP.does}, {TRIAL.does}"),
         (f"{_shown(SLOWER)}, {_shown(FASTER)}", f"{SLOWER.does}, {FASTER.does}"),
         (f"{first} … {last}, {zeroth}", "the layers, in their order"),
-        *((_shown(key), key.does) for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO, CAMERA, PRESENT)),
+        *(
+            (_shown(key), key.does)
+            for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO, WATCH, CAMERA, PRESENT)
+        ),
         (f"{_shown(LIST)}, <kbd>?</kbd>", LIST.does),
         ("<kbd>Esc</kbd>", "close a list like this, or end the presentation"),
     ]

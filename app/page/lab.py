@@ -65,6 +65,8 @@ _TIDY_S = 10.0
 """How often memory is given back at most."""
 _MAP_REST_S = 1.5
 """Pause between two success maps, so that the learner keeps its cores."""
+_UNSEEN_S = 20.0
+"""The learner waits for a page that never says that it has drawn the board no longer than this."""
 _FOV_RADIANS = np.pi / 3
 _PANEL_WIDTH = 330.0
 
@@ -105,6 +107,8 @@ class Lab:
         self.session = session
         self.service = Service(results)
         self._waits = waits
+        self._begins_s = math.inf
+        """When it begins even if nobody has said that there is something to see."""
         self._browsers: dict[int, Browser] = {}
         self._ticket = 0
         """Of the last request that was made here."""
@@ -239,6 +243,8 @@ class Lab:
                         pause_s = max(_FRAME_S, _LEAST_PAUSE * (time.perf_counter() - started))
                         # Unless somebody has asked for one meanwhile.
                         self._due_s = min(self._due_s, started + pause_s)
+                if started >= self._begins_s:
+                    self._begin()
                 if self._has_garbage and started - self._tidied_s > _TIDY_S:
                     self._has_garbage, self._tidied_s = False, started
                     give_back_memory()
@@ -312,9 +318,12 @@ class Lab:
         # It may have gone away before its turn came.
         if client.client_id in self.server.get_clients():
             self._browsers[client.client_id] = Browser(self._shared, client)
+        if self._waits:
+            self._begins_s = min(self._begins_s, time.perf_counter() + _UNSEEN_S)
 
     def _begin(self) -> None:
         """Somebody sees the board, so there is something to see from the first trial on."""
+        self._begins_s = math.inf
         if self._waits:
             self._waits = False
             self.session.submit(Begin())
@@ -347,7 +356,7 @@ class Lab:
         self.experiments.update(status, len(browsers))
         success = self._success.found
         extras = Extras(success if isinstance(success, SuccessMap) else None)
-        looks = {browser: browser.readings.look for browser in browsers}
+        looks = {browser: browser.look for browser in browsers}
         if any(look.layer == "success" for look in looks.values()):
             self._success.want(
                 moment_of(status.snapshot),

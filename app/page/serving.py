@@ -39,17 +39,19 @@ def run_lab(
     names: Sequence[Authority],
     token: str | None,
     log_level: int,
+    opening: bool,
 ) -> int:
     """Serve the live page until Ctrl-C or another signal; returns the exit code.
 
-    What is logged meanwhile is said sparingly (:func:`app.util.logs.sparing_log`).
+    With an ``opening`` the first hunts are slow enough to be seen. What is logged meanwhile is
+    said sparingly (:func:`app.util.logs.sparing_log`).
 
     Raises:
         ListenError: the host is not an address of this machine, or no port is free.
         BrokenLabError: it has ended by itself; the message says why.
     """
     with sparing_log(log_level), watched() as ending:
-        session = Session(spec, preset, seed, DEFAULT_SPEED, playing=False)
+        session = Session(spec, preset, seed, DEFAULT_SPEED, False, opening)
         try:
             lab = Lab(
                 session,

@@ -9,7 +9,6 @@ from app.page.headline import numbers_html, readings_html, sentence_html
 from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
 from app.picture.look import Look
-from app.picture.multiples import all_headings_png, small_multiples_html
 from app.util.html import element
 
 
@@ -56,12 +55,6 @@ class Texts:
     def legend(self) -> str:
         """The layer's legend, as HTML."""
         return self._layer.legend(self.status.snapshot, self.look, self.extras)
-
-    @cached_property
-    def multiples(self) -> str:
-        """The layer at all headings, as HTML."""
-        snapshot = self.status.snapshot
-        return small_multiples_html(all_headings_png(snapshot, self.look, self._layer, self.extras))
 
 
 def board_name(status: Status, layer: Layer) -> str:

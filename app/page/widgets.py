@@ -8,6 +8,7 @@ from typing import Any, Final, Generic, TypeVar
 import viser
 
 from app.page.inbox import Act, Intent
+from app.util.html import element, joined
 
 Id = TypeVar("Id")
 
@@ -31,6 +32,18 @@ def assign(handle: Any, name: str, value: object) -> None:
     if getattr(handle, name) != value:
         # viser sends plain texts alone, and no markup.
         setattr(handle, name, str(value) if isinstance(value, str) else value)
+
+
+def add_hints(gui: viser.GuiApi, *buttons: Any) -> None:
+    """Have buttons tell their hints, which viser does for other widgets alone.
+
+    A script of the page finds a button by the id that both have (``app/web/hints.js``).
+    """
+    hints = joined(
+        element("span", button.hint, hidden="", **{"data-hint-of": button._impl.uuid})
+        for button in buttons
+    )
+    gui.add_html(str(hints))
 
 
 def on_press(button: viser.GuiButtonHandle, act: Act) -> None:

@@ -126,15 +126,6 @@ def over_board(colours: np.ndarray, cover: np.ndarray | float, theme: Theme) -> 
     return np.rint(board + (colours - board) * share).astype(np.uint8)
 
 
-def loss_colours(level: np.ndarray, theme: Theme) -> np.ndarray:
-    """Colour of a loss of 0...1 of the full one, ``(..., 3) float64``; by its cube root.
-
-    A slight loss hardly covers the board, so that what is gained stays the figure.
-    """
-    cover = 0.12 + 0.88 * np.cbrt(np.clip(level, 0, 1))[..., None]
-    return np.array(theme.unknown) * (1 - cover) + np.array(theme.flight) * cover
-
-
 def gradient_css(colours: np.ndarray) -> str:
     """A horizontal CSS gradient through a list of colours."""
     stops = colours[:: max(len(colours) // 12, 1)]

@@ -8,11 +8,11 @@ import functools
 import numpy as np
 
 from app.live.snapshot import Snapshot
-from app.picture.look import FOLDED, Look, heading_shown
+from app.picture.look import ALL, FOLDED, Look, heading_shown
 from app.words.plain import HEADING_NAMES
 from sim import geometry
 from sim.geometry import N_MOVES
-from sim.spec import N_HEADINGS
+from sim.spec import N_HEADINGS, WorldSpec
 
 
 def folds(look: Look) -> bool:
@@ -23,8 +23,11 @@ def folds(look: Look) -> bool:
 def in_frame(per_heading: np.ndarray, snapshot: Snapshot, look: Look) -> np.ndarray:
     """Maps of the headings that take part, ``(heading, distance, direction, ...)``.
 
-    All eight, turned, where the picture is folded; otherwise one, as it is.
+    All eight, turned, where the picture is folded, or as they are where they are side by side;
+    otherwise one, as it is.
     """
+    if look.frame == ALL:
+        return per_heading
     if not folds(look):
         heading = heading_shown(look, snapshot.heading)
         return per_heading[heading : heading + 1]
@@ -33,11 +36,24 @@ def in_frame(per_heading: np.ndarray, snapshot: Snapshot, look: Look) -> np.ndar
     return flat.take(_fold_index(n_distances, n_directions), axis=0)
 
 
+def rim(world: WorldSpec) -> float:
+    """Radius of the board of a folded picture, in cells.
+
+    Of the largest circle on the board: however the square is turned, all headings have that.
+    """
+    return world.size - 0.5 - world.size // 2
+
+
 @functools.lru_cache(maxsize=8)
 def _fold_index(n_distances: int, n_directions: int) -> np.ndarray:
     """(heading, distance, direction) int64: the state that each turned state was."""
     shape = (N_HEADINGS, n_distances, n_directions)
     return geometry.fold(np.arange(np.prod(shape)).reshape(shape), n_directions)
+
+
+def is_of_one(look: Look) -> bool:
+    """Whether one heading is shown, and no other."""
+    return look.frame not in (FOLDED, ALL)
 
 
 def facing(snapshot: Snapshot, look: Look) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
+from app.picture.contours import Contour
 from app.picture.look import Look
 from app.picture.raster import Raster, on_raster, raster
 
@@ -54,6 +55,11 @@ class Picture(NamedTuple):
     """(y * x,) int: which of the names holds in each cell, -1 for none."""
     names: tuple[str, ...] = ()
     """What stands on the board where its colour is to be seen, for those who cannot tell it."""
+    contours: tuple[Contour, ...] = ()
+    """Lines over the colours, the last on top."""
+
+
+Heeded = Literal["frame", "scale", "fitted", "flight"]
 
 
 class Layer(NamedTuple):
@@ -69,9 +75,12 @@ class Layer(NamedTuple):
     """One line on what is being seen."""
     about: Literal["nothing", "option", "skill"] = "nothing"
     """Whether it shows one option, or one skill, of the look."""
-    turns: bool = True
-    """Whether it depends on where the prey looks. What does not is drawn as the world is, without
-    the prey's heading and what it sees, whatever frame is chosen."""
+    heeds: frozenset[Heeded] = frozenset({"frame", "fitted"})
+    """What of a look matters to it.
+
+    One that heeds no frame does not depend on where the prey looks, and is drawn as the world is,
+    without the prey's heading and what it sees.
+    """
 
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
         """The picture on the board."""

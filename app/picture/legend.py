@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css, gradient_css
-from app.picture.frames import facing, folds
+from app.picture.frames import facing, folds, is_of_one
 from app.picture.look import Look
 from app.picture.shading import Ruler
 from app.picture.theme import OUTCOME_SHAPES, Shape, Theme
@@ -93,20 +93,38 @@ def patch_of_board(look: Look, text: str) -> Markup:
     return swatch(css(look.theme.unknown), text)
 
 
+def hatch(colour: str, text: str) -> Markup:
+    """A patch of a hatch in a colour, and what it means."""
+    stripes = f"repeating-linear-gradient(45deg,{colour} 0 2px,transparent 2px 4px)"
+    return swatch(stripes, text, width="1.4em")
+
+
+def dots(colour: str, look: Look, text: str) -> Markup:
+    """A patch of dots in a colour on the board, and what it means."""
+    board = css(look.theme.unknown)
+    lattice = f"radial-gradient({colour} 1.3px,{board} 1.5px) 0 0/4px 4px"
+    return swatch(lattice, text, width="1.4em")
+
+
 def limits(look: Look, low: str, high: str) -> Markup:
-    """Where the colours begin and end, and why there."""
-    why = "fitted to what is there now" if look.fitted else "fixed"
-    return element("div", f"Limits {why}: {low} to {high}.")
+    """Where the colours begin and end, where that depends on what is there now."""
+    if not look.fitted:
+        return Markup()
+    return element("div", f"Colours fitted to what is there now: {low} to {high}.")
 
 
 def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> str:
     """How the board lies, and what a place of a folded picture shows."""
     if folds(look):
-        return f"The board is turned so that the prey looks right; each place shows {each}."
+        return f"Turned so that the prey always looks right; each place shows {each}."
+    if not is_of_one(look):
+        return "Each heading by itself, north up; a click on one shows it alone."
     return f"North is up, and the prey looks {facing(snapshot, look)}."
 
 
-def legend(look: Look, title: str, parts: Iterable[Markup | str], frame: str) -> Markup:
+def legend(
+    look: Look, title: str, parts: Iterable[Markup | str], frame: str, turns: bool = True
+) -> Markup:
     """A legend with what all of them share.
 
     Args:
@@ -114,29 +132,48 @@ def legend(look: Look, title: str, parts: Iterable[Markup | str], frame: str) ->
         title: what the colours stand for.
         parts: what explains the colours.
         frame: how the board lies, and what that means for the layer.
+        turns: whether it matters to the layer where the prey looks.
     """
-    notes = [frame]
-    if look.field:
-        notes.append("The half-disc is what the prey sees.")
     content = (
-        element("div", title),
+        element("div", joined([_prey(look, turns), _predator(look.theme), _ends(look.theme)], "")),
+        element("div", title, style="font-weight:600"),
         *parts,
-        element("div", _dots(look.theme)),
         _circles(look),
-        element("div", " ".join(notes), style="opacity:0.7"),
+        element("div", frame, style="opacity:0.75"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
-    return element("div", joined(content, ""), style=style)
+    return element("div", joined(content, ""), class_="pounce-legend", style=style)
 
 
-def _dots(theme: Theme) -> Markup:
-    """What moves and flashes on the board."""
-    kinds = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out"}
-    ends = (
+def _prey(look: Look, turns: bool) -> Markup:
+    """The prey as it is drawn, and what belongs to it."""
+    if not turns:
+        return swatch(css(look.theme.prey), "prey", shape="circle")
+    sees = '<path d="M7 1A6 6 0 0 1 7 13Z" fill="none"/>' if look.field else ""
+    sign = Markup(
+        f'<svg viewBox="0 0 20 14" width="1.7em" height="1.2em" aria-hidden="true"'
+        f' style="vertical-align:-0.25em;margin-right:0.2em" stroke="{css(look.theme.prey)}"'
+        f' stroke-width="1.4" fill="{css(look.theme.prey)}">{sees}'
+        '<path d="M7 7H18M15 4L18 7L15 10" fill="none"/><circle cx="7" cy="7" r="2"/></svg>'
+    )
+    text = "prey; it looks along the arrow"
+    if look.field:
+        text += " and sees the half-disc"
+    return element("span", sign + text, style="margin-right:0.6em") + " "
+
+
+def _predator(theme: Theme) -> Markup:
+    return swatch(css(theme.predator), "predator", shape="circle")
+
+
+def _ends(theme: Theme) -> Markup:
+    """How hunts end, as the dots that are left where they did."""
+    kinds = {CAPTURE: "caught", FLIGHT: "noticed: the prey flees", TIMEOUT: "out of time"}
+    ends = [
         swatch(css(theme.of_outcome(outcome)), kind, shape=OUTCOME_SHAPES[outcome])
         for outcome, kind in kinds.items()
-    )
-    return joined(["Dots: ", *ends, swatch(css(theme.predator), "predator", shape="circle")], "")
+    ]
+    return joined(["A hunt ends: ", *ends], "")
 
 
 def _circles(look: Look) -> Markup | str:

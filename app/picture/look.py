@@ -9,6 +9,8 @@ FOLDED = -1
 """Frame: the mean over the eight headings, each turned so that the prey faces east."""
 OF_TRIAL = -2
 """Frame: the heading of the running trial, as the world is."""
+ALL = -3
+"""Frame: each heading by itself, side by side."""
 
 
 class Look(NamedTuple):
@@ -20,10 +22,12 @@ class Look(NamedTuple):
     option: int = 0
     """Option, or skill, that the layers about one of them show."""
     frame: int = FOLDED
-    """``FOLDED``, ``OF_TRIAL``, or a heading 0...7."""
+    """``FOLDED``, ``OF_TRIAL``, ``ALL``, or a heading 0...7."""
     scale: Scale = "steps"
     fitted: bool = False
     """Whether the limits of colours are fitted to what is there, and not fixed."""
+    flight: bool = False
+    """Whether maps of value hatch the places that expect flight."""
     field: bool = True
     grid: bool = True
     sensors: bool = False
@@ -37,7 +41,10 @@ class Look(NamedTuple):
 
 
 def heading_shown(look: Look, trial_heading: int) -> int:
-    """The way the prey faces in the picture: east where the map is folded."""
+    """The way the prey faces in the picture: east where the map is folded.
+
+    Where all headings are side by side, it is that of the trial that counts.
+    """
     if look.frame == FOLDED:
         return 0
-    return trial_heading if look.frame == OF_TRIAL else look.frame
+    return look.frame if look.frame >= 0 else trial_heading

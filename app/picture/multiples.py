@@ -1,104 +1,102 @@
-"""All headings at once: a layer for each of them, in one small picture."""
+"""All headings side by side: a layer for each of them, two rows of four, as one picture.
 
-import base64
-import functools
-import io
+They lie where the board does otherwise, and take its whole width.
+"""
+
+from typing import Final, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
-from PIL import Image
 
 from app.live.snapshot import Snapshot
-from app.picture.layer import Extras, Layer
+from app.picture.layer import Extras, Label, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import raster
-from app.util.html import element
 from app.words.plain import HEADING_NAMES
-from sim import geometry
 from sim.spec import N_HEADINGS
 
-TILE = 75
-"""Pixels along each side of one of the eight small pictures."""
-_TILES_PER_ROW = 4
+SIDE: Final = 60
+"""Pixels along each side of one of the eight: half of the board's, so that a frame stays small."""
+SHARE: Final = 0.24
+"""Side of one of them as a share of the board's."""
+_COLUMNS: Final = 4
+_GAP: Final = (1 - _COLUMNS * SHARE) / (_COLUMNS - 1)
+_NAME: Final = 0.04
+"""Room for the name above each."""
+_PITCH: Final = SHARE + _NAME + _GAP
+HALF_HEIGHT: Final = (2 * _PITCH - _GAP) / 2
+"""From the middle of all to their upper edge, as a share of the board's side."""
 
 
-def all_headings_png(snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -> bytes:
-    """A layer for each heading by itself, four to a row from east on counter-clockwise, as a PNG.
+class Tile(NamedTuple):
+    """Where one of the eight lies."""
 
-    North is up in each; a mark shows where the prey looks.
+    heading: int
+    east: float
+    """Of the middle of all, to its own middle, as a share of the board's side."""
+    north: float
+
+    def place(self, points: np.ndarray, side: float) -> np.ndarray:
+        """Points ``(..., 2)`` of a whole board of that side, where they lie here."""
+        return points * SHARE + np.array([self.east, self.north]) * side
+
+
+def _tile(heading: int) -> Tile:
+    row, column = divmod(heading, _COLUMNS)
+    east = (column - (_COLUMNS - 1) / 2) * (SHARE + _GAP)
+    return Tile(heading, east, HALF_HEIGHT - _NAME - SHARE / 2 - row * _PITCH)
+
+
+TILES: Final = tuple(_tile(heading) for heading in range(N_HEADINGS))
+"""From east on counter-clockwise, as one reads."""
+
+
+def tile_at(east: float, north: float) -> Tile | None:
+    """The one at a place, as shares of the board's side from the middle of all; None if none is."""
+    for tile in TILES:
+        if max(abs(east - tile.east), abs(north - tile.north)) <= SHARE / 2:
+            return tile
+    return None
+
+
+def all_headings(snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -> Picture:
+    """A layer for each heading by itself, north up in each, with its name above.
+
+    Pixels are those of the first tile, row by row from the south-west, then those of the next.
     """
-    small = raster(snapshot.spec.world, TILE)
-    theme = look.theme
-    n_rows = N_HEADINGS // _TILES_PER_ROW
-    pitch = TILE + 1
-    image = np.empty((n_rows * pitch - 1, _TILES_PER_ROW * pitch - 1, 3), np.uint8)
-    image[:] = theme.border
-    mark = _marks()
-    for heading in range(N_HEADINGS):
-        picture = layer.draw(snapshot, look._replace(frame=heading), extras, small)
-        tile = picture.colours.reshape(TILE, TILE, 3)
-        rows, columns = mark[heading]
-        tile[rows, columns] = theme.prey
-        top, left = heading // _TILES_PER_ROW * pitch, heading % _TILES_PER_ROW * pitch
-        image[top : top + TILE, left : left + TILE] = tile[::-1]
-    return png(image)
-
-
-@functools.cache
-def _marks() -> list[tuple[np.ndarray, np.ndarray]]:
-    """For each heading the rows and columns of a dot with a line the way the prey looks."""
-    middle, reach = TILE // 2, 9
-    marks = []
-    for east, north in geometry.HEADINGS:
-        length = np.arange(round(reach / np.hypot(east, north)) + 1)
-        rows = np.concatenate([np.repeat([-1, 0, 1], 3), north * length])
-        columns = np.concatenate([np.tile([-1, 0, 1], 3), east * length])
-        marks.append((middle + rows, middle + columns))
-    return marks
-
-
-def small_multiples_html(png: bytes) -> Markup:
-    """The eight small pictures as wide as the panel, with what they are."""
-    data = base64.b64encode(png).decode("ascii")
-    names = ", ".join(HEADING_NAMES)
-    shown = Markup(
-        f'<img src="data:image/png;base64,{data}" alt="The layer for each heading: {names}"'
-        ' style="width:100%;display:block;image-rendering:pixelated">'
+    world = snapshot.spec.world
+    small = raster(world, SIDE)
+    each = [
+        layer.draw(snapshot, look._replace(frame=tile.heading), extras, small) for tile in TILES
+    ]
+    names = tuple(
+        Label(
+            f"prey faces {HEADING_NAMES[tile.heading]}",
+            tile.east * world.size,
+            (tile.north + SHARE / 2 + _NAME / 2) * world.size,
+        )
+        for tile in TILES
     )
-    note = "Each heading by itself, north up; the mark shows where the prey looks."
-    content = shown + element("div", note, style="opacity:0.7")
-    return element("div", content, style="padding:0 0.7em;font-size:0.8em;line-height:1.5")
+    return Picture(
+        np.concatenate([picture.colours for picture in each]),
+        arrows=_joined([picture.arrows for picture in each], world.size),
+        arrow_colours=_together([picture.arrow_colours for picture in each]),
+        labels=names,
+        contours=tuple(
+            contour._replace(segments=tile.place(contour.segments, world.size))
+            for tile, picture in zip(TILES, each, strict=True)
+            for contour in picture.contours
+            # A picture as small as these has no room for more.
+            if contour.is_edge
+        ),
+    )
 
 
-def png(image: np.ndarray) -> bytes:
-    """A PNG file with a palette.
-
-    Where an image has more than 256 colours, those that differ least become one.
-
-    Args:
-        image: ``(row, column, 3) uint8``, the first row on top.
-    """
-    index, colours = _with_palette(image)
-    shown = Image.fromarray(index)
-    shown.putpalette(colours.tobytes())
-    file = io.BytesIO()
-    shown.save(file, "PNG")
-    return file.getvalue()
+def _joined(arrows: list[np.ndarray | None], size: int) -> np.ndarray | None:
+    """The arrows of all tiles where they lie, in cells from the middle of all."""
+    there = zip(TILES, arrows, strict=True)
+    return _together([None if ways is None else tile.place(ways, size) for tile, ways in there])
 
 
-def _with_palette(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """An image as indices ``(row, column) uint8`` into colours ``(index, 3) uint8``."""
-    for bits in (5, 4, 2):
-        kept = (image >> (8 - bits)).astype(np.int32)
-        code = (kept[..., 0] << 2 * bits) | (kept[..., 1] << bits) | kept[..., 2]
-        met = np.zeros(1 << 3 * bits, bool)
-        met[code] = True
-        colours_met = np.flatnonzero(met)
-        if len(colours_met) <= 256:
-            break
-    place = np.zeros(met.size, np.uint8)
-    place[colours_met] = np.arange(len(colours_met))
-    index = place[code]
-    colours = np.zeros((len(colours_met), 3), np.uint8)
-    colours[index] = image
-    return index, colours
+def _together(parts: list[np.ndarray | None]) -> np.ndarray | None:
+    there = [part for part in parts if part is not None]
+    return np.concatenate(there) if there else None

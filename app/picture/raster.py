@@ -73,3 +73,16 @@ def _raster(sensors: Sensors, side: int) -> Raster:
 def on_raster(per_state: np.ndarray, raster: Raster) -> np.ndarray:
     """Spread states ``(distance, direction, ...)`` over pixels, ``(pixel, ...)``."""
     return per_state.reshape(-1, *per_state.shape[2:]).take(raster.states, axis=0)
+
+
+# Patterns, by the board's cells, so that they are as fine on a raster of any size. ------------
+
+
+def hatched(raster: Raster, world: WorldSpec) -> np.ndarray:
+    """Whether a pixel is on a line of a diagonal hatch, ``(pixel,) bool``."""
+    return (raster.cells % world.size + raster.cells // world.size) % 4 == 0
+
+
+def dotted(raster: Raster, world: WorldSpec) -> np.ndarray:
+    """Whether a pixel is on a dot of a lattice, ``(pixel,) bool``."""
+    return (raster.cells % world.size % 3 == 1) & (raster.cells // world.size % 3 == 1)

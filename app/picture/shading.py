@@ -1,4 +1,4 @@
-"""From values to numbers on a scale, and from these to colours.
+"""From values to numbers on a scale.
 
 Arrays over states are ``(distance, direction)``.
 """
@@ -7,12 +7,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from app.picture.colours import gain_colours, loss_colours, palette
-from app.picture.theme import Theme
 from learners.measures import equivalent_distance
 
-FARTHEST_STEPS = 400.0
-"""Upper end of the scale of equivalent distances: a little more than a circle at radius 60."""
+FARTHEST_STEPS = 200.0
+"""Upper end of the scale of equivalent distances: hardly a state of value is farther."""
+SHOWN_FROM = 1 / 2
+"""Share of the headings that must know of a place for it to be coloured: what fewer know is not yet
+part of the cone, the arm or the ring that people see."""
 
 Scale = Literal["steps", "linear"]
 
@@ -26,8 +27,6 @@ class Known(NamedTuple):
     """(distance, direction) float64: mean of the values above 0, 0 where none."""
     positive_share: np.ndarray
     """(distance, direction) float64: share of headings whose value is above 0."""
-    loss: np.ndarray
-    """(distance, direction) float64: mean size of the values below 0, 0 where none."""
     negative_share: np.ndarray
     """(distance, direction) float64: share of headings whose value is below 0."""
 
@@ -52,7 +51,6 @@ def known_of(values: np.ndarray, capture_reward: float, gamma: float) -> Known:
         steps=mean_of(np.nan_to_num(steps), n_positive, np.nan),
         gain=mean_of(np.where(positive, values, 0), n_positive, 0.0),
         positive_share=n_positive / len(values),
-        loss=mean_of(np.where(negative, -values, 0), n_negative, 0.0),
         negative_share=n_negative / len(values),
     )
 
@@ -105,8 +103,6 @@ class Shading(NamedTuple):
     scale: Scale
     gain: Ruler
     """Of equivalent distances where the scale is ``steps``, of values where it is linear."""
-    penalty: float
-    """Size of the value at which the scale of losses ends."""
 
     def level(self, known: Known) -> np.ndarray:
         """Place of the gains on the colour scale, 0...1; NaN where there is none."""
@@ -114,19 +110,15 @@ class Shading(NamedTuple):
             return nearness(known.steps, self.gain)
         return self.gain.place(np.where(known.positive_share > 0, known.gain, np.nan))
 
-    def loss_level(self, known: Known) -> np.ndarray:
-        """Loss as a share of the full one, 0...1."""
-        return np.clip(known.loss / max(self.penalty, 1e-9), 0.0, 1.0)
 
-
-def fixed_shading(scale: Scale, reward: float, penalty: float) -> Shading:
+def fixed_shading(scale: Scale, reward: float) -> Shading:
     """The shading whose limits do not depend on what has been learned."""
-    return Shading(scale, STEPS if scale == "steps" else Ruler(0.0, reward), penalty)
+    return Shading(scale, STEPS if scale == "steps" else Ruler(0.0, reward))
 
 
 def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: float) -> Shading:
     """A shading whose limits are the least and the most that is among values, if anything is."""
-    gains, losses = values[values > 0], values[values < 0]
+    gains = values[values > 0]
     gain = fixed.gain
     if len(gains):
         ends = np.array([gains.min(), gains.max()], dtype=np.float64)
@@ -135,21 +127,4 @@ def fitted_shading(values: np.ndarray, gamma: float, fixed: Shading, reward: flo
             gain = Ruler(float(nearest), float(farthest), "root")
         else:
             gain = Ruler(float(ends[0]), float(ends[1]))
-    penalty = float(-losses.min()) if len(losses) else fixed.penalty
-    return Shading(fixed.scale, gain, penalty)
-
-
-# Colours ------------------------------------------------------------------------
-
-
-def shaded(known: Known, shading: Shading, theme: Theme) -> np.ndarray:
-    """Colour of each state, ``(distance, direction, 3) uint8``.
-
-    No colour where nothing is known; otherwise the hue says how good or bad, and how strongly it
-    covers the board says how many headings know it.
-    """
-    board = np.array(theme.unknown, dtype=np.float64)
-    gain = palette(gain_colours(), shading.level(known))
-    loss = loss_colours(shading.loss_level(known), theme)
-    up, down = known.positive_share[..., None], known.negative_share[..., None]
-    return np.rint(board * (1 - up - down) + gain * up + loss * down).astype(np.uint8)
+    return Shading(fixed.scale, gain)

@@ -1,35 +1,52 @@
 """Maps of value: what the layers share that show what a place is worth."""
 
+from typing import Final
+
 import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.colours import gain_colours, gradient_css, loss_colours, over_board
-from app.picture.frames import in_frame
+from app.picture.colours import css, gain_colours, over_board, palette
+from app.picture.contours import Contour, edges, isolines, segments
+from app.picture.frames import folds, in_frame
+from app.picture.layer import Heeded, Picture
 from app.picture.legend import (
     bar,
     bar_marks,
+    dots,
     frame_in_words,
+    hatch,
     legend,
     limits,
     patch_of_board,
-    swatch,
 )
 from app.picture.look import Look
+from app.picture.raster import Raster, dotted, hatched, on_raster
 from app.picture.shading import (
+    SHOWN_FROM,
     Shading,
     fitted_shading,
     fixed_shading,
     known_of,
-    shaded,
 )
-from app.picture.theme import Theme
 from app.util.html import element, joined
 from app.words.numbers import of_any_size
+from app.words.plain import joined_by_and
+from sim.spec import WorldSpec
 
-FAINT = 0.5
-"""How strongly values cover the board below arrows, which are to be seen on it."""
-_MEAN = "the mean over its eight headings, paler where fewer of them know anything"
+VALUE_HEEDS: Final[frozenset[Heeded]] = frozenset({"frame", "scale", "fitted", "flight"})
+HATCH_COVER = 0.4
+"""How strongly a hatch covers the board."""
+_LINES_AT = (20.0, 50.0, 100.0)
+"""Steps to capture at which maps of value have a line."""
+_LINE = (18, 62, 74)
+"""A dark shade of the values' own colours, on light and on dark boards."""
+_EDGE_ON_LIGHT, _EDGE_ON_DARK = (0, 88, 84), (170, 240, 205)
+"""Shades of the values' colours as well, apart from them and from the board."""
+_DOTS_LEVEL = 128
+"""The colour in the legend of what few know, of the values' 256."""
+_LEAST_EDGE = 12.0
+"""Cells from the prey, on a grid of the standard size."""
 
 
 def reward_of(snapshot: Snapshot) -> float:
@@ -61,47 +78,79 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
         values: all values of the map, any shape, finite.
     """
     reward = reward_of(snapshot)
-    fixed = fixed_shading(look.scale, reward, penalty_of(snapshot))
+    fixed = fixed_shading(look.scale, reward)
     if not look.fitted:
         return fixed
     return fitted_shading(values, snapshot.spec.learner.gamma, fixed, reward)
 
 
-def value_map(values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Colours of states, ``(distance, direction, 3) uint8``.
+def value_picture(
+    values: np.ndarray, shading: Shading, snapshot: Snapshot, look: Look, raster: Raster
+) -> Picture:
+    """Where the global reward is to be had, with a line round it.
+
+    In full colour is what at least half of the headings know, dotted what fewer know; no colour is
+    paler than another for that, since the front of what is learned would fade into the board. What
+    expects flight is hatched, if it is wished: it is most of the board, and would cover the rest.
 
     Args:
         values: ``(heading, distance, direction)`` of the headings that take part.
         shading: their scale.
         snapshot: the moment.
         look: whose theme it is.
+        raster: where it is drawn.
     """
+    theme, world = look.theme, snapshot.spec.world
     known = known_of(values, reward_of(snapshot), snapshot.spec.learner.gamma)
-    return shaded(known, shading, look.theme)
+    gain = np.rint(palette(gain_colours(), shading.level(known))).astype(np.uint8)
+    is_shown = known.positive_share >= SHOWN_FROM
+    colours = np.where(is_shown[..., None], gain, np.array(theme.unknown, np.uint8))
+    pixels = on_raster(colours, raster)
+    if look.flight:
+        flees = on_raster((known.negative_share >= SHOWN_FROM) & ~is_shown, raster)
+        pixels[flees & hatched(raster, world)] = over_board(
+            np.array(theme.flight), HATCH_COVER, theme
+        )
+    few = on_raster((known.positive_share > 0) & ~is_shown, raster) & dotted(raster, world)
+    pixels[few] = on_raster(gain, raster)[few]
+    edge = _EDGE_ON_DARK if theme.is_dark else _EDGE_ON_LIGHT
+    contours = [Contour(_edge(is_shown, world), edge, is_edge=True)]
+    if shading.scale == "steps":
+        steps = np.where(is_shown, known.steps, np.nan)
+        lines = isolines(steps, world, _LINES_AT)
+        contours[:0] = [Contour(segments(line.points), _LINE) for line in lines]
+    return Picture(pixels, contours=tuple(contours))
 
 
-def state_value_map(snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Colours of the values of states, as :func:`value_map`."""
+def _edge(region: np.ndarray, world: WorldSpec) -> np.ndarray:
+    """Segments round a region, without those that the prey's dot and arrow nearly cover."""
+    parts = edges(region, world)
+    return parts[np.hypot(parts[..., 0], parts[..., 1]).min(axis=1) > _LEAST_EDGE * world.scale]
+
+
+def state_value_picture(snapshot: Snapshot, look: Look, raster: Raster) -> Picture:
+    """The values of states, as :func:`value_picture`."""
     values = or_zero(snapshot.value)
     shading = value_shading(snapshot, look, values)
-    return value_map(in_frame(values, snapshot, look), shading, snapshot, look)
+    return value_picture(in_frame(values, snapshot, look), shading, snapshot, look, raster)
 
 
 # Legends ------------------------------------------------------------------------------------
 
 
-def value_scale(shading: Shading, look: Look, cover: float = 1.0) -> list[Markup]:
+def value_scale(shading: Shading, look: Look) -> list[Markup]:
     """The bar of a scale of gains, and its limits.
 
     Args:
         shading: the scale.
         look: how the board is seen.
-        cover: how strongly the values cover the board, 0...1.
     """
-    gain, colours = shading.gain, over_board(gain_colours(), cover, look.theme)
+    gain, colours = shading.gain, gain_colours()
     if shading.scale == "steps":
         # Its low end is on the right, where the colours are brightest.
         marks = [(1.0 - place, text) for place, text in bar_marks(gain, _steps)]
+        if not look.fitted:
+            marks = [(place, f"{text} or more" if place == 0 else text) for place, text in marks]
         return [bar(colours, marks), limits(look, f"{_steps(gain.high)} steps", _steps(gain.low))]
     ends = of_any_size(gain.low), of_any_size(gain.high)
     return [bar(colours, bar_marks(gain, of_any_size)), limits(look, *ends)]
@@ -111,21 +160,7 @@ def _steps(steps: float) -> str:
     return f"{steps:.0f}" if steps >= 10 else f"{steps:.2g}"
 
 
-def losses(shading: Shading, theme: Theme, text: str, cover: float = 1.0) -> Markup:
-    """A swatch of the scale of losses, with its limits."""
-    worst = loss_colours(np.linspace(0.0, 1.0, 12), theme)
-    gradient = gradient_css(over_board(worst, cover, theme))
-    return swatch(gradient, f"{text}, 0 to -{of_any_size(shading.penalty)}", width="4em")
-
-
-def value_legend(
-    snapshot: Snapshot,
-    look: Look,
-    what: str,
-    shading: Shading,
-    more: Markup | str = "",
-    cover: float = 1.0,
-) -> Markup:
+def value_legend(snapshot: Snapshot, look: Look, what: str, shading: Shading) -> Markup:
     """Legend of a map of values of the global reward.
 
     Args:
@@ -133,14 +168,28 @@ def value_legend(
         look: how the board is seen.
         what: what has the values.
         shading: their scale.
-        more: what else there is to know.
-        cover: how strongly the values cover the board, 0...1.
     """
-    measure = ", as steps to certain capture" if shading.scale == "steps" else ""
-    known = losses(shading, look.theme, "expects flight", cover), patch_of_board(look, "not known")
+    theme = look.theme
+    measure = ", as steps to a certain capture" if shading.scale == "steps" else ""
+    key = [patch_of_board(look, "nothing to expect yet")]
+    if look.flight:
+        key = [
+            patch_of_board(look, "nothing known"),
+            hatch(css(over_board(np.array(theme.flight), HATCH_COVER, theme)), "expects flight"),
+        ]
+    each, lines = "", Markup()
+    if folds(look):
+        middle = gain_colours()[_DOTS_LEVEL]
+        key.insert(0, dots(css(middle), look, "known for few of them"))
+        each = "the mean of the ways the prey can look for which it is known"
+    lines = Markup()
+    if shading.scale == "steps":
+        lines = element(
+            "div", f"Thin lines: {joined_by_and([_steps(at) for at in _LINES_AT])} steps."
+        )
     return legend(
         look,
         what + measure,
-        [*value_scale(shading, look, cover), element("div", joined(known, "")), more],
-        frame_in_words(snapshot, look, _MEAN),
+        [*value_scale(shading, look), element("div", joined(key, "")), lines],
+        frame_in_words(snapshot, look, each),
     )

@@ -72,9 +72,12 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         '<link rel="stylesheet" href="web/lab.css" />\n'
         '<link rel="stylesheet" href="web/looks.css" />\n'
         '<link rel="stylesheet" href="web/stage.css" />\n'
+        '<link rel="stylesheet" href="web/controls.css" />\n'
         '<link rel="stylesheet" href="web/bar.css" />\n'
         '<link rel="stylesheet" href="web/readings.css" />\n'
+        '<link rel="stylesheet" href="web/hunts.css" />\n'
         '<link rel="stylesheet" href="web/terms.css" />\n'
+        '<link rel="stylesheet" href="web/tour.css" />\n'
         '<script type="module" src="web/lab.js"></script>'
     )
     text = gzip.decompress(body) if is_packed else body

@@ -9,13 +9,15 @@ const MARGIN = 0.015;
 /** How much nearer one can come. */
 const MOST_ZOOM = 30;
 const CELLS = "/board/cells";
+const BORDER = "/board/border";
 
+/** @typedef {{width: number, height: number}} Half */
 /** @typedef {{x: number, y: number, z: number, clone: () => Vector, distanceTo: (other: Vector) => number}} Vector */
 
 /** The camera's controls that have been set up. @type {any} */
 let known = null;
-/** Whose corner was found last, and how far it lies from the middle. @type {[unknown, number]} */
-let corner = [null, 0];
+/** Whose corner was found last, and how far it lies from the middle. @type {[unknown, Half]} */
+let corner = [null, { width: 0, height: 0 }];
 /** What would show all of the board in the room as it was last. */
 let fitted = 0;
 /** @type {(isDefault: boolean) => void} */
@@ -24,12 +26,17 @@ let tell = () => {};
 /** viser's own, once it has a picture. @returns {any} */
 const viewer = () => /** @type {any} */ (window).__viserMutable;
 
-/** Half the side of the board: its outermost cell's far edge. @returns {number} */
-const halfSide = () => {
+/** Half of what the board's border takes: a square, or all headings side by side. @returns {Half} */
+const half = () => {
+  /** @type {Float32Array | undefined} */
   const points =
-    /** @type {any} */ (window).__viserSceneTree?.getState()[CELLS]?.message.props.points;
-  if (!points || points.length < 6) return 0;
-  if (corner[0] !== points) corner = [points, Math.abs(points[0]) + (points[3] - points[0]) / 2];
+    /** @type {any} */ (window).__viserSceneTree?.getState()[BORDER]?.message.props.points;
+  if (!points) return { width: 0, height: 0 };
+  if (corner[0] !== points) {
+    const farthest = (/** @type {number} */ axis) =>
+      points.reduce((most, part, at) => (at % 3 === axis ? Math.max(most, Math.abs(part)) : most), 0);
+    corner = [points, { width: farthest(0), height: farthest(1) }];
+  }
   return corner[1];
 };
 
@@ -42,14 +49,15 @@ const placed = (/** @type {number} */ x, /** @type {number} */ y, /** @type {num
 /** From how far away all of the board is seen. */
 const fitting = () => {
   const { camera } = viewer();
-  const half = halfSide() * (1 + 2 * MARGIN);
-  return half / (Math.tan((camera.fov * Math.PI) / 360) * Math.min(1, camera.aspect));
+  const { width, height } = half();
+  const most = Math.max(height, width / camera.aspect) * (1 + 2 * MARGIN);
+  return most / Math.tan((camera.fov * Math.PI) / 360);
 };
 
 const isDefault = () => {
   const middle = placed(0, 0, 0);
   if (!known || !middle || !fitted) return true;
-  const off = known.getTarget(middle.clone()).distanceTo(middle) / halfSide();
+  const off = known.getTarget(middle.clone()).distanceTo(middle) / half().height;
   return Math.abs(known.distance / fitted - 1) < 0.01 && off < 0.01;
 };
 
@@ -71,7 +79,7 @@ const look = (target, distance) => {
 /** All of the board, in the middle. */
 export const resetView = () => {
   const middle = known && placed(0, 0, 0);
-  if (!middle || !halfSide()) return;
+  if (!middle || !half().height) return;
   fitted = fitting();
   look(middle, fitted);
 };
@@ -100,6 +108,23 @@ const setUp = () => {
   });
 };
 
+/** What the camera was last set to show. @type {Half} */
+let shown = { width: 0, height: 0 };
+let isWatching = false;
+
+/** Nothing tells, either, that another board has come: one that is wider, or a square again. */
+const watch = () => {
+  if (isWatching) return;
+  isWatching = true;
+  setInterval(() => {
+    const now = half();
+    if (!known || !now.height) return;
+    if (now.width === shown.width && now.height === shown.height) return;
+    shown = now;
+    resetView();
+  }, 150);
+};
+
 /** What was asked for last, and whether it waits for the board. */
 let asked = { width: 0, height: 0 };
 let isWaiting = false;
@@ -108,7 +133,7 @@ let isWaiting = false;
 const aim = () => {
   isWaiting = false;
   const mutable = viewer();
-  if (!mutable?.cameraControl || !halfSide() || !placed(0, 0, 0)) {
+  if (!mutable?.cameraControl || !half().height || !placed(0, 0, 0)) {
     isWaiting = true;
     return void requestAnimationFrame(aim);
   }
@@ -127,6 +152,7 @@ const aim = () => {
 export const fitCamera = (width, height) => {
   const isSame = width === asked.width && height === asked.height;
   asked = { width, height };
+  watch();
   if (!isWaiting && width && height && !(isSame && viewer()?.cameraControl === known)) aim();
 };
 

@@ -44,6 +44,7 @@ export const whenFolded = (listener) => void listeners.push(listener);
 
 const show = () => {
   document.documentElement.dataset.open = [...open].join(" ");
+  document.documentElement.dataset.room = room();
   for (const listener of listeners) listener();
 };
 

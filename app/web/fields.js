@@ -20,6 +20,18 @@ const finish = (target) => {
   });
 };
 
+/**
+ * What is typed into a list finds its options, and is none where there is none of that name: then the
+ * list shows again what is chosen, which viser has it do as the focus leaves.
+ * @param {KeyboardEvent} event
+ */
+const leaveList = ({ key, target }) => {
+  if (!(target instanceof HTMLInputElement) || !target.matches(".mantine-Select-input")) return;
+  const list = document.getElementById(target.getAttribute("aria-controls") ?? "");
+  const isOffered = list?.querySelector("[role=option]") != null;
+  if (key === "Escape" || (key === "Enter" && list && !isOffered)) target.blur();
+};
+
 document.addEventListener("input", ({ target }) => {
   if (target instanceof HTMLElement && target.matches(".mantine-TextInput-input"))
     typed.add(target);
@@ -27,4 +39,5 @@ document.addEventListener("input", ({ target }) => {
 document.addEventListener("focusout", ({ target }) => finish(target));
 document.addEventListener("keydown", (event) => {
   if (event.key === "Enter" && !event.isComposing) finish(event.target);
+  leaveList(event);
 });

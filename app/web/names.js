@@ -6,9 +6,7 @@ import { whenChanged } from "./changes.js";
 /** Buttons that are but a picture, by that. */
 const PICTURES = {
   "list-search": "Commands",
-  maximize: "Enlarge the curve",
 };
-const CURVE = "Learning curve: reward per trial against steps";
 
 /**
  * @param {Element | null | undefined} node
@@ -31,8 +29,6 @@ whenChanged(() => {
   for (const [picture, name] of Object.entries(PICTURES))
     for (const icon of document.querySelectorAll(`.tabler-icon-${picture}`))
       set(icon.closest("button"), { "aria-label": name });
-  for (const plot of document.querySelectorAll(".uplot-container canvas"))
-    set(plot, { role: "img", "aria-label": CURVE });
   const board = document.querySelector("[data-board]")?.getAttribute("data-board");
   set(document.querySelector("canvas[data-engine]"), { role: "img", "aria-label": board });
 });

@@ -12,11 +12,14 @@ import { resultsRoom } from "./results.js";
 const USUAL = { width: 1366, height: 768 };
 const MOST_SCALE = 3;
 /** How much larger type is that is to be read from the last row: 13 px become 18. */
-const PRESENTED = 1.42;
-/** What stands above, below and beside the board takes at least so many pixels at scale 1. */
-const HEAD_PX = 96;
-const BAR_PX = 190;
+const PRESENTED = 1.4;
+/** What stands above, below and beside the board takes about so many pixels at scale 1. */
+const HEAD_PX = 120;
+const BAR_PX = 220;
+const TEXT_PX = 190;
 const ASIDE_PX = 300;
+/** Width of a window, in its heights, that has room for a broad column beside a board. */
+const BROAD = 1.55;
 /** Below this viser has no panels at the sides, but a sheet at the bottom. */
 const PHONE = matchMedia("(max-width: 36em)");
 
@@ -25,13 +28,14 @@ stage.id = "pounce-stage";
 stage.innerHTML = `
   <div class="board">
     <div class="over" data-slot-of="opening"></div>
-    <div class="over" data-slot-of="said"></div>
+    <div class="over" data-slot-of="said" role="status"></div>
     <button class="reset" type="button" title="Show all of the board again (R)" hidden>Reset view</button>
   </div>
   <div class="aside">
     <header>
       <p data-slot-of="task"></p>
       <div class="tools">
+        <button class="begin-tour" type="button" data-tour="start" title="Five stops at what one needs first">Tour</button>
         <button class="play" type="button" title="Pause or play (space)">Play</button>
         <button class="present" type="button" aria-pressed="false" title="Only board, sentence, legend, curve and timeline, in large type (P)">Present</button>
       </div>
@@ -52,6 +56,7 @@ const board = part(".board");
 const present = part(".present");
 const reset = part(".reset");
 const play = part(".play");
+const bar = part("footer");
 const root = document.documentElement;
 
 const isPresenting = () => root.dataset.present !== undefined;
@@ -67,19 +72,23 @@ const taken = (edge) => {
 };
 
 /**
- * How the parts stand so that the board is as large as can be: what is said above and below it, or
- * in a column at its side, or on a phone all below it.
+ * How the parts stand so that the board is as large as can be. What is said is in a column at its
+ * side, or above it, or on a phone below it; the bar is in that column, too, or below the board.
  * @param {number} width
  * @param {number} height
  * @param {number} zoom
  */
 const arranged = (width, height, zoom) => {
   if (PHONE.matches) return { shape: "stack", size: Math.min(width, height * 0.6) };
+  const isAlone = stage.hasAttribute("data-alone");
+  // In a presentation all is to be seen at once, for which the column has to be a broad one.
+  const holdsBar = !isPresenting() || width > BROAD * height;
+  const beside = holdsBar ? Math.min(height, width - ASIDE_PX * zoom) : 0;
   const between = Math.min(width, height - (HEAD_PX + BAR_PX) * zoom);
-  const beside = Math.min(height, width - ASIDE_PX * zoom);
-  return between >= beside
-    ? { shape: "column", size: between }
-    : { shape: "side", size: Math.max(beside, 0) };
+  const aside = (isAlone ? ASIDE_PX : TEXT_PX) * zoom;
+  const above = isAlone && holdsBar ? 0 : Math.min(height - BAR_PX * zoom, width - aside);
+  const size = Math.max(beside, between, above, 0);
+  return { size, shape: size === between ? "column" : size === above ? "corner" : "side" };
 };
 
 /** The stage lies between the panels, and the canvas where its board is. */
@@ -91,16 +100,20 @@ const place = () => {
   root.style.setProperty("--stage-scale", `${scale}`);
   root.style.setProperty("--stage-zoom", `${zoom}`);
   const beside = resultsRoom();
-  const left = Math.max(taken("left"), beside);
-  const right = taken("right");
-  stage.style.paddingLeft = `${left}px`;
-  stage.style.paddingRight = `${right}px`;
+  const [docked, right] = EDGES.map(taken);
+  const left = Math.max(docked, beside);
+  root.style.setProperty("--left", `${left}px`);
+  root.style.setProperty("--right", `${right}px`);
+  // What the left panel has is not there for all to see when that is folded.
+  stage.toggleAttribute(
+    "data-alone",
+    isPresenting() || !isOpen("left") || beside > 0 || room() === "over",
+  );
   const { height } = stage.getBoundingClientRect();
   const { shape, size } = arranged(innerWidth - left - right, height, zoom);
   stage.dataset.shape = shape;
-  // What the left panel has is not there for all to see when that is folded.
-  stage.toggleAttribute("data-alone", isPresenting() || !isOpen("left") || beside > 0 || room() === "over");
   root.style.setProperty("--board-size", `${size}px`);
+  root.style.setProperty("--bar-height", `${bar.getBoundingClientRect().height}px`);
   const place = board.getBoundingClientRect();
   for (const edge of /** @type {const} */ (["left", "top", "width", "height"]))
     root.style.setProperty(`--board-${edge}`, `${place[edge]}px`);
@@ -129,7 +142,7 @@ window.addEventListener("keydown", ({ key }) => {
 whenViewChanges((isDefault) => (reset.hidden = isDefault));
 
 const watch = new ResizeObserver(place);
-for (const node of [root, board]) watch.observe(node);
+for (const node of [root, board, bar]) watch.observe(node);
 /** @type {WeakSet<Element>} */
 const watched = new WeakSet();
 whenFolded(place);

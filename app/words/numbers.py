@@ -36,9 +36,18 @@ def in_millions(number: float) -> str:
     return shown_number(number / 1e6, ".2f")
 
 
+def rate_in_short(per_second: float) -> str:
+    """How many a second, as precisely as such a number holds for more than that second."""
+    rate = float(f"{per_second:.2g}") if per_second >= 100 else round(per_second)
+    for unit, sign in ((1e6, "M"), (1e3, "k")):
+        if rate >= unit:
+            return f"{rate / unit:.3g} {sign}"
+    return f"{rate:.0f}"
+
+
 def speed_in_words(steps_per_s: float) -> str:
     """Steps per second in few characters, with their unit."""
-    number = in_short(steps_per_s)
+    number = rate_in_short(steps_per_s)
     return f"{number} step/s" if number == "1" else f"{number} steps/s"
 
 
@@ -92,11 +101,12 @@ def of_any_size(amount: float) -> str:
     return f"{Decimal(f'{shown:.2g}'):f}"
 
 
-def in_hundredths(value: float) -> str:
-    """A value with two decimals, or, where they would hide it, as a power of ten."""
-    if value == 0 or abs(value) >= 0.01:
-        return f"{value:.2f}".removesuffix(".00")
-    return f"{value:.1e}"
+def significant(value: float, digits: int = 3) -> str:
+    """A value with so many digits that mean something, however small it is."""
+    text = f"{value:.{digits}g}"
+    if abs(value) >= 1e-7:
+        text = f"{Decimal(text):f}"
+    return text.replace("-", _MINUS)
 
 
 # Marks of axes ------------------------------------------------------------------------------

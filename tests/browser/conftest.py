@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
+from app.page import widgets
 from learners.spec import RunSpec
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
 from tests.support.screen import VIEWPORT, Begin, OpenPage, Screen, Shared, StartLab
@@ -14,13 +15,22 @@ FIRST_TRIAL = 100
 """Where a lab stands that no test has begun in a way of its own."""
 
 
+@pytest.fixture(autouse=True)
+def no_double_clicks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clicks of tests may come faster than people's, and each is meant."""
+    monkeypatch.setattr(widgets, "DOUBLE_S", 0.0)
+
+
 @pytest.fixture
 def start_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartLab]:
     """Starts labs, paused at the beginning of a trial, and ends them after the test."""
     started: list[LiveLab] = []
 
-    def start(spec: RunSpec | None = None, trial: int = 0, speed: float = 20_000.0) -> LiveLab:
-        live = LiveLab(spec or preset_of(), speed, tmp_path_factory.mktemp("lab") / "results")
+    def start(
+        spec: RunSpec | None = None, trial: int = 0, speed: float = 20_000.0, opening: bool = False
+    ) -> LiveLab:
+        results = tmp_path_factory.mktemp("lab") / "results"
+        live = LiveLab(spec or preset_of(), speed, results, opening)
         started.append(live)
         if trial:
             live.go_to_trial(trial)

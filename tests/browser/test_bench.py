@@ -1,9 +1,8 @@
-"""The lab bench in a real browser: layers, inspection, steering, the timeline, files, keys."""
+"""The lab bench in a real browser: layers, inspection, steering, files, keys."""
 
 import io
 import math
 import re
-from collections.abc import Callable
 from html import unescape
 from typing import Any
 
@@ -13,7 +12,8 @@ from playwright.sync_api import Locator, expect
 
 from app.documents import presets
 from app.explain import cell
-from app.explain.cell import HEADING_NAMES, OUTCOME_NAMES
+from app.explain.cell import OUTCOME_NAMES
+from app.explain.cell_html import reading_html
 from app.explain.chain import action_text, chain_of, ending_text, sum_text
 from app.live.session import OpenRun, StartAgain, Status, StepOnce
 from app.live.snapshot import Snapshot
@@ -23,9 +23,10 @@ from app.page.panels.controls import slider_of
 from app.picture.layer import Extras, Layer, SuccessMap
 from app.picture.layers import LAYERS
 from app.picture.look import OF_TRIAL, Look
+from app.words.plain import HEADING_NAMES
 from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
-from learners.spec import EpisodeSpec, SkillWeights
+from learners.spec import SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 from tests.support.live import LiveLab, preset_of
 from tests.support.screen import Begin, OpenPage, Screen, arriving
@@ -60,17 +61,6 @@ TELL_ALL = "() => window.tellAll()"
 CAMERA_IS = """([place, near]) => {
     const now = window.__viserMutable.camera.position.toArray();
     return near === (Math.hypot(...now.map((part, i) => part - place[i])) < 0.05);
-}"""
-
-
-IS_BETWEEN_THE_SIDE_PANELS = """() => {
-    const side = edge => document.querySelector(`[data-dock-region=${edge}]`)
-        .getBoundingClientRect();
-    const panel = document.querySelector("[data-floating-window]:has(.pounce-schedule)")
-        .getBoundingClientRect();
-    const left = panel.left - side("left").right;
-    const right = side("right").left - panel.right;
-    return left === 8 && right >= 6 && right <= 8 && panel.bottom <= window.innerHeight;
 }"""
 
 
@@ -139,14 +129,6 @@ def cell_number(live: LiveLab, x: int, y: int) -> int:
 def click_cell(screen: Screen, live: LiveLab, x: int, y: int) -> None:
     """Click a cell of the board."""
     screen.page.mouse.click(*screen.place_of(cell_number(live, x, y)))
-
-
-def schedule_is(test: Callable[[Any], bool]) -> Callable[[Status], bool]:
-    """Whether a status has a schedule like that."""
-    return lambda status: test(status.snapshot.spec.schedule)
-
-
-# Layers, frames, overlays -------------------------------------------------------------------
 
 
 def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
@@ -250,15 +232,12 @@ def test_two_browsers_have_their_own_layers_and_are_counted(
 
 def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
-    screen.turn_to("Inspect")
-    assert screen.reads("Click a cell")
-    expect(screen.button("Hunt here")).to_be_disabled()
     snapshot = now_of(live)
     for x, y in [(14, 20), (23, 31)]:
         click_cell(screen, live, x, y)
         reading = cell.reading_at(snapshot, x, y, heading=0)
         title = screen.page.get_by_text(f"Cell ({x}, {y})", exact=True)
-        expect(title.locator("xpath=../..")).to_have_text(words(cell.reading_html(reading)))
+        expect(title.locator("xpath=../..")).to_have_text(words(reading_html(reading, Look())))
         expect(screen.button("Hunt here")).to_be_enabled()
 
     click_cell(screen, live, 14, 20)
@@ -270,7 +249,8 @@ def test_a_click_inspects_a_cell_and_says_why_it_is_worth_that(begin: Begin) -> 
     expect(screen.page.get_by_role("listitem").first).to_have_text(
         f"{action_text(first)}: {sum_text(first)}"
     )
-    lines = ["/inspect/chain/line", 2 * len(chain.cells)]
+    # Every other step of it, in a world this small.
+    lines = ["/inspect/chain/line", 2 * (1 + len(chain.cells) // 2)]
     screen.page.wait_for_function(HAS_POINTS, arg=lines)
     screen.check("Why this value?", False)
     screen.page.wait_for_function(HAS_POINTS, arg=["/inspect/chain/line", 2])
@@ -419,10 +399,10 @@ def test_a_skill_of_ones_own_and_another_skill(begin: Begin) -> None:
     status = live.wait_for(lambda status: "circle_counterclockwise" in status.snapshot.present)
     assert by_hand(status)[-1] == Introduce("circle_counterclockwise", 300)
     screen.turn_to("Run")
-    expect(screen.text("sneak: new, selection frozen until")).to_have_count(0)
+    expect(screen.text("sneak: new, practised until")).to_have_count(0)
     assert screen.reads("sneak: active")
     expect(
-        screen.text(f"circle counterclockwise: new, selection frozen until trial {LEARNED + 300:,}")
+        screen.text(f"circle counterclockwise: new, practised until trial {LEARNED + 300:,}")
     ).to_be_visible()
 
 
@@ -450,89 +430,6 @@ def test_removing_a_skill_asks_first_and_can_be_undone(begin: Begin) -> None:
     status = live.wait_for(lambda status: len(status.snapshot.present) == 2)
     assert status.snapshot.present == before.present
     np.testing.assert_array_equal(status.snapshot.selection_q, before.selection_q)
-
-
-# The timeline -------------------------------------------------------------------------------
-
-
-def test_a_block_moves_by_a_nudge_and_the_past_is_not_offered(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    timer = now_of(live).spec.schedule.skills["circle_clockwise"]
-    screen.field("Change").click()
-    expect(screen.page.get_by_role("option")).to_have_text(
-        [
-            "\N{EN DASH} nothing \N{EN DASH}",
-            "circle clockwise: joins",
-            "circle clockwise: exploration",
-            "avoid: joins",
-            "avoid: exploration",
-            "approach: new exploration",
-            "circle clockwise: new exploration",
-            "avoid: new exploration",
-        ]
-    )
-    screen.page.get_by_role("option", name="circle clockwise: joins", exact=True).click()
-    screen.click("+500")
-    moved = schedule_is(lambda plan: plan.skills["circle_clockwise"].at == timer.at + 500)
-    status = live.wait_for(moved)
-    assert status.snapshot.spec.schedule.freeze_of("circle_clockwise") == timer.freeze
-    expect(screen.field("At trial")).to_have_value(f"{timer.at + 500:,}")
-    assert screen.reads(f"joins at {timer.at + 500:,}")
-
-    # Near enough, and its time comes.
-    screen.fill("At trial", "150")
-    screen.click("Apply")
-    live.wait_for(schedule_is(lambda plan: plan.skills["circle_clockwise"].at == 150))
-    status = live.go_to_trial(160)
-    assert status.snapshot.present == ("approach", "circle_clockwise")
-    expect(screen.field("Change")).to_have_value("\N{EN DASH} nothing \N{EN DASH}")
-    screen.field("Change").click()
-    offered = screen.page.get_by_role("option")
-    expect(offered.filter(has_text="circle clockwise:")).to_have_text(
-        ["circle clockwise: new exploration"]
-    )
-
-
-def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    episodes = now_of(live).spec.schedule.episodes
-    screen.choose("Change", "approach: new exploration")
-    for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
-        expect(screen.field(field)).to_have_value(proposed)
-    for field, text in [("At trial", "5 000"), ("Lasts", "7e2"), ("Chance", "25 %")]:
-        screen.fill(field, text)
-    screen.click("Add")
-    planned = EpisodeSpec(skill="approach", at=5_000, duration=700, probability=0.25)
-    status = live.wait_for(schedule_is(lambda plan: plan.episodes != episodes))
-    assert status.snapshot.spec.schedule.episodes == (*episodes, planned)
-    expect(screen.field("Change")).to_have_value("approach: exploration")
-
-    screen.fill("Lasts", "900")
-    screen.click("Apply")
-    changed = planned.model_copy(update={"duration": 900})
-    live.wait_for(schedule_is(lambda plan: plan.episodes == (*episodes, changed)))
-    screen.click("Delete")
-    live.wait_for(schedule_is(lambda plan: plan.episodes == episodes))
-    expect(screen.field("Change")).to_have_value("\N{EN DASH} nothing \N{EN DASH}")
-    expect(screen.button("Delete")).to_be_disabled()
-
-
-def test_the_schedule_takes_the_width_between_the_side_panels(begin: Begin) -> None:
-    _, screen = begin()
-    for width, height in [(1366, 768), (1920, 1080), (1440, 900)]:
-        screen.page.set_viewport_size({"width": width, "height": height})
-        screen.page.wait_for_function(IS_BETWEEN_THE_SIDE_PANELS)
-
-
-def test_on_a_narrow_screen_the_schedule_lies_over_no_button_that_cannot_be_scrolled_to(
-    begin: Begin,
-) -> None:
-    live, screen = begin(trial=10)
-    former = live.session.status.snapshot.generation
-    screen.page.set_viewport_size({"width": 1024, "height": 768})
-    screen.click("Start again")
-    status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
-    assert status.snapshot.trial == 0
 
 
 # Files --------------------------------------------------------------------------------------
@@ -587,7 +484,8 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(begin: Begin) -> N
     taken = live.wait_for(lambda s: s.snapshot.generation == before.generation + 1).snapshot
     assert (taken.preset, taken.seed, taken.step) == ("mine", before.seed, 0)
     assert taken.spec == saved
-    assert screen.reads("Started again with mine.")
+    assert screen.reads("mine is loaded, and is in the list under Start again.")
+    assert not live.session.status.playing
     expect(screen.field("Preset")).to_have_value("mine")
 
 
@@ -724,7 +622,7 @@ def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
         assert max(rights) <= edge["x"]
 
 
-def test_the_way_back_from_an_opened_run_stands_at_the_top_of_the_run_tab(begin: Begin) -> None:
+def test_the_way_back_from_an_opened_run_stands_in_the_run_tab(begin: Begin) -> None:
     live, screen = begin(trial=100)
     back = screen.button("Back to timed, trial 100")
     expect(back).to_have_count(0)

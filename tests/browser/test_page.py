@@ -31,8 +31,10 @@ from app.picture.look import Look
 from app.picture.raster import on_raster, raster
 from app.picture.shading import known_of, nearness
 from app.picture.theme import DARK, LIGHT
+from learners.commands import SetSchedule
 from learners.control import Episode
 from learners.run import Run
+from learners.spec import SkillTimer
 from sim import geometry
 from sim.rng import MAX_SEED
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
@@ -43,13 +45,6 @@ from tests.support.server import Page as Visitor
 ROOT = Path(__file__).resolve().parents[2]
 LEARNED = 2_000
 """Trials after which there is a cone in the small world."""
-
-POINTS = """curve => {
-    const [{ chart }] = Object.values(window.__viserTestpoints.uplots);
-    return Array.from(chart.data[curve] ?? []).filter(Number.isFinite).length;
-}"""
-"""How many points the first or the second curve has beside the board."""
-HAS_POINTS = f"([curve, count]) => ({POINTS})(curve) === count"
 
 DIFFERS_FROM = """colour => {
     const { colors } = window.__viserSceneTree.getState()["/board/cells"].message.props;
@@ -88,7 +83,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     expect(screen.reading("Success")).to_have_text("\N{EN DASH}")
     expect(screen.reading("States of value")).to_have_text("0")
     expect(screen.page.get_by_title("States worth more than 0, of 3,456")).to_be_visible()
-    expect(screen.legend).to_contain_text("Value of a state, as steps to certain capture")
+    expect(screen.legend).to_contain_text("Value of a place, as steps to a certain capture")
     assert (screen.cell_colours() == LIGHT.unknown).all()
     assert asked_for
     assert [url for url in asked_for if not url.startswith((live.lab.url, "data:", "blob:"))] == []
@@ -156,8 +151,8 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
     other.expect_cell_colours(live.colours(dark))
     one.expect_cell_colours(live.colours())
     other.turn_to("Now")
-    expect(other.legend).to_contain_text("Limits fixed: 0 to 100.")
-    expect(one.legend).to_contain_text("Limits fixed: 400 steps to 0.")
+    expect(other.legend).not_to_contain_text("as steps to a certain capture")
+    expect(one.legend).to_contain_text("as steps to a certain capture")
     scheme = "() => document.documentElement.dataset.mantineColorScheme"
     assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
 
@@ -287,7 +282,7 @@ def test_the_speed_is_set_by_its_slider(begin: Begin) -> None:
         0
     )
     slider.press("ArrowRight")
-    live.wait_for(lambda status: status.speed == pytest.approx(10**0.1))
+    live.wait_for(lambda status: status.speed == 1.25)
     slider.press("End")
     live.wait_for(lambda status: status.speed == FULL_SPEED)
     assert screen.reads("Full speed")
@@ -300,7 +295,12 @@ def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
     live.wait_for(lambda status: status.finished)
     expect(screen.headline).to_contain_text("The 400 trials are over.")
     screen.click("One step")
-    assert screen.reads("the 400 trials are over; play to go on")
+    assert screen.reads("the 400 trials are over; under Run it can go on for more, or start again")
+    expect(screen.button("The 400 trials are over")).to_be_disabled()
+    # Whoever wants to pause just then gets no more trials.
+    screen.page.keyboard.press("Space")
+    assert screen.reads("the 400 trials are over; under Run the learner can go on for 400 trials")
+    assert live.ask().snapshot.trial == 400
     screen.click("Go on for 400 trials more")
     live.wait_for(lambda status: status.snapshot.trial == 800 and status.finished)
     expect(screen.headline).to_contain_text("The 800 trials are over.")
@@ -311,13 +311,13 @@ def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
 
 def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> None:
     live, screen = begin(trial=LEARNED)
-    assert screen.reads("circle clockwise: not yet, joins at trial 12,000")
+    assert screen.reads("circle clockwise: joins at trial 12,000")
     screen.click("Add circle clockwise now")
     control = live.wait_for(lambda s: len(s.snapshot.present) == 2).snapshot.control
     added = control.introductions[-1]
     assert (added.skill, added.trial) == ("circle_clockwise", LEARNED)
     assert control.frozen_until == LEARNED + 300
-    assert screen.reads("circle clockwise: new, selection frozen until trial 2,300")
+    assert screen.reads("circle clockwise: new, practised until trial 2,300")
     expect(screen.button("Add circle clockwise now")).to_have_count(0)
     expect(screen.button("Add avoid now")).to_be_visible()
     expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
@@ -340,7 +340,6 @@ def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> N
 
     screen.click("Stop exploring circle clockwise")
     live.wait_for(lambda status: status.snapshot.control.episodes == ())
-    assert screen.reads("Nothing is being explored.")
     expect(screen.page.get_by_role("button", name="Stop exploring")).to_have_count(0)
 
 
@@ -383,10 +382,10 @@ def test_freezing_stops_learning_while_steps_go_on(begin: Begin) -> None:
 
 def test_the_schedule_can_be_left(begin: Begin) -> None:
     live, screen = begin("timed", "schedule.skills.circle_clockwise.at=60", trial=50)
-    assert screen.reads("circle clockwise: not yet, joins at trial 60")
+    assert screen.reads("circle clockwise: joins at trial 60")
     screen.checkbox("Follow schedule").click()
     live.wait_for(lambda status: not status.snapshot.control.schedule_on)
-    expect(screen.text("circle clockwise: not yet, joins")).to_have_count(0)
+    expect(screen.text("circle clockwise: joins")).to_have_count(0)
     assert screen.reads("circle clockwise: not yet")
     status = live.go_to_trial(70)
     assert status.snapshot.present == ("approach",)
@@ -459,6 +458,51 @@ def test_start_again_with_another_preset_and_seed(begin: Begin) -> None:
     expect(screen.button("Start exploring")).to_be_enabled()
 
 
+def test_starting_again_keeps_the_drawn_schedule_asks_others_and_is_undone(
+    begin: Begin, open_page: OpenPage
+) -> None:
+    live, screen = begin(trial=LEARNED)
+    former = live.session.status.snapshot
+    schedule = former.spec.schedule
+    circle = {"circle_clockwise": SkillTimer(at=6_000, freeze=300)}
+    drawn = schedule.model_copy(update={"skills": schedule.skills | circle})
+    live.ask(SetSchedule(drawn))
+    expect(screen.said).to_contain_text(f"Schedule edited at trial {LEARNED:,}")
+    expect(screen.checkbox("Keep the drawn schedule")).to_be_checked()
+
+    # Nobody else is looking.
+    screen.click("Start again")
+    taken = live.wait_for(lambda status: status.snapshot.step == 0).snapshot
+    assert (taken.spec.schedule, taken.preset_spec.schedule) == (drawn, schedule)
+    assert not live.session.status.playing
+    expect(screen.said).to_contain_text("Started again: timed, seed 3")
+    screen.said.get_by_role("button", name=f"Back to timed, trial {LEARNED:,}").click()
+    live.wait_for(lambda status: status.snapshot.generation == former.generation)
+    expect(screen.reading("Trial")).to_have_text(f"{LEARNED:,}")
+    screen.expect_cell_colours(live.colours())
+
+    other = open_page(live)
+    other.click("Start again")
+    dialog = other.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("1 other browser looks at this run.")
+    dialog.get_by_role("button", name="No", exact=True).click()
+    expect(dialog).to_have_count(0)
+    assert live.ask().snapshot.generation == former.generation
+    other.click("Start again")
+    dialog.get_by_role("button", name="Start again for all", exact=True).click()
+    live.wait_for(lambda status: status.snapshot.step == 0)
+    for page in (screen, other):
+        expect(page.said).to_contain_text("Started again: timed, seed 3")
+    # The key does what the button does, and a change of the learner is undone by it as well.
+    screen.page.keyboard.press("u")
+    live.wait_for(lambda status: status.snapshot.generation == former.generation)
+    screen.page.keyboard.press("f")
+    expect(other.said).to_contain_text(f"Selection frozen at trial {LEARNED:,}")
+    other.said.get_by_role("button", name="Undo").click()
+    live.wait_for(lambda status: not status.snapshot.control.selection_frozen)
+    expect(screen.said).to_have_text("Undone: selection frozen")
+
+
 def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(begin: Begin) -> None:
     live, screen = begin()
     former = live.session.status.snapshot.generation
@@ -503,6 +547,7 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
     status = live.wait_for(lambda status: status.snapshot.generation == former + 1)
     assert status.error is None
     expect(screen.headline).not_to_contain_text("ArithmeticError")
+    screen.click("Play")
     live.wait_for(lambda status: status.snapshot.trial > 20)
 
 
@@ -651,28 +696,3 @@ def test_a_busy_port_is_said_and_the_next_free_one_used() -> None:
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)
-
-
-# The curves ---------------------------------------------------------------------------------
-
-
-def test_both_curves_are_drawn_and_each_browser_has_its_own_windows(
-    begin: Begin, open_page: OpenPage
-) -> None:
-    live, screen = begin("timed", "trials=1000", trial=1_000)
-    other = open_page(live)
-    for each in (screen, other):
-        # A dot at the end of the run, and only there, since it has fewer than 2,000 trials.
-        each.page.wait_for_function(HAS_POINTS, arg=[2, 1])
-        expect(each.reading("Greedy")).not_to_have_text("\N{EN DASH}")
-        expect(each.text("greedy: without random moves")).to_be_visible()
-    with_steps = screen.page.evaluate(POINTS, 1)
-    assert with_steps > 3
-    link = screen.page.locator(".pounce-curve").get_by_role("link")
-    expect(link).to_have_text("500 trials")
-    link.click()
-    expect(link).to_have_text(re.compile("steps"))
-    # Two windows, and the last ends with the run, where the dot is.
-    screen.page.wait_for_function(HAS_POINTS, arg=[1, 2])
-    assert other.page.evaluate(POINTS, 1) == with_steps
-    assert len(screen.page.context.pages) == 1

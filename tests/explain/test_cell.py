@@ -2,27 +2,26 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from app.explain.cell import (
     ACTION_NAMES,
-    CellReading,
     HuntShown,
     OptionReading,
     SkillReading,
-    hunts_html,
     moment_of,
-    options_html,
     policy_of,
     reading_at,
-    reading_html,
-    rose_svg,
 )
+from app.explain.cell_html import hunts_html, options_html, reading_html, rose_svg
 from app.explain.chain import Chain, Link, action_text, chain_html, chain_of, ending_text, sum_text
+from app.explain.worth import Unit
 from app.live import snapshot
 from app.live.snapshot import Snapshot
+from app.picture.look import OF_TRIAL, Look
 from app.picture.theme import LIGHT
 from learners.commands import SetParameter
 from learners.hunts import Hunt, success_map
@@ -30,6 +29,7 @@ from learners.run import Run
 from learners.spec import MOVES
 from sim.geometry import N_MOVES, STAY
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy
+from tests.support.person import words
 from tests.support.tables import (
     APPROACH,
     CIRCLE,
@@ -43,6 +43,8 @@ from tests.support.tables import (
     valued,
     way_from_behind,
 )
+
+MINUS = "\N{MINUS SIGN}"
 
 
 @pytest.fixture
@@ -72,10 +74,9 @@ def test_the_reading_of_a_known_cell(behind: Snapshot) -> None:
     known = replace(behind, visits=visits, first_reach=first_reach)
     reading = reading_at(known, 6, 10, EAST)
     assert (reading.ring, reading.direction, reading.heading) == (1, WEST, EAST)
-    assert reading.state == 1 * 8 + WEST
     assert reading.options == (
         OptionReading("approach", 80.0, 7, True),
-        OptionReading("circle clockwise", 5.0, 3, False),
+        OptionReading("circle clockwise", 5.0, 3, False, place=1),
     )
     approach, circle = reading.skills
     assert (approach.name, approach.greedy) == ("approach", (MOVE_EAST,))
@@ -98,7 +99,6 @@ def test_a_cell_before_the_prey_is_seen_and_hunts_from_it_end_in_flight(behind: 
 def test_a_reading_names_all_options_that_tie(behind: Snapshot) -> None:
     reading = reading_at(behind, 10, 2, NORTH)
     assert [option.greedy for option in reading.options] == [True, True]
-    assert reading.state == NORTH * 32 + 2 * 8 + 6
 
 
 def test_a_reading_leaves_out_what_has_not_joined(behind: Snapshot) -> None:
@@ -157,13 +157,13 @@ def test_a_chain_leads_to_the_capture_that_feeds_it(behind: Snapshot) -> None:
     assert chain.last == (10, 10)
     # By hand: 0.9 * 60 = 54; 0.9 * 80 = 72; 0.9 * 99 = 89.1; and 100 where the trial ends.
     assert texts(chain) == [
-        "approach, move east: 0 + 0.9 × 60 = 54 (Q = 60)",
-        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 60)",
-        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 80)",
-        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 80)",
-        "approach, move east: 0 + 0.9 × 80 = 72 (Q = 80)",
-        "approach, move east: 0 + 0.9 × 99 = 89.10 (Q = 80)",
-        "approach, move east: 100 + 0.9 × 0 = 100 (Q = 99)",
+        "approach, move east: 0 + 0.9 × 60 = 54 (6 steps); Q = 60",
+        "approach, move east: 0 + 0.9 × 80 = 72 (3 steps); Q = 60",
+        "approach, move east: 0 + 0.9 × 80 = 72 (3 steps); Q = 80",
+        "approach, move east: 0 + 0.9 × 80 = 72 (3 steps); Q = 80",
+        "approach, move east: 0 + 0.9 × 80 = 72 (3 steps); Q = 80",
+        "approach, move east: 0 + 0.9 × 99 = 89.1 (1 step); Q = 80",
+        "approach, move east: 100 + 0.9 × 0 = 100; Q = 99",
     ]
     assert "caught" in ending_text(chain)
 
@@ -172,8 +172,8 @@ def test_a_chain_leads_to_the_flight_that_is_feared(behind: Snapshot) -> None:
     chain = chain_of(behind, 16, 10, EAST)
     assert chain.ending == "flight"
     assert texts(chain) == [
-        "approach, move west: 0 + 0.9 × -45 = -40.50 (Q = -20)",
-        "approach, move west: -50 + 0.9 × 0 = -50 (Q = -45)",
+        f"approach, move west: 0 + 0.9 × {MINUS}45 = {MINUS}40.5; Q = {MINUS}20",
+        f"approach, move west: {MINUS}50 + 0.9 × 0 = {MINUS}50; Q = {MINUS}45",
     ]
     assert chain.last == (14, 10)
     assert "flees" in ending_text(chain)
@@ -185,8 +185,8 @@ def test_the_numbers_are_those_of_the_parameters_as_they_are(behind: Snapshot) -
     changed = replace(behind, spec=behind.spec.model_copy(update={"learner": learner}), world=world)
     chain = chain_of(changed, 8, 10, EAST)
     assert texts(chain) == [
-        "approach, move east: 0 + 0.5 × 99 = 49.50 (Q = 80)",
-        "approach, move east: 7 + 0.5 × 0 = 7 (Q = 99)",
+        "approach, move east: 0 + 0.5 × 99 = 49.5 (1 step); Q = 80",
+        "approach, move east: 7 + 0.5 × 0 = 7; Q = 99",
     ]
 
 
@@ -207,15 +207,15 @@ def test_skills_are_read_and_followed_by_what_they_see_themselves() -> None:
     assert reading_at(taken, 2, 10, EAST).skills[APPROACH].greedy == (MOVE_NORTH,)
     assert chain_of(taken, 4, 10, EAST).links[0].move == MOVE_EAST
     assert chain_of(taken, 2, 10, EAST).links[0].move == MOVE_NORTH
-    assert "Skills see ring 4, direction 4." in reading_html(reading_at(taken, 4, 10, EAST))
+    assert "Skills sense ring 5, direction 5." in said(taken, 4, 10)
 
 
 def test_nothing_is_said_of_the_skills_sensors_where_they_are_the_selections() -> None:
     taken = moment()
     assert reading_at(taken, 4, 10, EAST).of_skills is None
-    assert "Skills see" not in reading_html(reading_at(taken, 4, 10, EAST))
+    assert "Skills sense" not in said(taken, 4, 10)
     moves = moment(MOVES, skill_n_distances=8)
-    assert "Skills see" not in reading_html(reading_at(moves, 4, 10, EAST))
+    assert "Skills sense" not in said(moves, 4, 10)
 
 
 def with_moves(taken: Snapshot, skill: int, moves: dict[tuple[int, int], list[int]]) -> Snapshot:
@@ -234,14 +234,14 @@ def test_a_chain_that_goes_in_a_circle_says_where(behind: Snapshot) -> None:
     assert chain.ending == "loop"
     assert [(link.x, link.y) for link in chain.links] == [(3, 10), (4, 10), (5, 10)]
     assert chain.last == (4, 10)
-    assert texts(chain)[-1] == "approach, move west: 0 + 0.9 × 60 = 54 (Q = 80)"
+    assert texts(chain)[-1] == "approach, move west: 0 + 0.9 × 60 = 54 (6 steps); Q = 80"
     assert "Back to (4, 10)" in ending_text(chain)
 
 
 def test_a_chain_that_stays_is_a_circle_of_one(behind: Snapshot) -> None:
     chain = chain_of(with_moves(behind, APPROACH, {(2, WEST): [STAY]}), 3, 10, EAST)
     assert chain.ending == "loop"
-    assert texts(chain) == ["approach, stay: 0 + 0.9 × 60 = 54 (Q = 60)"]
+    assert texts(chain) == ["approach, stay: 0 + 0.9 × 60 = 54 (6 steps); Q = 60"]
     assert chain.last == (3, 10)
 
 
@@ -267,7 +267,7 @@ def test_a_new_cell_is_preferred_to_one_that_is_worth_more(behind: Snapshot) -> 
 def test_where_options_tie_a_chain_takes_the_one_that_feeds_the_value(behind: Snapshot) -> None:
     tied = valued(behind, {(EAST, 0, WEST, CIRCLE): 99})
     chain = chain_of(tied, 9, 10, EAST)
-    assert texts(chain) == ["approach, move east: 100 + 0.9 × 0 = 100 (Q = 99)"]
+    assert texts(chain) == ["approach, move east: 100 + 0.9 × 0 = 100; Q = 99"]
 
 
 def test_a_chain_ends_where_nothing_is_known(behind: Snapshot) -> None:
@@ -277,7 +277,7 @@ def test_a_chain_ends_where_nothing_is_known(behind: Snapshot) -> None:
     # Ring 3 knows something, and the ring that it leads to does not.
     edge = valued(moment(), {(EAST, 3, WEST, APPROACH): 2})
     chain = chain_of(edge, 0, 10, EAST)
-    assert texts(chain) == ["approach, move east: 0 + 0.9 × 0 = 0 (Q = 2)"]
+    assert texts(chain) == ["approach, move east: 0 + 0.9 × 0 = 0; Q = 2"]
     assert (chain.ending, chain.last) == ("unknown", (1, 10))
     assert ending_text(chain) == "At (1, 10) nothing is known yet."
 
@@ -292,8 +292,8 @@ def test_a_chain_of_moves_names_each_move_once() -> None:
     known = valued(moment(MOVES), {(EAST, 0, WEST, MOVE_EAST): 90, (EAST, 1, WEST, MOVE_EAST): 70})
     chain = chain_of(known, 8, 10, EAST)
     assert texts(chain) == [
-        "move east: 0 + 0.9 × 90 = 81 (Q = 70)",
-        "move east: 100 + 0.9 × 0 = 100 (Q = 90)",
+        "move east: 0 + 0.9 × 90 = 81 (2 steps); Q = 70",
+        "move east: 100 + 0.9 × 0 = 100; Q = 90",
     ]
     assert [board_xy(known.world, cell) for cell in chain.cells] == [(8, 10), (9, 10), (10, 10)]
 
@@ -301,11 +301,76 @@ def test_a_chain_of_moves_names_each_move_once() -> None:
 # HTML
 
 
+def said(taken: Snapshot, x: int, y: int, heading: int = EAST, **look: Any) -> str:
+    """What is said of a cell, without marks."""
+    return words(reading_html(reading_at(taken, x, y, heading), Look(**look)))
+
+
+def test_the_unit_of_the_colour_comes_first_and_then_the_value(behind: Snapshot) -> None:
+    # 100 * 0.9 ** n is 80 for n = 2.1.
+    assert said(behind, 6, 10).startswith("Cell (6, 10): about 2 steps from a capture (value 80).")
+    assert said(behind, 14, 10).startswith(
+        "Cell (14, 10): the predator expects to be seen (value \N{MINUS SIGN}45)."
+    )
+    assert said(behind, 10, 2).startswith("Cell (10, 2): nothing is known yet (value 0).")
+    far = valued(behind, {(EAST, 1, WEST, APPROACH): 1e-30, (EAST, 1, WEST, CIRCLE): -1})
+    assert ": more than 400 steps from a capture (value 1e\N{MINUS SIGN}30)" in said(far, 6, 10)
+
+
+@pytest.mark.parametrize(
+    ("layer", "lead"),
+    [
+        ("option", "with circle clockwise now, about 28 steps from a capture (value 5)."),
+        ("chosen", "it takes approach."),
+        ("visits", "0 steps so far began in this state, of 0."),
+        ("reach", "never worth anything so far."),
+        ("success", "a hunt from here ends in capture."),
+        ("value", "about 2 steps from a capture (value 80)."),
+    ],
+)
+def test_what_the_layer_shows_comes_first(behind: Snapshot, layer: str, lead: str) -> None:
+    text = said(behind, 6, 10, layer=layer, option=CIRCLE)
+    assert text.startswith(f"Cell (6, 10): {lead}")
+    assert text.lower().count("about 2 steps from a capture (value 80).") == 1
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "heading", "where"),
+    [
+        (6, 10, EAST, "Straight behind the prey, 4 cells away; the prey does not see it."),
+        (14, 10, EAST, "Straight ahead of the prey, 4 cells away; the prey sees it."),
+        (10, 12, EAST, "On the prey's left, 2 cells away;"),
+        (6, 10, NORTH, "On the prey's left, 4 cells away;"),
+        (7, 7, EAST, "Behind the prey, on its right, 4 cells away;"),
+        (10, 10, EAST, "Here is the prey."),
+    ],
+)
+def test_a_place_is_said_as_the_prey_has_it(
+    behind: Snapshot, x: int, y: int, heading: int, where: str
+) -> None:
+    assert where in said(behind, x, y, heading)
+
+
+def test_what_is_sensed_counts_from_one(behind: Snapshot) -> None:
+    assert "ring 2 of 4, direction 5 of 8, prey facing east." in said(behind, 6, 10)
+
+
+def test_the_heading_of_the_numbers_is_said_where_the_picture_is_of_all(behind: Snapshot) -> None:
+    assert "colours sum up all eight headings" in said(behind, 6, 10)
+    assert "eight headings" not in said(behind, 6, 10, frame=OF_TRIAL)
+
+
+def test_a_sum_adds_up_as_it_is_shown() -> None:
+    link = Link(1, 2, "approach", MOVE_EAST, 0.0, 0.9, 0.07294, 0.0661, UNIT)
+    assert sum_text(link) == "0 + 0.9 × 0.0729 = 0.0656 (70 steps); Q = 0.0661"
+
+
+UNIT = Unit(reward=100.0, gamma=0.9)
 BLACK = re.compile(r"black|#000\b|#000000|rgb\(0, ?0, ?0\)", re.IGNORECASE)
 
 
 def links(count: int) -> Chain:
-    link = Link(1, 2, "approach", MOVE_EAST, 0.0, 0.9, 50.0, 44.0)
+    link = Link(1, 2, "approach", MOVE_EAST, 0.0, 0.9, 50.0, 44.0, UNIT)
     return Chain((link,) * count, tuple(range(count + 1)), (3, 2), "capture")
 
 
@@ -346,34 +411,26 @@ def test_a_rose_of_equal_values_has_equal_petals() -> None:
     np.testing.assert_allclose(lengths, lengths[0], atol=0.1)
 
 
-def test_ties_are_named() -> None:
-    two = [OptionReading("one", 1, 0, True), OptionReading("two", 1, 0, True)]
-    three = [*two, OptionReading("three", 0, 0, False)]
-    assert "Tied" not in options_html(three[1:])
-    assert "one, two" in options_html(three)
-    assert "all of them" in options_html(two)
+def test_ties_are_named(behind: Snapshot) -> None:
+    reading = reading_at(behind, 6, 10, EAST)
+    two = OptionReading("one", 1, 0, True), OptionReading("two", 1, 0, True)
+    three = *two, OptionReading("three", 0, 0, False)
+    assert "Tied" not in options_html(replace(reading, options=three[1:]))
+    assert "one, two" in options_html(replace(reading, options=three))
+    assert "all of them" in options_html(replace(reading, options=two))
 
 
 def test_names_are_escaped() -> None:
     evil = "<script>alert(1)</script>"
-    link = Link(1, 2, evil, MOVE_EAST, 0.0, 0.9, 50.0, 44.0)
-    reading = CellReading(
-        1,
-        2,
-        0,
-        0,
-        0,
-        0,
-        None,
-        False,
-        (OptionReading(evil, 0.0, 0, True), OptionReading(evil, 0.0, 0, True)),
-        (SkillReading(evil, (0.0,) * N_MOVES, (0,)),),
-        None,
-        CAPTURE,
+    link = Link(1, 2, evil, MOVE_EAST, 0.0, 0.9, 50.0, 44.0, UNIT)
+    reading = replace(
+        reading_at(moment(), 1, 2, EAST),
+        options=(OptionReading(evil, 0.0, 0, True), OptionReading(evil, 0.0, 0, True)),
+        skills=(SkillReading(evil, (0.0,) * N_MOVES, (0,)),),
     )
     for html in (
         chain_html(Chain((link,), (0, 1), (3, 2), "capture")),
-        reading_html(reading),
+        reading_html(reading, Look()),
     ):
         assert "<script" not in html
         assert "&lt;script&gt;" in html
@@ -381,9 +438,9 @@ def test_names_are_escaped() -> None:
 
 def test_nothing_is_painted_black(behind: Snapshot) -> None:
     for taken in (behind, moment(MOVES)):
-        html = reading_html(reading_at(taken, 6, 10, EAST)) + chain_html(
-            chain_of(taken, 6, 10, EAST)
-        )
+        reading = reading_html(reading_at(taken, 6, 10, EAST), Look())
+        assert "&lt;" not in reading
+        html = reading + chain_html(chain_of(taken, 6, 10, EAST))
         assert not BLACK.search(html)
         assert html.count("<div") == html.count("</div>")
 

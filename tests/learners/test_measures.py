@@ -181,3 +181,24 @@ def test_so_many_trials_have_ended_by_a_step() -> None:
         3,
         3,
     ]
+
+
+# --- Trials and steps ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("trials", "n_moments"), [(0, 1), (1, 2), (400, 401), (401, 202), (1_300, 261)]
+)
+def test_steps_are_told_at_the_ends_of_trials_that_are_equally_far_apart(
+    trials: int, n_moments: int
+) -> None:
+    run = small_run()
+    run.advance(until_trial=trials)
+    found = measures.progress(run.state)
+    made = np.concatenate([[0], np.cumsum(run.state.log_steps[:trials])])
+    assert found.trials.size == n_moments
+    assert found.trials[-1] == trials
+    np.testing.assert_array_equal(found.steps, made[found.trials])
+    # So that windows of trials end at one of them.
+    ends = measures.curve_over_trials(run.state).steps
+    assert set(ends.tolist()) <= set(found.steps.tolist())

@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.charts.bar.draw import bar_html
+from app.charts.bar.model import Moment, bar_of
 from app.documents import presets
 from app.live import snapshot
 from app.live.session import (
@@ -23,8 +25,6 @@ from app.live.session import (
 )
 from app.live.snapshot import Snapshot
 from app.live.worker import MOST_WAITING
-from app.page.panels import curve
-from app.picture.timeline import timeline_svg
 from app.schedule.blocks import MAX_PAST, Past, blocks_of
 from learners.commands import (
     Command,
@@ -238,7 +238,7 @@ def shaken() -> Run:
     return run
 
 
-def test_timeline_draws_the_newest_and_says_how_many_more(shaken: Run) -> None:
+def test_the_bar_draws_the_newest_and_says_how_many_more(shaken: Run) -> None:
     past = Past()
     blocks = past.blocks_of(moment(shaken))
     all_blocks = blocks_of(moment(shaken))
@@ -247,14 +247,10 @@ def test_timeline_draws_the_newest_and_says_how_many_more(shaken: Run) -> None:
     assert [b for b in blocks if b.kind == "selection_freeze"] == frozen[-MAX_PAST:]
     others = [block for block in all_blocks if block.kind != "selection_freeze"]
     assert [b for b in blocks if b.kind != "selection_freeze"] == others
-    picture = timeline_svg(blocks, moment(shaken), None, 1_000.0)
-    assert len(picture) < 60_000
-
-
-def test_curve_says_how_many_marks_it_leaves_out(shaken: Run) -> None:
-    marks = curve.marks_of(moment(shaken))
-    assert len(marks.at) + marks.left_out == 800
-    assert curve.marks_of(moment(Run(SPEC, SEED))).left_out == 0
+    bar = bar_of(Moment(moment(shaken), blocks, past.left_out), "trials", 2_000)
+    html = bar_html(bar, str)
+    assert "300 earlier changes not drawn" in html
+    assert len(html) < 70_000
 
 
 @settings(max_examples=30, deadline=None)

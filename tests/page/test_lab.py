@@ -90,6 +90,16 @@ def test_learning_begins_when_a_page_has_drawn_the_board(lab: Lab) -> None:
     page.close()
 
 
+def test_learning_does_not_wait_for_ever_for_a_page_that_says_nothing(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page_lab, "_UNSEEN_S", 0.0)
+    page = a_page(lab)
+    page.send(CAMERA)
+    lab.session.wait_for(lambda status: status.playing, PATIENCE_S)
+    page.close()
+
+
 def test_a_change_before_the_first_picture_leaves_it_to_begin(lab: Lab) -> None:
     go_on = hold(lab)
     page = a_page(lab)

@@ -2,11 +2,9 @@
 
 import dataclasses
 import functools
-import io
 import re
 from typing import Any
 
-import imageio.v3 as iio
 import numpy as np
 import pytest
 from hypothesis import given
@@ -30,13 +28,15 @@ from app.picture.layer import Extras, Picture, SuccessMap
 from app.picture.layers import LAYERS
 from app.picture.layers.reach import MOST_LINES, line_step
 from app.picture.legend import bar_marks
-from app.picture.look import FOLDED, OF_TRIAL, Look
-from app.picture.multiples import all_headings_png, png, small_multiples_html
+from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
+from app.picture.multiples import SIDE, TILES, all_headings, tile_at
 from app.picture.options import greedy
+from app.picture.raster import raster
 from app.picture.shading import STEPS, Ruler
 from app.picture.theme import DARK, LIGHT, Colour, Theme
 from app.util.html import escaped
 from app.words.numbers import of_any_size
+from app.words.plain import HEADING_NAMES
 from learners.run import Run
 from learners.spec import SkillWeights
 from sim import geometry
@@ -50,6 +50,8 @@ SIZE, RINGS, SECTORS = 120, 18, 24
 MAP = (N_HEADINGS, RINGS, SECTORS)
 APPROACH, CIRCLE, AVOID = 0, 1, 2
 EAST, WEST, STAY = 5, 3, 4
+AT_25 = 1 - (25 / 200) ** 0.5
+"""Place of 25 steps on the scale of steps to capture."""
 HOSTILE = "<img src=x onerror=alert(1)>"
 
 every_layer = pytest.mark.parametrize("key", LAYERS)
@@ -162,23 +164,81 @@ def at_one_place(amount: float, east: int = 20, north: int = 0) -> np.ndarray:
 
 def test_a_value_is_as_bright_as_it_is_near_to_capture() -> None:
     picture = paint("value", made(value=at_one_place(100 * 0.9**25)), frame=3)
-    assert colour_at(picture, 20, 0) == gain(0.75)
+    assert colour_at(picture, 20, 0) == gain(AT_25)
     assert colour_at(picture, -20, 0) == blank()
 
 
-def test_a_folded_value_fades_with_the_share_of_headings_that_know_it() -> None:
-    ring, sector = state_at(20, 0)
+def known_by(headings: int) -> Snapshot:
+    """A moment in which so many headings know a way from 20 cells ahead of the prey."""
     value = zeros()
-    value[0, ring, sector] = 100 * 0.9**25
-    # Heading 2 looks north, so that what lies ahead of it lies north in the world.
-    value[2, ring, (sector + 6) % SECTORS] = 100 * 0.9**25
-    picture = paint("value", made(value=value))
-    assert colour_at(picture, 20, 0) == gain(0.75, 2 / 8)
+    ring, sector = state_at(20, 0)
+    for heading in range(headings):
+        # Each heading looks three of the 24 sectors farther round.
+        value[heading, ring, (sector + 3 * heading) % SECTORS] = 100 * 0.9**25
+    return made(value=value)
 
 
-def test_losses_have_their_own_hue() -> None:
-    picture = paint("value", made(value=at_one_place(-50)), frame=0)
-    assert colour_at(picture, 20, 0) == list(LIGHT.flight)
+def under_one_state() -> np.ndarray:
+    """The cells with the state of the place 20 cells ahead of the prey."""
+    ring, sector = state_at(20, 0)
+    return raster(fresh().spec.world).states == ring * SECTORS + sector
+
+
+def of_one_state(picture: Picture) -> list[list[int]]:
+    """The colours that the cells of that state have."""
+    return np.unique(picture.colours[under_one_state()], axis=0).tolist()
+
+
+@pytest.mark.parametrize("headings", [4, 8])
+def test_what_half_of_the_headings_know_is_in_full_colour(headings: int) -> None:
+    picture = paint("value", known_by(headings))
+    assert of_one_state(picture) == [gain(AT_25)]
+
+
+@pytest.mark.parametrize("headings", [1, 3])
+def test_what_fewer_headings_know_is_dotted_in_full_colour(headings: int) -> None:
+    picture = paint("value", known_by(headings))
+    kinds = of_one_state(picture)
+    # Of three by three cells one is a dot.
+    dots = (picture.colours != LIGHT.unknown).any(axis=1).sum()
+    assert dots == pytest.approx(under_one_state().sum() / 9, abs=5)
+    assert kinds == [gain(AT_25), blank()]
+
+
+def test_a_line_runs_round_what_is_in_full_colour_and_round_nothing_else() -> None:
+    ring, _ = state_at(20, 0)
+    edges = [line for line in paint("value", known_by(8)).contours if line.is_edge]
+    outer = geometry.ring_edges(fresh().spec.world)
+    assert len(edges) == 1
+    far = np.hypot(*edges[0].segments.reshape(-1, 2).T)
+    assert far.min() == pytest.approx(outer[ring - 1])
+    assert far.max() == pytest.approx(outer[ring])
+    assert not paint("value", known_by(3)).contours[-1].segments.size
+
+
+def test_what_expects_flight_is_hatched_where_that_is_wished() -> None:
+    moment = made(value=at_one_place(-50))
+    assert everywhere_blank(paint("value", moment, frame=0))
+    picture = paint("value", moment, frame=0, flight=True)
+    kinds, counts = np.unique(picture.colours, axis=0, return_counts=True)
+    assert len(kinds) == 2
+    assert counts.min() == pytest.approx(under_one_state().sum() / 4, abs=3)
+    assert "expects flight" in words("value", moment, flight=True)[0]
+    assert "expects flight" not in words("value", moment)[0]
+
+
+def test_value_has_thin_lines_of_equal_steps() -> None:
+    value = zeros()
+    distance = np.arange(RINGS) * 10.0
+    value[:] = 100 * 0.9 ** distance[None, :, None]
+    lines = [line for line in paint("value", made(value=value)).contours if not line.is_edge]
+    assert len(lines) == 3
+    # 50 steps are the sixth ring everywhere, whose middle is half way between its edges.
+    outer = geometry.ring_edges(fresh().spec.world)
+    reached = np.hypot(*lines[1].segments.reshape(-1, 2).T)
+    assert reached == pytest.approx((outer[4] + outer[5]) / 2)
+    linear = paint("value", made(value=value), scale="linear")
+    assert all(line.is_edge for line in linear.contours)
 
 
 def test_a_linear_value_is_as_bright_as_it_is_large() -> None:
@@ -191,7 +251,7 @@ def test_the_value_of_an_option_is_its_own_and_not_the_best() -> None:
     values[..., APPROACH] = 100
     values[..., CIRCLE] = at_one_place(100 * 0.9**25)
     picture = paint("option", made(selection_q=values), option=CIRCLE, frame=0)
-    assert colour_at(picture, 20, 0) == gain(0.75)
+    assert colour_at(picture, 20, 0) == gain(AT_25)
     assert colour_at(picture, -20, 0) == blank()
     assert colour_at(paint("option", made(selection_q=values)), -20, 0) == gain(1)
 
@@ -231,17 +291,11 @@ def two_values(near: float, far: float) -> Snapshot:
     return made(value=value)
 
 
-def test_fixed_limits_are_stated() -> None:
+def test_fixed_limits_stand_on_the_bar_alone() -> None:
     moment = fresh()
-    assert "Limits fixed: 400 steps to 0." in words("value", moment)[0]
-    assert "Limits fixed: 0 to 100." in words("value", moment, scale="linear")[0]
-    assert "Limits fixed: 0 to 20 or more." in words("advantage", moment)[0]
-    assert "Limits fixed: 0 to 100." in words("advantage", moment, scale="linear")[0]
-    assert "Limits fixed: 0% to 50%." in words("now", moment)[0]
-    assert "Limits fixed: 1/8 to 8." in words("visits", moment)[0]
-    assert "Limits fixed: trial 0 to 24,000." in words("reach", moment)[0]
-    assert "Limits fixed: 0 to 14." in words("skill", moment)[0]
-    assert "expects flight, 0 to -50" in words("value", moment)[0]
+    for key in LAYERS:
+        assert "fitted" not in words(key, moment)[0]
+    assert "200 or more" in words("value", moment)[0]
 
 
 def test_fitted_limits_are_those_of_all_headings_and_stated() -> None:
@@ -251,20 +305,14 @@ def test_fitted_limits_are_those_of_all_headings_and_stated() -> None:
     assert colour_at(near, 20, 0) == gain(1)
     assert colour_at(far, -20, 0) == gain(0)
     legend = words("value", moment, frame=0, fitted=True)[0]
-    assert "Limits fitted to what is there now: 48 steps to 12." in legend
+    assert "Colours fitted to what is there now: 48 steps to 12." in legend
 
 
 def test_linear_limits_are_fitted_too() -> None:
     moment = two_values(40, 8)
     assert colour_at(paint("value", moment, frame=0, fitted=True, scale="linear"), 20, 0) == gain(1)
     legend = words("value", moment, fitted=True, scale="linear")[0]
-    assert "Limits fitted to what is there now: 8 to 40." in legend
-
-
-def test_losses_are_fitted_to_the_worst_of_them() -> None:
-    moment = two_values(1, -5)
-    assert colour_at(paint("value", moment, frame=5, fitted=True), -20, 0) == list(LIGHT.flight)
-    assert "expects flight, 0 to -5" in words("value", moment, fitted=True)[0]
+    assert "Colours fitted to what is there now: 8 to 40." in legend
 
 
 def test_limits_around_a_single_value_put_it_in_the_middle() -> None:
@@ -275,9 +323,9 @@ def test_limits_around_a_single_value_put_it_in_the_middle() -> None:
 
 @every_layer
 @pytest.mark.parametrize("scale", ["steps", "linear"])
-def test_with_nothing_to_fit_to_the_limits_are_the_fixed_ones(key: str, scale: Any) -> None:
-    fixed, fitted = (words(key, fresh(), fitted=fit, scale=scale)[0] for fit in (False, True))
-    assert fitted.replace("fitted to what is there now", "fixed") == fixed
+def test_with_nothing_to_fit_to_the_colours_are_the_fixed_ones(key: str, scale: Any) -> None:
+    fixed, fitted = (paint(key, fresh(), fitted=fit, scale=scale) for fit in (False, True))
+    assert same(fixed, fitted)
 
 
 # Chosen skill -------------------------------------------------------------------------------
@@ -815,9 +863,12 @@ def only(moment: Snapshot, heading: int) -> Snapshot:
 
 
 def same(one: Picture, other: Picture) -> bool:
-    """Whether two pictures are equal to the last bit."""
-    pairs = zip(one, other, strict=True)
-    return all(a is b if a is None or b is None else np.array_equal(a, b) for a, b in pairs)
+    """Whether two pictures are equal, their colours to the last bit."""
+    lines = zip(one.contours, other.contours, strict=True)
+    return all(
+        a is b if a is None or b is None else np.array_equal(a, b)
+        for a, b in zip(one[:-1], other[:-1], strict=True)
+    ) and all(np.allclose(a.segments, b.segments) for a, b in lines)
 
 
 @every_layer
@@ -885,9 +936,9 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     if key == "skill":
         assert "North is up." in folded
     else:
-        assert "turned so that the prey looks right" in folded
+        assert "Turned so that the prey always looks right" in folded
         assert "North is up, and the prey looks north." in north
-    assert "half-disc" in folded
+    assert ("half-disc" in folded) == LAYERS[key].turns
     assert "half-disc" not in words(key, fresh(), field=False)[0]
 
 
@@ -931,66 +982,62 @@ def test_the_marks_of_a_bar_do_not_run_into_each_other() -> None:
 
 def test_the_bar_of_the_value_runs_from_far_to_near() -> None:
     legend, _ = words("value", fresh())
-    marks = re.findall(r"left:([\d.]+)%[^>]*>([\d,]+)<", legend)
-    assert {("0.0", "400"), ("50.0", "100"), ("100.0", "0")} <= set(marks)
+    marks = re.findall(r"left:([\d.]+)%[^>]*>([^<]+)<", legend)
+    assert {("0.0", "200 or more"), ("50.0", "50"), ("100.0", "0")} <= set(marks)
 
 
 # All headings -------------------------------------------------------------------------------
 
 
-def decoded(png: bytes) -> np.ndarray:
-    return iio.imread(io.BytesIO(png), extension=".png")[..., :3]
+def side_by_side(key: str, moment: Snapshot, extras: Extras | None = None) -> list[np.ndarray]:
+    """Colours ``(y, x, 3)`` of the eight, from the south-west of each."""
+    picture = all_headings(moment, Look(layer=key, frame=ALL), LAYERS[key], extras or Extras())
+    return list(picture.colours.reshape(N_HEADINGS, SIDE, SIDE, 3))
 
 
-@both_themes
-def test_the_small_pictures_are_the_eight_headings_from_east_on(theme: Theme) -> None:
+def test_the_eight_are_the_headings_from_east_on_each_by_itself() -> None:
     value = zeros()
     value[...] = 100 * 0.9 ** (5.0 * np.arange(N_HEADINGS))[:, None, None]
-    look = Look(theme=theme)
-    image = decoded(all_headings_png(made(value=value), look, LAYERS["value"], Extras()))
-    assert image.shape == (2 * 75 + 1, 4 * 75 + 3, 3)
-    assert (image[75] == theme.border).all()
-    for heading, (east, north) in enumerate(geometry.HEADINGS):
-        top, left = heading // 4 * 76, heading % 4 * 76
-        tile = image[top : top + 75, left : left + 75]
-        level = 1 - np.sqrt(5 * heading / 400)
-        assert tile[3, 3].tolist() == of(gain_colours(), level, theme=theme)
-        assert tile[37 - 5 * north, 37 + 5 * east].tolist() == list(theme.prey)
-        assert tile[37 + 5 * north, 37 - 5 * east].tolist() != list(theme.prey)
+    for heading, tile in enumerate(side_by_side("value", made(value=value))):
+        alone = paint("value", made(value=value), frame=heading)
+        assert tile[3, 3].tolist() == colour_at(alone, -54, -54)
 
 
-def test_north_is_up_in_the_small_pictures() -> None:
-    moment = made(value=at_one_place(100 * 0.9**25, 0, 40))
-    image = decoded(all_headings_png(moment, Look(), LAYERS["value"], Extras()))
-    assert image[37 - 25, 37].tolist() == gain(0.75)
-    assert image[37 + 25, 37].tolist() == blank()
+def test_north_is_up_in_each_of_the_eight() -> None:
+    tile = side_by_side("value", made(value=at_one_place(100 * 0.9**25, 0, 40)))[5]
+    is_known = (tile != LIGHT.unknown).any(axis=-1)
+    assert is_known[SIDE // 2 :].any()
+    assert not is_known[: SIDE // 2].any()
 
 
-@every_layer
-def test_the_small_pictures_are_small(key: str) -> None:
-    moment, extras = noisy(), noisy_success(fresh())
-    png = all_headings_png(moment, Look(layer=key), LAYERS[key], extras)
-    assert decoded(png).shape == (151, 303, 3)
-    # Noise is the worst case; what is learned takes a half of it.
-    assert len(png) < 27_000
+def test_the_eight_have_names_and_lie_two_by_four_as_one_reads() -> None:
+    picture = all_headings(fresh(), Look(frame=ALL), LAYERS["value"], Extras())
+    assert [label.text for label in picture.labels] == [
+        f"prey faces {name}" for name in HEADING_NAMES
+    ]
+    for label, tile in zip(picture.labels, TILES, strict=True):
+        assert label.east == tile.east * SIZE
+        # Above its own, and below that above.
+        assert tile_at(tile.east, tile.north) is tile
+        assert tile_at(label.east / SIZE, label.north / SIZE) is None
+    columns, rows = np.array([(tile.east, tile.north) for tile in TILES]).T
+    assert (np.diff(columns.reshape(2, 4)) > 0).all()
+    assert columns[:4].tolist() == columns[4:].tolist()
+    assert (rows[:4] > 0).all()
+    assert (rows[4:] < 0).all()
 
 
-def test_the_small_pictures_stand_in_the_page_as_they_are() -> None:
-    html = small_multiples_html(b"\x89PNG")
-    assert "data:image/png;base64,iVBORw==" in html
-    assert "image-rendering:pixelated" in html
-
-
-@pytest.mark.parametrize("n_colours", [1, 2, 200, 20_000])
-def test_a_png_keeps_few_colours_exactly_and_many_nearly(n_colours: int) -> None:
-    rng = np.random.default_rng(4)
-    few = rng.permutation(32**3)[:n_colours]
-    colours = np.stack([few // 1024, few // 32 % 32, few % 32], axis=1).astype(np.uint8) * 8
-    image = colours[rng.integers(0, n_colours, size=(150, 301))]
-    shown = decoded(png(image))
-    assert shown.shape == image.shape
-    difference = np.abs(shown.astype(int) - image).max()
-    assert difference == 0 if n_colours <= 200 else difference < 64
+def test_arrows_and_their_colours_lie_in_their_own_heading() -> None:
+    tables = skill_tables(CIRCLE, EAST, 5)
+    moment = made(selection_q=preferring(CIRCLE), skill_q=tables)
+    picture = all_headings(moment, Look(layer="flow", frame=ALL), LAYERS["flow"], Extras())
+    assert picture.arrows is not None
+    assert picture.arrow_colours is not None
+    assert len(picture.arrows) == len(picture.arrow_colours) > 8 * 90
+    found = [tile_at(*(middle / SIZE).tolist()) for middle in picture.arrows.mean(axis=1)]
+    counts = [found.count(tile) for tile in TILES]
+    assert sum(counts) == len(picture.arrows)
+    assert len(set(counts)) == 1
 
 
 # Every world, every moment ------------------------------------------------------------------
@@ -1039,8 +1086,8 @@ def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
     assert legend.count("<div") == legend.count("</div>")
     assert "nan" not in legend
     assert layer.caption(moment, look, extras)
-    png = all_headings_png(moment, look, layer, extras)
-    assert decoded(png).shape == (151, 303, 3)
+    all_of_it = all_headings(moment, look._replace(frame=ALL), layer, extras)
+    assert all_of_it.colours.shape == (N_HEADINGS * SIDE**2, 3)
 
 
 @every_layer

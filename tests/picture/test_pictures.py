@@ -14,7 +14,7 @@ from app.picture.colours import (
     css,
     gain_colours,
     gradient_css,
-    loss_colours,
+    over_board,
     palette,
 )
 from app.picture.raster import on_raster, raster
@@ -26,14 +26,14 @@ from app.picture.shading import (
     fixed_shading,
     known_of,
     nearness,
-    shaded,
 )
 from app.picture.theme import DARK, LIGHT, Theme
+from app.picture.value_maps import HATCH_COVER
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 from tests.support.sight import JUST_NOTICEABLE, PLAINLY_APART, SIGHT, lab, linear, nearest
 
-REWARD, PENALTY, GAMMA = 100.0, 50.0, 0.9
+REWARD, GAMMA = 100.0, 0.9
 THEMES = {"light": LIGHT, "dark": DARK}
 both_themes = pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
 
@@ -54,7 +54,7 @@ def worth(steps: float) -> float:
 
 def known(**parts: float) -> Known:
     """A folded map of one state; parts that are not given stand for nothing known."""
-    nothing = {"steps": math.nan, "gain": 0, "positive_share": 0, "loss": 0, "negative_share": 0}
+    nothing = {"steps": math.nan, "gain": 0, "positive_share": 0, "negative_share": 0}
     return Known(**{name: np.array([[part]]) for name, part in {**nothing, **parts}.items()})
 
 
@@ -69,14 +69,9 @@ def on_board(per_state: np.ndarray, world: WorldSpec) -> np.ndarray:
     return spread.reshape(world.size, world.size, *per_state.shape[2:])
 
 
-def colour_of(
-    state: Known, theme: Theme, scale: Scale = "steps", reward: float = REWARD
-) -> list[int]:
+def colour_of(state: Known, scale: Scale = "steps", reward: float = REWARD) -> list[int]:
     """Colour of the one state of a folded map."""
-    shading = fixed_shading(scale, reward, PENALTY)
-    colours = shaded(state, shading, theme)
-    assert colours.dtype == np.uint8
-    return colours[0, 0].tolist()
+    return rounded(palette(gain_colours(), fixed_shading(scale, reward).level(state))[0, 0])
 
 
 def rounded(colour: np.ndarray) -> list[int]:
@@ -135,84 +130,41 @@ def test_distances_are_averaged_over_the_headings_that_have_one() -> None:
     assert seen.steps[2, 4] == pytest.approx(20, abs=1e-4)
     assert seen.gain[2, 4] == pytest.approx((worth(10) + worth(30)) / 2, rel=1e-6)
     assert seen.positive_share[2, 4] == 2 / N_HEADINGS
-    assert seen.loss[2, 4] == 8
     assert seen.negative_share[2, 4] == 1 / N_HEADINGS
 
 
 def test_nothing_known_folds_to_nothing() -> None:
     seen = folded(nothing_known())
     assert np.isnan(seen.steps).all()
-    for part in (seen.gain, seen.positive_share, seen.loss, seen.negative_share):
+    for part in (seen.gain, seen.positive_share, seen.negative_share):
         assert not part.any()
 
 
 # Colours of states
 
 
-@both_themes
 @pytest.mark.parametrize("scale", ["steps", "linear"])
-def test_what_is_not_known_has_exactly_the_colour_of_the_board(theme: Theme, scale: Scale) -> None:
-    assert colour_of(known(), theme, scale) == list(theme.unknown)
-
-
-@both_themes
-@pytest.mark.parametrize("scale", ["steps", "linear"])
-def test_certain_capture_is_the_end_of_the_colour_map(theme: Theme, scale: Scale) -> None:
+def test_certain_capture_is_the_end_of_the_colour_map(scale: Scale) -> None:
     certain = known(steps=0, gain=REWARD, positive_share=1)
-    assert colour_of(certain, theme, scale) == rounded(gain_colours()[-1])
+    assert colour_of(certain, scale) == rounded(gain_colours()[-1])
 
 
-@both_themes
-def test_the_farthest_is_the_start_of_the_colour_map(theme: Theme) -> None:
+def test_the_farthest_is_the_start_of_the_colour_map() -> None:
     far = known(steps=FARTHEST_STEPS, gain=1e-9, positive_share=1)
-    assert colour_of(far, theme) == rounded(gain_colours()[0])
+    assert colour_of(far) == rounded(gain_colours()[0])
 
 
 def test_the_linear_scale_goes_by_value_up_to_the_reward() -> None:
     colours = gain_colours()
     for gain, level in ((0.0, 0.0), (25.0, 0.25), (100.0, 1.0), (250.0, 1.0)):
         state = known(steps=0, gain=gain, positive_share=1)
-        assert colour_of(state, LIGHT, "linear") == rounded(colours[int(level * 255)])
+        assert colour_of(state, "linear") == rounded(colours[int(level * 255)])
 
 
-@both_themes
-def test_colour_covers_the_board_by_the_share_of_headings_that_know(theme: Theme) -> None:
-    board, full = np.array(theme.unknown), gain_colours()[-1]
-    for share in (0.125, 0.5, 0.875):
-        state = known(steps=0, gain=REWARD, positive_share=share)
-        assert colour_of(state, theme) == rounded(board * (1 - share) + full * share)
-
-
-@both_themes
-def test_certain_flight_is_the_colour_of_losses(theme: Theme) -> None:
-    assert colour_of(known(loss=PENALTY, negative_share=1), theme) == list(theme.flight)
-    assert colour_of(known(loss=9 * PENALTY, negative_share=1), theme) == list(theme.flight)
-
-
-@both_themes
-def test_a_slight_loss_lies_between_the_board_and_a_great_one(theme: Theme) -> None:
-    def from_board(loss: float) -> float:
-        colour = np.array(colour_of(known(loss=loss, negative_share=1), theme), float)
-        return float(np.linalg.norm(colour - np.array(theme.unknown)))
-
-    distances = [from_board(loss) for loss in (0.001, 0.5, 5, 25, 50)]
-    assert distances[0] > 0
-    assert distances == sorted(set(distances))
-
-
-def test_gain_and_loss_of_different_headings_mix_by_their_shares() -> None:
-    mixed = known(steps=0, gain=REWARD, positive_share=0.25, loss=PENALTY, negative_share=0.5)
-    expected = (0.25 * np.array(LIGHT.unknown) + 0.25 * gain_colours()[-1]) + 0.5 * np.array(
-        LIGHT.flight
-    )
-    assert colour_of(mixed, LIGHT) == rounded(expected)
-
-
-def test_a_world_without_reward_or_penalty_still_has_colours() -> None:
-    state = known(steps=0, gain=0, positive_share=0.5, loss=0, negative_share=0.5)
+def test_a_world_without_reward_still_has_a_scale() -> None:
+    state = known(steps=0, gain=0, positive_share=0.5, negative_share=0.5)
     for scale in ("steps", "linear"):
-        colours = shaded(state, fixed_shading(scale, 0.0, 0.0), LIGHT)
-        assert colours.shape == (1, 1, 3)
+        assert np.isfinite(fixed_shading(scale, 0.0).level(state)).all()
 
 
 def test_nearness_runs_from_1_at_the_prey_to_0_at_the_far_end() -> None:
@@ -286,11 +238,6 @@ def test_a_gradient_of_few_colours_shows_them_all() -> None:
 all_sights = pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
 
 
-def plain_losses(theme: Theme) -> np.ndarray:
-    """Colours of losses from a tenth of the penalty up: slighter ones recede into the board."""
-    return loss_colours(np.linspace(0.1, 1, 64), theme)
-
-
 def test_the_distance_of_colours_is_the_textbook_one() -> None:
     lightness = lab(np.array([[255, 255, 255], [0, 0, 0]]), SIGHT["ordinary"])
     assert lightness == pytest.approx(np.array([[100, 0, 0], [0, 0, 0]]), abs=1e-3)
@@ -312,7 +259,8 @@ def test_what_is_known_stands_out_from_the_board_for_all_kinds_of_sight(
 ) -> None:
     board = np.array([theme.unknown])
     assert nearest(gain_colours(), board, sight) > PLAINLY_APART
-    assert nearest(plain_losses(theme), board, sight) > PLAINLY_APART
+    hatch = over_board(np.array(theme.flight), HATCH_COVER, theme)
+    assert nearest(hatch[None], board, sight) > PLAINLY_APART
 
 
 @both_themes

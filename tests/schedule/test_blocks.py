@@ -1,11 +1,7 @@
 """The timeline tells what happened, edits only what is ahead, and survives being saved."""
 
-import itertools
-import re
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any, NamedTuple
-from xml.etree import ElementTree
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,17 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.documents import presets
-from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.picture import timeline
-from app.picture.colours import css
-from app.picture.theme import DARK, LIGHT, Theme
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block
 from app.schedule.edits import Now, changed, moved, newest_episode_id, now_of, with_episode, without
 from learners.commands import (
     Command,
-    CommandError,
     DefineSkill,
     Explore,
     FollowSchedule,
@@ -42,50 +33,23 @@ from learners.spec import (
     INTRODUCTION,
     MAX_TRIALS,
     EpisodeSpec,
-    RunSpec,
     ScheduleSpec,
     SkillTimer,
     SkillWeights,
 )
-
-SMALL = (
-    "world.size=30",
-    "world.n_directions=16",
-    "world.n_distances=6",
-    "world.step_limit=40",
-    "trials=500",
-    "schedule.skills.approach.freeze=10",
-    "schedule.skills.circle_clockwise={at: 100, freeze: 20}",
-    "schedule.skills.avoid={at: 200, freeze: 20}",
-    "schedule.episodes=[{skill: circle_clockwise, duration: 60, probability: 0.95},"
-    " {skill: avoid, duration: 50, probability: 0.3},"
-    " {skill: approach, at: 300, duration: 40, probability: 0.5}]",
+from tests.support.schedules import (
+    APPROACHING,
+    AVOID,
+    AVOIDING,
+    CIRCLE,
+    CIRCLING,
+    commands,
+    driven,
+    seen,
+    small_run,
+    small_spec,
+    to,
 )
-"""The standard schedule, a hundred times as fast, and an exploration at a trial of its own."""
-
-CIRCLE, AVOID = "introduction:circle_clockwise", "introduction:avoid"
-CIRCLING, AVOIDING, APPROACHING = (
-    "episode:0:circle_clockwise",
-    "episode:1:avoid",
-    "episode:2:approach",
-)
-
-
-def small_spec(*settings: str) -> RunSpec:
-    return presets.load("timed", [*SMALL, *settings])
-
-
-def small_run(*settings: str) -> Run:
-    return Run(small_spec(*settings), seed=5)
-
-
-def to(run: Run, trial: int) -> Run:
-    run.advance(until_trial=trial)
-    return run
-
-
-def seen(run: Run) -> Snapshot:
-    return snapshot.take(run, "timed", 0)
 
 
 def blocks_of(run: Run) -> tuple[Block, ...]:
@@ -401,32 +365,6 @@ def test_blocks_are_described_in_words() -> None:
     ]
 
 
-SKILLS = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
-
-commands = st.one_of(
-    st.builds(Introduce, st.sampled_from(SKILLS), st.integers(0, 30)),
-    st.builds(Explore, st.sampled_from(SKILLS), st.integers(0, 60), st.floats(0, 1)),
-    st.builds(StopExploring, st.sampled_from(SKILLS)),
-    st.builds(FreezeSelection, st.booleans()),
-    st.builds(FreezeSkills, st.booleans()),
-    st.builds(FollowSchedule, st.booleans()),
-    st.builds(Remove, st.sampled_from(SKILLS)),
-    st.builds(SetParameter, st.just("learner.epsilon"), st.floats(0, 1)),
-    st.builds(Undo, st.integers(0, 20)),
-)
-
-
-def driven(run: Run, script: list[tuple[int, Command]]) -> Run:
-    """Make steps and give commands, leaving out what is refused."""
-    for steps, command in script:
-        run.advance(max_steps=steps)
-        try:
-            run.apply(command)
-        except CommandError:
-            continue
-    return run
-
-
 @given(script=st.lists(st.tuples(st.integers(0, 800), commands), max_size=20))
 def test_blocks_agree_with_what_the_run_says_of_itself(script: list[tuple[int, Command]]) -> None:
     run = driven(small_run(), script)
@@ -443,7 +381,7 @@ def test_blocks_agree_with_what_the_run_says_of_itself(script: list[tuple[int, C
 
 
 @given(script=st.lists(st.tuples(st.integers(0, 800), commands), max_size=20))
-def test_whatever_was_done_can_be_drawn_and_makes_a_valid_preset(
+def test_whatever_was_done_makes_a_valid_preset(
     script: list[tuple[int, Command]],
 ) -> None:
     shot = seen(driven(small_run(), script))
@@ -452,7 +390,6 @@ def test_whatever_was_done_can_be_drawn_and_makes_a_valid_preset(
     for skill, (first, undone) in first_joins(shot).items():
         if not undone:
             assert spec.schedule.introduced_at(skill) == first
-    ElementTree.fromstring(timeline.timeline_svg(blocks.blocks_of(shot), shot, None, 690))
 
 
 def first_joins(shot: Snapshot) -> dict[str, tuple[int, bool]]:
@@ -780,244 +717,3 @@ def test_what_was_taken_back_is_not_said_to_have_been_done() -> None:
 def test_primitive_moves_carry_an_empty_schedule() -> None:
     spec = presets.load("standard_q", ["world.size=30", "trials=20"])
     assert carried.preset_of(seen(to(Run(spec, 1), 5))).spec == spec
-
-
-# --- The picture ---------------------------------------------------------------------------------
-
-SVG = "{http://www.w3.org/2000/svg}"
-WIDTH_PX = 670
-
-
-def drawn(shot: Snapshot, theme: Theme | None = None, **options: Any) -> ElementTree.Element:
-    """The timeline, parsed: it is well-formed."""
-    shown = blocks.blocks_of(shot)
-    return ElementTree.fromstring(timeline.timeline_svg(shown, shot, theme, WIDTH_PX, **options))
-
-
-def texts(svg: ElementTree.Element) -> list[str]:
-    return [
-        (text.text or "") + "".join(c.tail or "" for c in text) for text in svg.iter(f"{SVG}text")
-    ]
-
-
-def test_a_join_that_was_taken_back_is_not_said_to_have_been() -> None:
-    run = to(small_run(), 40)
-    number = len(run.control.history)
-    run.apply(Introduce("avoid", 0))
-    run.apply(Undo(number))
-    said = texts(drawn(seen(run)))
-    assert "joined at 40" not in said
-    assert "joins at 200" in said, said
-
-
-def titles(svg: ElementTree.Element) -> list[str]:
-    return [title.text or "" for title in svg.iter(f"{SVG}title")]
-
-
-@pytest.mark.parametrize("theme", [LIGHT, DARK, None])
-def test_the_picture_is_well_formed_and_has_a_lane_for_each_skill(theme: Theme | None) -> None:
-    svg = drawn(seen(to(small_run(), 130)), theme)
-    assert {"approach", "circle clockwise", "avoid", "frozen by hand"} <= set(texts(svg))
-    assert {blocks.described(b) for b in blocks_of(to(small_run(), 130))} - set(titles(svg)) == {
-        "approach is among the options from trial 0 on",
-        "circle clockwise is among the options from trial 100 on",
-    }
-
-
-def test_a_theme_gives_its_colours_and_none_follows_the_page() -> None:
-    shot = seen(small_run())
-    assert css(DARK.ink) in drawn(shot, DARK).get("style", "")
-    assert drawn(shot, DARK).find(f"{SVG}style") is None
-    style = drawn(shot, None).find(f"{SVG}style")
-    assert style is not None
-    assert css(DARK.ink) in (style.text or "")
-    assert css(LIGHT.ink) in (style.text or "")
-
-
-def rects(svg: ElementTree.Element, title: str) -> list[dict[str, str]]:
-    """The rectangles of the block with a title, from left to right."""
-    for group in svg.iter(f"{SVG}g"):
-        if (group.findtext(f"{SVG}title") or "").startswith(title):
-            return [dict(rect.attrib) for rect in group.iter(f"{SVG}rect")]
-    return []
-
-
-def is_dashed(rect: dict[str, str]) -> bool:
-    return "stroke-dasharray" in rect
-
-
-def test_the_past_is_solid_and_the_plan_dashed() -> None:
-    title = "circle clockwise is explored"
-    before = rects(drawn(seen(small_run())), title)
-    during = rects(drawn(seen(to(small_run(), 130))), title)
-    after = rects(drawn(seen(to(small_run(), 170))), title)
-    assert [is_dashed(rect) for rect in before] == [True]
-    assert [is_dashed(rect) for rect in during] == [False, True]
-    assert [is_dashed(rect) for rect in after] == [False]
-    widths = [share(rect["style"]) for rect in during]
-    assert widths[0] == pytest.approx(widths[1], abs=1e-2)
-    assert sum(widths) == pytest.approx(share(after[0]["style"]), abs=1e-2)
-    assert share(before[0]["x"]) == share(after[0]["x"])
-
-
-def share(text: str) -> float:
-    (found,) = re.findall(r"([\d.]+)%", text)
-    return float(found)
-
-
-def test_places_are_linear_in_trials() -> None:
-    svg = drawn(seen(small_run()))
-    at = [
-        share(rects(svg, title)[0]["x"])
-        for title in ("approach joins", "circle clockwise joins", "avoid joins")
-    ]
-    assert at[1] - at[0] == pytest.approx(at[2] - at[1], abs=2e-3)
-    assert at[0] > 10
-
-
-def test_the_chosen_block_and_what_was_done_by_hand_are_marked() -> None:
-    run = to(small_run(), 20)
-    assert "chosen" not in timeline.timeline_svg(blocks_of(run), seen(run), None, 690)
-    chosen = drawn(seen(run), chosen=AVOIDING)
-    marked = [rect for rect in rects(chosen, "avoid is explored") if rect.get("class")]
-    assert [rect["class"] for rect in marked] == ["chosen"]
-    notches = timeline.timeline_svg(blocks_of(run), seen(run), None, 690).count("var(--hand)")
-    run.apply(Explore("approach", 30, 0.5))
-    svg = timeline.timeline_svg(blocks_of(run), seen(run), None, 690)
-    assert svg.count("var(--hand)") == notches + 1
-
-
-def test_the_playhead_is_where_the_run_is() -> None:
-    svg = drawn(seen(to(small_run(), 250)))
-    (head,) = (line for line in svg.iter(f"{SVG}line") if line.get("class") == "playhead")
-    ends = [share(line.get("x1", "")) for line in svg.iter(f"{SVG}line") if line.get("x1") != "0"]
-    assert share(head.get("x1", "")) == pytest.approx((min(ends) + 98.5) / 2, abs=0.01)
-    assert "250" in texts(svg)
-
-
-class Label(NamedTuple):
-    """A text on a lane, and where it begins and ends."""
-
-    first: float
-    until: float
-    text: str
-    is_within: bool
-    """Whether it is in the middle of its block."""
-
-
-def labels(svg: ElementTree.Element) -> dict[float, list[Label]]:
-    """The texts on each lane from the left, by where its middle is."""
-    found: dict[float, list[Label]] = {}
-    for text in svg.iter(f"{SVG}text"):
-        if text.get("paint-order"):
-            words = text.text or ""
-            at = 6.7 * share(text.get("x", "")) + float(text.get("dx", ""))
-            # Characters of a size of 11 are narrower on average.
-            width = 6.2 * len(words)
-            anchor = text.get("text-anchor", "")
-            first = at - {"start": 0.0, "middle": width / 2, "end": width}[anchor]
-            label = Label(first, first + width, words, anchor == "middle")
-            found.setdefault(float(text.get("y", "")), []).append(label)
-    return {lane: sorted(texts) for lane, texts in found.items()}
-
-
-@pytest.mark.parametrize("trial", [0, 5, 30, 130, 400, 1_400])
-@pytest.mark.parametrize("at", [1, 8, 30, 100, 180, 450, 498])
-def test_when_a_skill_joins_is_always_said(at: int, trial: int) -> None:
-    run = to(small_run(f"schedule.skills.circle_clockwise.at={at}"), trial)
-    joins = "joined" if trial > at else "joins"
-    assert f"{joins} at {at}" in texts(drawn(seen(run)))
-
-
-def test_when_a_skill_joins_is_said_to_the_right_where_there_is_no_room_to_the_left() -> None:
-    shot = seen(small_run("schedule.skills.circle_clockwise.at=30"))
-    (until,) = (b.until for b in blocks.blocks_of(shot) if b.id == CIRCLING)
-    assert until == 90
-    written = itertools.chain.from_iterable(labels(drawn(shot)).values())
-    (first,) = (label.first for label in written if label.text == "joins at 30")
-    (block,) = rects(drawn(shot), "circle clockwise is explored")
-    end = 6.7 * (share(block["x"]) + share(block["style"]))
-    assert first == pytest.approx(end + 5, abs=0.1)
-
-
-@given(script=st.lists(st.tuples(st.integers(0, 800), commands), max_size=30))
-def test_no_label_overlaps_another_or_a_block_beside_it(
-    script: list[tuple[int, Command]],
-) -> None:
-    svg = drawn(seen(driven(small_run(), script)))
-    for lane, written in labels(svg).items():
-        for label, following in itertools.pairwise(written):
-            assert label.until <= following.first
-        for label in written:
-            for first, until in bodies(svg, lane):
-                assert label.is_within or until <= label.first or label.until <= first
-
-
-@pytest.mark.parametrize("trial", range(284, 300, 3))
-def test_labels_of_explorations_that_overlap_do_not(trial: int) -> None:
-    run = to(small_run(), trial)
-    run.apply(Explore("approach", 24, 0.0))
-    written = next(iter(labels(drawn(seen(run))).values()))
-    shares = [label for label in written if label.text.endswith("%")]
-    assert len(shares) >= 1
-    for label, following in itertools.pairwise(written):
-        assert label.until <= following.first
-
-
-def bodies(svg: ElementTree.Element, middle: float) -> list[tuple[float, float]]:
-    """Where what is drawn for each block of a lane begins and ends."""
-    found = []
-    for group in svg.iter(f"{SVG}g"):
-        for rect in group.iter(f"{SVG}rect"):
-            if abs(float(rect.get("y", "")) - middle) < 9 and rect.get("class") != "chosen":
-                low = 6.7 * share(rect.get("x", ""))
-                found.append((low, low + max(2, 6.7 * share(rect.get("style", "")))))
-    return found
-
-
-def test_what_lies_beyond_the_last_trial_is_said_at_the_edge() -> None:
-    run = small_run("schedule.skills.avoid.at=9000")
-    assert "joins at 9,000 ▸" in texts(drawn(seen(run)))
-    never = small_run(f"schedule.skills.avoid.at={NEVER}")
-    assert "not planned to join" in texts(drawn(seen(never)))
-
-
-def test_every_text_is_escaped() -> None:
-    hostile = '</text><script>alert("x")</script>&\x00\ud800'
-    shot = seen(small_run())
-    learner = shot.spec.learner.model_copy(update={"options": ("approach", hostile)})
-    shot = replace(shot, spec=shot.spec.model_copy(update={"learner": learner}))
-    given = (Block("a", "exploration", hostile, 5, 50, "planned", probability=0.5),)
-    text = timeline.timeline_svg(given, shot, LIGHT, 690, hostile, hostile)
-    svg = ElementTree.fromstring(text)
-    assert "<script" not in text
-    assert list(svg.iter(f"{SVG}script")) == []
-    assert any('<script>alert("x")</script>&' in title for title in titles(svg))
-
-
-@pytest.mark.parametrize("n_skills", [1, 12])
-@pytest.mark.parametrize("trials", [1, 100, 48_000, MAX_TRIALS])
-def test_few_and_many_skills_and_trials_fit(n_skills: int, trials: int) -> None:
-    names = [f"a_skill_of_ones_own_number_{k}" for k in range(n_skills)]
-    spec = presets.load(
-        "hierarchical_2",
-        [
-            "world.size=30",
-            f"trials={trials}",
-            f"learner.custom_skills={{{', '.join(f'{name}: {{approach: 1}}' for name in names)}}}",
-            f"learner.options=[{', '.join(names)}]",
-        ],
-    )
-    svg = drawn(seen(Run(spec, 1)))
-    assert int(svg.get("height", "0")) <= 20 * (n_skills + 1) + 40
-    lanes = [text for text in texts(svg) if text.startswith("a skill")]
-    assert len(lanes) == n_skills
-
-
-def test_the_axis_goes_on_when_the_run_does() -> None:
-    run = small_run()
-    assert timeline.axis_end(seen(run)) == 500
-    run.advance(until_trial=500)
-    assert timeline.axis_end(seen(run)) == 500
-    run.advance(until_trial=501)
-    assert timeline.axis_end(seen(run)) == 1_000

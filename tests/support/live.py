@@ -9,7 +9,7 @@ import numpy as np
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
-from app.live.session import Pause, Request, Session, SetSpeed, StartAgain, Status, TrialOnce
+from app.live.session import Request, Session, SetSpeed, StartAgain, Status, TrialOnce
 from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
@@ -45,12 +45,16 @@ def small_experiment(text: str = SMALL, n_seeds: int | None = None) -> Experimen
 class LiveLab:
     """A session with its page, served by this process; paused until somebody plays."""
 
-    def __init__(self, spec: RunSpec, speed: float, results: Path) -> None:
+    def __init__(self, spec: RunSpec, speed: float, results: Path, opening: bool = False) -> None:
+        """With an ``opening`` the learner begins as people see it, with slow hunts once a page is
+        there.
+        """
         self.results = results
         """Folder below which experiments leave their results; made when it is needed."""
         offered = {name: preset_of(name) for name in ("timed", "hierarchical_2", "standard_q")}
-        self.session = Session(spec, "timed", SEED, speed, playing=False)
-        self.lab = Lab(self.session, {**offered, "timed": spec}, "127.0.0.1", 0, results=results)
+        self.session = Session(spec, "timed", SEED, speed, False, opening)
+        known = {**offered, "timed": spec}
+        self.lab = Lab(self.session, known, "127.0.0.1", 0, results, waits=opening)
         self.gone = threading.Event()
         """Set when a page has left."""
         self.lab.server.on_client_disconnect(lambda _: self.gone.set())
@@ -64,15 +68,15 @@ class LiveLab:
         return f"{self.lab.url}/?fixedDpr=1"
 
     def ask(self, *requests: Request) -> Status:
-        """The status in which all these requests have been answered."""
-        ticket = max(self.session.submit(request) for request in requests)
+        """The status in which all these requests have been answered, and all before them."""
+        harmless = SetSpeed(self.session.status.speed)
+        ticket = max(self.session.submit(request) for request in requests or [harmless])
         return self.wait_for(lambda status: status.answered >= ticket)
 
     def begin(self, preset: str, *settings: str, speed: float, results: Path) -> None:
         """Another run from its beginning, in which nothing was done; paused."""
-        again = StartAgain(preset_of(preset, *settings), preset, SEED)
-        # Where one was over or was opened, another plays at once; after that it begins paused.
-        self.ask(again, Pause(), SetSpeed(speed), again)
+        again = StartAgain(preset_of(preset, *settings), preset, SEED, paused=True)
+        self.ask(SetSpeed(speed), again)
         self.results = self.lab.service.root = results
 
     def go_to_trial(self, trial: int) -> Status:
@@ -96,7 +100,7 @@ class LiveLab:
 
     def look_of(self, browser: int = 0) -> Look:
         """How the browser that came first, second, ... wants to see the board."""
-        return self.lab.browsers[browser].readings.look
+        return self.lab.browsers[browser].look
 
     def widget(self, label: str) -> Any:
         """What all browsers share, by its label, as the server has it."""

@@ -112,9 +112,14 @@ class Screen:
         return self.page.locator('[data-slot-of="sentence"]')
 
     @property
+    def said(self) -> Locator:
+        """What was just done by hand, on the board."""
+        return self.page.get_by_role("status").and_(self.page.locator("[data-slot-of=said]"))
+
+    @property
     def legend(self) -> Locator:
-        """What the colours mean."""
-        return self.page.get_by_text("The half-disc is what the prey sees").locator("xpath=..")
+        """What the colours mean, in the panel."""
+        return self.page.locator("#root .pounce-legend")
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""
@@ -168,8 +173,9 @@ class Screen:
     # Doing
 
     def button(self, name: str) -> Locator:
-        """A button by what is written on it."""
-        return self.page.get_by_role("button", name=name, exact=True)
+        """A button by what is written on it, but for that which undoes what was just done."""
+        found = self.page.get_by_role("button", name=name, exact=True)
+        return found.and_(self.page.locator(":not([data-slot-of=said] *)"))
 
     def tab(self, name: str) -> Locator:
         """A tab by what is written on it."""

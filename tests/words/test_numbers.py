@@ -10,15 +10,16 @@ from hypothesis import strategies as st
 from app.words.numbers import (
     counted,
     duration,
-    in_hundredths,
     in_millions,
     in_short,
     labelled_ticks,
     megabytes,
     of_any_size,
+    rate_in_short,
     round_numbers,
     shared_form,
     shown_number,
+    significant,
     speed_in_words,
     ticks,
 )
@@ -55,6 +56,23 @@ def test_an_axis_has_its_own_limits_of_what_is_short() -> None:
 
 def test_millions_have_two_decimals_and_no_unit() -> None:
     assert [in_millions(n) for n in (0, 384_000, 2.41e6, math.nan)] == ["0.00", "0.38", "2.41", "–"]
+
+
+@pytest.mark.parametrize(
+    ("rate", "text"),
+    [
+        (0.0, "0"),
+        (99.4, "99"),
+        (997.0, "1 k"),
+        (1_995.0, "2 k"),
+        (6_313.0, "6.3 k"),
+        (20_480.0, "20 k"),
+        (999_600.0, "1 M"),
+        (24_560_000.0, "25 M"),
+    ],
+)
+def test_a_rate_has_two_digits_that_hold(rate: float, text: str) -> None:
+    assert rate_in_short(rate) == text
 
 
 def test_a_speed_of_one_step_has_no_s() -> None:
@@ -111,15 +129,19 @@ def test_amounts_of_any_size_are_short(amount: float, text: str) -> None:
     ("value", "text"),
     [
         (0, "0"),
-        (100, "100"),
-        (-50.0, "-50"),
-        (12.413, "12.41"),
-        (0.01, "0.01"),
-        (0.0032, "3.2e-03"),
+        (100.0, "100"),
+        (-50.0, "\N{MINUS SIGN}50"),
+        (12.413, "12.4"),
+        (4_321.0, "4320"),
+        (0.07294, "0.0729"),
+        (0.00000123456, "0.00000123"),
+        (1.23e-20, "1.23e\N{MINUS SIGN}20"),
     ],
 )
-def test_hundredths_hide_nothing(value: float, text: str) -> None:
-    assert in_hundredths(value) == text
+def test_digits_that_mean_something_are_shown_however_small_a_value_is(
+    value: float, text: str
+) -> None:
+    assert significant(value) == text
 
 
 # Marks of axes

@@ -120,7 +120,7 @@ def _short(steps: float, unit: tuple[float, str]) -> str:
 
 def _pace(progress: Progress) -> float:
     trials, steps = progress
-    if trials.size == 1:
+    if trials[-1] == 0:
         return _FIRST_PACE
     since = np.searchsorted(trials, trials[-1] - _MEANWHILE_TRIALS)
     since = min(int(since), trials.size - 2)

@@ -135,7 +135,7 @@ def _curve(bar: Bar) -> str:
     )
     ghost = "" if bar.ghost is None else _line("ghost", bar.ghost, up)
     return (
-        '<div class="row curve"><div class="gutter"><span class="what">reward<br>per trial</span>'
+        '<div class="row curve"><div class="gutter"><span class="what">reward<br/>per trial</span>'
         f'<span class="numbers">{numbers}</span></div><div class="plot">'
         f'<svg viewBox="0 0 {_WIDE} {_HIGH}" preserveAspectRatio="none" role="img"'
         ' aria-label="Learning curve: reward per trial">'

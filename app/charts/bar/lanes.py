@@ -14,6 +14,9 @@ FREEZE_LANE: Final = "frozen by hand"
 _LEAST: Final = 1 / 120
 """Width of the shortest block, as a share of the axis."""
 
+_NEAR: Final = 2 * CHARACTER
+"""Farther from its block a text is as short as can be."""
+
 Half = Literal["whole", "upper", "lower"]
 """What part of the height of its lane a block takes."""
 
@@ -207,23 +210,13 @@ class _Writer:
         return False
 
     def _beside(self, stretch: Sequence[Block], text: str, more: str = "") -> None:
-        """Write right after blocks that follow one another, or else right before them."""
-        spans = [self._span(block) for block in stretch]
-        first, until = min(spans)[0], max(span[1] for span in spans)
-        places: tuple[tuple[float, Literal["before", "after"]], ...] = (
-            (until, "after"),
-            (first, "before"),
-        )
-        for after in (more, ""):
-            width = _wide(text + after)
-            for at, side in places:
-                span = (at, at + width) if side == "after" else (at - width, at)
-                if self._room.taken(*span):
-                    self._labels.append(Label("", text, after, at, side, 0.0))
-                    return
-        # Cut, or over a neighbour, rather than not at all.
-        at, side = places[0] if until < 0.5 else places[1]
-        self._labels.append(Label("", text, "", at, side, 0.0))
+        """Write right after blocks that follow one another, or as near to that as there is room."""
+        until = max(self._span(block)[1] for block in stretch)
+        for after, within in ((more, _NEAR), ("", math.inf)):
+            spot = self._room.take_nearest(_wide(text + after), until, within)
+            if spot is not None:
+                self._put("", text, after, spot)
+                return
 
     def _join(self, block: Block, is_beyond: bool) -> None:
         """Write when a skill joins: before that, or wherever in its lane there is room."""
@@ -237,9 +230,13 @@ class _Writer:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
         spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)
         if spot is not None:
-            edge, is_before = spot
-            side: Literal["before", "after"] = "before" if is_before else "after"
-            self._labels.append(Label(before, text, after, edge, side, 0.0))
+            self._put(before, text, after, spot)
+
+    def _put(self, before: str, text: str, after: str, spot: tuple[float, bool]) -> None:
+        edge, is_before = spot
+        self._labels.append(
+            Label(before, text, after, edge, "before" if is_before else "after", 0.0)
+        )
 
     def _reaching(self, label: Label) -> Label:
         """The label with the room that it has up to the next thing in its lane.

@@ -35,7 +35,7 @@ from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.page.panels.said import Said
 from app.page.panels.start_again import StartingAgain
 from app.page.panels.steering import Steering, introduction_of
-from app.page.widgets import CALM, Choice, Input, add_buttons, assign, on_press
+from app.page.widgets import CALM, Choice, Input, add_buttons, add_hints, assign, on_press
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
 from app.words.numbers import counted, in_short
@@ -109,14 +109,14 @@ def skill_state(status: Status, skill: str) -> str:
         if not snapshot.trial < planned < MAX_TRIALS:
             return "not yet"
         if not control.schedule_on:
-            return "not yet, and the schedule is not followed"
-        return f"not yet, joins at trial {planned:,}"
+            return "not yet: the schedule is not followed"
+        return f"joins at trial {planned:,}"
     index = snapshot.spec.learner.skills.index(skill)
     total = int(snapshot.option_visits.sum())
     parts = ["active"]
     is_newest = control.introductions[-1].skill == skill
     if is_newest and snapshot.trial < control.frozen_until and not control.selection_frozen:
-        parts = [f"new, selection frozen until trial {control.frozen_until:,}"]
+        parts = [f"new, practised until trial {control.frozen_until:,}"]
     if total:
         parts.append(f"{snapshot.option_visits[index] / total:.0%} of all choices")
     if control.skills_frozen:
@@ -215,6 +215,7 @@ class Controls:
             hint="Let the run have as many trials again as it was to have.",
         )
         on_press(self._further, self._asking(GoOn))
+        add_hints(gui, self._play, self._further)
         add_buttons(
             gui,
             "Go on by",
@@ -311,6 +312,7 @@ class Controls:
                     " skills are chosen is frozen meanwhile, for as long as the schedule has it, so"
                     " that the new skill can be learned.",
                 )
+                add_hints(self._gui, add)
             row = _SkillRow(None, text, add)
             on_press(add, self._asking(partial(self._introduction_by, row)))
             self._rows.append(row)
@@ -385,6 +387,7 @@ class Controls:
                 color=CALM,
                 hint="From now on the learner chooses for itself again.",
             )
+            add_hints(gui, self._begin, self._end)
         on_press(self._begin, self._asking(self._exploration))
         on_press(self._end, self._asking(self._end_of_exploration))
 
@@ -423,8 +426,6 @@ class Controls:
         ]
         if nothing:
             lines = ["A skill must have joined before it can be explored."]
-        elif not lines:
-            lines = ["Nothing is being explored."]
         body = "<br>".join(lines)
         assign(self._left, "content", _note(body))
 

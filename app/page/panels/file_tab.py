@@ -21,7 +21,7 @@ from app.documents.tree import PresetError, document_of, printable
 from app.live.session import Session, StartAgain
 from app.live.snapshot import Snapshot
 from app.page.inbox import Ask, Intent, Work
-from app.page.widgets import CALM, DESTROYS, NAME_HTML, assign, on_press
+from app.page.widgets import CALM, DESTROYS, NAME_HTML, add_hints, assign, on_press
 from app.schedule import carried
 from app.server.notices import close_modal, open_modal, tell
 from app.util.files import write_whole
@@ -176,6 +176,7 @@ class FileTab:
                 mime_type=".yaml,.yml",
                 hint="Offer an experiment from a file under Experiments. Nothing is started.",
             )
+        add_hints(gui, self._save, tables, load, experiment)
         self._name.on_update(Intent(self._judge_name))
         on_press(self._save, lambda _, __: self._store(overwrite=False))
         on_press(self._overwrite, lambda _, __: self._store(overwrite=True))

@@ -14,15 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 import viser
 
-from app.explain.cell import (
-    HuntShown,
-    hunts_from,
-    hunts_html,
-    moment_of,
-    nothing_chosen_html,
-    reading_at,
-    reading_html,
-)
+from app.explain.cell import HuntShown, hunts_from, moment_of, reading_at
+from app.explain.cell_html import hunts_html, nothing_chosen_html, reading_html
 from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
@@ -55,6 +48,8 @@ _Z_HUNTS, _Z_CHAIN, _Z_ENDS, _Z_CELL = 0.031, 0.036, 0.038, 0.045
 _MARK_UNITS = 0.11
 """Half the side of the mark of a cell, where the cell itself would be too small to see."""
 _END_RADIUS = 0.07
+_DASH_UNITS = 0.3
+"""Of a dashed line."""
 _DRAWN = 2_000
 """Cells of a hunt's way that are drawn; one that takes longer goes in circles by then."""
 
@@ -99,6 +94,11 @@ def ring_radius(spec: WorldSpec, chosen: tuple[int, int] | None) -> float:
     return max(math.hypot(chosen[0] - middle, chosen[1] - middle), 1.0)
 
 
+def _nudge_html(clicks: int) -> str:
+    """Has the page's script (``app/web/tabs.js``) turn to the tab when there is one click more."""
+    return f'<div hidden data-open-tab="Inspect" data-times="{clicks}"></div>'
+
+
 class _Strokes:
     """Lines of one kind on a board, each in its colour and with a rim that sets it off."""
 
@@ -137,9 +137,9 @@ class _Overlay:
     """What inspection draws on one board: create, show, remove."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
-        self._hunts = _Strokes(scene, "hunts", 2.5)
+        self._hunts = _Strokes(scene, "hunts", 3.5)
         self._facing = _Strokes(scene, "facing", 2.5)
-        self._chain = _Strokes(scene, "chain", 3.5)
+        self._chain = _Strokes(scene, "chain", 2.5)
         self._cell = _Strokes(scene, "cell", 3.0)
         self._ends = scene.add_point_cloud(
             "/inspect/ends",
@@ -157,8 +157,8 @@ class _Overlay:
         self._cell.show(marks, [theme.ink] * len(marks), theme.unknown)
 
     def show_chain(self, world: World, chain: Chain | None, theme: Theme) -> None:
-        """Draw the way of a chain."""
-        ways = [] if chain is None else [segments(board_points(world, chain.cells, _Z_CHAIN))]
+        """Draw the way of a chain, dashed, so that a hunt on the same way is seen as well."""
+        ways = [] if chain is None else [_dashed(world, chain.cells)]
         self._chain.show(ways, [theme.ink] * len(ways), theme.unknown)
 
     def show_hunts(
@@ -178,6 +178,13 @@ class _Overlay:
             np.concatenate([_NO_LINE[0, :1], ends]),
             np.array([(0, 0, 0), *colours], np.uint8),
         )
+
+
+def _dashed(world: World, cells: Sequence[int]) -> np.ndarray:
+    """Segments ``(n, 2, 3)`` of a way: as many on as off, and those at its end on."""
+    lines = segments(board_points(world, cells, _Z_CHAIN))
+    every = max(round(_DASH_UNITS * world.size / BOARD_UNITS), 1)
+    return lines[np.arange(len(lines))[::-1] // every % 2 == 0]
 
 
 def _square(world: World, cell: tuple[int, int]) -> np.ndarray:
@@ -221,7 +228,11 @@ class Inspection:
         self._success: np.ndarray | None = None
         self._cell_key: tuple[object, ...] | None = None
         self._hunts_key: tuple[object, ...] | None = None
+        self._clicks = 0
+        """On cells so far."""
         self._overlay = _Overlay(client.scene)
+        # Outside of the tab, which is there only while it is turned to.
+        self._nudge = client.gui.add_html(_nudge_html(0))
         self._build(client.gui, container)
 
     def take_click(self, place: tuple[float, float], shift: bool) -> None:
@@ -245,30 +256,33 @@ class Inspection:
         while self._requests:
             self._requests.popleft()(snapshot, look)
         heading = heading_shown(look, snapshot.heading)
-        self._show_cell(snapshot, heading, look.theme, success)
+        self._show_cell(snapshot, heading, look, success)
         self._show_hunts(snapshot, heading, look.theme)
 
     def _build(self, gui: viser.GuiApi, container: Any) -> None:
         with container:
             self._reading = gui.add_html(nothing_chosen_html())
             self._prey_faces = Choice(
-                gui, "Prey faces", _FACINGS, hint="In the hunts that you ask for here"
+                gui,
+                "Prey faces",
+                _FACINGS,
+                hint="Where the prey looks in the hunts that you ask for here",
             )
             self._here = gui.add_button(
                 "Hunt here",
                 icon=viser.Icon.TARGET_ARROW,
-                hint="From the chosen cell, without exploring and without learning",
+                hint="One hunt from the chosen cell, without random moves and without learning",
                 disabled=True,
             )
             ring = gui.add_button(
                 "Sixteen hunts from a ring",
                 icon=viser.Icon.CIRCLE_DOTTED,
-                hint="From all round the prey, as far off as the chosen cell",
+                hint="Hunts from all round the prey, as far off as the chosen cell",
             )
             clear = gui.add_button("Clear", icon=viser.Icon.ERASER)
             self._results = gui.add_html("")
             explained = gui.add_checkbox(
-                "Why this value?", False, hint="Follow the greedy backups to the reward"
+                "Why this value?", False, hint="Follow the best moves to the reward it comes from"
             )
             self._reasons = gui.add_html("")
         explained.on_update(Intent(lambda _, on: self._ask(partial(self._explain, on))))
@@ -287,6 +301,7 @@ class Inspection:
         if cell is None:
             return
         self._chosen = cell
+        self._clicks += 1
         if shift:
             self._hunt([cell], heading_shown(look, snapshot.heading), snapshot)
 
@@ -326,11 +341,11 @@ class Inspection:
         self._run = (snapshot.generation, snapshot.world.size)
 
     def _show_cell(
-        self, snapshot: Snapshot, heading: int, theme: Theme, success: np.ndarray | None
+        self, snapshot: Snapshot, heading: int, look: Look, success: np.ndarray | None
     ) -> None:
         """Show what is known of the chosen cell, and why; sends nothing if nothing has changed."""
-        chosen, why = self._chosen, self._why
-        key: tuple[object, ...] = (chosen, why, theme)
+        chosen, why, theme = self._chosen, self._why, look.theme
+        key: tuple[object, ...] = (chosen, self._clicks, why, look)
         if chosen is not None:
             key = (*key, moment_of(snapshot), heading, id(success))
         if key == self._cell_key:
@@ -340,11 +355,12 @@ class Inspection:
         self._success = success
         reading, reasons, chain = nothing_chosen_html(), "", None
         if chosen is not None:
-            reading = reading_html(reading_at(snapshot, *chosen, heading, success))
+            reading = reading_html(reading_at(snapshot, *chosen, heading, success), look)
             if why:
                 chain = chain_of(snapshot, *chosen, heading)
                 reasons = chain_html(chain)
         with self._client.atomic():
+            assign(self._nudge, "content", _nudge_html(self._clicks))
             assign(self._reading, "content", reading)
             assign(self._reasons, "content", reasons)
             assign(self._here, "disabled", chosen is None)

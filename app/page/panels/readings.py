@@ -4,13 +4,11 @@ Everything here belongs to one browser, and so does how it wants to see things.
 """
 
 from collections.abc import Callable
-from functools import partial
 
 import viser
 
 from app.charts.page.svg import frame_html
 from app.live.session import Status
-from app.live.snapshot import Snapshot
 from app.page import keys
 from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
 from app.page.inbox import Inbox, Intent
@@ -18,18 +16,16 @@ from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.texts import Texts
 from app.page.told import Told
-from app.page.widgets import Choice, assign
-from app.picture.layer import Layer
-from app.picture.layers import LAYERS
-from app.picture.look import Look
-from app.picture.options import option_names
+from app.page.tour import tour_html
+from app.page.widgets import CALM, assign
 from app.picture.theme import DARK
 from app.server.calls import Calls
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
-from app.words.plain import plain
 
 _WIDTH = 330.0
+_LAST = 1e9
+"""Order of what stands below all that is put into its tab later on."""
 # A scroll bar lies over what it scrolls.
 _LAYOUT = """<style>
 [data-dock-edge] .mantine-ScrollArea-content:not(:has(.mantine-ScrollArea-content)) {
@@ -51,47 +47,51 @@ class Readings:
         """``drawn`` is called when the page has drawn its first picture."""
         self._client = client
         self._gui = gui = client.gui
-        self._names: tuple[str, ...] = ()
-        """What a layer may be of."""
         # At the root of the main panel, which is there whatever tab is shown.
         self._task = gui.add_html(slot_html("task", TASK_HTML) + str(glossary.table_html()))
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
         self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
-        self._told = Told(gui, calls, inbox, drawn, lambda dark: self._view.set_dark(dark))
+        self._tours = 0
+        """That were asked for."""
+        self._tour = gui.add_html(slot_html("tour", tour_html(0)))
+        self._told = Told(gui, calls, inbox, drawn, lambda dark: self.view.set_dark(dark))
         panel = gui.add_panel()
         panel.dock_left()
         panel.set_width(_WIDTH)
         with panel.add_tab("Now", icon=viser.Icon.EYE):
             gui.add_html(_LAYOUT + keys.table_html() + frame_html())
             self._numbers = gui.add_html(numbers_html(status))
-            layers = {layer.title: layer for layer in LAYERS.values()}
-            self._layer = Choice(gui, "Layer", layers)
-            self._about: Choice[str | None] = Choice(gui, "of", {})
-            self._about.handle.visible = False
+            self.view = View(client)
+            """What the board is to show."""
             self._caption = gui.add_html("")
             self._legend = gui.add_html("")
-        with panel.add_tab("View", icon=viser.Icon.STACK_2):
-            self._view = View(client)
+            self.view.add_overlays()
         self.inspect_tab = panel.add_tab("Inspect", icon=viser.Icon.ZOOM_IN)
         """Where the inspection of a cell goes."""
         self.file_tab = panel.add_tab("File", icon=viser.Icon.FILE)
         """Where saving and loading goes."""
         with self.file_tab:
-            self._clock = gui.add_html("")
+            # Below what the tab is for.
+            self._clock = gui.add_html("", order=_LAST)
             self._build_help()
-        # The first ten have keys.
-        for key, layer in zip(keys.LAYERS, LAYERS.values(), strict=False):
-            command = gui.add_command(f"Layer: {layer.title}", hotkey=key.hotkey)
-            command.on_trigger(Intent(partial(self._choose_layer, layer)))
 
     def _build_help(self) -> None:
-        button = self._gui.add_button("Keys (?)", icon=viser.Icon.KEYBOARD)
+        button = self._gui.add_button(
+            "Keys (?)", icon=viser.Icon.KEYBOARD, color=CALM, order=_LAST - 1
+        )
         button.on_click(Intent(lambda _, __: self.show_keys()))
         command = self._gui.add_command("Keys", hotkey=keys.LIST.hotkey)
         command.on_trigger(Intent(lambda _, __: self.show_keys()))
         closing = self._gui.add_command("Close the list", hotkey="escape")
         closing.on_trigger(Intent(lambda _, __: self._close_newest_list()))
+
+        tour = self._gui.add_command("Tour of the page")
+        tour.on_trigger(Intent(lambda _, __: self._begin_tour()))
+
+    def _begin_tour(self) -> None:
+        self._tours += 1
+        assign(self._tour, "content", slot_html("tour", tour_html(self._tours)))
 
     def show_keys(self) -> None:
         """List the hotkeys, once."""
@@ -111,20 +111,8 @@ class Readings:
         """Answer no more calls of this browser."""
         self._told.leave()
 
-    def _choose_layer(self, layer: Layer, *_: object) -> None:
-        self._layer.choose(layer)
-
-    @property
-    def look(self) -> Look:
-        """How this browser wants to see the board."""
-        about = self._about.chosen
-        option = self._names.index(about) if about in self._names else 0
-        return self._view.look(self._layer.chosen.key, option)
-
     def update(self, texts: Texts, clock: str) -> None:
         """Show a moment."""
-        snapshot, layer = texts.status.snapshot, LAYERS[texts.look.layer]
-        self._offer_options(snapshot, layer)
         for handle, content in (
             (self._sentence, slot_html("sentence", texts.sentence)),
             (self._short, slot_html("readings", texts.readings)),
@@ -135,14 +123,5 @@ class Readings:
             (self._clock, clock),
         ):
             assign(handle, "content", content)
-        self._view.update(texts)
+        self.view.update(texts.status.snapshot)
         self._told.show(texts.look.theme is DARK)
-
-    def _offer_options(self, snapshot: Snapshot, layer: Layer) -> None:
-        names = option_names(snapshot)
-        if layer.about == "skill":
-            names = tuple(plain(name) for name in snapshot.spec.learner.skills)
-        if names:
-            self._names = names
-            self._about.offer({name: name for name in names})
-        assign(self._about.handle, "visible", layer.about != "nothing" and bool(names))

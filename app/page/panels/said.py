@@ -63,7 +63,7 @@ def _of_run(status: Status, is_back: bool) -> Saying:
     """What to say of another run that has come on the board."""
     snapshot = status.snapshot
     if status.opened is not None:
-        text = f"On the board: {sentence.opened_run(snapshot)}"
+        text = f"Opened: {sentence.opened_run(snapshot)}"
     elif is_back:
         text = f"Back to {snapshot.preset}, trial {snapshot.trial:,}"
     else:

@@ -8,7 +8,7 @@ import viser
 from app.live.session import GoBack, Session, StartAgain, Status
 from app.page.inbox import Ask
 from app.page.number_field import Limits, NumberField
-from app.page.widgets import CALM, DESTROYS, Choice, Input, assign, on_press
+from app.page.widgets import CALM, DESTROYS, Choice, Input, add_hints, assign, on_press
 from app.schedule.carried import drawn_schedule
 from learners.spec import RunSpec
 from sim.rng import MAX_SEED
@@ -73,6 +73,7 @@ class StartingAgain:
                 hint="Take up the run again that was set aside, where it was. One is kept, the"
                 " latest.",
             )
+            add_hints(gui, again, self._back)
         on_press(again, lambda client, _: ask(client, self._request()))
         on_press(self._back, lambda client, _: ask(client, GoBack()))
 

@@ -14,7 +14,7 @@ from app.live.snapshot import Snapshot
 from app.page.confirm import confirm
 from app.page.inbox import Ask
 from app.page.number_field import DIALS_HTML, Dial, Limits
-from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, assign, on_press
+from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign, on_press
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
 from app.words.numbers import counted
@@ -244,6 +244,7 @@ class Steering:
                 hint="What the change has set is as if it had not been made. What was learned"
                 " meanwhile stays.",
             )
+            add_hints(self._gui, self._undo)
         on_press(self._undo, self._undo_clicked)
 
     def _undo_clicked(self, client: viser.ClientHandle, _: object) -> None:
@@ -323,6 +324,7 @@ class Steering:
                 color=CALM,
                 hint="The new skill joins now, and is learned from nothing.",
             )
+            add_hints(gui, self._add_other, define)
         self._skills_folder = folder
         on_press(self._add_other, self._add_other_clicked)
         on_press(define, self._define_clicked)
@@ -373,6 +375,7 @@ class Steering:
                 color=DESTROYS,
                 hint="The learner can no longer choose the skill. What is lost is said first.",
             )
+            add_hints(self._gui, self._remove)
         on_press(self._remove, self._confirm_removal)
 
     def _confirm_removal(self, client: viser.ClientHandle, _: object) -> None:

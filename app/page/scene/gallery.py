@@ -1,6 +1,7 @@
 """What is looked at: boards and texts, made once for all browsers that want to see the same."""
 
 from collections.abc import Container
+from functools import partial
 
 import viser
 
@@ -10,7 +11,8 @@ from app.page.scene.board import BoardView
 from app.page.texts import Texts
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
-from app.picture.look import Look
+from app.picture.look import ALL, Look
+from app.picture.multiples import all_headings
 from app.server.stage import Stage
 
 _TEXTS_S = 0.25
@@ -32,7 +34,9 @@ class Exhibit:
         self, status: Status, extras: Extras, greedy: GreedyCurve, n_viewers: int, now_s: float
     ) -> Texts:
         """Draw a moment; returns what is read beside it."""
-        picture = LAYERS[self._look.layer].paint(status.snapshot, self._look, extras)
+        look, layer = self._look, LAYERS[self._look.layer]
+        paint = partial(all_headings, layer=layer) if look.frame == ALL else layer.paint
+        picture = paint(status.snapshot, look, extras=extras)
         opens = status.opening is not None and not status.opening.rising
         rests = opens or not status.playing
         self.board.update(status.snapshot, picture, self._look, now_s, rests, named=opens)

@@ -35,7 +35,7 @@ _PREDATOR_RADIUS, _HALO_RADIUS, _END_RADIUS = 0.13, 0.17, 0.1
 _TRAIL_SEGMENTS = 120
 _PATH_POINTS = 60
 _PATHS_EVERY_S = 1.0
-_FADED: Final = 0.8
+_FADED: Final = 0.7
 """How much of its colour the oldest dot has lost."""
 
 # Heights above the board, so that what matters lies on top.
@@ -239,7 +239,7 @@ def _sketched(snapshot: Snapshot, look: Look, path: TrialPath, shown: int) -> np
 
 def _names(spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> Sequence[Tag]:
     """What is what; where the predator is that has ended its hunt stands what that came to."""
-    tags = []
+    tags: list[Tag] = []
     if look.field and spec.vision_radius * BOARD_UNITS / STANDARD_SIZE >= _LEAST_FIELD:
         turn = np.exp(1j * shown * np.pi / 4) * complex(*_FIELD_PLACE)
         tags.append(Tag(_FIELD_NAME, (turn.real, turn.imag), within=True))

@@ -8,14 +8,15 @@ import viser
 from scipy import ndimage
 
 from app.page.scene.outlines import BOARD_UNITS
+from app.page.scene.parts import AWAY
 from app.page.widgets import assign
 from app.picture.layer import Label, Picture
 
 _LEAST_ROOM: Final = 1 / 24
 """Share of the board's side that there is to be at least from the middle of a place to its edge."""
-_HEIGHT: Final = 0.32
-"""Of writing, in board units, so that it grows with the board."""
+HEIGHT: Final = 0.34
 _ABOVE: Final = 0.06
+_MOST: Final = 16
 
 
 def middles(picture: Picture) -> tuple[Label, ...]:
@@ -35,30 +36,30 @@ def middles(picture: Picture) -> tuple[Label, ...]:
 
 
 class BoardNames:
-    """What stands written on one browser's board."""
+    """What stands written on one browser's board, at most so many words."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        self._scene = scene
-        self._written: list[Any] = []
+    def __init__(self, scene: viser.SceneApi, height: float = HEIGHT) -> None:
+        """``height`` is that of writing, in board units, so that it grows with the board."""
+        # All at once: a board that takes the place of another one in a page has what that has.
+        self._written: list[Any] = [
+            scene.add_label(
+                f"/board/names/{number}",
+                "",
+                position=AWAY,
+                anchor="center-center",
+                font_size_mode="scene",
+                font_scene_height=height,
+                visible=False,
+            )
+            for number in range(_MOST)
+        ]
 
     def show(self, picture: Picture, size: int) -> None:
         """Show what is written on a picture of a board of so many cells along each side."""
-        labels = (*middles(picture), *picture.labels)
+        labels = (*middles(picture), *picture.labels)[:_MOST]
         unit = BOARD_UNITS / size
-        for number, label in enumerate(labels):
+        for written, label in zip(self._written, labels, strict=False):
             place = (label.east * unit, label.north * unit, _ABOVE)
-            if number == len(self._written):
-                self._written.append(
-                    self._scene.add_label(
-                        f"/board/names/{number}",
-                        label.text,
-                        position=place,
-                        font_size_mode="scene",
-                        font_scene_height=_HEIGHT,
-                        anchor="center-center",
-                    )
-                )
-            written = self._written[number]
             assign(written, "text", label.text)
             if tuple(written.position) != place:
                 written.position = place

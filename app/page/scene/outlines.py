@@ -1,11 +1,18 @@
 """Where things lie on the board, and the lines on it.
 
-The board lies in the plane z = 0, twelve units wide whatever the grid, the prey at the origin.
+The board lies in the plane z = 0, twelve units wide whatever the grid, the prey at the origin. It
+is a square, and round where all headings are shown at once: their squares share a circle.
 """
+
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from app.picture.contours import Contour
+from app.picture.frames import rim
 from app.picture.layer import Picture
+from app.picture.multiples import HALF_HEIGHT, SIDE, TILES
 from sim import geometry
 from sim.spec import STANDARD_SIZE, WorldSpec
 from sim.world import World
@@ -66,30 +73,73 @@ def edges(spec: WorldSpec) -> tuple[float, float]:
     return (-0.5 - middle) * unit, (spec.size - 0.5 - middle) * unit
 
 
+def _rim(spec: WorldSpec) -> float:
+    """Radius of the round board in board units."""
+    return rim(spec) * BOARD_UNITS / spec.size
+
+
+def is_on_board(points: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
+    """Whether points ``(..., 2)`` lie on the board, ``(...) bool``."""
+    if is_round:
+        return np.asarray(np.hypot(points[..., 0], points[..., 1]) <= _rim(spec))
+    low, high = edges(spec)
+    return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
+
+
 def kept_on_board(points: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Points ``(..., 2)``, those off the board moved to its edge.
 
     A trial's square is turned so that the prey looks as it does in the picture, and its corners may
     then lie outside of what is drawn.
     """
+    if is_round:
+        distance = np.hypot(points[..., 0], points[..., 1])[..., None]
+        return points * np.minimum(_rim(spec) / np.maximum(distance, 1e-9), 1.0)
     low, high = edges(spec)
     return np.clip(points, low, high)
 
 
-def border(spec: WorldSpec) -> np.ndarray:
-    """The edge of the board as segments ``(4, 2, 2)``."""
+def border(spec: WorldSpec, is_round: bool) -> np.ndarray:
+    """The edge of the board as segments."""
+    if is_round:
+        return _circle(_rim(spec))
     low, high = edges(spec)
     return segments(np.array([[low, low], [high, low], [high, high], [low, high], [low, low]]))
 
 
-def grid(spec: WorldSpec) -> np.ndarray:
+def tile_pixels(spec: WorldSpec) -> np.ndarray:
+    """Middles of the pixels of all headings side by side, ``(tile * y * x, 3)`` in board units."""
+    low, high = edges(spec)
+    along = low + (np.arange(SIDE) + 0.5) / SIDE * (high - low)
+    north, east = np.meshgrid(along, along, indexing="ij")
+    one = np.stack([east.ravel(), north.ravel()], axis=-1)
+    return lifted(np.concatenate([tile.place(one, BOARD_UNITS) for tile in TILES]), 0.0)
+
+
+def tiles_border(spec: WorldSpec) -> np.ndarray:
+    """The edges of all headings side by side, as segments.
+
+    The last ones have no length: they are the corners of all that is to be seen, names included.
+    """
+    square = border(spec, is_round=False)
+    squares = np.concatenate([tile.place(square, BOARD_UNITS) for tile in TILES])
+    corner = np.array([0.5, HALF_HEIGHT]) * BOARD_UNITS
+    corners = np.stack([-corner, corner])
+    return np.concatenate([squares, np.stack([corners, corners], axis=1)])
+
+
+def grid(spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Lines at every tenth cell, as segments."""
     low, high = edges(spec)
     step = _GRID_EVERY * BOARD_UNITS / spec.size
-    marks = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
-    lines = [np.array([[mark, low], [mark, high]]) for mark in marks]
-    lines += [np.array([[low, mark], [high, mark]]) for mark in marks]
-    return np.concatenate([segments(line) for line in lines])
+    marks = step * np.arange(math.ceil(low / step), math.floor(high / step) + 1)
+    first, last = np.full(len(marks), low), np.full(len(marks), high)
+    if is_round:
+        last = np.sqrt(np.maximum(_rim(spec) ** 2 - marks**2, 0.0))
+        first = -last
+    ends = [np.stack([marks, first], axis=1), np.stack([marks, last], axis=1)]
+    upright = np.stack(ends, axis=1)
+    return np.concatenate([upright, upright[..., ::-1]])
 
 
 def _turned(points: np.ndarray, heading: int) -> np.ndarray:
@@ -119,13 +169,12 @@ def _circle(radius: float) -> np.ndarray:
     return segments(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
-def within(parts: np.ndarray, spec: WorldSpec) -> np.ndarray:
-    """The segments ``(n, 2, 2)`` that lie on the board."""
-    low, high = edges(spec)
-    return parts[((parts >= low) & (parts <= high)).all(axis=(1, 2))]
+def within(parts: np.ndarray, spec: WorldSpec, is_round: bool) -> np.ndarray:
+    """Which of the segments ``(n, 2, 2)`` lie on the board, ``(n,) bool``."""
+    return np.asarray(is_on_board(parts, spec, is_round).all(axis=1))
 
 
-def sensors(spec: WorldSpec) -> np.ndarray:
+def sensors(spec: WorldSpec, is_round: bool) -> np.ndarray:
     """Rings, and sectors from the first ring outwards."""
     unit = BOARD_UNITS / spec.size
     edges = geometry.ring_edges(spec) * unit
@@ -134,7 +183,8 @@ def sensors(spec: WorldSpec) -> np.ndarray:
     for sector in range(spec.n_directions):
         angle = (sector + 0.5) * 2 * np.pi / spec.n_directions
         parts.append(segments(radii[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))
-    return within(np.concatenate(parts), spec)
+    lines = np.concatenate(parts)
+    return lines[within(lines, spec, is_round)]
 
 
 def start_zone(spec: WorldSpec) -> np.ndarray:
@@ -143,13 +193,40 @@ def start_zone(spec: WorldSpec) -> np.ndarray:
     return np.concatenate([_circle(radius * unit) for radius in spec.start_radius])
 
 
-def arrow_lines(picture: Picture, spec: WorldSpec) -> np.ndarray:
-    """The arrows of a picture as segments ``(3 n, 2, 2)`` in board units."""
-    if picture.arrows is None or not len(picture.arrows):
-        return np.zeros((0, 2, 2))
-    tails, heads = picture.arrows[:, 0], picture.arrows[:, 1]
+def contour_lines(
+    contours: Sequence[Contour], spec: WorldSpec, is_round: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The parts of contours that lie on the board, and their colours, both ends of each.
+
+    Returns:
+        ``(n, 2, 2)`` in board units and ``(n, 2, 3) uint8``.
+    """
+    if not contours:
+        return np.zeros((0, 2, 2)), np.zeros((0, 2, 3), np.uint8)
+    parts = np.concatenate([contour.segments for contour in contours]) * (BOARD_UNITS / spec.size)
+    counts = [len(contour.segments) for contour in contours]
+    colours = np.repeat(
+        np.array([contour.colour for contour in contours], np.uint8), counts, axis=0
+    )
+    there = within(parts, spec, is_round)
+    return parts[there], np.repeat(colours[there][:, None], 2, axis=1)
+
+
+def arrow_lines(picture: Picture, spec: WorldSpec, is_round: bool) -> tuple[np.ndarray, np.ndarray]:
+    """The arrows of a picture that lie on the board.
+
+    Returns:
+        Segments ``(3 n, 2, 2)`` in board units, the shafts first, and which arrows these are,
+        ``(arrow,) bool``.
+    """
+    if picture.arrows is None:
+        return np.zeros((0, 2, 2)), np.zeros(0, bool)
+    unit = BOARD_UNITS / spec.size
+    there = within(picture.arrows * unit, spec, is_round)
+    shown = picture.arrows[there]
+    tails, heads = shown[:, 0], shown[:, 1]
     back = 0.38 * (tails - heads)
     left = heads + back @ np.array([[0.8, 0.6], [-0.6, 0.8]])
     right = heads + back @ np.array([[0.8, -0.6], [0.6, 0.8]])
     pairs = [np.stack(pair, axis=1) for pair in ((tails, heads), (heads, left), (heads, right))]
-    return np.concatenate(pairs) * (BOARD_UNITS / spec.size)
+    return np.concatenate(pairs) * unit, there

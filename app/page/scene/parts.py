@@ -8,8 +8,8 @@ import viser
 from app.picture.colours import to_linear
 from app.picture.theme import Colour, Shape
 
-AWAY: Final = (0.0, 0.0, -50.0)
-"""Where things are kept that are not to be seen."""
+AWAY: Final = (0.0, -1000.0, -50.0)
+"""Where things are kept that are not to be seen: not just below the board, which may have gaps."""
 OF_PARTS: Final = np.zeros((1, 2, 3), np.uint8)
 """Colour of a line each part of which has one; a line that starts with one alone has no others."""
 

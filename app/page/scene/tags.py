@@ -7,17 +7,20 @@ import numpy as np
 import viser
 
 from app.page.scene.outlines import BOARD_UNITS
+from app.page.scene.parts import AWAY
 from app.page.widgets import assign
 
-_HEIGHT: Final = 0.36
-"""Of a letter's line in board units: 15 pixels on the smallest board, and more on a larger one."""
-_LETTER: Final = 0.56 * _HEIGHT
+_HEIGHT: Final = 0.42
+"""Of a line of letters in board units: 13 pixels on the board of a phone, and more on others."""
+_LETTER: Final = 0.5 * _HEIGHT
 """What a letter takes along the line, taken large."""
 _PAD: Final = 0.12
 """What a word has around it."""
 _AROUND: Final = 0.24
 """Half the side of the square that a thing takes, which is to stay in sight."""
 _Z: Final = 0.3
+_MOST: Final = 3
+"""Words that are there at once."""
 
 _SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
 """Where a word may stand, above what it is of at first."""
@@ -33,13 +36,18 @@ class Tag(NamedTuple):
     """Whether it stands in the middle of that place, and not beside a thing there."""
 
 
+def room_of(text: str) -> np.ndarray:
+    """Half the width and half the height of a word with what it has around it, in board units."""
+    return np.array([len(text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD])
+
+
 def places_of(tags: Sequence[Tag]) -> list[tuple[float, float]]:
     """Middles of words in board units; the first has the first choice."""
     things = [_box(tag.at, _AROUND, _AROUND) for tag in tags if not tag.within]
     taken: list[np.ndarray] = []
     found: list[tuple[float, float]] = []
     for tag in tags:
-        wide, high = len(tag.text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD
+        wide, high = room_of(tag.text).tolist()
         places = [tag.at]
         if not tag.within:
             places = [
@@ -78,25 +86,25 @@ class Tags:
     """Words on one board."""
 
     def __init__(self, scene: viser.SceneApi, name: str) -> None:
-        self._scene, self._name = scene, name
-        self._labels: list[Any] = []
+        # All at once: a board that takes the place of another one in a page has what that has.
+        self._labels: list[Any] = [
+            scene.add_label(
+                f"/{name}/{number}",
+                "",
+                position=AWAY,
+                anchor="center-center",
+                font_size_mode="scene",
+                font_scene_height=_HEIGHT,
+                visible=False,
+            )
+            for number in range(_MOST)
+        ]
 
     def show(self, tags: Sequence[Tag]) -> None:
-        """Show these, and no others; what has not changed is not sent."""
-        for number, (tag, (east, north)) in enumerate(zip(tags, places_of(tags), strict=True)):
+        """Show these, three at most, and no others; what has not changed is not sent."""
+        places = places_of(tags)
+        for label, tag, (east, north) in zip(self._labels, tags, places, strict=False):
             place = (round(east, 3), round(north, 3), _Z)
-            if number == len(self._labels):
-                self._labels.append(
-                    self._scene.add_label(
-                        f"/{self._name}/{number}",
-                        tag.text,
-                        position=place,
-                        anchor="center-center",
-                        font_size_mode="scene",
-                        font_scene_height=_HEIGHT,
-                    )
-                )
-            label = self._labels[number]
             assign(label, "text", tag.text)
             if tuple(label.position) != place:
                 label.position = place

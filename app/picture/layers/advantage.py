@@ -12,7 +12,7 @@ from app.picture.look import Look
 from app.picture.options import kind_of, lone_option
 from app.picture.raster import Raster
 from app.picture.shading import Ruler, equivalent_steps, mean_of
-from app.picture.value_maps import reward_of
+from app.picture.value_maps import VALUE_HEEDS, reward_of
 from app.words.numbers import of_any_size
 
 _MOST_STEPS = 20.0
@@ -99,4 +99,4 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-ADVANTAGE = Layer("advantage", "Advantage", _draw, _legend, _caption)
+ADVANTAGE = Layer("advantage", "Advantage", _draw, _legend, _caption, heeds=VALUE_HEEDS)

@@ -98,4 +98,4 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-CHOSEN = Layer("chosen", "Chosen skill", _draw, _legend, _caption)
+CHOSEN = Layer("chosen", "Chosen skill", _draw, _legend, _caption, heeds=frozenset({"frame"}))

@@ -6,9 +6,9 @@ from markupsafe import Markup
 from app.live.snapshot import Snapshot
 from app.picture.arrows import arrows, at_places
 from app.picture.colours import css
-from app.picture.frames import TURNED, facing, folds, in_frame
+from app.picture.frames import TURNED, folds, in_frame
 from app.picture.layer import Extras, Layer, Picture, blank
-from app.picture.legend import legend, swatch
+from app.picture.legend import frame_in_words, legend, swatch
 from app.picture.look import Look
 from app.picture.options import (
     greedy,
@@ -78,10 +78,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
         key = (swatch(css(colours[option]), names[option]) for option in present(snapshot))
         parts.append(element("div", joined(["The move of ", *key], "")))
     parts.append(element("div", f"No arrow where {none}."))
-    if folds(look):
-        frame = "The board is turned so that the prey looks right; each arrow is the mean way."
-    else:
-        frame = f"North is up, and the prey looks {facing(snapshot, look)}."
+    frame = frame_in_words(snapshot, look, "the mean way of its eight headings")
     return legend(look, "Arrows: the way the predator would go", parts, frame)
 
 
@@ -92,4 +89,4 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     return "Which way the predator would go from each place if it never moved at random."
 
 
-FLOW = Layer("flow", "Policy flow", _draw, _legend, _caption)
+FLOW = Layer("flow", "Policy flow", _draw, _legend, _caption, heeds=frozenset({"frame"}))

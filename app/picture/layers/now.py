@@ -6,7 +6,7 @@ from markupsafe import Markup
 from app.live.snapshot import Snapshot
 from app.picture.amounts import amount_legend, draw_amount, fitted, least_difference
 from app.picture.colours import GLOW
-from app.picture.frames import facing, folds, in_frame
+from app.picture.frames import facing, in_frame, is_of_one
 from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import Raster
@@ -56,7 +56,7 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
             "Where values are changing: what glows is being learned now; it fades in a second, and"
             " stays while the run is paused."
         )
-    if folds(look):
+    if not is_of_one(look):
         return "Where values are changing: nowhere at this moment."
     return f"Where values are changing: nowhere while the prey looks {facing(snapshot, look)}."
 

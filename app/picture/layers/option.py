@@ -5,11 +5,17 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.frames import UNTURNED, folds, in_frame
-from app.picture.layer import Extras, Layer, Picture, spread
+from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.options import has_moves, option_names, option_shown, present
 from app.picture.raster import Raster
-from app.picture.value_maps import or_zero, value_legend, value_map, value_shading
+from app.picture.value_maps import (
+    VALUE_HEEDS,
+    or_zero,
+    value_legend,
+    value_picture,
+    value_shading,
+)
 from sim.spec import N_HEADINGS
 
 
@@ -29,7 +35,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     values = _values(snapshot, look)
     shading = value_shading(snapshot, look, values)
     shown = in_frame(values, snapshot, look)
-    return spread(value_map(shown, shading, snapshot, look), raster)
+    return value_picture(shown, shading, snapshot, look, raster)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
@@ -49,4 +55,6 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     return f"What a place is worth if {name} makes the next move, and the best skill those after."
 
 
-OPTION = Layer("option", "Value of one option", _draw, _legend, _caption, about="option")
+OPTION = Layer(
+    "option", "Value of one option", _draw, _legend, _caption, about="option", heeds=VALUE_HEEDS
+)

@@ -28,7 +28,7 @@ def _table(snapshot: Snapshot, look: Look) -> np.ndarray | None:
 
 
 def _shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading:
-    """A linear scale, both ways to what a skill is worth that earns the most at every step."""
+    """A linear scale, up to what a skill is worth that earns the most at every step."""
     learner = snapshot.spec.learner
     weights = learner.reward_of(learner.skills[option_shown(snapshot, look)])
     # A move covers at most the diagonal of a cell, towards the prey or round it.
@@ -36,7 +36,7 @@ def _shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading:
     if learner.local_rewards == "binary":
         earned = 1.0
     most = float(earned / (1.0 - learner.gamma))
-    fixed = fixed_shading("linear", most, most)
+    fixed = fixed_shading("linear", most)
     return fitted_shading(values, learner.gamma, fixed, most) if look.fitted else fixed
 
 
@@ -62,7 +62,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     table = _table(snapshot, look)
     frame = "A skill does not know where the prey looks, so that is not shown. North is up."
     if table is None:
-        return legend(look, "No skill", [], frame)
+        return legend(look, "No skill", [], frame, turns=False)
     shading = _shading(snapshot, look, table.max(axis=-1))
     below = swatch(css(over_board(np.array(look.theme.timeout), _BELOW, look.theme)), "below 0")
     parts = [
@@ -72,7 +72,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     ]
     name = option_names(snapshot)[option_shown(snapshot, look)]
     title = f"What {name} expects of its own reward"
-    return legend(look, title, parts, frame)
+    return legend(look, title, parts, frame, turns=False)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
@@ -90,4 +90,12 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-SKILL = Layer("skill", "Skill's own value", _draw, _legend, _caption, about="skill", turns=False)
+SKILL = Layer(
+    "skill",
+    "Skill's own value",
+    _draw,
+    _legend,
+    _caption,
+    about="skill",
+    heeds=frozenset({"fitted"}),
+)

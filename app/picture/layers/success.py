@@ -104,4 +104,6 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     return f"How a hunt without exploration from here ends, {when}."
 
 
-SUCCESS = Layer("success", "Success from here", _draw, _legend, _caption)
+SUCCESS = Layer(
+    "success", "Success from here", _draw, _legend, _caption, heeds=frozenset({"frame"})
+)

@@ -3,30 +3,36 @@
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.layer import Extras, Layer, Picture, spread
+from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import Raster
-from app.picture.value_maps import or_zero, state_value_map, value_legend, value_shading
+from app.picture.value_maps import (
+    VALUE_HEEDS,
+    or_zero,
+    state_value_picture,
+    value_legend,
+    value_shading,
+)
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    return spread(state_value_map(snapshot, look), raster)
+    return state_value_picture(snapshot, look, raster)
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     shading = value_shading(snapshot, look, or_zero(snapshot.value))
-    return value_legend(snapshot, look, "Value of a state", shading)
+    return value_legend(snapshot, look, "Value of a place", shading)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     if not or_zero(snapshot.value).any():
         return "Nothing has been learned yet: no place is worth anything."
     if look.scale == "linear":
-        return "What each place is worth: it falls so fast with distance that little else shows."
+        return "What each place is worth: that falls so fast with distance that little else shows."
     return (
-        "How far from a capture the learner takes itself to be: the brighter, the nearer."
-        " Violet places expect to be noticed."
+        "How near a capture is, as far as the learner knows: the brighter, the nearer. Where the"
+        " thick line ends it, it knows of no way yet."
     )
 
 
-VALUE = Layer("value", "State value", _draw, _legend, _caption)
+VALUE = Layer("value", "State value", _draw, _legend, _caption, heeds=VALUE_HEEDS)

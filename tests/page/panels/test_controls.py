@@ -328,7 +328,7 @@ def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
     assert said(desk) == "Back to timed, trial 0"
     copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=None)
     desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy)
-    assert said(desk).startswith("On the board: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
+    assert said(desk).startswith("Opened: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
 
 
 # What is true, and what somebody wants
@@ -355,13 +355,13 @@ def test_a_skill_says_how_it_stands(desk: Desk) -> None:
     run = Run(presets.load("timed", ["world.size=40", "schedule.skills.avoid.at=500"]), 3)
     desk.show(run)
     state = skill_state
-    assert state(desk.status, "avoid") == "not yet, joins at trial 500"
-    assert state(desk.status, "approach") == "new, selection frozen until trial 300"
+    assert state(desk.status, "avoid") == "joins at trial 500"
+    assert state(desk.status, "approach") == "new, practised until trial 300"
     run.apply(FollowSchedule(False))
     run.apply(FreezeSelection(True))
     run.apply(FreezeSkills(True))
     desk.show(run)
-    assert state(desk.status, "avoid") == "not yet, and the schedule is not followed"
+    assert state(desk.status, "avoid") == "not yet: the schedule is not followed"
     assert state(desk.status, "approach") == "active, frozen by hand"
 
 
@@ -403,4 +403,3 @@ def test_rows_of_skills_follow_the_run_and_no_widget_is_removed(
 
 def test_where_nothing_is_explored_nothing_can_be_stopped(desk: Desk) -> None:
     assert not desk.person.reads("Stop exploring")
-    assert desk.person.reads("Nothing is being explored.")

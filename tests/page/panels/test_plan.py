@@ -1,21 +1,19 @@
-"""The schedule's panel, as far as it needs no browser."""
+"""The tab in which the schedule is changed, as far as it needs no browser."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 import viser
-from app.page.panels.schedule import SchedulePanel
-from app.picture.timeline import timeline_svg
 
 from app.documents import presets
 from app.live import snapshot
 from app.live.session import Request, Session, StartAgain, Status, TrialOnce
 from app.live.snapshot import Snapshot
-from app.page.panels import schedule
+from app.page.panels import plan
+from app.page.panels.plan import PlanPanel
 from app.schedule import blocks
 from app.server.server import close_server, open_server
-from learners.commands import Explore, FollowSchedule, FreezeSkills, SetSchedule
+from learners.commands import FollowSchedule, FreezeSkills, SetSchedule
 from learners.run import Run
 from learners.spec import RunSpec
 from tests.support.person import Person
@@ -48,11 +46,11 @@ def moment(trial: int, act: Callable[[Run], None] = lambda _: None) -> Snapshot:
 
 
 def choices(shot: Snapshot) -> dict[str, str]:
-    return schedule.choices_of(blocks.blocks_of(shot), shot)
+    return plan.choices_of(blocks.blocks_of(shot), shot)
 
 
-def form(chosen: str, shot: Snapshot) -> schedule.Form:
-    return schedule.form_of(chosen, blocks.blocks_of(shot), shot)
+def form(chosen: str, shot: Snapshot) -> plan.Form:
+    return plan.form_of(chosen, blocks.blocks_of(shot), shot)
 
 
 CIRCLE = "introduction:circle_clockwise"
@@ -135,7 +133,7 @@ class Desk:
         self.session = Session(small_spec(), "timed", 3, speed=1.0, playing=False)
         self.session.start()
         self.person = Person(server.gui)
-        self.panel = SchedulePanel(server.gui, self.ask, self.session)
+        self.panel = PlanPanel(server.gui, self.ask, self.session)
 
     def ask(self, client: object, request: Request) -> None:
         assert client is self.person
@@ -242,17 +240,17 @@ def test_an_exploration_is_added_chosen_and_deleted(desk: Desk) -> None:
     assert all(isinstance(request, SetSchedule) for request in desk.requests)
 
 
-def test_what_cannot_be_done_is_disabled(desk: Desk) -> None:
+def test_what_cannot_be_done_is_not_offered(desk: Desk) -> None:
     person = desk.person
     desk.settle()
-    for label in ("Move by", "At trial", "Lasts", "Chance", "Apply", "Delete"):
-        assert not person.can_use(label)
-    assert person.widget("Move by").hint
+    for label in ("Earlier", "Later", "At trial", "Lasts", "Chance", "Apply", "Delete"):
+        assert not person.sees(label)
+    assert person.reads("the past is locked")
     desk.choose("avoid: joins")
-    assert person.can_use("Move by")
-    assert person.can_use("At trial")
-    assert not person.can_use("Chance")
-    assert not person.can_use("Delete")
+    for label in ("Earlier", "Later", "At trial", "Freeze"):
+        assert person.can_use(label)
+    for label in ("Chance", "Delete"):
+        assert not person.sees(label)
 
 
 def test_a_block_that_begins_is_let_go(desk: Desk) -> None:
@@ -266,26 +264,28 @@ def test_a_block_that_begins_is_let_go(desk: Desk) -> None:
     assert desk.person.reads("has begun")
 
 
-def test_the_picture_is_sent_again_only_when_it_changes(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn: list[str] = []
-
-    def draw(*parts: Any) -> str:
-        drawn.append(timeline_svg(*parts))
-        return drawn[-1]
-
-    monkeypatch.setattr(schedule, "timeline_svg", draw)
-    status = desk.settle()
-    desk.panel.update(status)
-    n_drawn = len(drawn)
-    desk.panel.update(status)
+def test_a_block_is_chosen_by_a_click_on_the_bar_if_it_lies_ahead(desk: Desk) -> None:
+    desk.panel.choose("introduction:avoid")
     desk.settle()
-    assert len(drawn) == n_drawn
-    desk.session.submit(Explore("approach", 10, 0.5))
+    assert desk.person.value("Change") == "avoid: joins"
+    assert desk.number("At trial") == 6_000
+    for nothing in ("event:0", "introduction:approach", "episode:9:avoid", "", "<b>"):
+        desk.panel.choose(nothing)
+        desk.settle()
+        assert desk.panel.chosen == "introduction:avoid"
+
+
+def test_a_trial_that_the_run_is_not_to_have_is_taken_with_a_word(desk: Desk) -> None:
+    word = "Trial 60,000 is after the run's last, 9,000: it happens only if the run goes on."
+    desk.choose("avoid: joins")
+    desk.person.type("At trial", "60000")
     desk.settle()
-    assert "explored in 50% of the steps" in drawn[-1]
-    assert drawn[-1] in desk.person.html
+    assert desk.person.reads(word)
+    desk.person.click("Apply")
+    assert desk.settle().snapshot.spec.schedule.introduced_at("avoid") == 60_000
+    assert desk.person.reads(word)
+    desk.choose("circle clockwise: joins")
+    assert not desk.person.reads("after the run's last")
 
 
 def test_another_run_starts_with_nothing_chosen(desk: Desk) -> None:

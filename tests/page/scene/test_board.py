@@ -96,7 +96,9 @@ def test_the_start_zone_has_a_colour_of_its_own() -> None:
 def test_a_ray_meets_a_flat_board_where_it_passes_the_plane(board: Board) -> None:
     assert board.place_under((1.0, 2.0, 9.0), (0.0, 0.0, -3.0)) == (1.0, 2.0)
     eye = np.array([1.0, -8.0, 11.0])
-    for place in cell_centres(moment().spec.world)[::37]:
+    places = cell_centres(moment().spec.world)
+    # The board is round, for all headings are shown at once.
+    for place in places[np.hypot(*places[:, :2].T) < 5.7][::37]:
         found = board.place_under(tuple(eye.tolist()), tuple((place - eye).tolist()))
         assert found == pytest.approx(place[:2].tolist(), abs=1e-6)
 

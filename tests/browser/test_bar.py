@@ -1,0 +1,109 @@
+"""The bar below the board in a real browser, and the tab in which the plan is changed."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import expect
+
+from app.live.session import Status
+from learners.commands import Introduce
+from learners.spec import EpisodeSpec
+from tests.support.live import PATIENCE_S
+from tests.support.screen import Begin, OpenPage
+
+NOTHING = "\N{EN DASH} nothing \N{EN DASH}"
+
+
+def schedule_is(test: Callable[[Any], bool]) -> Callable[[Status], bool]:
+    """Whether a status has a schedule like that."""
+    return lambda status: test(status.snapshot.spec.schedule)
+
+
+def test_a_block_is_chosen_by_a_click_and_moved_and_the_past_is_not_offered(begin: Begin) -> None:
+    live, screen = begin(trial=100)
+    timer = live.session.status.snapshot.spec.schedule.skills["circle_clockwise"]
+    screen.page.get_by_role("link", name=re.compile("^circle clockwise joins at")).click()
+    # Where it is changed is shown at once.
+    expect(screen.field("Change")).to_have_value("circle clockwise: joins")
+    screen.field("Change").click()
+    expect(screen.page.get_by_role("option")).to_have_text(
+        [
+            NOTHING,
+            "circle clockwise: joins",
+            "circle clockwise: exploration",
+            "avoid: joins",
+            "avoid: exploration",
+            "approach: new exploration",
+            "circle clockwise: new exploration",
+            "avoid: new exploration",
+        ]
+    )
+    screen.page.keyboard.press("Escape")
+    screen.click("+500")
+    moved = schedule_is(lambda plan: plan.skills["circle_clockwise"].at == timer.at + 500)
+    status = live.wait_for(moved)
+    assert status.snapshot.spec.schedule.freeze_of("circle_clockwise") == timer.freeze
+    expect(screen.field("At trial")).to_have_value(f"{timer.at + 500:,}")
+    assert screen.reads(f"joins at {timer.at + 500:,}")
+
+    # Near enough, and its time comes.
+    screen.fill("At trial", "150")
+    screen.click("Apply")
+    live.wait_for(schedule_is(lambda plan: plan.skills["circle_clockwise"].at == 150))
+    status = live.go_to_trial(160)
+    assert status.snapshot.present == ("approach", "circle_clockwise")
+    expect(screen.field("Change")).to_have_value(NOTHING)
+    expect(screen.page.get_by_role("link", name=re.compile("^circle clockwise"))).to_have_count(0)
+
+
+def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
+    live, screen = begin(trial=100)
+    screen.turn_to("Plan")
+    episodes = live.session.status.snapshot.spec.schedule.episodes
+    screen.choose("Change", "approach: new exploration")
+    for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
+        expect(screen.field(field)).to_have_value(proposed)
+    for field, text in [("At trial", "5 000"), ("Lasts", "7e2"), ("Chance", "25 %")]:
+        screen.fill(field, text)
+    screen.click("Add")
+    planned = EpisodeSpec(skill="approach", at=5_000, duration=700, probability=0.25)
+    status = live.wait_for(schedule_is(lambda plan: plan.episodes != episodes))
+    assert status.snapshot.spec.schedule.episodes == (*episodes, planned)
+    expect(screen.field("Change")).to_have_value("approach: exploration")
+
+    screen.fill("Lasts", "900")
+    screen.click("Apply")
+    changed = planned.model_copy(update={"duration": 900})
+    live.wait_for(schedule_is(lambda plan: plan.episodes == (*episodes, changed)))
+    screen.click("Delete")
+    live.wait_for(schedule_is(lambda plan: plan.episodes == episodes))
+    expect(screen.field("Change")).to_have_value(NOTHING)
+    expect(screen.button("Delete")).to_have_count(0)
+
+
+def test_curves_and_lanes_share_an_axis_which_each_browser_has_of_its_own(
+    begin: Begin, open_page: OpenPage
+) -> None:
+    live, screen = begin("timed", "trials=1000", trial=500)
+    live.ask(Introduce("circle_clockwise", 100))
+    live.go_to_trial(1_000)
+    other = open_page(live)
+    for each in (screen, other):
+        # A dot at the end of the run, and only there, since it has fewer than 2,000 trials.
+        dots = each.page.locator(".pounce-bar path.dots")
+        expect(dots).to_have_attribute("d", re.compile(r"^M1000\.0 [\d.]+h0$"))
+        # Two windows of trials, the first of them level.
+        line = each.page.locator(".pounce-bar path.learned")
+        expect(line).to_have_attribute("d", re.compile(r"^M0\.0 [\d.]+L500\.0 [\d.]+L1000\.0 "))
+        assert each.reads("joined at 500")
+        expect(each.page.locator(".pounce-bar path.ghost")).to_be_attached(
+            timeout=PATIENCE_S * 1000
+        )
+        assert each.reads("the preset's own run")
+    link = screen.page.locator(".pounce-bar .axis").get_by_role("link")
+    expect(link).to_have_text("steps")
+    link.click()
+    expect(link).to_have_text("trial")
+    expect(other.page.locator(".pounce-bar .axis").get_by_role("link")).to_have_text("steps")
+    assert len(screen.page.context.pages) == 1

@@ -1,0 +1,141 @@
+"""Curves, bands and ghosts of the bar."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.charts.bar.axis import axis_of
+from app.charts.bar.model import Band, Ghost, Moment, bands_of, bar_of, ghost_of, learned_of
+from app.live.snapshot import Snapshot
+from app.schedule.blocks import blocks_of
+from learners.commands import Explore, FollowSchedule, FreezeSkills
+from learners.measures import Progress
+from learners.run import Run
+from tests.support.curves import greedy_curve, learned
+from tests.support.schedules import seen, small_run, to
+
+
+def at_step(step: int, **parts: object) -> Snapshot:
+    """A moment of a run of 500 trials of 100 steps each."""
+    trial = step // 100
+    progress = Progress(np.array([0, trial]), np.array([0, trial * 100]))
+    shot = replace(seen(small_run()), step=step, trial=trial, progress=progress)
+    return replace(shot, **parts)
+
+
+# Curves
+
+
+def test_a_run_without_an_end_of_a_trial_has_no_curve() -> None:
+    shot = at_step(0, curve=learned([], []), trial_curve=learned([], []))
+    for unit in ("trials", "steps"):
+        assert learned_of(shot, axis_of(shot, unit)).at.size == 0
+
+
+def test_the_first_window_is_level_and_stays_so_when_others_follow() -> None:
+    one = at_step(700, curve=learned([700], [-12.5]))
+    axis = axis_of(one, "steps")
+    points = learned_of(one, axis)
+    assert (points.at * axis.end).tolist() == pytest.approx([0, 700])
+    assert points.reward.tolist() == [-12.5, -12.5]
+    two = at_step(2_000, curve=learned([1_000, 2_000], [-12.5, 4.0]))
+    axis = axis_of(two, "steps")
+    points = learned_of(two, axis)
+    assert (points.at * axis.end).tolist() == pytest.approx([0, 1_000, 2_000])
+    assert points.reward.tolist() == [-12.5, -12.5, 4.0]
+
+
+def test_windows_in_which_no_trial_ended_are_left_out() -> None:
+    nan = float("nan")
+    shot = at_step(3_500, curve=learned([1_000, 2_000, 3_000, 3_500], [nan, -50.0, nan, 100.0]))
+    assert learned_of(shot, axis_of(shot, "steps")).reward.tolist() == [-50.0, -50.0, 100.0]
+
+
+@pytest.mark.parametrize(("last", "shown"), [(3_400, 3), (3_600, 4), (4_000, 4)])
+def test_a_window_that_has_just_begun_does_not_end_the_curve(last: int, shown: int) -> None:
+    spiked = learned([1_000, 2_000, 3_000, last], [10.0, 12.0, 11.0, 100.0])
+    shot = at_step(last, curve=spiked)
+    assert learned_of(shot, axis_of(shot, "steps")).reward.size == shown + 1
+
+
+def test_windows_of_trials_stand_where_they_end() -> None:
+    shot = at_step(40_000, trial_curve=learned([10_000, 35_000], [60.0, 20.0]))
+    points = learned_of(shot, axis_of(shot, "trials"))
+    assert points.at.tolist() == [0, 0.2, 0.7]
+    assert points.reward.tolist() == [60.0, 60.0, 20.0]
+
+
+def test_greedy_reward_stands_where_it_was_measured_and_tells_of_gaps() -> None:
+    shot = at_step(40_000)
+    greedy = greedy_curve(
+        (20, 2_000, 4.0), (45, 4_500, 40.0), (300, 30_000, 50.0), (450, 45_000, 9)
+    )
+    bar = bar_of(Moment(shot, blocks_of(shot), greedy=greedy), "trials", greedy_every=20)
+    # What is yet to come is not told.
+    assert bar.greedy.at.tolist() == [0.04, 0.09, 0.6]
+    assert bar.greedy.reward.tolist() == [4.0, 40.0, 50.0]
+    assert bar.greedy_gaps == (False, True)
+
+
+def test_a_ghost_goes_by_its_own_trials_or_steps_as_far_as_the_axis_goes() -> None:
+    ghost = Ghost(
+        "the run before",
+        "",
+        curve=learned([1_000, 5_000, 90_000], [1.0, 2.0, 3.0]),
+        trial_curve=learned([20_000, 40_000, 90_000], [5.0, 6.0, 7.0]),
+        progress=Progress(np.array([0, 1_000]), np.array([0, 100_000])),
+    )
+    shot = at_step(9_000)
+    assert ghost_of(ghost, axis_of(shot, "trials")).at.tolist() == [0, 0.4, 0.8]
+    steps = ghost_of(ghost, axis_of(shot, "steps"))
+    assert steps.reward.tolist() == [1.0, 1.0, 2.0]
+    assert steps.at.tolist() == [0, 0.1, 0.5]
+
+
+# Bands
+
+
+def bands(run: Run) -> list[Band]:
+    shot = seen(run)
+    return list(bands_of(blocks_of(shot), axis_of(shot, "trials")))
+
+
+def spans(run: Run, kind: str) -> list[tuple[float, float, bool]]:
+    return [(b.first, b.until, b.is_ahead) for b in bands(run) if b.kind == kind]
+
+
+def test_forced_exploration_is_a_band_the_past_apart_from_what_is_ahead() -> None:
+    run = to(small_run(), 130)
+    assert spans(run, "forced") == [
+        (0.2, 0.26, False),
+        (0.26, 0.32, True),
+        (0.4, 0.5, True),
+        (0.6, 0.68, True),
+    ]
+    assert "95% of the steps" in bands(run)[2].hint
+
+
+def test_freezes_are_bands_be_they_by_hand_or_as_a_skill_joins() -> None:
+    run = to(small_run(), 30)
+    run.apply(FreezeSkills(True))
+    to(run, 50)
+    assert spans(run, "frozen") == [
+        (0, 0.02, False),
+        (0.06, 0.1, False),
+        (0.2, 0.24, True),
+        (0.4, 0.44, True),
+    ]
+
+
+def test_what_will_not_happen_is_no_band() -> None:
+    run = to(small_run(), 30)
+    run.apply(Explore("approach", 10, 0.5))
+    run.apply(FollowSchedule(False))
+    assert spans(run, "forced") == [(0.06, 0.08, True)]
+
+
+def test_the_axis_of_rewards_ends_with_those_of_the_world() -> None:
+    shot = seen(small_run())
+    bar = bar_of(Moment(shot, ()), "trials", 2_000)
+    assert bar.rewards == (-50.0, 100.0)
