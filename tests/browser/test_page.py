@@ -26,6 +26,7 @@ from app.live.worker import FULL_SPEED
 from app.page import lab as lab_module
 from app.page.lab import Browser
 from app.page.panels.controls import Controls
+from app.page.scene.hunt import way_of
 from app.page.scene.outlines import BOARD_UNITS, on_picture
 from app.picture.frames import rim
 from app.picture.layer import Extras
@@ -64,9 +65,16 @@ def clear_cells(snapshot: Snapshot) -> np.ndarray:
     # Lines run along every tenth cell, across the prey, and round what it sees.
     clear &= (east % 10 != 0) & (north % 10 != 0)
     clear &= (east < 0) | (abs(away - 9) > 1.5)
-    here = on_picture(snapshot.world, snapshot.trail[-1:], snapshot.heading, shown=0)[0]
-    predator = here * size / BOARD_UNITS
-    clear &= np.hypot(east - predator[0], north - predator[1]) > 3
+    # The way of the trial that is shown, how the last ones ended, and a word at the predator.
+    way, ends = way_of(snapshot, rests=True), snapshot.ends
+    path = on_picture(snapshot.world, way.cells, way.heading, shown=0)
+    cells, headings = (
+        np.array([getattr(end, part) for end in ends]) for part in ("cell", "heading")
+    )
+    dots = on_picture(snapshot.world, cells, headings, shown=0) if ends else path
+    for places, cells_apart in ((path, 1.5), (dots, 3), (path[-1:], 8)):
+        x, y = (places.T * size / BOARD_UNITS)[..., None, None]
+        clear &= (np.hypot(east - x, north - y) > cells_apart).all(axis=0)
     # And along the edge of value, and where it is equal.
     for contour in LAYERS["value"].paint(snapshot, Look(), Extras()).contours:
         ends = contour.segments.transpose(1, 2, 0)[..., None, None]
