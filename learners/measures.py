@@ -148,8 +148,9 @@ def progress(state: LearnerState, most: int = 400) -> Progress:
     while width * most < done:
         width = width * 5 // 2 if str(width)[0] == "2" else width * 2
     starts = np.arange(0, done, width, dtype=np.int64)
-    made = np.add.reduceat(state.log_steps[:done], starts, dtype=np.int64) if done else []
-    steps = np.concatenate([np.zeros(1, np.int64), np.cumsum(made, dtype=np.int64)])
+    steps = np.zeros(starts.size + 1, np.int64)
+    if done:
+        np.cumsum(np.add.reduceat(state.log_steps[:done], starts, dtype=np.int64), out=steps[1:])
     return Progress(np.minimum(np.append(starts, starts.size * width), done), steps)
 
 

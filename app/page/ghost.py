@@ -5,8 +5,8 @@ again in a thread of its own, which takes a fraction of a second for a whole tim
 that was started again it is the run before.
 """
 
-from collections.abc import Callable, Hashable
-from typing import Final
+from collections.abc import Callable
+from typing import Final, NamedTuple
 
 from app.charts.bar.axis import last_trial
 from app.charts.bar.model import Ghost
@@ -24,6 +24,7 @@ _MOST_STEPS: Final = 40_000_000
 """A longer run is made again up to there: that takes seconds, once."""
 _MOST_RUNS: Final = 16
 """Runs whose predecessors are kept, for those who go back to one."""
+_LEAST_TRIALS: Final = 100
 
 OWN_NAME: Final = "the preset's own run"
 FORMER_NAME: Final = "the run before"
@@ -65,6 +66,11 @@ def is_changed_by_hand(history: tuple[Event, ...]) -> bool:
     )
 
 
+class _Wish(NamedTuple):
+    generation: int
+    until_trial: int
+
+
 class GhostWatch:
     """Ghosts of the runs of a session; one loop calls :meth:`follow`."""
 
@@ -98,18 +104,24 @@ class GhostWatch:
         number = snapshot.generation
         if last is not None and number not in self._before and last.generation != number:
             is_new = status.opened is None and last.generation < number
-            self._before[number] = _former(last) if is_new and last.trial else None
+            self._before[number] = self._behind_new(last) if is_new else None
             for old in list(self._before)[:-_MOST_RUNS]:
                 del self._before[old]
         self._last = snapshot
 
+    def _behind_new(self, last: Snapshot) -> Ghost | None:
+        """What is to be compared with a run that begins; one that hardly began is no example."""
+        if last.trial < _LEAST_TRIALS:
+            return self._before.get(last.generation)
+        return _former(last)
+
     def _own(self, snapshot: Snapshot) -> Ghost | None:
         spec, seed, until = snapshot.preset_spec, snapshot.seed, last_trial(snapshot)
         # A specification can be long to compare, and is the same object for the whole of a run.
-        of: Hashable = (snapshot.generation, until)
+        of = _Wish(snapshot.generation, until)
         self._made.want(of, lambda: ghost_run(spec, seed, until, lambda: not self._closed))
         made_of, found = self._made.latest
-        is_of_run = isinstance(made_of, tuple) and made_of[0] == snapshot.generation
+        is_of_run = isinstance(made_of, _Wish) and made_of.generation == snapshot.generation
         return found if is_of_run and isinstance(found, Ghost) else None
 
 

@@ -47,6 +47,13 @@ def test_a_block_is_chosen_by_a_click_and_moved_and_the_past_is_not_offered(begi
     expect(screen.field("At trial")).to_have_value(f"{timer.at + 500:,}")
     assert screen.reads(f"joins at {timer.at + 500:,}")
 
+    # What has the focus keeps it while the bar goes on.
+    avoid = screen.page.get_by_role("link", name=re.compile("^avoid joins at"))
+    avoid.focus()
+    live.go_to_trial(110)
+    expect(screen.page.locator(".pounce-bar .here")).to_have_text("110")
+    expect(avoid).to_be_focused()
+
     # Near enough, and its time comes.
     screen.fill("At trial", "150")
     screen.click("Apply")

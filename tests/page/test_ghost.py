@@ -76,6 +76,8 @@ def test_behind_a_run_that_was_started_again_stands_the_one_before() -> None:
     # Who goes back to the first has none behind it, and the other's is still there.
     assert watch.follow(status_of(first, 0)) is None
     assert watch.follow(status_of(small_run(), 1)) is found
+    # One that hardly began before it was started again does not take the place of that.
+    assert watch.follow(status_of(small_run(), 2)) is found
     watch.stop()
 
 

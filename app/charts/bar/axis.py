@@ -122,8 +122,8 @@ def _pace(progress: Progress) -> float:
     trials, steps = progress
     if trials[-1] == 0:
         return _FIRST_PACE
-    since = np.searchsorted(trials, trials[-1] - _MEANWHILE_TRIALS)
-    since = min(int(since), trials.size - 2)
+    lately = np.flatnonzero(trials <= max(int(trials[-1]) - _MEANWHILE_TRIALS, 0))
+    since = int(lately[-1])
     return float((steps[-1] - steps[since]) / (trials[-1] - trials[since]))
 
 

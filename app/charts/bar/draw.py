@@ -238,7 +238,7 @@ def _band(band: Band) -> str:
 
 def _mark(mark: Mark) -> str:
     """A line with its name, in a box as wide as that may be."""
-    name = f"<b>{escaped(mark.name)}</b>" if mark.name else ""
+    name = f"<b>{escaped(mark.name)}{_more(mark.more)}</b>" if mark.name else ""
     side, place = ("before", 1 - mark.at) if mark.is_before else ("after", mark.at)
     edge = "right" if mark.is_before else "left"
     return (

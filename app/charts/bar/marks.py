@@ -26,6 +26,8 @@ class Mark(NamedTuple):
     """Its place along the axis."""
     name: str
     """What is written at it; empty where there is no room."""
+    more: str
+    """What is written after that where the page is wide."""
     is_before: bool
     """Whether that stands to the left of it."""
     hint: str
@@ -43,14 +45,14 @@ class _Spot(NamedTuple):
         return any(isinstance(event.command, Introduce) for event in self.events)
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """What it may be called, the longest first; skills that join are what one looks for."""
+    def names(self) -> tuple[tuple[str, str], ...]:
+        """What it may be called, in two parts, the longest first: by skills that join if any do."""
         joins = [event.command for event in self.events if isinstance(event.command, Introduce)]
         if joins:
             skills = ", ".join(plain(command.skill) for command in joins)
-            return f"{skills} {'joins' if len(joins) == 1 else 'join'}", skills
+            return (skills, " joins" if len(joins) == 1 else " join"), (skills, "")
         one, *more = self.events
-        return (counted(len(self.events), "change") if more else _name(one),)
+        return ((counted(len(self.events), "change") if more else _name(one), ""),)
 
     @property
     def hint(self) -> str:
@@ -107,13 +109,13 @@ def _spots(events: Sequence[Event], axis: TimeAxis) -> list[_Spot]:
 def _named(spot: _Spot, room: Room) -> Mark:
     """A mark with the longest of its names that finds room, to the right of it or to the left."""
     beside = CHARACTER / 2
-    for name in spot.names:
-        width = (len(name) + 0.5) * CHARACTER
+    for name, more in spot.names:
+        width = (len(name + more) + 0.5) * CHARACTER
         if room.taken(spot.at + beside, spot.at + beside + width):
-            return Mark(spot.at, name, False, spot.hint)
+            return Mark(spot.at, name, more, False, spot.hint)
         if room.taken(spot.at - beside - width, spot.at - beside):
-            return Mark(spot.at, name, True, spot.hint)
-    return Mark(spot.at, "", False, spot.hint)
+            return Mark(spot.at, name, more, True, spot.hint)
+    return Mark(spot.at, "", "", False, spot.hint)
 
 
 def _name(event: Event) -> str:
@@ -124,4 +126,5 @@ def _name(event: Event) -> str:
             return f"{plain(skill)} removed"
         case SetParameter(key=key, value=value):
             return f"{PARAMETER_NAMES[key]} = {value:g}"
-    return ""
+        case _:
+            return ""

@@ -177,7 +177,7 @@ class PlanPanel:
         self._pending: ScheduleSpec | None = None
         """What was asked for and has not been answered."""
         self._past = Past()
-        self._generation = -1
+        self._generation: int = -1
         self._loaded: Form | None = None
         self.chosen = ""
         """Id of the block that is being edited."""

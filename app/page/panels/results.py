@@ -131,7 +131,7 @@ class ResultsPanel:
         self._painted_at = self._since_s = 0.0
         self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))
         gui = client.gui
-        gui.add_html(calls_html(self._address) + frame_html())
+        gui.add_html(f"{calls_html(self._address)}{frame_html()}")
         self._sign = gui.add_html(slot_html("experiment", ""))
         self._panel = gui.add_panel(visible=False)
         self._panel.float(x=0.0, y=0.0, width=_USUAL.width, height=_USUAL.height)

@@ -26,14 +26,14 @@ def marks(run: Run) -> tuple[Mark, ...]:
 
 
 def names(run: Run) -> list[str]:
-    return [mark.name for mark in marks(run)]
+    return [mark.name + mark.more for mark in marks(run)]
 
 
 def test_a_skill_is_named_where_it_joins_and_one_from_the_start_is_not() -> None:
     assert names(small_run()) == []
     both = marks(to(small_run(), 210))
     # Neither name lies over the place of the other mark.
-    assert [(m.name, m.is_before) for m in both] == [
+    assert [(m.name + m.more, m.is_before) for m in both] == [
         ("circle clockwise joins", True),
         ("avoid joins", False),
     ]
@@ -84,7 +84,7 @@ def test_a_join_keeps_its_name_among_many_changes() -> None:
 def test_no_name_is_cut_or_lies_over_another(script: list[tuple[int, Command]]) -> None:
     spans = []
     for mark in marks(driven(small_run(), script)):
-        width = len(mark.name) * CHARACTER
+        width = len(mark.name + mark.more) * CHARACTER
         assert width <= mark.room + 1e-9
         if mark.name:
             spans.append(
