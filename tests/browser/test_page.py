@@ -169,8 +169,8 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
     dark = Look(theme=DARK, scale="linear")
     other.expect_cell_colours(live.colours(dark))
     one.expect_cell_colours(live.colours())
-    expect(other.legend).not_to_contain_text("as steps to a certain capture")
-    expect(one.legend).to_contain_text("as steps to a certain capture")
+    expect(other.legend).not_to_contain_text("as steps to capture")
+    expect(one.legend).to_contain_text("as steps to capture")
     scheme = "() => document.documentElement.dataset.mantineColorScheme"
     assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
 
