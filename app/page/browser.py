@@ -111,10 +111,11 @@ class Browser:
 
     def frame(self, stage: Stage, look: Look) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
-        if stage is not self._stage:
-            self._stage, self._look, self._seen = stage, look, 0
-        frame, self._seen = stage.frame_since(self._seen), stage.now
-        return frame
+        former, seen = self._stage, self._seen
+        self._stage, self._look, self._seen = stage, look, stage.now
+        if former is None or former is stage:
+            return stage.frame_since(seen)
+        return stage.frame_in_place_of(former)
 
     def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:
         """Show a moment beside the board: what was asked for at once, the rest now and then."""

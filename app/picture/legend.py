@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css, gradient_css
@@ -16,6 +16,7 @@ from app.picture.look import Look
 from app.picture.shading import Ruler
 from app.picture.theme import OUTCOME_SHAPES, Shape, Theme
 from app.util.html import element, joined
+from app.words.glossary import term
 from app.words.numbers import round_numbers
 from app.words.placing import Room
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -93,9 +94,10 @@ def patch_of_board(look: Look, text: str) -> Markup:
     return swatch(css(look.theme.unknown), text)
 
 
-def hatch(colour: str, text: str) -> Markup:
-    """A patch of a hatch in a colour, and what it means."""
-    stripes = f"repeating-linear-gradient(45deg,{colour} 0 2px,transparent 2px 4px)"
+def hatch(colour: str, text: str, falls: bool = False) -> Markup:
+    """A patch of a hatch in a colour, and what it means; ``falls`` as on the board."""
+    angle = 45 if falls else -45
+    stripes = f"repeating-linear-gradient({angle}deg,{colour} 0 2px,transparent 2px 4px)"
     return swatch(stripes, text, width="1.4em")
 
 
@@ -113,17 +115,22 @@ def limits(look: Look, low: str, high: str) -> Markup:
     return element("div", f"Colours fitted to what is there now: {low} to {high}.")
 
 
-def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> str:
+def frame_in_words(snapshot: Snapshot, look: Look, each: str) -> Markup:
     """How the board lies, and what a place of a folded picture shows."""
     if folds(look):
-        return f"Turned so that the prey always looks right; each place shows {each}."
+        shown = f" are turned so that it looks right; each place shows {each}."
+        return joined(["The prey's eight ", term("heading", "headings"), shown], "")
     if not is_of_one(look):
-        return "Each heading by itself, north up; a click on one shows it alone."
-    return f"North is up, and the prey looks {facing(snapshot, look)}."
+        return escape("Each heading by itself, north up; a click on one shows it alone.")
+    return escape(f"North is up, and the prey looks {facing(snapshot, look)}.")
 
 
 def legend(
-    look: Look, title: str, parts: Iterable[Markup | str], frame: str, turns: bool = True
+    look: Look,
+    title: Markup | str,
+    parts: Iterable[Markup | str],
+    frame: Markup | str,
+    turns: bool = True,
 ) -> Markup:
     """A legend with what all of them share.
 
@@ -149,17 +156,15 @@ def _prey(look: Look, turns: bool) -> Markup:
     """The prey as it is drawn, and what belongs to it."""
     if not turns:
         return swatch(css(look.theme.prey), "prey", shape="circle")
-    sees = '<path d="M7 1A6 6 0 0 1 7 13Z" fill="none"/>' if look.field else ""
+    ink = css(look.theme.prey)
+    sees = '<path d="M8 1A7 7 0 0 1 8 15Z"/>' if look.field else ""
     sign = Markup(
-        f'<svg viewBox="0 0 20 14" width="1.7em" height="1.2em" aria-hidden="true"'
-        f' style="vertical-align:-0.25em;margin-right:0.2em" stroke="{css(look.theme.prey)}"'
-        f' stroke-width="1.4" fill="{css(look.theme.prey)}">{sees}'
-        '<path d="M7 7H18M15 4L18 7L15 10" fill="none"/><circle cx="7" cy="7" r="2"/></svg>'
+        '<svg viewBox="0 0 18 16" width="1.6em" height="1.4em" aria-hidden="true" fill="none"'
+        f' stroke="{ink}" stroke-width="1.2" style="vertical-align:-0.35em">{sees}'
+        f'<circle cx="8" cy="8" r="2" fill="{ink}"/></svg>'
     )
-    text = "prey; it looks along the arrow"
-    if look.field:
-        text += " and sees the half-disc"
-    return element("span", sign + text, style="margin-right:0.6em") + " "
+    text = "prey and what it sees" if look.field else "prey"
+    return element("span", sign + text, style="white-space:nowrap;margin-right:0.6em") + " "
 
 
 def _predator(theme: Theme) -> Markup:
@@ -168,12 +173,12 @@ def _predator(theme: Theme) -> Markup:
 
 def _ends(theme: Theme) -> Markup:
     """How hunts end, as the dots that are left where they did."""
-    kinds = {CAPTURE: "caught", FLIGHT: "noticed: the prey flees", TIMEOUT: "out of time"}
+    kinds = {CAPTURE: "caught", FLIGHT: "noticed", TIMEOUT: "out of time"}
     ends = [
         swatch(css(theme.of_outcome(outcome)), kind, shape=OUTCOME_SHAPES[outcome])
         for outcome, kind in kinds.items()
     ]
-    return joined(["A hunt ends: ", *ends], "")
+    return joined(["Ends of hunts: ", *ends], "")
 
 
 def _circles(look: Look) -> Markup | str:

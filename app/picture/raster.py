@@ -78,9 +78,16 @@ def on_raster(per_state: np.ndarray, raster: Raster) -> np.ndarray:
 # Patterns, by the board's cells, so that they are as fine on a raster of any size. ------------
 
 
-def hatched(raster: Raster, world: WorldSpec) -> np.ndarray:
-    """Whether a pixel is on a line of a diagonal hatch, ``(pixel,) bool``."""
-    return (raster.cells % world.size + raster.cells // world.size) % 4 == 0
+def hatched(raster: Raster, world: WorldSpec, falls: bool = False) -> np.ndarray:
+    """Whether a pixel is on a line of a diagonal hatch, ``(pixel,) bool``.
+
+    Args:
+        raster: the pixels.
+        world: the board.
+        falls: whether the lines fall to the east, and do not rise.
+    """
+    east, north = raster.cells % world.size, raster.cells // world.size
+    return np.asarray((east + north if falls else east - north) % 4 == 0)
 
 
 def dotted(raster: Raster, world: WorldSpec) -> np.ndarray:

@@ -30,6 +30,7 @@ from app.picture.shading import (
     known_of,
 )
 from app.util.html import element, joined
+from app.words.glossary import term
 from app.words.numbers import of_any_size
 from app.words.plain import joined_by_and
 from sim.spec import WorldSpec
@@ -160,36 +161,32 @@ def _steps(steps: float) -> str:
     return f"{steps:.0f}" if steps >= 10 else f"{steps:.2g}"
 
 
-def value_legend(snapshot: Snapshot, look: Look, what: str, shading: Shading) -> Markup:
+def value_legend(snapshot: Snapshot, look: Look, of: str, shading: Shading) -> Markup:
     """Legend of a map of values of the global reward.
 
     Args:
         snapshot: the moment.
         look: how the board is seen.
-        what: what has the values.
+        of: what has the values.
         shading: their scale.
     """
     theme = look.theme
-    measure = ", as steps to a certain capture" if shading.scale == "steps" else ""
-    key = [patch_of_board(look, "nothing to expect yet")]
-    if look.flight:
-        key = [
-            patch_of_board(look, "nothing known"),
-            hatch(css(over_board(np.array(theme.flight), HATCH_COVER, theme)), "expects flight"),
-        ]
-    each, lines = "", Markup()
-    if folds(look):
-        middle = gain_colours()[_DOTS_LEVEL]
-        key.insert(0, dots(css(middle), look, "known for few of them"))
-        each = "the mean of the ways the prey can look for which it is known"
+    title = joined([term("value", "Value"), of], " ")
     lines = Markup()
     if shading.scale == "steps":
-        lines = element(
-            "div", f"Thin lines: {joined_by_and([_steps(at) for at in _LINES_AT])} steps."
-        )
+        title += ", as " + term("steps to capture")
+        at = joined_by_and([_steps(steps) for steps in _LINES_AT])
+        lines = element("div", f"Thick line: where value ends. Thin lines: {at} steps.")
+    key = [patch_of_board(look, "no value yet")]
+    if look.flight:
+        flees = css(over_board(np.array(theme.flight), HATCH_COVER, theme))
+        key.append(hatch(flees, "expects to be noticed"))
+    if folds(look):
+        few = dots(css(gain_colours()[_DOTS_LEVEL]), look, "known for few headings")
+        key.insert(0, few)
     return legend(
         look,
-        what + measure,
+        title,
         [*value_scale(shading, look), element("div", joined(key, "")), lines],
-        frame_in_words(snapshot, look, each),
+        frame_in_words(snapshot, look, "the mean of those for which it has value"),
     )

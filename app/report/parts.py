@@ -51,6 +51,11 @@ CHANCE_RULE = (
 )
 """How tables show the chance that one is higher."""
 NO_INTERVAL = "Single runs give no interval."
+GREED = (
+    "Greedy reward may be lower than what is earned while learning: without random moves a hunt can"
+    " go round for ever, and is cut off."
+)
+"""Why a learner that gets better may do so by other ways than its best ones."""
 
 
 class Shown(NamedTuple):
@@ -93,7 +98,7 @@ def _curve_notes(widths: Widths, seen: Seen, panels: Sequence[Panel]) -> str:
     has_marks = any(line.marks for line in lines)
     marks = " Dashed marks: introductions of skills (median over runs)." if has_marks else ""
     greedy = (
-        " Thin and dotted: greedy reward, of hunts in which nothing is explored or learned."
+        f" Thin and dotted: greedy reward, of hunts where nothing is explored or learned. {GREED}"
         if any(line.greedy is not None for line in lines)
         else ""
     )

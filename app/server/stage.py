@@ -54,6 +54,15 @@ class Stage:
             self._packed[seen] = packed(self._kept.since(seen))
         return self._packed[seen]
 
+    def frame_in_place_of(self, former: "Stage") -> bytes:
+        """All there is, for a browser that has what was drawn on another stage until now.
+
+        What that has and this has not is taken away.
+        """
+        gone = sorted(former._kept.names() - self._kept.names("create"))
+        removals = [wire.RemoveSceneNodeMessage(name) for name in gone]
+        return packed([*removals, *self._kept.since(0)])
+
 
 class _Newest(infra.WebsockMessageHandler):
     """What was to be sent: of each thing the newest message, in the order in which they came."""
@@ -81,6 +90,12 @@ class _Newest(infra.WebsockMessageHandler):
         for key, (_, message) in list(self._messages.items()):
             if message.targets_entity_state(entity_type, entity_id):
                 del self._messages[key]
+
+    def names(self, *phases: str) -> set[str]:
+        """Of all things that there are or were, or of which the last that is known is a phase."""
+        phases = phases or ("create", "remove")
+        messages = (message for _, message in self._messages.values())
+        return {cast(Any, m).name for m in messages if m.lifecycle_phase in phases}
 
     def sanctioned_dead_writes(self) -> contextlib.AbstractContextManager[None]:
         """Nothing is ever dead here; viser calls this around what it sends as a node goes."""

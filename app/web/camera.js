@@ -8,16 +8,18 @@
 const MARGIN = 0.015;
 /** How much nearer one can come. */
 const MOST_ZOOM = 30;
+const LOOK_MS = 150;
 const CELLS = "/board/cells";
 const BORDER = "/board/border";
 
-/** @typedef {{width: number, height: number}} Half */
+/** Half of what there is of the board to both sides, and its middle.
+ * @typedef {{width: number, height: number, x: number, y: number}} Extent */
 /** @typedef {{x: number, y: number, z: number, clone: () => Vector, distanceTo: (other: Vector) => number}} Vector */
 
 /** The camera's controls that have been set up. @type {any} */
 let known = null;
-/** Whose corner was found last, and how far it lies from the middle. @type {[unknown, Half]} */
-let corner = [null, { width: 0, height: 0 }];
+/** Whose extent was found last, and what it is. @type {[unknown, Extent]} */
+let measured = [null, { width: 0, height: 0, x: 0, y: 0 }];
 /** What would show all of the board in the room as it was last. */
 let fitted = 0;
 /** @type {(isDefault: boolean) => void} */
@@ -26,18 +28,23 @@ let tell = () => {};
 /** viser's own, once it has a picture. @returns {any} */
 const viewer = () => /** @type {any} */ (window).__viserMutable;
 
-/** Half of what the board's border takes: a square, or all headings side by side. @returns {Half} */
-const half = () => {
+/** What is within the border: one board, or all headings side by side. @returns {Extent} */
+const extent = () => {
   /** @type {Float32Array | undefined} */
   const points =
     /** @type {any} */ (window).__viserSceneTree?.getState()[BORDER]?.message.props.points;
-  if (!points) return { width: 0, height: 0 };
-  if (corner[0] !== points) {
-    const farthest = (/** @type {number} */ axis) =>
-      points.reduce((most, part, at) => (at % 3 === axis ? Math.max(most, Math.abs(part)) : most), 0);
-    corner = [points, { width: farthest(0), height: farthest(1) }];
+  if (points && measured[0] !== points) {
+    const ends = [0, 1].map((axis) => {
+      const along = points.filter((_, at) => at % 3 === axis);
+      return [Math.min(...along), Math.max(...along)];
+    });
+    const [[west, east], [south, north]] = ends;
+    const [width, height] = [(east - west) / 2, (north - south) / 2];
+    const found = { width, height, x: west + width, y: south + height };
+    const isSame = JSON.stringify(found) === JSON.stringify(measured[1]);
+    measured = [points, isSame ? measured[1] : found];
   }
-  return corner[1];
+  return measured[1];
 };
 
 /** Where a point of the board is in the picture's own space. @returns {Vector | undefined} */
@@ -46,18 +53,20 @@ const placed = (/** @type {number} */ x, /** @type {number} */ y, /** @type {num
   return nodeRefFromName[CELLS]?.localToWorld(camera.position.clone().set(x, y, z));
 };
 
+const middle = () => placed(extent().x, extent().y, 0);
+
 /** From how far away all of the board is seen. */
 const fitting = () => {
   const { camera } = viewer();
-  const { width, height } = half();
+  const { width, height } = extent();
   const most = Math.max(height, width / camera.aspect) * (1 + 2 * MARGIN);
   return most / Math.tan((camera.fov * Math.PI) / 360);
 };
 
 const isDefault = () => {
-  const middle = placed(0, 0, 0);
-  if (!known || !middle || !fitted) return true;
-  const off = known.getTarget(middle.clone()).distanceTo(middle) / half().height;
+  const home = middle();
+  if (!known || !home || !fitted) return true;
+  const off = known.getTarget(home.clone()).distanceTo(home) / extent().height;
   return Math.abs(known.distance / fitted - 1) < 0.01 && off < 0.01;
 };
 
@@ -66,22 +75,22 @@ const isDefault = () => {
  * @param {number} distance
  */
 const look = (target, distance) => {
-  const middle = placed(0, 0, 0);
+  const below = placed(0, 0, 0);
   const above = placed(0, 0, 1);
-  if (!middle || !above) return;
+  if (!below || !above) return;
   const eye = target.clone();
   for (const axis of /** @type {const} */ (["x", "y", "z"]))
-    eye[axis] += (above[axis] - middle[axis]) * distance;
+    eye[axis] += (above[axis] - below[axis]) * distance;
   known.setLookAt(eye.x, eye.y, eye.z, target.x, target.y, target.z, false);
   tell(isDefault());
 };
 
 /** All of the board, in the middle. */
 export const resetView = () => {
-  const middle = known && placed(0, 0, 0);
-  if (!middle || !half().height) return;
+  const home = known && middle();
+  if (!home || !extent().height) return;
   fitted = fitting();
-  look(middle, fitted);
+  look(home, fitted);
 };
 
 /** A zoom is one of what fits, so it is another distance in another room. */
@@ -108,22 +117,14 @@ const setUp = () => {
   });
 };
 
-/** What the camera was last set to show. @type {Half} */
-let shown = { width: 0, height: 0 };
-let isWatching = false;
+/** What there was of the board when this was looked at last. */
+let shown = extent();
 
 /** Nothing tells, either, that another board has come: one that is wider, or a square again. */
-const watch = () => {
-  if (isWatching) return;
-  isWatching = true;
-  setInterval(() => {
-    const now = half();
-    if (!known || !now.height) return;
-    if (now.width === shown.width && now.height === shown.height) return;
-    shown = now;
-    resetView();
-  }, 150);
-};
+setInterval(() => {
+  if (known && extent() !== shown) resetView();
+  shown = extent();
+}, LOOK_MS);
 
 /** What was asked for last, and whether it waits for the board. */
 let asked = { width: 0, height: 0 };
@@ -133,7 +134,7 @@ let isWaiting = false;
 const aim = () => {
   isWaiting = false;
   const mutable = viewer();
-  if (!mutable?.cameraControl || !half().height || !placed(0, 0, 0)) {
+  if (!mutable?.cameraControl || !extent().height || !placed(0, 0, 0)) {
     isWaiting = true;
     return void requestAnimationFrame(aim);
   }
@@ -152,7 +153,6 @@ const aim = () => {
 export const fitCamera = (width, height) => {
   const isSame = width === asked.width && height === asked.height;
   asked = { width, height };
-  watch();
   if (!isWaiting && width && height && !(isSame && viewer()?.cameraControl === known)) aim();
 };
 

@@ -18,10 +18,8 @@ const SHEET = ".mantine-ScrollArea-root[data-autosize]";
 const NARROW = matchMedia("(max-width: 1199px)");
 const SMALL = matchMedia("(max-width: 899px), (max-height: 559px)");
 
-/** @type {Set<Edge>} */
-const open = new Set(EDGES);
-/** Those that were folded for want of room, and not by a person. @type {Set<Edge>} */
-const put = new Set();
+/** Which are open in windows of each kind. @type {Record<Room, Set<Edge>>} */
+const open = { both: new Set(EDGES), one: new Set(["right"]), over: new Set() };
 /** @type {Array<() => void>} */
 const listeners = [];
 /** @type {Record<Edge, HTMLElement>} */
@@ -31,7 +29,7 @@ const rails = { left: document.createElement("nav"), right: document.createEleme
 export const room = () => (SMALL.matches ? "over" : NARROW.matches ? "one" : "both");
 
 /** @param {Edge} edge */
-export const isOpen = (edge) => open.has(edge);
+export const isOpen = (edge) => open[room()].has(edge);
 
 /** @param {Edge} edge */
 export const region = (edge) => document.querySelector(`[data-dock-region="${edge}"]`);
@@ -43,21 +41,21 @@ export const rail = (edge) => rails[edge];
 export const whenFolded = (listener) => void listeners.push(listener);
 
 const show = () => {
-  document.documentElement.dataset.open = [...open].join(" ");
-  document.documentElement.dataset.room = room();
+  const { dataset } = document.documentElement;
+  dataset.room = room();
+  dataset.open = EDGES.filter(isOpen).join(" ");
   for (const listener of listeners) listener();
 };
 
 /** @param {Edge} edge */
-export const fold = (edge) => {
-  if (open.delete(edge)) show();
+const fold = (edge) => {
+  if (open[room()].delete(edge)) show();
 };
 
 /** @param {Edge} edge */
 const unfold = (edge) => {
-  if (room() !== "both") for (const other of EDGES) if (other !== edge) open.delete(other);
-  put.delete(edge);
-  open.add(edge);
+  if (room() !== "both") open[room()].clear();
+  open[room()].add(edge);
   show();
 };
 
@@ -79,16 +77,6 @@ export const showTab = (title) => {
     tab.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
     tab.click();
   }
-};
-
-/** As many panels open as there is room for. */
-const settle = () => {
-  const kept = { both: EDGES, one: ["right"], over: [] }[room()];
-  for (const edge of EDGES)
-    if (!kept.includes(edge)) {
-      if (open.delete(edge)) put.add(edge);
-    } else if (put.delete(edge)) open.add(edge);
-  show();
 };
 
 /** What has been folded once is a person's to open. @type {WeakSet<Element>} */
@@ -127,8 +115,8 @@ for (const edge of EDGES) {
 }
 whenChanged(fillRails);
 whenChanged(foldSheet);
-settle();
-for (const media of [NARROW, SMALL]) media.addEventListener("change", settle);
+show();
+for (const media of [NARROW, SMALL]) media.addEventListener("change", show);
 
 /** @param {Event} event */
 const foldInstead = (event) => {

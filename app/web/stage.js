@@ -16,8 +16,9 @@ const PRESENTED = 1.4;
 /** What stands above, below and beside the board takes about so many pixels at scale 1. */
 const HEAD_PX = 120;
 const BAR_PX = 220;
+const LEGEND_PX = 250;
 const TEXT_PX = 190;
-const ASIDE_PX = 300;
+const ASIDE_PX = 280;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */
 const BROAD = 1.55;
 /** Below this viser has no panels at the sides, but a sheet at the bottom. */
@@ -84,9 +85,10 @@ const arranged = (width, height, zoom) => {
   // In a presentation all is to be seen at once, for which the column has to be a broad one.
   const holdsBar = !isPresenting() || width > BROAD * height;
   const beside = holdsBar ? Math.min(height, width - ASIDE_PX * zoom) : 0;
-  const between = Math.min(width, height - (HEAD_PX + BAR_PX) * zoom);
+  const said = HEAD_PX + BAR_PX + (isAlone ? LEGEND_PX : 0);
+  const between = Math.min(width, height - said * zoom);
   const aside = (isAlone ? ASIDE_PX : TEXT_PX) * zoom;
-  const above = isAlone && holdsBar ? 0 : Math.min(height - BAR_PX * zoom, width - aside);
+  const above = Math.min(height - BAR_PX * zoom, width - aside);
   const size = Math.max(beside, between, above, 0);
   return { size, shape: size === between ? "column" : size === above ? "corner" : "side" };
 };

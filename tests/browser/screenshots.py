@@ -19,7 +19,7 @@ from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
-MOMENTS = {"cone": 6_000, "ring": 13_900, "avoid": 14_900, "converged": 48_000}
+MOMENTS = {"cone": 6_000, "arm": 14_500, "ring": 24_000, "filled": 48_000}
 """Name of a picture, and the trial of the ``timed`` run that it shows."""
 PAUSE_MS = 4_000
 """For the page to draw what it has; only pictures depend on it."""

@@ -113,32 +113,3 @@ def test_skills_stand_written_where_they_are_chosen(shared: Shared) -> None:
     screen.turn_to("Now")
     screen.choose("Layer", "Chosen skill")
     screen.page.wait_for_function(f"({NAMES})().includes('approach')")
-
-
-# Zoom
-
-IN_THE_SCHEDULE = ("\N{MINUS SIGN}1,000", "+1,000", "Apply", "Delete")
-
-
-@pytest.mark.parametrize("zoom", [2.0, 1.5, 1.25])
-def test_every_command_is_within_reach_on_a_zoomed_page(shared: Shared, zoom: float) -> None:
-    screen = shared.screen
-    # So many pixels of its own has a page on a screen of 1366 x 768.
-    screen.page.set_viewport_size(VIEWPORT)
-    width, height = int(VIEWPORT["width"] / zoom), int(VIEWPORT["height"] / zoom)
-    screen.page.set_viewport_size({"width": width, "height": height})
-    schedule = screen.page.locator("[data-dock-minimize]")
-    expect(schedule).to_have_attribute("aria-expanded", "false")
-    for is_open in (False, True):
-        if is_open:
-            schedule.click()
-            expect(schedule).to_have_attribute("aria-expanded", "true")
-            for name in IN_THE_SCHEDULE:
-                expect(screen.button(name)).to_be_in_viewport(ratio=1)
-        turn_to(screen, "Now", "Run")
-        for control in (screen.field("Layer"), screen.button("Play"), screen.button("Start again")):
-            control.click(trial=True)
-        turn_to(screen, "File", "Experiments")
-        for control in (screen.button("Load experiment"), screen.button("Start")):
-            control.click(trial=True)
-    screen.page.set_viewport_size(VIEWPORT)

@@ -26,6 +26,7 @@ from app.live.worker import FULL_SPEED
 from app.page import lab as lab_module
 from app.page.lab import Browser
 from app.page.panels.controls import Controls
+from app.page.scene.hunt import way_of
 from app.page.scene.outlines import BOARD_UNITS, on_picture
 from app.picture.look import Look
 from app.picture.raster import on_raster, raster
@@ -61,9 +62,16 @@ def clear_cells(snapshot: Snapshot) -> np.ndarray:
     # Lines run along every tenth cell, across the prey, and round what it sees.
     clear &= (east % 10 != 0) & (north % 10 != 0)
     clear &= (east < 0) | (abs(away - 9) > 1.5)
-    here = on_picture(snapshot.world, snapshot.trail[-1:], snapshot.heading, shown=0)[0]
-    predator = here * size / BOARD_UNITS
-    clear &= np.hypot(east - predator[0], north - predator[1]) > 3
+    # The way of the trial that is shown, how the last ones ended, and a word at the predator.
+    way, ends = way_of(snapshot, rests=True), snapshot.ends
+    path = on_picture(snapshot.world, way.cells, way.heading, shown=0)
+    cells, headings = (
+        np.array([getattr(end, part) for end in ends]) for part in ("cell", "heading")
+    )
+    dots = on_picture(snapshot.world, cells, headings, shown=0) if ends else path
+    for places, cells_apart in ((path, 1.5), (dots, 3), (path[-1:], 8)):
+        x, y = (places.T * size / BOARD_UNITS)[..., None, None]
+        clear &= (np.hypot(east - x, north - y) > cells_apart).all(axis=0)
     return np.flatnonzero(clear)
 
 
@@ -83,7 +91,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     expect(screen.reading("Success")).to_have_text("\N{EN DASH}")
     expect(screen.reading("States of value")).to_have_text("0")
     expect(screen.page.get_by_title("States worth more than 0, of 3,456")).to_be_visible()
-    expect(screen.legend).to_contain_text("Value of a place, as steps to a certain capture")
+    expect(screen.legend).to_contain_text("Value of a place, as steps to capture")
     assert (screen.cell_colours() == LIGHT.unknown).all()
     assert asked_for
     assert [url for url in asked_for if not url.startswith((live.lab.url, "data:", "blob:"))] == []
@@ -151,8 +159,8 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
     other.expect_cell_colours(live.colours(dark))
     one.expect_cell_colours(live.colours())
     other.turn_to("Now")
-    expect(other.legend).not_to_contain_text("as steps to a certain capture")
-    expect(one.legend).to_contain_text("as steps to a certain capture")
+    expect(other.legend).not_to_contain_text("as steps to capture")
+    expect(one.legend).to_contain_text("as steps to capture")
     scheme = "() => document.documentElement.dataset.mantineColorScheme"
     assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
 

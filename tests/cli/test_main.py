@@ -621,6 +621,7 @@ def test_the_lab_is_the_default(
             "names": [],
             "token": None,
             "log_level": 30,
+            "opening": True,
         }
     ]
 
@@ -630,12 +631,13 @@ def test_the_lab_takes_options(
     command: Sequence[str], opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     options = ("--host", "0.0.0.0", "--port", "9000", "--no-browser", "--seed", "3")
+    options = (*options, "--no-opening")
     answer(capsys, *command, *options)
     (call,) = opened
     assert call["preset"] == (command or ["", "timed"])[1]
     assert call["spec"] == presets.load(call["preset"])
     assert (call["host"], call["port"], call["open_browser"]) == ("0.0.0.0", 9000, False)
-    assert call["seed"] == 3
+    assert (call["seed"], call["opening"]) == (3, False)
 
 
 def test_the_lab_answers_to_names_of_the_command_line_and_the_environment(

@@ -11,10 +11,15 @@ from PIL import Image, ImageDraw, ImageFont
 
 from app.documents import presets
 from app.live import snapshot
+from app.live.snapshot import Snapshot
+from app.page.scene import outlines
+from app.page.scene.outlines import BOARD_UNITS
+from app.picture.frames import rim
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.raster import raster
+from app.picture.theme import LIGHT, Colour
 from learners.run import Run
 
 FILE = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "spread.gif"
@@ -29,7 +34,37 @@ TRIALS = (
 FRAME_MS, LAST_MS = 150, 3_000
 SIDE = 240
 """Pixels along each side of the board."""
+FINER = 3
+"""Pixels that are drawn for one, so that lines are smooth."""
 N_COLOURS = 64
+
+
+def drawn(seen: Snapshot) -> Image.Image:
+    """The folded value on the round board, with its edge and what the prey sees."""
+    world, theme = seen.spec.world, LIGHT
+    side = SIDE * FINER
+    picture = LAYERS["value"].draw(seen, Look(), Extras(), raster(world, side))
+    board = Image.fromarray(np.flipud(picture.colours.reshape(side, side, 3)))
+    pen = ImageDraw.Draw(board)
+    pixel = side / world.size
+    middle = np.array([0.5 + world.size // 2, world.size - 0.5 - world.size // 2]) * pixel
+
+    def line(points: np.ndarray, colour: Colour, width: int) -> None:
+        ends = middle + points * [pixel, -pixel]
+        pen.line([*map(tuple, ends.tolist())], fill=colour, width=width * FINER)
+
+    for contour in picture.contours:
+        for part in contour.segments:
+            line(part, contour.colour, 2 if contour.is_edge else 1)
+    unit = world.size / BOARD_UNITS
+    for part in (*outlines.visual_field(world, 0), *outlines.arrow(0)):
+        line(part * unit, theme.prey, 2)
+    mask = Image.new("L", (side, side), 0)
+    reach = rim(world) * pixel
+    ImageDraw.Draw(mask).ellipse([*(middle - reach), *(middle + reach)], fill=255)
+    white = Image.new("RGB", (side, side), "white")
+    white.paste(board, mask=mask)
+    return white.resize((SIDE, SIDE), Image.Resampling.LANCZOS)
 
 
 def frames() -> Iterator[Image.Image]:
@@ -39,9 +74,7 @@ def frames() -> Iterator[Image.Image]:
     for trial in (*TRIALS, run.spec.trials):
         run.advance(until_trial=trial)
         seen = snapshot.take(run, "timed", 0)
-        pixels = raster(seen.spec.world, SIDE)
-        colours = LAYERS["value"].draw(seen, Look(), Extras(), pixels).colours
-        board = Image.fromarray(np.flipud(colours.reshape(SIDE, SIDE, 3)))
+        board = drawn(seen)
         frame = Image.new("RGB", (SIDE, SIDE + 40), "white")
         frame.paste(board)
         pen = ImageDraw.Draw(frame)

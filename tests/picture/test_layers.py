@@ -223,8 +223,8 @@ def test_what_expects_flight_is_hatched_where_that_is_wished() -> None:
     kinds, counts = np.unique(picture.colours, axis=0, return_counts=True)
     assert len(kinds) == 2
     assert counts.min() == pytest.approx(under_one_state().sum() / 4, abs=3)
-    assert "expects flight" in words("value", moment, flight=True)[0]
-    assert "expects flight" not in words("value", moment)[0]
+    assert "expects to be noticed" in words("value", moment, flight=True)[0]
+    assert "expects to be noticed" not in words("value", moment)[0]
 
 
 def test_value_has_thin_lines_of_equal_steps() -> None:
@@ -349,7 +349,8 @@ def test_the_chosen_skill_has_its_own_colour(option: int, theme: Theme) -> None:
 def test_options_tie_within_a_thousandth_of_the_best() -> None:
     for by, ties in ((0.0, True), (0.009, True), (0.011, False)):
         picture = paint("chosen", made(selection_q=preferring(CIRCLE, by)), frame=0)
-        assert (picture.colours == LIGHT.unknown).all() == ties
+        chosen = (picture.colours == OPTION_COLOURS[CIRCLE]).all(axis=1)
+        assert (chosen.any(), chosen.all()) == (not ties, not ties)
 
 
 def test_losses_tie_within_a_thousandth_of_the_best_too() -> None:
@@ -362,17 +363,34 @@ def test_an_option_that_is_not_there_is_never_chosen() -> None:
     assert greedy(values).tolist() == [1, -1]
 
 
-def test_the_folded_choice_is_that_of_most_headings_and_paler_where_fewer_agree() -> None:
+def test_the_folded_choice_is_that_of_at_least_half_of_the_headings() -> None:
     values = preferring(AVOID)
     values[:2] = preferring(CIRCLE)[:2]
     picture = paint("chosen", made(selection_q=values))
-    assert colour_at(picture, 20, 0) == of(OPTION_COLOURS[[AVOID]], 1, 6 / 8)
+    assert colour_at(picture, 20, 0) == of(OPTION_COLOURS[[AVOID]], 1)
 
 
-def test_a_split_vote_is_blank() -> None:
-    values = preferring(AVOID)
-    values[:4] = preferring(CIRCLE)[:4]
-    assert colour_at(paint("chosen", made(selection_q=values)), 20, 0) == blank()
+def split_between(*options: int) -> Picture:
+    """The choice where as many headings are for each of these."""
+    values = preferring(options[0])
+    share = N_HEADINGS // len(options)
+    for place, option in enumerate(options):
+        values[place * share : (place + 1) * share] = preferring(option)[:share]
+    return paint("chosen", made(selection_q=values))
+
+
+def test_where_headings_disagree_it_is_hatched_in_no_skills_colour() -> None:
+    picture = split_between(CIRCLE, AVOID)
+    kinds, counts = np.unique(picture.colours, axis=0, return_counts=True)
+    assert sorted(kinds.tolist()) == sorted([blank(), list(LIGHT.frozen)])
+    assert counts.min() == pytest.approx(SIZE**2 / 4, rel=0.01)
+    assert picture.regions is not None
+    assert (picture.regions == -1).all()
+    assert css(LIGHT.frozen) in words("chosen", fresh())[0]
+
+
+def test_where_nothing_is_learned_no_choice_is_said_to_be_split() -> None:
+    assert everywhere_blank(paint("chosen", made(selection_q=zeros(3))))
 
 
 @every_layer
@@ -622,14 +640,29 @@ def test_there_are_never_more_lines_than_can_be_told_apart(one: int, other: int)
 def test_success_shows_how_a_hunt_from_each_cell_ends() -> None:
     outcomes = np.zeros((N_HEADINGS, SIZE, SIZE), np.int8)
     outcomes[3, 60, 80], outcomes[3, 60, 81], outcomes[3, 60, 82] = CAPTURE, FLIGHT, TIMEOUT
+    outcomes[3, 40:50, 40:50] = FLIGHT
+    outcomes[3, 80:90, 80:90] = TIMEOUT
     picture = paint("success", fresh(), successes(outcomes), frame=3)
-    kinds = [LIGHT.capture, LIGHT.flight, LIGHT.timeout]
-    for east, colour in zip((20, 21, 22), kinds, strict=True):
-        assert colour_at(picture, east, 0) == of(np.array([colour]), 0, 0.75)
+    assert colour_at(picture, 20, 0) == of(np.array([LIGHT.capture]), 0, 0.75)
     assert colour_at(picture, 23, 0) == blank()
+    board = picture.colours.reshape(SIZE, SIZE, 3)
+    for place, colour in ((slice(40, 50), LIGHT.flight), (slice(80, 90), LIGHT.timeout)):
+        kinds = np.unique(board[place, place].reshape(-1, 3), axis=0).tolist()
+        assert sorted(kinds) == sorted([blank(), list(colour)])
 
 
-def test_folded_success_is_the_share_of_headings_each_turned_its_way() -> None:
+def test_the_hatches_of_flights_and_of_timeouts_run_across_each_other() -> None:
+    lines: list[np.ndarray] = []
+    for outcome in (FLIGHT, TIMEOUT):
+        everywhere_so = successes(np.full((N_HEADINGS, SIZE, SIZE), outcome))
+        picture = paint("success", fresh(), everywhere_so, frame=0)
+        board = (picture.colours != LIGHT.unknown).any(axis=1).reshape(SIZE, SIZE)
+        lines.append(board)
+    assert (lines[0][:-1, :-1] == lines[0][1:, 1:]).all()
+    assert (lines[1][1:, :-1] == lines[1][:-1, 1:]).all()
+
+
+def test_folded_success_is_what_happens_for_most_headings_each_turned_its_way() -> None:
     outcomes = np.full((N_HEADINGS, SIZE, SIZE), FLIGHT, np.int8)
     # A place 20 behind and 10 to the left of the prey, for the four headings along the axes.
     for heading, (east, north) in {0: (-20, 10), 2: (-10, -20), 4: (20, -10), 6: (10, 20)}.items():
@@ -639,15 +672,27 @@ def test_folded_success_is_the_share_of_headings_each_turned_its_way() -> None:
         east, north = geometry.HEADINGS[heading] * 7
         outcomes[heading, 60 + north, 60 + east] = CAPTURE
     picture = paint("success", fresh(), successes(outcomes))
-    assert colour_at(picture, -20, 10) == of(np.array([LIGHT.capture]), 0, 4 / 8)
-    assert colour_at(picture, 10, 0) == of(np.array([LIGHT.capture]), 0, 4 / 8)
-    caught = (picture.colours != LIGHT.unknown).any(axis=1)
-    assert 2 <= caught.sum() <= 6
+    half = of(np.array([LIGHT.capture]), 0, 0.3)
+    assert colour_at(picture, -20, 10) == half
+    assert colour_at(picture, 10, 0) == half
+    colours = [blank(), list(LIGHT.flight)]
+    caught = [colour for colour in picture.colours.tolist() if colour not in colours]
+    assert 2 <= len(caught) <= 6
 
 
 def test_places_that_some_headings_do_not_have_count_those_that_do() -> None:
     outcomes = np.full((N_HEADINGS, SIZE, SIZE), CAPTURE, np.int8)
-    assert (paint("success", fresh(), successes(outcomes)).colours == LIGHT.capture).all()
+    full = of(np.array([LIGHT.capture]), 0, 0.75)
+    kinds = np.unique(paint("success", fresh(), successes(outcomes)).colours, axis=0).tolist()
+    assert kinds == [full]
+
+
+def test_success_tells_apart_who_is_noticed_and_who_runs_out_of_time_and_says_why() -> None:
+    legend, _ = words("success", fresh())
+    for word in ("caught", "noticed", "out of time", "for ever"):
+        assert word in legend
+    for colour in (LIGHT.flight, LIGHT.timeout):
+        assert legend.count(css(colour)) == 2
 
 
 def test_success_says_as_of_which_trial() -> None:
@@ -936,10 +981,10 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     if key == "skill":
         assert "North is up." in folded
     else:
-        assert "Turned so that the prey always looks right" in folded
+        assert "are turned so that it looks right" in folded
         assert "North is up, and the prey looks north." in north
-    assert ("half-disc" in folded) == LAYERS[key].turns
-    assert "half-disc" not in words(key, fresh(), field=False)[0]
+    assert ("what it sees" in folded) == ("frame" in LAYERS[key].heeds)
+    assert "what it sees" not in words(key, fresh(), field=False)[0]
 
 
 # Words --------------------------------------------------------------------------------------

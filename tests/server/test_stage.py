@@ -1,7 +1,7 @@
 """A scene for several browsers, as the page that each of them has would come to show it."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import msgspec.msgpack
 import numpy as np
@@ -35,12 +35,20 @@ class Page:
     def take(self, stage: Stage) -> int:
         """Take in what is new; returns the number of messages."""
         frame, self.seen = stage.frame_since(self.seen), stage.now
-        if frame is None:
-            return 0
+        return 0 if frame is None else self.show(frame)
+
+    def turn_to(self, stage: Stage, former: Stage) -> None:
+        """Look at another stage."""
+        self.seen = stage.now
+        self.show(stage.frame_in_place_of(former))
+
+    def show(self, frame: bytes) -> int:
+        """Take in a frame; returns the number of messages."""
         size, n_packed = (int.from_bytes(frame[at : at + 8], "little") for at in (0, 8))
         inner = zstandard.decompress(frame[16 : 16 + n_packed], max_output_size=size)
         content = msgspec.msgpack.decode(inner)
-        arrays, place = [], 16 + n_packed
+        arrays: list[bytes] = []
+        place = 16 + n_packed
         for length in content["binaryBufferLengths"]:
             place += -place % 8
             arrays.append(frame[place : place + length])
@@ -52,9 +60,11 @@ class Page:
 
     def _show(self, message: dict[str, Any], arrays: list[bytes]) -> None:
         def whole(value: Any) -> Any:
-            if isinstance(value, dict) and "__binary_index" in value:
-                return np.frombuffer(arrays[value["__binary_index"]], value["dtype"]).tolist()
-            return value
+            if not isinstance(value, dict) or "__binary_index" not in value:
+                return cast(object, value)
+            array = cast(dict[str, Any], value)
+            raw = arrays[int(array["__binary_index"])]
+            return np.frombuffer(raw, str(array["dtype"])).tolist()
 
         name = message["name"]
         assert message["owner"] == ""
@@ -97,6 +107,29 @@ def test_a_page_gets_what_is_new_and_of_that_the_newest(stage: Stage) -> None:
         cloud.point_size = float(size)
     assert page.take(stage) == 1
     assert page.nodes["/dots"]["point_size"] == 19.0
+
+
+def test_who_turns_to_another_stage_sees_what_one_sees_who_comes_to_it(
+    server: viser.ViserServer, stage: Stage
+) -> None:
+    page, late, other = Page(), Page(), Stage(server)
+    dots(stage, "/both")
+    dots(stage, "/here")
+    passing = dots(stage, "/passing")
+    dots(other, "/both", count=1)
+    dots(other, "/there")
+    page.take(stage)
+    # It is not told any more that this is gone.
+    passing.remove()
+    page.turn_to(other, stage)
+    late.take(other)
+    assert page.nodes == late.nodes
+    assert page.take(other) == 0
+    page.turn_to(stage, other)
+    late = Page()
+    late.take(stage)
+    assert page.nodes == late.nodes
+    assert "/passing" not in page.nodes
 
 
 def test_pages_that_stand_alike_get_the_very_same_bytes(stage: Stage) -> None:

@@ -45,8 +45,10 @@ _Z_PATHS, _Z_TRAIL, _Z_RIM, _Z_END, _Z_HALO, _Z_PREDATOR, _Z_LAST = (
 )
 
 _FIELD_NAME: Final = "what it sees"
-_FIELD_PLACE: Final = (1.3, 1.0)
+_FIELD_PLACE: Final = (1.3, 1.05)
 """Of that in the field of a prey that faces east, clear of its arrow, in board units."""
+_ARROW_PLACE: Final = (0.45, 0.0)
+"""Of the middle of that arrow."""
 _LEAST_FIELD: Final = 2.4
 """Radius of a field, in board units, in which that has room."""
 
@@ -117,7 +119,8 @@ class Chase(Parts):
 
     def name(self, spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> None:
         """Say what is what, and what the hunt came to."""
-        self._tags.show(_names(spec, look, way, here, shown))
+        tip = _turned(_ARROW_PLACE, shown)
+        self._tags.show(_names(spec, look, way, here, shown), [tip])
 
     def say_end(self, way: Way, here: np.ndarray) -> None:
         """Say what the hunt came to, and nothing else."""
@@ -241,11 +244,16 @@ def _names(spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) 
     """What is what; where the predator is that has ended its hunt stands what that came to."""
     tags: list[Tag] = []
     if look.field and spec.vision_radius * BOARD_UNITS / STANDARD_SIZE >= _LEAST_FIELD:
-        turn = np.exp(1j * shown * np.pi / 4) * complex(*_FIELD_PLACE)
-        tags.append(Tag(_FIELD_NAME, (turn.real, turn.imag), within=True))
+        tags.append(Tag(_FIELD_NAME, _turned(_FIELD_PLACE, shown), within=True))
     tags.append(Tag("prey", (0.0, 0.0)))
     word = "predator" if way.outcome is None else ENDED.get(way.outcome, "predator")
     return [*tags, Tag(word, _pair(here))]
+
+
+def _turned(place: tuple[float, float], heading: int) -> tuple[float, float]:
+    """A place beside a prey that faces east, beside one that faces another way."""
+    turned = np.exp(1j * heading * np.pi / 4) * complex(*place)
+    return float(turned.real), float(turned.imag)
 
 
 def _pair(point: np.ndarray) -> tuple[float, float]:

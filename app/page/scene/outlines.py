@@ -135,7 +135,8 @@ def grid(spec: WorldSpec, is_round: bool) -> np.ndarray:
     marks = step * np.arange(math.ceil(low / step), math.floor(high / step) + 1)
     first, last = np.full(len(marks), low), np.full(len(marks), high)
     if is_round:
-        last = np.sqrt(np.maximum(_rim(spec) ** 2 - marks**2, 0.0))
+        marks = marks[np.abs(marks) < _rim(spec)]
+        last = np.sqrt(_rim(spec) ** 2 - marks**2)
         first = -last
     ends = [np.stack([marks, first], axis=1), np.stack([marks, last], axis=1)]
     upright = np.stack(ends, axis=1)

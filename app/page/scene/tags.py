@@ -41,9 +41,15 @@ def room_of(text: str) -> np.ndarray:
     return np.array([len(text) * _LETTER / 2 + _PAD, _HEIGHT / 2 + _PAD])
 
 
-def places_of(tags: Sequence[Tag]) -> list[tuple[float, float]]:
-    """Middles of words in board units; the first has the first choice."""
-    things = [_box(tag.at, _AROUND, _AROUND) for tag in tags if not tag.within]
+def places_of(
+    tags: Sequence[Tag], clear: Sequence[tuple[float, float]] = ()
+) -> list[tuple[float, float]]:
+    """Middles of words in board units; the first has the first choice.
+
+    They stand clear of what they are of, and of the places ``clear``.
+    """
+    there = [tag.at for tag in tags if not tag.within]
+    things = [_box(at, _AROUND, _AROUND) for at in (*there, *clear)]
     taken: list[np.ndarray] = []
     found: list[tuple[float, float]] = []
     for tag in tags:
@@ -86,7 +92,6 @@ class Tags:
     """Words on one board."""
 
     def __init__(self, scene: viser.SceneApi, name: str) -> None:
-        # All at once: a board that takes the place of another one in a page has what that has.
         self._labels: list[Any] = [
             scene.add_label(
                 f"/{name}/{number}",
@@ -100,9 +105,9 @@ class Tags:
             for number in range(_MOST)
         ]
 
-    def show(self, tags: Sequence[Tag]) -> None:
+    def show(self, tags: Sequence[Tag], clear: Sequence[tuple[float, float]] = ()) -> None:
         """Show these, three at most, and no others; what has not changed is not sent."""
-        places = places_of(tags)
+        places = places_of(tags, clear)
         for label, tag, (east, north) in zip(self._labels, tags, places, strict=False):
             place = (round(east, 3), round(north, 3), _Z)
             assign(label, "text", tag.text)

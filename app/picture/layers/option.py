@@ -41,7 +41,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     name = option_names(snapshot)[option_shown(snapshot, look)]
     shading = value_shading(snapshot, look, _values(snapshot, look))
-    return value_legend(snapshot, look, f"Value of {name}", shading)
+    return value_legend(snapshot, look, f"of {name}", shading)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

@@ -6,20 +6,26 @@ import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
-from app.picture.colours import css, over_board
+from app.picture.colours import css, gradient_css, over_board
 from app.picture.frames import folds
 from app.picture.layer import Extras, Layer, Picture, SuccessMap, blank
-from app.picture.legend import bar, frame_in_words, legend, swatch
+from app.picture.legend import frame_in_words, hatch, legend, patch_of_board, swatch
 from app.picture.look import Look, heading_shown
-from app.picture.raster import Raster
-from app.picture.theme import Theme
+from app.picture.raster import Raster, hatched
 from app.util.html import element, joined
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
 _SOFT = 0.75
-"""How strongly an outcome covers the board, so that dots of the same colour stand out."""
+"""How strongly captures cover the board, so that dots of the same colour stand out."""
+_FEWEST = 0.3
+"""The same where captures are hardly more than what else happens."""
+_WORDS = {
+    CAPTURE: "caught",
+    FLIGHT: "noticed",
+    TIMEOUT: "out of time",
+}
 
 
 def _success(snapshot: Snapshot, extras: Extras) -> SuccessMap | None:
@@ -35,22 +41,29 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     success = _success(snapshot, extras)
     if success is None:
         return blank(look, raster)
-    if not folds(look):
-        heading = heading_shown(look, snapshot.heading)
-        outcome = success.outcomes[heading].ravel()[raster.cells]
-        return Picture(_outcome_colours(look.theme)[outcome])
     # One more element, not known, stands for all that lies off the board.
     flat = np.append(success.outcomes.ravel(), np.int8(0))
-    outcome = flat.take(_turned_cells(snapshot.spec.world.size)[:, raster.cells])
-    caught = np.count_nonzero(outcome == CAPTURE, axis=0)
-    share = caught / np.maximum(np.count_nonzero(outcome, axis=0), 1)
-    return Picture(over_board(np.array(look.theme.capture), share, look.theme))
-
-
-def _outcome_colours(theme: Theme) -> np.ndarray:
-    """(outcome, 3) uint8, the first for what is not known."""
-    colours = np.array([theme.of_outcome(outcome) for outcome in range(4)])
-    return over_board(colours, _SOFT, theme)
+    size = snapshot.spec.world.size
+    if folds(look):
+        outcomes = flat.take(_turned_cells(size)[:, raster.cells])
+    else:
+        heading = heading_shown(look, snapshot.heading)
+        outcomes = flat.take(heading * size**2 + raster.cells[None])
+    counts = np.stack([np.count_nonzero(outcomes == kind, axis=0) for kind in _WORDS])
+    known = counts.sum(axis=0)
+    # Where as many hunts end otherwise, a capture is the first of the kinds, and wins.
+    commonest = np.where(known > 0, np.array([*_WORDS])[counts.argmax(axis=0)], 0)
+    share = counts.max(axis=0) / np.maximum(known, 1)
+    theme = look.theme
+    picture = blank(look, raster)
+    caught = commonest == CAPTURE
+    cover = _FEWEST + (_SOFT - _FEWEST) * np.clip(2 * share[caught] - 1, 0, 1)
+    picture.colours[caught] = over_board(np.array(theme.capture), cover, theme)
+    world = snapshot.spec.world
+    flees = (commonest == FLIGHT) & hatched(raster, world)
+    picture.colours[flees] = theme.flight
+    picture.colours[(commonest == TIMEOUT) & hatched(raster, world, falls=True)] = theme.timeout
+    return picture
 
 
 @functools.lru_cache(maxsize=4)
@@ -74,34 +87,40 @@ def _turned_cells(size: int) -> np.ndarray:
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     theme = look.theme
+    cover = np.array([_SOFT] if not folds(look) else [_FEWEST, _SOFT])
+    captures = gradient_css(over_board(np.array(theme.capture), np.repeat(cover, 2), theme))
+    key = [
+        swatch(captures, _WORDS[CAPTURE], width="2em"),
+        hatch(css(theme.flight), _WORDS[FLIGHT]),
+        hatch(css(theme.timeout), _WORDS[TIMEOUT], falls=True),
+        patch_of_board(look, "not known"),
+    ]
+    title = "How a hunt from here would end, without random moves"
     if folds(look):
-        board, full = np.array(theme.unknown), np.array(theme.capture)
-        shades = board + (full - board) * np.linspace(0, 1, 12)[:, None]
-        marks = [(k / N_HEADINGS, str(k)) for k in range(0, N_HEADINGS + 1, 2)]
-        ends = f"Limits fixed: 0 to {N_HEADINGS} of the {N_HEADINGS} headings."
-        parts = [bar(shades, marks), element("div", ends)]
-        title = "Headings for which a hunt from here ends in capture"
-    else:
-        colours = _outcome_colours(theme)
-        kinds = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "time-out", 0: "not known"}
-        key = joined((swatch(css(colours[kind]), text) for kind, text in kinds.items()), "")
-        parts = [element("div", key)]
-        title = "How a hunt from here ends"
-    frame = frame_in_words(snapshot, look, "for how many of its eight headings")
-    return legend(look, title, parts, frame)
+        title = "How most hunts from here would end, without random moves"
+    note = (
+        "Out of time: without random moves a predator can go round in the same circle for ever."
+        " The learner's own random moves break such circles, so it can catch more while this shows"
+        " less."
+    )
+    each = "what happens for most of its headings, darker where for more"
+    return legend(
+        look,
+        title,
+        [element("div", joined(key, "")), element("div", note)],
+        frame_in_words(snapshot, look, each),
+    )
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     success = _success(snapshot, extras)
     if success is None:
-        return "How a hunt without exploration would end from each place: being worked out."
-    when = f"with what was learned by trial {success.trial:,}"
-    if folds(look):
-        return (
-            "For how many of the eight headings a hunt without exploration from here ends in"
-            f" capture, {when}."
-        )
-    return f"How a hunt without exploration from here ends, {when}."
+        return "How a hunt without random moves would end from each place: being worked out."
+    most = "most hunts" if folds(look) else "a hunt"
+    return (
+        f"How {most} would end from each place if all random moves were left out, with what was"
+        f" learned by trial {success.trial:,}."
+    )
 
 
 SUCCESS = Layer(

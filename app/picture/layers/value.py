@@ -21,7 +21,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     shading = value_shading(snapshot, look, or_zero(snapshot.value))
-    return value_legend(snapshot, look, "Value of a place", shading)
+    return value_legend(snapshot, look, "of a place", shading)
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:

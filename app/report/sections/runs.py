@@ -11,7 +11,7 @@ from app.charts.styles import Style
 from app.experiments.record import Record
 from app.metrics import Metric
 from app.report.document import Page
-from app.report.parts import NO_INTERVAL
+from app.report.parts import GREED, NO_INTERVAL
 from app.util.html import Markup
 
 _COLUMNS: Final = ("final_reward", "final_greedy", "horizon_reward")
@@ -49,9 +49,13 @@ def runs_picture(
         return Markup()
     has_bars = any(dot.estimate.has_interval for dots in columns.values() for dot in dots)
     bars = "with its 95 % bootstrap interval" if has_bars else f"over the runs. {NO_INTERVAL}"
+    is_greedy = any(
+        metric.label in columns for metric in metrics if metric.column == "final_greedy"
+    )
+    greed = f" {GREED}" if is_greedy else ""
     small = page.small_print(
         f"Small: a run each. Large: their mean {bars.rstrip('.')}. Where runs end in several ways,"
-        " their mean may lie where none of them does."
+        f" their mean may lie where none of them does.{greed}"
     )
     return page.picture(name, caption, drawn(name, Dots(columns), small))
 

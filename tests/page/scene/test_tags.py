@@ -28,12 +28,19 @@ def test_wherever_the_predator_is_no_word_covers_another(word: str) -> None:
     places = np.linspace(-HALF, HALF, 31)
     for east, north in itertools.product(places.tolist(), places.tolist()):
         tags = [
-            Tag("what it sees", (1.3, 1.0), within=True),
+            Tag("what it sees", (1.3, 1.05), within=True),
             Tag("prey", (0.0, 0.0)),
             Tag(word, (east, north)),
         ]
         assert not overlap(tags)
-        assert places_of(tags)[0] == (1.3, 1.0)
+        assert places_of(tags)[0] == (1.3, 1.05)
+
+
+def test_words_stand_clear_of_what_else_is_to_be_seen() -> None:
+    tag = Tag("prey", (0.0, 0.0))
+    ((east, north),) = places_of([tag], [(0.0, 0.5), (0.0, -0.5)])
+    assert north == 0.0
+    assert east > 0.0
 
 
 def test_a_word_stays_on_the_board_and_off_its_thing() -> None:
