@@ -25,8 +25,9 @@ def joined_up(at: np.ndarray) -> list[slice]:
         at: (point,) where they are on the axis, in order.
     """
     gaps = np.diff(at)
-    breaks = np.flatnonzero(gaps > _FAR * np.median(gaps)) + 1 if gaps.size else []
-    return [slice(int(a), int(b)) for a, b in pairwise([0, *breaks, at.size])]
+    far = gaps > _FAR * np.median(gaps) if gaps.size else np.zeros(0, bool)
+    ends: list[int] = [0, *(np.flatnonzero(far) + 1).tolist(), at.size]
+    return [slice(start, end) for start, end in pairwise(ends)]
 
 
 def averaged(curves: Sequence[GreedyCurve], axis: Axis) -> Greedy | None:

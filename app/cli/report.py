@@ -8,7 +8,6 @@ from tyro.conf import Positional, arg
 
 from app.cli import terminal
 from app.cli.answers import (
-    EXIT_FAILED,
     EXIT_OK,
     HIDDEN_HINT,
     RESULTS,
@@ -58,18 +57,15 @@ def obey(command: Report) -> int:
     _check(command)
     # Here, so that the lab starts without the libraries that draw.
     from app.report.write import write_report
-    from app.results.read import DamagedError, ResultsError
+    from app.results.read import ResultsError
 
     out = None if command.out is None else Path(command.out)
     folders = [Path(folder) for folder in command.folders]
     try:
         with interrupts.undoing(), terminal.status() as tell:
             written = write_report(folders, out, command.compare, tell)
-    except DamagedError as error:
-        raise UsageError(str(error)) from error
     except ResultsError as error:
-        complain(str(error))
-        return EXIT_FAILED
+        raise UsageError(str(error)) from error
     for warning in written.warnings:
         complain(warning)
     say(str(written.page))

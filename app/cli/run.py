@@ -231,16 +231,18 @@ def _report(preset: str, results: "Sequence[Result]") -> str:
 
 
 def _windows(results: "Sequence[Result]") -> str:
-    """The learning curve in a few windows, the mean over the runs that went through them."""
-    from app.analysis.estimates import PHASES
+    """The learning curve in windows up to its end, the mean over the runs that went through each."""
+    from app.analysis.estimates import PHASE_STEPS
 
-    means = [
-        _mean(result.phases[place] for result in results if place < result.phases.size)
-        for place in PHASES.values()
-    ]
-    means.append(_mean(result.record.values["final_reward"] for result in results))
-    header = ["steps", *PHASES, "last 2,000 trials"]
-    return table(header, [["reward", *map(number, means)]])
+    def millions(place: int) -> str:
+        return f"{place * PHASE_STEPS / 1e6:g}"
+
+    rows: list[tuple[str, str]] = []
+    for place in range(max(result.phases.size for result in results)):
+        through = [result.phases[place] for result in results if place < result.phases.size]
+        rows.append((f"{millions(place)}–{millions(place + 1)} M", number(_mean(through))))
+    last = _mean(result.record.values["final_reward"] for result in results)
+    return table(("steps", "reward"), [*rows, ("last 2,000 trials", number(last))])
 
 
 def _mean(values: Iterable[float]) -> float:

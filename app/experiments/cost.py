@@ -26,7 +26,7 @@ from app.documents.variants import Variant
 from app.experiments.task import tasks_of
 from app.util.machine import available_cores
 from learners.run import Run
-from learners.spec import RunSpec
+from learners.spec import MAX_TRIALS, RunSpec
 
 _BYTES_PER_RUN: Final = 8_000
 """Of a row with its settings, of what surrounds the arrays, and of the pictures of its value."""
@@ -45,10 +45,12 @@ _PILOT_S: Final = 0.8
 _BUSY_S: Final = 4.0
 """Time after which it does where the machine is busy with something else."""
 _SLICE_STEPS: Final = 50_000
-_TRIED_S: Final = 0.3
+_TRIED_S: Final = 0.5
 """For so long threads work, to see how much of the cores they are given, ..."""
-_TRIED_KEPT_S: Final = 30.0
+_TRIED_KEPT_S: Final = 60.0
 """... which is good for so long, or until something else goes on."""
+_TRIED_STEPS: Final = 1_000_000
+"""In one go, as runs have them: in between the interpreter is waited for, which others may hold."""
 _LEAST_GIVEN: Final = 0.02
 """Cores; a clock that stands for a moment would make it none."""
 _MOST_TRIED: Final = 2
@@ -181,7 +183,7 @@ def _tried(spec: RunSpec, n_threads: int) -> float:
     def work(run: Run) -> float:
         began, worked = time.monotonic(), time.thread_time()
         while time.monotonic() < until:
-            run.advance(max_steps=_SLICE_STEPS)
+            run.advance(max_steps=_TRIED_STEPS, until_trial=MAX_TRIALS)
         elapsed = time.monotonic() - began
         # A thread that begins late, or that is kept from its clock, was given nothing meanwhile.
         return (time.thread_time() - worked) / max(elapsed, _TRIED_S)

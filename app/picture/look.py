@@ -29,7 +29,7 @@ class Look(NamedTuple):
     flight: bool = False
     """Whether maps of value hatch the places that expect flight."""
     field: bool = True
-    grid: bool = True
+    grid: bool = False
     sensors: bool = False
     """Rings and sectors of the predator's sensors."""
     start_zone: bool = False

@@ -82,13 +82,19 @@ def all_headings(snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -
         arrow_colours=_together([picture.arrow_colours for picture in each]),
         labels=names,
         contours=tuple(
-            contour._replace(segments=tile.place(contour.segments, world.size))
+            contour._replace(segments=tile.place(_within(contour.segments, world.size), world.size))
             for tile, picture in zip(TILES, each, strict=True)
             for contour in picture.contours
             # A picture as small as these has no room for more.
             if contour.is_edge
         ),
     )
+
+
+def _within(segments: np.ndarray, size: int) -> np.ndarray:
+    """The segments ``(n, 2, 2)`` that lie on a board of that size, in cells from the prey."""
+    low, high = -0.5 - size // 2, size - 0.5 - size // 2
+    return segments[((segments >= low) & (segments <= high)).all(axis=(1, 2))]
 
 
 def _joined(arrows: list[np.ndarray | None], size: int) -> np.ndarray | None:

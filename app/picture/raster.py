@@ -20,8 +20,6 @@ class Raster(NamedTuple):
     """(pixel,) int64: the board's cell under each pixel, ``y * size + x``."""
     states: np.ndarray
     """(pixel,) int64: its state, ``distance * n_directions + direction``."""
-    seams: np.ndarray
-    """(seam, 2) int64: neighbouring pixels of different states."""
 
     @property
     def side(self) -> int:
@@ -60,14 +58,7 @@ def _raster(sensors: Sensors, side: int) -> Raster:
     nearest = (np.arange(side) * 2 + 1) * size // (2 * side)
     cells = (nearest[:, None] * size + nearest).ravel()
     states = geometry.readings(world).ravel()[cells]
-    pixels = np.arange(side * side).reshape(side, side)
-    pairs = np.concatenate(
-        [
-            np.stack([pixels[:, :-1].ravel(), pixels[:, 1:].ravel()], axis=1),
-            np.stack([pixels[:-1].ravel(), pixels[1:].ravel()], axis=1),
-        ]
-    )
-    return Raster(cells, states, pairs[states[pairs[:, 0]] != states[pairs[:, 1]]])
+    return Raster(cells, states)
 
 
 def on_raster(per_state: np.ndarray, raster: Raster) -> np.ndarray:

@@ -97,8 +97,7 @@ def with_episode(
     joins = schedule.introduced_at(skill)
     if skill not in now.present and (joins <= now.trial or joins >= NEVER):
         raise ValueError(
-            f"{named(skill)} is not among the options and will not join;"
-            " add it or plan when it joins first."
+            f"{named(skill)} has not joined and will not join; add it or plan when it joins first."
         )
     earliest = now.trial + 1 if skill in now.present else joins
     new = EpisodeSpec(

@@ -14,5 +14,6 @@ import "./slots.js";
 import "./stage.js";
 import "./tabs.js";
 import "./terms.js";
+import "./tips.js";
 import "./title.js";
 import "./tour.js";

@@ -17,6 +17,9 @@ let meanings = {};
 let shown;
 /** What a touch has opened stays open until the next one. */
 let isPinned = false;
+/** The term that had the focus last, even if it was taken away with its text. @type {unknown} */
+let hadFocus;
+const pointer = { x: -1, y: -1 };
 let timer = 0;
 
 const tip = document.createElement("div");
@@ -72,6 +75,10 @@ const hideSoon = () => {
   timer = setTimeout(hide, REST_MS);
 };
 
+document.addEventListener("pointermove", ({ clientX, clientY }) => {
+  pointer.x = clientX;
+  pointer.y = clientY;
+});
 document.addEventListener("pointerover", ({ target, pointerType }) => {
   if (pointerType === "touch" || isPinned) return;
   const term = termOf(target);
@@ -82,10 +89,16 @@ document.addEventListener("pointerover", ({ target, pointerType }) => {
 });
 document.addEventListener("focusin", ({ target }) => {
   const term = termOf(target);
+  hadFocus = term;
   if (term) show(term);
 });
 document.addEventListener("focusout", ({ target }) => {
-  if (target === shown && !isPinned) hide();
+  // It leaves a text that is drawn anew as well; then it comes back.
+  setTimeout(() => {
+    if (target instanceof Node && !target.isConnected) return;
+    if (hadFocus === target && document.activeElement !== target) hadFocus = undefined;
+    if (target === shown && !isPinned && document.activeElement !== target) hide();
+  });
 });
 document.addEventListener("click", ({ target }) => {
   const term = termOf(target);
@@ -112,11 +125,13 @@ whenChanged(() => {
   if (table && Object.keys(meanings).length === 0) meanings = JSON.parse(table);
   if (!shown || shown.isConnected) return;
   // The same word in the text that took the place of the former.
-  const again = document.querySelector(`${TERM}[data-term="${CSS.escape(shown.dataset.term ?? "")}"]`);
-  const isUnderPointer = again?.matches(":hover");
-  const wasPinned = isPinned;
-  if (again instanceof HTMLElement && (isUnderPointer || isPinned)) {
-    show(again);
-    isPinned = wasPinned;
-  } else hide();
+  const key = CSS.escape(shown.dataset.term ?? "");
+  const words = [...document.querySelectorAll(`${TERM}[data-term="${key}"]`)];
+  const isKept = isPinned || hadFocus === shown;
+  // What is under a pointer that rests is known to the page only with its next frame.
+  const pointed = termOf(document.elementFromPoint(pointer.x, pointer.y));
+  const again = isKept ? words.find((word) => word.getClientRects().length > 0) : pointed;
+  if (!(again instanceof HTMLElement)) return hide();
+  if (hadFocus === shown) again.focus({ preventScroll: true });
+  show(again);
 });

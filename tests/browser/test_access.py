@@ -20,7 +20,7 @@ HAS_NO_NAME = """node => {
     const own = node.matches("input") ? "" : node.textContent;
     return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
 }"""
-BEHIND_TABS = [("Now", "Run"), ("View", "Steer"), ("Inspect", "Experiments"), ("File", "Run")]
+BEHIND_TABS = [("Now", "Run"), ("Now", "Steer"), ("Inspect", "Experiments"), ("File", "Run")]
 
 
 def expect_no_findings(screen: Screen) -> None:
@@ -44,7 +44,7 @@ def turn_to(screen: Screen, left: str, right: str) -> None:
 
 def dress(screen: Screen, dark: bool) -> None:
     """Make the page dark or light."""
-    screen.turn_to("View")
+    screen.turn_to_overlays()
     screen.check("Dark", dark)
     scheme = "dark" if dark else "light"
     expect(screen.page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
@@ -75,8 +75,7 @@ def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
         expect_no_findings(screen)
     # As on a page that is zoomed by 200 %.
     screen.page.set_viewport_size({"width": 683, "height": 384})
-    screen.click("Close")
-    expect(screen.button("Close")).to_have_count(0)
+    screen.close_results()
     screen.page.set_viewport_size(VIEWPORT)
 
 

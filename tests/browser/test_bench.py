@@ -22,7 +22,8 @@ from app.page.panels import steering
 from app.page.panels.controls import slider_of
 from app.picture.layer import Extras, Layer, SuccessMap
 from app.picture.layers import LAYERS
-from app.picture.look import OF_TRIAL, Look
+from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
+from app.picture.multiples import SIDE
 from app.words.plain import HEADING_NAMES
 from learners import hunts
 from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
@@ -92,7 +93,8 @@ def success_of(snapshot: Snapshot) -> Extras:
 
 def expect_layer(screen: Screen, live: LiveLab, layer: Layer, extras: Extras) -> np.ndarray:
     """Wait until a page shows a layer with its words; returns its colours."""
-    snapshot, look = now_of(live), Look(layer=layer.key)
+    frame = FOLDED if "frame" in layer.heeds else OF_TRIAL
+    snapshot, look = now_of(live), Look(layer=layer.key, frame=frame)
     colours = layer.paint(snapshot, look, extras).colours
     screen.expect_cell_colours(colours)
     assert live.look_of() == look
@@ -165,26 +167,31 @@ def test_the_success_map_is_of_the_moment_though_the_learner_stands_still(begin:
 def test_frames_all_headings_and_overlays(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     live.ask(StepOnce())
-    screen.turn_to("View")
+    home = screen.page.evaluate(CAMERA)
+    screen.turn_to_overlays()
     # A segment out of sight stands for none.
     for trail, place in [(True, "on the board"), (False, "away")]:
         screen.check("Trail", trail)
         screen.page.wait_for_function(TRAIL_IS, arg=place)
         assert live.look_of().trail is trail
-    for name, frame in [("Prey faces north", 2), ("Heading of the running trial", OF_TRIAL)]:
-        screen.choose("Frame", name)
+    for name, frame in [("Prey faces north", 2), ("As in the running trial", OF_TRIAL)]:
+        screen.choose("Headings", name)
         screen.expect_cell_colours(live.colours(Look(frame=frame)))
         assert live.look_of().frame == frame
-    screen.choose("Frame", "Folded: mean of all headings")
-    screen.expect_cell_colours(live.colours(Look(trail=False)))
 
-    eight = screen.page.get_by_role("img", name="The layer for each heading")
-    expect(eight).to_be_hidden()
-    screen.check("All headings")
-    expect(eight).to_be_visible()
-    assert eight.evaluate("image => image.decode().then(() => image.naturalWidth)") > 200
-    screen.check("All headings", False)
-    expect(eight).to_be_hidden()
+    screen.choose("Headings", "All headings, side by side")
+    screen.expect_cell_colours(live.colours(Look(frame=ALL)))
+    # They are as wide as the board, but not as high, so that they are seen from nearer.
+    screen.page.wait_for_function(CAMERA_IS, arg=[home, False])
+    screen.page.mouse.click(*screen.place_of(2 * SIDE**2 + SIDE * 15 + SIDE // 2))
+    screen.expect_cell_colours(live.colours(Look(frame=2)))
+    expect(screen.field("Headings")).to_have_value("Prey faces north")
+    screen.click("Back to all")
+    screen.expect_cell_colours(live.colours(Look(frame=ALL)))
+    expect(screen.button("Back to all")).to_be_hidden()
+    screen.choose("Headings", "All as one, prey looks right")
+    screen.expect_cell_colours(live.colours(Look(trail=False)))
+    screen.page.wait_for_function(CAMERA_IS, arg=[home, True])
 
     overlays = {
         "Visual field": "field",

@@ -73,7 +73,7 @@ def offered(screen: Screen) -> list[str]:
 
 def listed(screen: Screen) -> Locator:
     """Rows of the table of runs."""
-    return screen.results.locator("tbody tr")
+    return screen.results.locator("table.runs tbody tr")
 
 
 def column(screen: Screen, title: str) -> Locator:
@@ -95,7 +95,7 @@ def dots(screen: Screen) -> Locator:
 def expect_opened(live: LiveLab, screen: Screen, experiment: Experiment, row: Row) -> None:
     """Wait until a run is in the lab as it ended, and the page says so in its place."""
 
-    name = f"{experiment.name}: {row.variant}, seed {row.seed}"
+    name = f"{experiment.title}: {row.variant}, seed {row.seed}"
 
     def is_over(opened: Opened | None) -> bool:
         return opened is not None and opened.name == name and opened.same is not None
@@ -147,7 +147,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     expect(other.field("Seeds")).to_have_value("3")
     for screen in (one, other):
         expect(
-            screen.text("session: 6 of 6 runs done.").locator("visible=true").first
+            screen.text("Session: 6 of 6 runs done.").locator("visible=true").first
         ).to_be_visible()
     status = live.session.status
     assert status.playing
@@ -177,8 +177,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
                 if r.variant == v
             ]
         )
-    other.click("Close")
-    expect(other.results).to_be_hidden()
+    other.close_results()
     expect(one.results).to_be_visible()
 
     # What is shown already needs no button to show it; fewer of these runs are shown alone.
@@ -206,20 +205,20 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) ->
         return screen.text(words).locator("visible=true").first
 
     screen.click("Start")
-    expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
+    expect(said("Long: 1 of 2 runs done, 1 running.")).to_be_visible()
     expect(screen.button("Start")).to_have_count(0)
     expect(screen.page.get_by_role("progressbar")).to_be_visible()
     screen.click("Pause")
-    expect(said("long: paused, 1 of 2 runs done.")).to_be_visible()
+    expect(said("Long: paused, 1 of 2 runs done.")).to_be_visible()
     expect(screen.button("Pause")).to_have_count(0)
     paused = live.lab.service.standing
     assert paused is not None
     assert paused.paused
     screen.click("Go on")
-    expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
+    expect(said("Long: 1 of 2 runs done, 1 running.")).to_be_visible()
     screen.click("Stop")
     stopped = said(
-        "long: 1 of 2 runs done. Stopped; with it chosen, Make the others goes on there."
+        "Long: 1 of 2 runs done. Stopped; with it chosen, Make the others goes on there."
     )
     expect(stopped).to_be_visible()
     for name in ("Pause", "Go on", "Stop"):
@@ -228,7 +227,7 @@ def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) ->
 
     assert screen.reads("1 seed each; 1 is there already.")
     screen.click("Make the others")
-    expect(said("long: 1 of 2 runs done, 1 running.")).to_be_visible()
+    expect(said("Long: 1 of 2 runs done, 1 running.")).to_be_visible()
     expect(listed(screen)).to_have_count(1)
     screen.click("Stop")
     expect(stopped).to_be_visible()
@@ -255,7 +254,7 @@ def test_a_run_that_fails_is_listed_with_its_error_and_cannot_be_opened(
     for other in (0, 2):
         opens = listed(screen).nth(other).get_by_role("link", name="open ▸")
         expect(opens).to_have_count(1)
-    expect(screen.text("small: 2 of 3 runs done, 1 failed.").first).to_be_visible()
+    expect(screen.text("Small: 2 of 3 runs done, 1 failed.").first).to_be_visible()
     link(screen, "Runs").click()
     expect(dots(screen)).to_have_count(2)
     expect(screen.results).to_contain_text("1 run failed.")
@@ -359,28 +358,43 @@ def test_each_browser_has_its_own_view_of_the_results(begin: Begin, open_page: O
     assert secrets[0] != secrets[1]
 
 
-def test_the_panel_follows_the_window_and_leaves_the_buttons_beside_it_free(begin: Begin) -> None:
+def test_results_lie_beside_the_board_or_over_it_and_never_over_the_controls(begin: Begin) -> None:
     live, screen = begin()
     live.run_to_end(small_experiment(n_seeds=8))
-    screen.show_results()
-    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
-    chart = screen.results.locator("svg[role=group]")
-    usual = chart.bounding_box()
-    assert usual is not None
-
     screen.page.set_viewport_size({"width": 1920, "height": 1080})
-    expect(listed(screen)).to_have_count(16)
-    large = chart.bounding_box()
-    assert large is not None
-    assert large["width"] > 1.5 * usual["width"]
-    assert large["height"] > 1.4 * usual["height"]
-    screen.results_button.click(trial=True)
+    screen.show_results()
+    expect(listed(screen).first).to_be_visible()
+    board = screen.page.locator("#pounce-stage .board")
+
+    def box(thing: Locator) -> tuple[float, float]:
+        """Where it begins and ends, from left to right."""
+        found = thing.bounding_box()
+        assert found is not None
+        return found["x"], found["x"] + found["width"]
+
+    expect(board).to_be_visible()
+    assert box(screen.results)[1] <= box(board)[0]
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(16)
+    # What a dot is can be read at once, under the pointer and by keyboard.
+    tip = screen.page.locator("#pounce-tip")
+    dots(screen).last.hover()
+    expect(tip).to_contain_text(re.compile("^standard_q, seed 7: "))
+    screen.page.keyboard.press("Escape")
+    expect(tip).to_be_hidden()
+    screen.results.locator("svg a:has(circle)").first.focus()
+    expect(tip).to_contain_text(re.compile("^timed, seed 0: "))
+    # Seeds are shared.
+    expect(screen.results.locator(".differences")).to_contain_text("paired over 8 seeds")
 
     screen.page.set_viewport_size({"width": 1024, "height": 768})
-    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
-    for thing in (screen.results_button, screen.field("Seeds"), screen.button("Close")):
+    for thing in (screen.results_button, screen.field("Seeds"), screen.results_close):
         # A click would meet it, and nothing that lies over it.
         thing.click(trial=True)
+    # What was open is open again after the page was loaded anew.
+    screen.page.reload()
+    expect(screen.results).to_be_visible()
+    screen.close_results()
 
 
 def test_runs_and_charts_can_be_kept_as_files(begin: Begin) -> None:
@@ -483,7 +497,7 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> 
     assert screen.reads(f"{name} is chosen under Experiments.")
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(name)
-    screen.choose("Experiment", "figure_4_1")
+    screen.choose("Experiment", "Figure 4.1")
     expect(screen.field("Seeds")).to_have_value("30")
     assert screen.reads("210 runs: 4 variants, 30 to 120 seeds each.")
     screen.choose("Experiment", name)
@@ -515,7 +529,8 @@ def test_no_name_of_a_file_leads_out_of_the_results_or_hides_another_experiment(
     }
     screen.turn_to("Experiments")
     before = offered(screen)
-    assert before[: 1 + len(experiments.shipped())] == [THIS_SESSION, *experiments.shipped()]
+    titles = [experiments.titled(name) for name in experiments.shipped()]
+    assert before[: 1 + len(titles)] == [THIS_SESSION, *titles]
     for file, name in names.items():
         screen.turn_to("File")
         screen.upload("Load experiment", file, SMALL)

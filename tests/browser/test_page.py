@@ -82,7 +82,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
     live = start_lab()
     asked_for: list[str] = []
     screen = open_page(live, asked_for.append)
-    expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("behind, unseen")
+    expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("from behind")
     expect(screen.headline).to_contain_text(
         "Paused. One skill: approach. It is practised until trial 300"
     )
@@ -102,7 +102,7 @@ def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page
 
 def test_the_heat_map_changes_while_the_predator_learns(begin: Begin) -> None:
     live, screen = begin()
-    screen.turn_to("View")
+    screen.turn_to_overlays()
     screen.check("Trail", False)
     unknown = screen.cell_colours()
     assert (unknown == LIGHT.unknown).all()
@@ -152,15 +152,14 @@ def test_two_browsers_see_one_session_each_in_its_own_way(
 ) -> None:
     live, one = begin(trial=LEARNED)
     other = open_page(live)
-    other.turn_to("View")
+    other.turn_to_overlays()
     other.check("Dark")
-    other.choose("Value as", "Linear in value")
+    other.choose("Value as", "Its size")
     dark = Look(theme=DARK, scale="linear")
     other.expect_cell_colours(live.colours(dark))
     one.expect_cell_colours(live.colours())
-    other.turn_to("Now")
-    expect(other.legend).not_to_contain_text("as steps to capture")
-    expect(one.legend).to_contain_text("as steps to capture")
+    expect(other.legend).not_to_contain_text("as steps to a certain capture")
+    expect(one.legend).to_contain_text("as steps to a certain capture")
     scheme = "() => document.documentElement.dataset.mantineColorScheme"
     assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
 
@@ -328,7 +327,7 @@ def test_a_skill_is_added_and_explored_and_the_predator_obeys(begin: Begin) -> N
     assert screen.reads("circle clockwise: new, practised until trial 2,300")
     expect(screen.button("Add circle clockwise now")).to_have_count(0)
     expect(screen.button("Add avoid now")).to_be_visible()
-    expect(screen.headline).to_contain_text("Two skills, approach and circle clockwise")
+    expect(screen.headline).to_contain_text("Two skills")
 
     chance = screen.page.get_by_role("slider").nth(1)
     chance.press("End")
@@ -544,7 +543,7 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
         screen.click("Play")
         status = live.wait_for(lambda status: status.error is not None)
         expect(screen.headline).to_contain_text(
-            "The learner stopped at trial 50 with an error; its state is kept."
+            "An error stopped the learner at trial 50; what it has learned is kept."
         )
         expect(screen.headline).to_contain_text("ArithmeticError: <b>no</b> such number")
         expect(screen.button("Stopped by an error: start again")).to_be_disabled()

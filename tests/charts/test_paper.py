@@ -4,6 +4,7 @@ import contextlib
 import csv
 import io
 import itertools
+import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
@@ -29,6 +30,7 @@ from app.charts.model import (
     Panel,
     Plane,
     Points,
+    RunDot,
     Series,
     ValueMap,
     ValueMaps,
@@ -391,3 +393,12 @@ def test_each_setting_has_a_plot_and_its_numbers(figures: list[Any]) -> None:
     shown = [axes for axes in figures[0].axes if axes.get_visible()]
     assert [axes.get_xlabel() for axes in shown] == [f"key{k}" for k in range(5)]
     assert shown[0].get_xscale() == "log"
+
+
+def test_each_run_of_a_figure_says_what_it_is_under_the_pointer() -> None:
+    runs = [RunDot(1.5, 3), RunDot(math.nan, 4), RunDot(2.5, 5)]
+    mean = Estimate(2.0, 1.0, 3.0, 2)
+    found = drawn("dots", Dots({"reward": [Dot("a <b>", mean, runs), Dot("c", mean)]}), "")
+    titles = re.findall(r"<use [^>]*><title>([^<]*)</title></use>", found.inline)
+    assert titles == ["a &lt;b&gt;, seed 3: 1.50", "a &lt;b&gt;, seed 5: 2.50"]
+    ET.fromstring(found.svg)

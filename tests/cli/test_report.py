@@ -135,8 +135,8 @@ def test_two_folders_are_compared_beside_them(
     assert not (here / "a" / "report.html").exists()
 
 
-def test_a_folder_that_is_not_there_fails(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main.main(["report", "missing"]) == 1
+def test_a_folder_that_is_not_there_is_wrong_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.main(["report", "missing"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err == "'missing' is no folder; allowed: one that pounce experiment has written\n"

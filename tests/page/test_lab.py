@@ -364,8 +364,8 @@ def test_refused_messages_leave_one_notification(lab: Lab) -> None:
     speed = speed_of(lab)
     for _ in range(3_000):
         page.send(wire.ShareUrlRequest())
-    page.set(speed, 2.0)
-    lab.session.wait_for(lambda status: status.speed == 100.0, PATIENCE_S)
+    page.set(speed, 3.0)
+    lab.session.wait_for(lambda status: status.speed == 1_000.0, PATIENCE_S)
     (browser,) = lab.browsers
     browser.client.add_notification("End", "")
     standing: set[str] = set()

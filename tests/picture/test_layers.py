@@ -575,34 +575,52 @@ def test_first_reach_is_bright_where_it_was_early() -> None:
     picture = paint("reach", made(first_reach=reach), frame=0)
     assert colour_at(picture, 20, 0) == gain(0.5)
     assert colour_at(picture, -20, 0) == blank()
-    folded = paint("reach", made(first_reach=reach))
-    assert colour_at(folded, 20, 0) == gain(0.5, 1 / 8)
+
+
+def test_what_fewer_than_half_of_the_headings_know_is_dotted_in_first_reach() -> None:
+    for count in (3, 4):
+        reach = np.full(MAP, -1, np.int32)
+        reach[:count] = 6_000
+        shown = paint("reach", made(first_reach=reach)).colours
+        is_plain = (shown != LIGHT.unknown).any(axis=1)
+        # A dot in each square of three by three cells, or everywhere.
+        assert is_plain.mean() == pytest.approx(1 / 9 if count == 3 else 1.0, abs=0.01)
 
 
 def test_isochrones_run_where_a_multiple_of_their_step_was_passed() -> None:
     moment = reached_by_ring(300)
     assert line_step(moment.first_reach) == 500
     picture = paint("reach", moment)
-    east = np.arange(1, 60)
-    ring = np.array([state_at(int(x), 0)[0] for x in east])
-    band = ring * 300 // 500
-    expected = np.flatnonzero(np.diff(band) > 0) + 1
-    plain = np.array([gain_of_reach(300 * k, 24_000) for k in ring])
-    row = np.array([colour_at(picture, int(x), 0) for x in east])
-    dark = np.flatnonzero(row.sum(axis=1) < 0.5 * plain.sum(axis=1))
-    assert dark.tolist() == expected.tolist()
-    assert row[expected[0]].tolist() == pytest.approx(0.3 * plain[expected[0]], abs=2)
+    outer = geometry.ring_edges(moment.spec.world)
+    middle = (outer + np.array([0, *outer[:-1]])) / 2
+    expected = {
+        trial: np.interp(trial / 300, np.arange(RINGS), middle) for trial in range(500, 5_001, 500)
+    }
+    radii = [np.hypot(*line.segments.reshape(-1, 2).T) for line in picture.contours]
+    assert [radius.mean() for radius in radii] == pytest.approx(list(expected.values()), abs=0.1)
+    # All the way round the prey, and not along the edges of states.
+    assert max(np.ptp(radius) for radius in radii) < 0.1
 
 
-def gain_of_reach(trial: int, trials: int) -> np.ndarray:
-    return gain_colours()[int((1 - np.sqrt(trial / trials)) * 255)]
+def test_the_numbers_on_the_lines_are_their_trials() -> None:
+    picture = paint("reach", reached_by_ring(300))
+    lines = {f"{500 * (k + 1):,}": line.segments for k, line in enumerate(picture.contours)}
+    assert len(picture.labels) >= 5
+    for label in picture.labels:
+        apart = np.hypot(*(lines[label.text] - [label.east, label.north]).reshape(-1, 2).T)
+        assert apart.min() < 1
+        assert np.hypot(label.east, label.north) < 60
+    places = np.array([(label.east, label.north) for label in picture.labels])
+    near = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    assert near[~np.eye(len(places), dtype=bool)].min() > 8
 
 
 def test_there_is_no_line_between_what_is_reached_and_what_is_not() -> None:
     reach = np.full(MAP, -1, np.int32)
     reach[:, :9] = 4_000
-    colours = np.unique(paint("reach", made(first_reach=reach)).colours, axis=0)
-    assert len(colours) == 2
+    picture = paint("reach", made(first_reach=reach))
+    assert len(np.unique(picture.colours, axis=0)) == 2
+    assert picture.contours == ()
 
 
 @pytest.mark.parametrize(
@@ -619,7 +637,6 @@ def test_there_is_no_line_between_what_is_reached_and_what_is_not() -> None:
 def test_the_step_of_the_isochrones_grows_with_the_trials(last: int, step: int) -> None:
     assert line_step(np.array([0, last, -1])) == step
     assert f"a line every {step:,} trials" in words("reach", made(first_reach=two(0, last)))[0]
-    assert f"{step:,} trials" in words("reach", made(first_reach=two(0, last)))[1]
 
 
 def two(first: int, last: int) -> np.ndarray:

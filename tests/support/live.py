@@ -14,7 +14,8 @@ from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
-from app.picture.look import Look
+from app.picture.look import ALL, Look
+from app.picture.multiples import all_headings
 from app.results.service import Standing
 from learners.spec import RunSpec
 from tests.support.person import Person
@@ -95,8 +96,10 @@ class LiveLab:
     def colours(self, look: Look | None = None) -> np.ndarray:
         """Colours of all cells as a page of that look must have them, ``(y * x, 3) uint8``."""
         look = look or Look()
-        picture = LAYERS[look.layer].paint(self.session.status.snapshot, look, Extras())
-        return picture.colours
+        snapshot, layer = self.session.status.snapshot, LAYERS[look.layer]
+        if look.frame == ALL:
+            return all_headings(snapshot, look, layer, Extras()).colours
+        return layer.paint(snapshot, look, Extras()).colours
 
     def look_of(self, browser: int = 0) -> Look:
         """How the browser that came first, second, ... wants to see the board."""

@@ -95,8 +95,7 @@ class Screen:
             self.page.keyboard.press("Escape")
             expect(dialog).to_have_count(0)
         if self.results.is_visible():
-            self.click("Close")
-            expect(self.results).to_be_hidden()
+            self.close_results()
         for tab in ("Now", "Run"):
             # A tab that is clicked is drawn anew, even if it is the one that is shown.
             if self.tab(tab).get_attribute("aria-selected") != "true":
@@ -197,11 +196,27 @@ class Screen:
         """Turn to another tab."""
         self.tab(tab).click()
 
+    def turn_to_overlays(self) -> None:
+        """Open what may be drawn over every layer."""
+        self.turn_to("Now")
+        if not self.checkbox("Dark").is_visible():
+            self.page.get_by_text("Show", exact=True).click()
+
     def show_results(self) -> None:
         """Open the panel with the results from the tab."""
         self.turn_to("Experiments")
         self.results_button.click()
         expect(self.results).to_be_visible()
+
+    @property
+    def results_close(self) -> Locator:
+        """Closes the panel with the results."""
+        return self.page.get_by_role("link", name=re.compile("^Close"))
+
+    def close_results(self) -> None:
+        """Close the panel with the results."""
+        self.results_close.click()
+        expect(self.results).to_be_hidden()
 
     def choose(self, label: str, option: str) -> None:
         """Choose from a list."""

@@ -58,15 +58,27 @@ def _value_range(dots: Sequence[Dot]) -> tuple[float, float]:
     return svg.padded([*values, *(number for dot in dots for number in dot.estimate[:3])])
 
 
+def _told_of(dot: Dot) -> str:
+    """What the page's script says of each dot of a path, as attributes."""
+    seeds = " ".join(str(run.seed) for run in dot.runs)
+    values = " ".join(shown_number(run.value, PADDED) for run in dot.runs)
+    label = escaped(short_title(dot.label))
+    return f' data-label="{label}" data-seeds="{seeds}" data-values="{values}"'
+
+
 def _plain_dots(
-    places: Iterable[tuple[float, float]], colour: str, wide: float = 4, opacity: float = 0.55
+    places: Iterable[tuple[float, float]],
+    colour: str,
+    wide: float = 4,
+    opacity: float = 0.55,
+    told: str = "",
 ) -> str:
-    """Dots as one path: strokes without length have round ends."""
+    """Dots as one path: strokes without length have round ends; ``told`` are attributes."""
     path = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in places)
     if not path:
         return ""
     return (
-        f'<path class="dots" d="{path}" stroke="{colour}" stroke-width="{wide:g}"'
+        f'<path class="dots"{told} d="{path}" stroke="{colour}" stroke-width="{wide:g}"'
         f' stroke-linecap="round" stroke-opacity="{opacity:g}" fill="none"/>'
     )
 
@@ -130,7 +142,9 @@ def _row(rows: _Rows, place: int, dot: Dot, frame: Frame) -> str:
         svg.link(frame.address, f"variant/{place}", name)
         + f'<g class="row" data-variant="{place}" fill="{colour}"'
         f' opacity="{1.0 if frame.is_told(place) else 0.35}">'
-        + _plain_dots(map(at, dot.runs if place in rows.plainly else ()), colour)
+        + _plain_dots(
+            map(at, dot.runs if place in rows.plainly else ()), colour, told=_told_of(dot)
+        )
         + '<g fill-opacity="0.75" stroke="transparent" stroke-width="2">'
         + "".join(linked if place in rows.linked else ())
         + "</g>"
@@ -173,7 +187,7 @@ def _too_many(dots: Sequence[Dot]) -> str:
 
 def _linked_dot(run: RunDot, label: str, at: tuple[float, float], frame: Frame) -> str:
     value = shown_number(run.value, PADDED)
-    title = f"{short_title(label)}, seed {run.seed}: {value} - click to open this run in the lab"
+    title = f"{short_title(label)}, seed {run.seed}: {value} (a click opens this run)"
     dot = f'<circle class="mark" cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="3.5"/>'
     return svg.link(frame.address, f"open/{run.key}", f"<title>{escaped(title)}</title>{dot}")
 

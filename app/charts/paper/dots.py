@@ -1,12 +1,14 @@
 """Estimates and their runs in rows, on paper."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from app.charts.model import Dot, Dots
 from app.charts.paper.sheet import GREY, INK, arms, axis_title, new_figure, wrapped
 from app.charts.styles import COLOURS
+from app.charts.wording import PADDED
+from app.words.numbers import shown_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,7 +37,7 @@ def dots_figure(chart: Dots, small_print: str) -> "Figure":
         there = [(k, dot) for k, dot in enumerate(dots) if math.isfinite(dot.estimate.value)]
         if what in chart.differences:
             axes.axvline(0, color=INK, linewidth=0.8, dashes=(4, 3), zorder=1)
-        _draw_runs(axes, dots)
+        _draw_runs(axes, index, dots)
         for k, dot in there:
             axes.errorbar(
                 [dot.estimate.value],
@@ -55,7 +57,24 @@ def dots_figure(chart: Dots, small_print: str) -> "Figure":
     return figure
 
 
-def _draw_runs(axes: Any, dots: Sequence[Dot]) -> None:
+def run_hints_of(chart: Dots) -> Mapping[str, Sequence[str]]:
+    """What is shown under the pointer of each run, by the names of the parts that runs are in."""
+    return {
+        _part_of(index, k): [
+            f"{dot.label}, seed {run.seed}: {shown_number(run.value, PADDED)}"
+            for run in dot.runs
+            if math.isfinite(run.value)
+        ]
+        for index, dots in enumerate(chart.columns.values())
+        for k, dot in enumerate(dots)
+    }
+
+
+def _part_of(column: int, row: int) -> str:
+    return f"runs-{column}-{row}"
+
+
+def _draw_runs(axes: Any, column: int, dots: Sequence[Dot]) -> None:
     """Each run small and pale, a little above or below the middle of its row."""
     n_runs = sum(len(dot.runs) for dot in dots)
     for k, dot in enumerate(dots):
@@ -71,6 +90,7 @@ def _draw_runs(axes: Any, dots: Sequence[Dot]) -> None:
                 color=dot.style.colour if dot.style else GREY,
                 alpha=0.5,
                 zorder=1.5,
+                gid=_part_of(column, k),
                 # As shapes, thousands of them would make a page that no browser opens quickly.
                 rasterized=n_runs > _MOST_SHAPES,
             )

@@ -8,7 +8,7 @@ import functools
 import io
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from app.charts.model import (
@@ -27,7 +27,7 @@ from app.charts.model import (
 from app.charts.paper.arrivals import arrivals_figure
 from app.charts.paper.curves import curves_figure
 from app.charts.paper.designs import shares_figure, trends_figure
-from app.charts.paper.dots import dots_figure
+from app.charts.paper.dots import dots_figure, run_hints_of
 from app.charts.paper.fonts import fonts_for
 from app.charts.paper.plane import hints_of, plane_figure
 from app.charts.paper.points import effects_figure, points_figure
@@ -74,6 +74,11 @@ class Drawing(NamedTuple):
         return csv_texts.for_spreadsheets(self.rows)
 
 
+_Hints = Mapping[str, str | Sequence[str]]
+"""What is shown under the pointer, by the names of parts of a figure: of the whole part, or of each
+of its marks."""
+
+
 def missing_note(characters: str) -> str:
     """A sentence on characters that no font has; empty where there are none."""
     if not characters:
@@ -94,14 +99,14 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
         chart: what is drawn.
         small_print: what one has to know of it, below it.
     """
-    hints: Mapping[str, str] = {}
+    hints: _Hints = {}
     match chart:
         case Curves():
             figure = curves_figure(chart, small_print)
         case Arriving():
             figure = arrivals_figure(chart, small_print)
         case Dots():
-            figure = dots_figure(chart, small_print)
+            figure, hints = dots_figure(chart, small_print), run_hints_of(chart)
         case Plane():
             figure, hints = plane_figure(chart, small_print), hints_of(chart)
         case Points():
@@ -126,9 +131,7 @@ def _have_texts_stay_texts() -> None:
     rcParams["svg.fonttype"] = "none"
 
 
-def _saved(
-    name: str, figure: Any, rows: Rows, hints: Mapping[str, str], small_print: str
-) -> Drawing:
+def _saved(name: str, figure: Any, rows: Rows, hints: _Hints, small_print: str) -> Drawing:
     """A figure as its files, with hints by the names of its parts."""
     from matplotlib.text import Text
 
@@ -188,12 +191,14 @@ def _without_foot(document: str, height: float, foot: float) -> str:
     return re.sub(r'(viewBox="0 0 [^ "]+ )[^"]+"', rf'\g<1>{kept}"', text, count=1)
 
 
-def _as_element(name: str, document: str, hints: Mapping[str, str]) -> str:
+def _as_element(name: str, document: str, hints: _Hints) -> str:
     """An SVG document as an element whose names are its own, whatever else is in the page."""
     element = re.sub(r"<!--.*?-->\n?", "", document[document.index("<svg") :], flags=re.DOTALL)
     tag = re.compile("<[^>]*>")  # What a text says is left alone.
     names = dict.fromkeys(n for t in tag.findall(element) for n in re.findall(r'\bid="([^"]+)"', t))
     own = {old: f"{name}-{index}" for index, old in enumerate(names)}
+    waiting: list[str] = []
+    """Hints of the marks that are still to come in a part, the next one last."""
 
     def renamed(match: re.Match[str]) -> str:
         return f"{match[1]}{own.get(match[2], match[2])}{match[3]}"
@@ -202,8 +207,15 @@ def _as_element(name: str, document: str, hints: Mapping[str, str]) -> str:
         found = re.sub(r'(\bid="|href="#|url\(#)([^")]+)("|\))', renamed, match[0])
         found = re.sub(r"font-family: [^;\"]*(; )?", "", found)
         part = re.fullmatch(r'<g id="([^"]+)">', match[0])
-        title = escaped(hints.get(part[1], "")) if part else ""
-        return found + (f"<title>{title}</title>" if title else "")
+        if part:
+            hint = hints.get(part[1], "")
+            waiting[:] = () if isinstance(hint, str) else hint[::-1]
+            return found + (
+                f"<title>{escaped(hint)}</title>" if isinstance(hint, str) and hint else ""
+            )
+        if waiting and found.startswith("<use ") and found.endswith("/>"):
+            return f"{found[:-2]}><title>{escaped(waiting.pop())}</title></use>"
+        return found
 
     element = tag.sub(changed, element)
     return element.replace("<svg ", f'<svg style="font-family: {_SVG_FAMILIES}" ', 1)

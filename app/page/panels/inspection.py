@@ -21,7 +21,7 @@ from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
 from app.page.scene.outlines import BOARD_UNITS, on_picture, segments
 from app.page.scene.parts import AWAY, in_linear_light
-from app.page.widgets import Choice, assign
+from app.page.widgets import CALM, Choice, assign
 from app.picture.look import Look, heading_shown
 from app.picture.theme import Colour, Theme
 from app.words.plain import HEADING_NAMES
@@ -271,15 +271,17 @@ class Inspection:
             self._here = gui.add_button(
                 "Hunt here",
                 icon=viser.Icon.TARGET_ARROW,
+                color=CALM,
                 hint="One hunt from the chosen cell, without random moves and without learning",
                 disabled=True,
             )
             ring = gui.add_button(
                 "Sixteen hunts from a ring",
                 icon=viser.Icon.CIRCLE_DOTTED,
+                color=CALM,
                 hint="Hunts from all round the prey, as far off as the chosen cell",
             )
-            clear = gui.add_button("Clear", icon=viser.Icon.ERASER)
+            clear = gui.add_button("Clear", icon=viser.Icon.ERASER, color=CALM)
             self._results = gui.add_html("")
             explained = gui.add_checkbox(
                 "Why this value?", False, hint="Follow the best moves to the reward it comes from"

@@ -45,8 +45,8 @@ class StartingAgain:
                 "Seed",
                 snapshot.seed,
                 Limits(0, MAX_SEED, grouped=False),
-                "The number that all chance of a run comes from: the same seed gives the same run,"
-                f" another one another. A whole number, 0 to {MAX_SEED}.",
+                "All chance in a run comes from this whole number: the same one gives the same run"
+                " again.",
             )
             self._keeps = Input(
                 gui.add_checkbox(

@@ -28,20 +28,19 @@ _FRAMES = {
     "As in the running trial": OF_TRIAL,
     **{f"Prey faces {name}": heading for heading, name in enumerate(HEADING_NAMES)},
 }
-_OVERLAYS: Sequence[tuple[str, str, bool, str]] = (
-    ("field", "Visual field", True, "The half-disc in which the prey notices the predator."),
-    ("trail", "Trail", True, "The way that the predator has come in this hunt."),
-    ("paths", "Last 20 paths", False, "The ways of the last hunts, coloured by how they ended."),
-    ("start_zone", "Start zone", False, "The two circles between which hunts begin."),
+_OVERLAYS: Sequence[tuple[str, str, str]] = (
+    ("field", "Visual field", "The half-disc in which the prey notices the predator."),
+    ("trail", "Trail", "The way that the predator has come in this hunt."),
+    ("paths", "Last 20 paths", "The ways of the last hunts, coloured by how they ended."),
+    ("start_zone", "Start zone", "The two circles between which hunts begin."),
     (
         "sensors",
         "Sensor rings",
-        False,
         "What the predator can tell apart: all places in one box are one to it.",
     ),
-    ("grid", "Grid lines", False, "A line at every tenth cell."),
+    ("grid", "Grid lines", "A line at every tenth cell."),
 )
-"""Field of a look, label, whether it is on at first, and what it is."""
+"""Field of a look, label, and what it is."""
 
 
 class View:
@@ -88,8 +87,8 @@ class View:
         gui = self._gui
         with gui.add_folder("Show", expand_by_default=False):
             self._overlays = {
-                field: gui.add_checkbox(label, is_on, hint=hint)
-                for field, label, is_on, hint in _OVERLAYS
+                field: gui.add_checkbox(label, getattr(Look(), field), hint=hint)
+                for field, label, hint in _OVERLAYS
             }
             self._dark = gui.add_checkbox("Dark", False, hint="Light writing on a dark page.")
         self._dark.on_update(Intent(lambda _, __: self._dress()))

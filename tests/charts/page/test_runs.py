@@ -51,9 +51,7 @@ def test_every_run_is_a_dot_at_its_value_that_opens_it() -> None:
         (title,) = link.iter("title")
         label = experiment.variants[place].label
         said = shown_number(value, PADDED)
-        assert title.text == (
-            f"{label}, seed {run.seed}: {said} - click to open this run in the lab"
-        )
+        assert title.text == (f"{label}, seed {run.seed}: {said} (a click opens this run)")
 
 
 def test_a_row_has_mean_and_interval_and_a_label_that_chooses() -> None:

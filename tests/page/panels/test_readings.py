@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,7 @@ from app.live.held import Opened
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page import headline
+from app.picture.theme import DARK, LIGHT, Theme
 from learners.commands import (
     Explore,
 )
@@ -133,6 +135,12 @@ def test_exploration_that_is_forced_is_said_beside_the_numbers_that_it_makes_sma
         assert "Forced exploration : approach 95%" in Page(shown).text
     run.advance(until_trial=200)
     assert "Forced" not in headline.readings_html(status_of(moment(run)))
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK])
+def test_forced_exploration_has_its_one_colour(theme: Theme) -> None:
+    styles = (Path(headline.__file__).parents[1] / "web" / "readings.css").read_text("utf-8")
+    assert f"--pounce-forced: rgb({' '.join(map(str, theme.forced))})" in styles
 
 
 def test_viewers_are_counted_where_there_are_others() -> None:
