@@ -1,1 +1,1 @@
-"""From a moment to a picture: numbers on a board, colours, layers, and the timeline."""
+"""From a moment to a picture: numbers on a board, colours and layers."""

@@ -53,8 +53,9 @@ def amount_colours(ramp: Ramp, theme: Theme) -> np.ndarray:
     """(256, 3) float64."""
     stops = np.array(ramp.dark if theme.is_dark else ramp.light, np.float64)
     places = np.linspace(0, len(stops) - 1, 256)
-    parts = np.array([np.interp(places, np.arange(len(stops)), part) for part in stops.T])
-    return parts.T
+    below = np.minimum(places.astype(np.int64), len(stops) - 2)
+    share = (places - below)[:, None]
+    return stops[below] * (1 - share) + stops[below + 1] * share
 
 
 COMPASS_COLOURS = np.array(

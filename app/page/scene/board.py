@@ -29,7 +29,7 @@ FLAT_CAMERA = (0.0, 0.0, 10.8)
 """The whole board from above; each page moves its camera to where the board fits its window."""
 
 _PREY_RADIUS = 0.13
-_TILE_HEIGHT = 0.26
+_TILE_HEIGHT = 0.29
 """Of the name above each of all headings."""
 _TILE_ARROW = 2.0
 """How much longer the prey's arrow is in a tile, where it would be a dot."""

@@ -12,10 +12,12 @@ from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.page.scene.board import BoardView
-from app.page.scene.outlines import cell_centres
+from app.page.scene.outlines import BOARD_UNITS, cell_centres
 from app.page.scene.parts import in_linear_light
-from app.picture.layer import Picture
-from app.picture.look import Look
+from app.picture.layer import Extras, Picture
+from app.picture.layers import LAYERS
+from app.picture.look import ALL, Look
+from app.picture.multiples import SIDE, TILES, all_headings
 from app.picture.theme import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.run import Run
@@ -124,3 +126,25 @@ def test_a_ray_that_meets_nothing_is_no_error(
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert board.place_under(origin, direction) is None
+
+
+# All headings side by side
+
+
+def test_a_ray_tells_whose_heading_it_meets_where_all_are_side_by_side(board: Board) -> None:
+    look, taken = Look(frame=ALL), moment()
+    board.update(taken, all_headings(taken, look, LAYERS["value"], Extras()), look, now_s=0.0)
+    assert len(board.drawn("cells").points) == len(TILES) * SIDE**2
+    for tile in TILES:
+        east, north = tile.east * BOARD_UNITS, tile.north * BOARD_UNITS
+        assert board.heading_under((east, north, 9.0), (0.0, 0.0, -1.0)) == tile.heading
+    assert board.heading_under((0.0, 0.0, 9.0), (0.0, 0.0, -1.0)) is None
+    board.update(taken, picture(), Look(), now_s=1.0)
+    assert board.heading_under((2.0, 2.0, 9.0), (0.0, 0.0, -1.0)) is None
+
+
+def test_what_does_not_know_where_the_prey_looks_is_drawn_without_that(board: Board) -> None:
+    for layer, is_drawn in (("value", True), ("skill", False), ("flow", True)):
+        board.update(moment(), picture(), Look(layer=layer), now_s=0.0)
+        for name in ("field", "heading"):
+            assert board.drawn(name).visible == is_drawn
