@@ -11,7 +11,7 @@ import { whenChanged } from "./changes.js";
 /** @typedef {"both" | "one" | "over"} Room */
 
 const EDGES = /** @type {const} */ (["left", "right"]);
-/** What the panels are called, and what they have in common. */
+/** What the panels are called. */
 const NAMES = { left: "Your view", right: "The learner" };
 const HANDLE = "[data-dock-region-handle]";
 const SHEET = ".mantine-ScrollArea-root[data-autosize]";
