@@ -623,8 +623,8 @@ def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
 
 
 def test_the_way_back_from_an_opened_run_stands_in_the_run_tab(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    back = screen.button("Back to timed, trial 100")
+    live, screen = begin(trial=120)
+    back = screen.button("Back to timed, trial 120")
     expect(back).to_have_count(0)
     name = "figure_4_1: timed"
     live.ask(OpenRun(preset_of(), name, 4, 500, "0" * 64, f"{name}, seed 4"))
@@ -635,5 +635,5 @@ def test_the_way_back_from_an_opened_run_stands_in_the_run_tab(begin: Begin) -> 
     expect(note).to_be_visible()
     back.click()
     status = live.wait_for(lambda status: status.aside is None)
-    assert (status.snapshot.preset, status.snapshot.trial) == ("timed", 100)
+    assert (status.snapshot.preset, status.snapshot.trial) == ("timed", 120)
     expect(back).to_have_count(0)
