@@ -474,7 +474,7 @@ def test_a_preset_is_saved_and_loaded_and_a_wrong_one_refused(begin: Begin) -> N
     saved = presets.parse(text, "mine.yaml")
     assert saved.schedule == before.spec.schedule
     assert saved.learner.epsilon == 0.2
-    assert screen.reads("learner.epsilon was set to 0.2 at trial 100")
+    assert screen.reads("Exploration ε was set to 0.2 at trial 100")
     expect_saved_state(screen, before)
 
     screen.upload(
@@ -630,14 +630,17 @@ def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
 
 
 def test_the_way_back_from_an_opened_run_stands_in_the_run_tab(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    back = screen.button("Back to timed, trial 100")
+    live, screen = begin(trial=120)
+    back = screen.button("Back to timed, trial 120")
     expect(back).to_have_count(0)
     name = "figure_4_1: timed"
     live.ask(OpenRun(preset_of(), name, 4, 500, "0" * 64, f"{name}, seed 4"))
     live.wait_for(lambda status: not status.playing)
-    assert screen.reads("On the board: figure_4_1: timed, seed 4")
+    note = screen.page.locator(".pounce-note").get_by_text(
+        "On the board: figure_4_1: timed, seed 4"
+    )
+    expect(note).to_be_visible()
     back.click()
     status = live.wait_for(lambda status: status.aside is None)
-    assert (status.snapshot.preset, status.snapshot.trial) == ("timed", 100)
+    assert (status.snapshot.preset, status.snapshot.trial) == ("timed", 120)
     expect(back).to_have_count(0)
