@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
 from app.util.web_browser import find_chromium
@@ -19,8 +19,12 @@ from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
+PHONE: ViewportSize = {"width": 390, "height": 844}
 MOMENTS = {"cone": 6_000, "arm": 14_500, "ring": 24_000, "filled": 48_000}
-"""Name of a picture, and the trial of the ``timed`` run that it shows."""
+"""Name of a picture in presentation mode, and the trial of the ``timed`` run that it shows."""
+AT_WORK = {"page": VIEWPORT, "phone": PHONE}
+"""Name of a picture of the page as one works with it, and the window that it is taken in."""
+AT_WORK_TRIAL = 14_500
 PAUSE_MS = 4_000
 """For the page to draw what it has; only pictures depend on it."""
 LONGEST_S = 1_800.0
@@ -80,10 +84,20 @@ def main(names: list[str]) -> None:
                 )
                 screen = Screen(browser.new_page(viewport=VIEWPORT))
                 screen.open(live)
+                # What newcomers are asked has been answered in the browser of most pictures.
+                screen.click("No, thanks")
                 for name, trial in MOMENTS.items():
                     if name in names:
                         live.go_to_trial(trial)
+                        screen.page.keyboard.press("p")
                         take(screen, name)
+                        screen.page.keyboard.press("Escape")
+                for name, window in AT_WORK.items():
+                    if name in names:
+                        live.go_to_trial(AT_WORK_TRIAL)
+                        screen.page.set_viewport_size(window)
+                        take(screen, name)
+                        screen.page.set_viewport_size(VIEWPORT)
                 for name, shown in RESULTS.items():
                     if name in names:
                         if live.session.status.snapshot.trial < BESIDE_TRIAL:
@@ -96,7 +110,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *RESULTS]
+    known = [*MOMENTS, *AT_WORK, *RESULTS]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:
