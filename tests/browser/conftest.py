@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
-from app.page import widgets
+from app.server import admission
 from learners.spec import RunSpec
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
 from tests.support.screen import VIEWPORT, Begin, OpenPage, Screen, Shared, StartLab
@@ -18,7 +18,7 @@ FIRST_TRIAL = 100
 @pytest.fixture(autouse=True)
 def no_double_clicks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Clicks of tests may come faster than people's, and each is meant."""
-    monkeypatch.setattr(widgets, "DOUBLE_S", 0.0)
+    monkeypatch.setattr(admission, "DOUBLE_S", 0.0)
 
 
 @pytest.fixture
