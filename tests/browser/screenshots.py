@@ -20,11 +20,6 @@ from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 PHONE: ViewportSize = {"width": 390, "height": 844}
-MOMENTS = {"cone": 6_000, "arm": 14_500, "ring": 24_000, "filled": 48_000}
-"""Name of a picture in presentation mode, and the trial of the ``timed`` run that it shows."""
-AT_WORK = {"page": VIEWPORT, "phone": PHONE}
-"""Name of a picture of the page as one works with it, and the window that it is taken in."""
-AT_WORK_TRIAL = 14_500
 PAUSE_MS = 4_000
 """For the page to draw what it has; only pictures depend on it."""
 LONGEST_S = 1_800.0
@@ -33,6 +28,24 @@ LONGEST_S = 1_800.0
 
 BESIDE_TRIAL = 6_000
 """Trial that the live run has come to at least beside the results of an experiment."""
+
+
+class Moment(NamedTuple):
+    """A moment of the ``timed`` run that a picture shows."""
+
+    trial: int
+    window: ViewportSize = VIEWPORT
+    presents: bool = False
+
+
+MOMENTS = {
+    "cone": Moment(6_000, presents=True),
+    "arm": Moment(14_500, presents=True),
+    "page": Moment(14_500),
+    "phone": Moment(14_500, PHONE),
+    "ring": Moment(24_000, presents=True),
+    "filled": Moment(48_000, presents=True),
+}
 
 
 class Shown(NamedTuple):
@@ -86,18 +99,15 @@ def main(names: list[str]) -> None:
                 screen.open(live)
                 # What newcomers are asked has been answered in the browser of most pictures.
                 screen.click("No, thanks")
-                for name, trial in MOMENTS.items():
+                for name, moment in MOMENTS.items():
                     if name in names:
-                        live.go_to_trial(trial)
-                        screen.page.keyboard.press("p")
+                        live.go_to_trial(moment.trial)
+                        screen.page.set_viewport_size(moment.window)
+                        if moment.presents:
+                            screen.page.keyboard.press("p")
                         take(screen, name)
                         screen.page.keyboard.press("Escape")
-                for name, window in AT_WORK.items():
-                    if name in names:
-                        live.go_to_trial(AT_WORK_TRIAL)
-                        screen.page.set_viewport_size(window)
-                        take(screen, name)
-                        screen.page.set_viewport_size(VIEWPORT)
+                screen.page.set_viewport_size(VIEWPORT)
                 for name, shown in RESULTS.items():
                     if name in names:
                         if live.session.status.snapshot.trial < BESIDE_TRIAL:
@@ -110,7 +120,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *AT_WORK, *RESULTS]
+    known = [*MOMENTS, *RESULTS]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:
