@@ -76,7 +76,7 @@ def clear_cells(snapshot: Snapshot) -> np.ndarray:
         x, y = (places.T * size / BOARD_UNITS)[..., None, None]
         clear &= (np.hypot(east - x, north - y) > cells_apart).all(axis=0)
     # And along the edge of value, and where it is equal.
-    for contour in LAYERS["value"].paint(snapshot, Look(), Extras()).contours:
+    for contour in LAYERS["value"].paint(snapshot, Look(), Extras()).over().contours:
         ends = contour.segments.transpose(1, 2, 0)[..., None, None]
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
             x, y = ends[0] * (1 - share) + ends[1] * share
