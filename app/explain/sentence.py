@@ -221,11 +221,6 @@ def said(status: Status) -> Markup:
     return joined([part for part in parts if part], " ")
 
 
-def sentence(status: Status) -> str:
-    """The same as a plain text."""
-    return said(status).striptags()
-
-
 def opened_run(snapshot: Snapshot) -> str:
     """What a run of an experiment is called for as long as it is on the board."""
     return f"{snapshot.preset}, seed {snapshot.seed}"

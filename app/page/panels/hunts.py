@@ -134,21 +134,20 @@ class Hunts:
             # It lies on a board that is not there any more.
             watched = self._watched = None
         way = None if watched is None else watched.way(now_s)
-        with self._client.atomic():
-            assign(self._slot, "content", slot_html("opening", self._said(status.opening, way)))
-            self._draw(watched, way, look, heading_shown(look, status.snapshot.heading))
-
-    def _draw(self, watched: _Watched | None, way: Way | None, look: Look, shown: int) -> None:
+        assign(self._slot, "content", slot_html("opening", self._said(status.opening, way)))
         if self._chase is not None and (watched is None or self._chase[0] != look.theme):
             self._chase[1].remove()
             self._chase = None
-        if watched is None or way is None:
-            return
-        if self._chase is None:
-            self._chase = look.theme, Chase(self._client.scene, "watched", look.theme)
-        _, chase = self._chase
-        here = chase.show(watched.world, watched.spec, look, way, shown)
-        chase.name(watched.spec, look, way, here, shown)
+        if watched is not None and way is not None:
+            self._draw(watched, way, look, heading_shown(look, status.snapshot.heading))
+
+    def _draw(self, watched: _Watched, way: Way, look: Look, shown: int) -> None:
+        with self._client.atomic():
+            if self._chase is None:
+                self._chase = look.theme, Chase(self._client.scene, "watched", look.theme)
+            _, chase = self._chase
+            here = chase.show(watched.world, watched.spec, look, way, shown)
+            chase.name(watched.spec, look, way, here, shown)
 
     def _said(self, opening: Opening | None, way: Way | None) -> str:
         """What is said about hunts, with what one can do."""
