@@ -231,7 +231,7 @@ def _report(preset: str, results: "Sequence[Result]") -> str:
 
 
 def _windows(results: "Sequence[Result]") -> str:
-    """The learning curve in windows up to its end: the mean over the runs that went through each."""
+    """The learning curve in windows up to its end: means over the runs that went through each."""
     from app.analysis.estimates import PHASE_STEPS
 
     def millions(place: int) -> str:

@@ -174,6 +174,8 @@ def _spread(snapshot: Snapshot) -> Markup:
         return _said(value, " spreads to the last places: nearly all round the prey is filled.")
     if shape == "ring":
         return _said(value, " spreads on round the prey; it has become a ring.")
+    if shape == "open ring":
+        return _said(value, " spreads on round the prey: a ring that is not closed yet.")
     if abs(lean) > _LEAN * outside and lately.beside > _ROUND * outside:
         way = "counter-clockwise" if lean > 0 else "clockwise"
         return _said(value, f" spreads {way}: an arm grows out of the cone.")
@@ -188,6 +190,7 @@ _STANDING: Final[Mapping[Shape, str]] = {
     "traces": "only a few places have any yet",
     "cone": "it is a cone behind the prey",
     "arm": "it is a cone behind the prey with an arm round it",
+    "open ring": "it is a ring round the prey with a gap",
     "ring": "it is a ring round the prey",
     "filled": "nearly all round the prey is filled",
 }

@@ -7,7 +7,7 @@ import numpy as np
 from sim import geometry
 from sim.spec import WorldSpec
 
-Shape = Literal["traces", "cone", "arm", "ring", "filled"]
+Shape = Literal["traces", "cone", "arm", "open ring", "ring", "filled"]
 
 _KNOWN_SHARE = 1 / 2
 """Of the headings: a place that so many know is seen as coloured on the folded board."""
@@ -17,8 +17,9 @@ _BEHIND = np.radians(97)
 _LEAN = np.radians(25)
 """... and an arm if it reaches so much farther than on the other."""
 _RING_SHARE = 2 / 3
-"""Of the sectors round the prey: a ring has at most a gap."""
+"""Of the sectors round the prey: so many are a ring that has a gap ..."""
 _FULL_RING_SHARE = 0.9
+"""... and so many are a closed one."""
 _FULL_SHARE = 0.6
 """Of all that the prey does not see; its outermost corners may never be known."""
 
@@ -53,10 +54,10 @@ def shape_of(world: WorldSpec, value: np.ndarray) -> Shape:
     reached = share[beyond_sight if beyond_sight.any() else slice(None)].max(axis=0) >= _KNOWN_SHARE
     if not reached.any():
         return "traces"
-    if reached.mean() >= _FULL_RING_SHARE and share[out_of_sight].mean() >= _FULL_SHARE:
-        return "filled"
+    if reached.mean() >= _FULL_RING_SHARE:
+        return "filled" if share[out_of_sight].mean() >= _FULL_SHARE else "ring"
     if reached.mean() >= _RING_SHARE:
-        return "ring"
+        return "open ring"
     from_behind = bearings(world)[reached] - np.pi
     sides = from_behind.max(), -from_behind.min()
     is_arm = max(sides) > _BEHIND and max(sides) - min(sides) > _LEAN

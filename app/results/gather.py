@@ -160,10 +160,11 @@ class Gatherer:
             log.ends.insert(at, ends)
             log.joined.insert(at, found.joined)
             log.greedy.insert(at, found.greedy)
+            if self._takes_shortest:
+                # First of all, since this run has no values where longer ones were compared.
+                self._compare_at_most_after(record.steps)
             self._up_to.append(known)
             self._runs.append((place, with_values(record, self._horizon, known)))
-            if self._takes_shortest:
-                self._compare_at_most_after(record.steps)
 
     def _compare_at_most_after(self, steps: int) -> None:
         """See to it that runs are compared where all have got to, by a run of so many steps."""

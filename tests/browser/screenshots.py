@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
 from app.util.web_browser import find_chromium
@@ -19,8 +19,7 @@ from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
-MOMENTS = {"cone": 6_000, "arm": 14_500, "ring": 24_000, "filled": 48_000}
-"""Name of a picture, and the trial of the ``timed`` run that it shows."""
+PHONE: ViewportSize = {"width": 390, "height": 844}
 PAUSE_MS = 4_000
 """For the page to draw what it has; only pictures depend on it."""
 LONGEST_S = 1_800.0
@@ -29,6 +28,24 @@ LONGEST_S = 1_800.0
 
 BESIDE_TRIAL = 6_000
 """Trial that the live run has come to at least beside the results of an experiment."""
+
+
+class Moment(NamedTuple):
+    """A moment of the ``timed`` run that a picture shows."""
+
+    trial: int
+    window: ViewportSize = VIEWPORT
+    presents: bool = False
+
+
+MOMENTS = {
+    "cone": Moment(6_000, presents=True),
+    "arm": Moment(14_500, presents=True),
+    "page": Moment(14_500),
+    "phone": Moment(14_500, PHONE),
+    "ring": Moment(24_000, presents=True),
+    "filled": Moment(48_000, presents=True),
+}
 
 
 class Shown(NamedTuple):
@@ -80,10 +97,17 @@ def main(names: list[str]) -> None:
                 )
                 screen = Screen(browser.new_page(viewport=VIEWPORT))
                 screen.open(live)
-                for name, trial in MOMENTS.items():
+                # What newcomers are asked has been answered in the browser of most pictures.
+                screen.click("No, thanks")
+                for name, moment in MOMENTS.items():
                     if name in names:
-                        live.go_to_trial(trial)
+                        live.go_to_trial(moment.trial)
+                        screen.page.set_viewport_size(moment.window)
+                        if moment.presents:
+                            screen.page.keyboard.press("p")
                         take(screen, name)
+                        screen.page.keyboard.press("Escape")
+                screen.page.set_viewport_size(VIEWPORT)
                 for name, shown in RESULTS.items():
                     if name in names:
                         if live.session.status.snapshot.trial < BESIDE_TRIAL:

@@ -20,7 +20,8 @@ HAS_NO_NAME = """node => {
     const own = node.matches("input") ? "" : node.textContent;
     return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
 }"""
-BEHIND_TABS = [("Now", "Run"), ("Now", "Steer"), ("Inspect", "Experiments"), ("File", "Run")]
+IS_LARGER = "() => document.documentElement.style.getPropertyValue('--stage-scale') > 1.4"
+BEHIND_TABS = [("Now", "Run"), ("Now", "Steer"), ("Inspect", "Experiments"), ("File", "Plan")]
 
 
 def expect_no_findings(screen: Screen) -> None:
@@ -59,11 +60,35 @@ def test_a_checker_finds_nothing_serious_behind_any_tab(shared: Shared, dark: bo
         if right == "Steer" and not dark:
             screen.text("Other skills").click()
         expect_no_findings(screen)
-    screen.page.keyboard.press("h")
-    expect(screen.page.get_by_role("dialog")).to_be_visible()
+    dialog = screen.page.get_by_role("dialog")
+    for opens in (lambda: screen.page.keyboard.press("h"), screen.button("Tour").click):
+        opens()
+        expect(dialog).to_be_visible()
+        expect_no_findings(screen)
+        screen.page.keyboard.press("Escape")
+        expect(dialog).to_have_count(0)
+    screen.page.keyboard.press("p")
+    expect(screen.page.locator("html")).to_have_attribute("data-present", "")
     expect_no_findings(screen)
     screen.page.keyboard.press("Escape")
-    expect(screen.page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_a_checker_finds_nothing_serious_in_a_large_window_and_on_a_phone(shared: Shared) -> None:
+    screen = shared.screen
+    page, stage = screen.page, screen.page.locator("#pounce-stage")
+    page.set_viewport_size({"width": 1920, "height": 1080})
+    page.wait_for_function(IS_LARGER)
+    expect_no_findings(screen)
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(stage).to_have_attribute("data-shape", "stack")
+    expect_no_findings(screen)
+    sheet = page.get_by_text("pounce", exact=True)
+    sheet.click()
+    expect(screen.button("One trial")).to_be_visible()
+    expect_no_findings(screen)
+    sheet.click()
+    page.set_viewport_size(VIEWPORT)
+    expect(stage).not_to_have_attribute("data-shape", "stack")
 
 
 def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
@@ -108,7 +133,8 @@ NAMES = """() => Object.entries(window.__viserSceneTree.getState())
 def test_skills_stand_written_where_they_are_chosen(shared: Shared) -> None:
     live, screen = shared
     live.ask(Introduce("circle_clockwise", 10))
-    live.go_to_trial(400)
+    live.go_to_trial(2_000)
     screen.turn_to("Now")
     screen.choose("Layer", "Chosen skill")
-    screen.page.wait_for_function(f"({NAMES})().includes('approach')")
+    for name in ("approach", "circle clockwise"):
+        screen.page.wait_for_function(f"name => ({NAMES})().includes(name)", arg=name)
