@@ -110,8 +110,8 @@ class Said:
         saying = self._saying
         if saying is None or saying.generation != self._session.status.snapshot.generation:
             raise RefusedError(
-                "nothing was done just now; Steer lists all changes by hand, and Run has the way back"
-                " to the run before"
+                "nothing was done just now; Steer lists all changes by hand, and Run has the way"
+                " back to the run before"
             )
         if saying.way_back is None:
             raise RefusedError("there is nothing else to take back")

@@ -330,8 +330,8 @@ def test_what_was_said_is_gone_after_a_while_and_can_no_longer_be_undone(
     desk.person.press("Undo what was just done by hand")
     assert desk.requests == []
     assert desk.person.told == [
-        "nothing was done just now; Steer lists all changes by hand, and Run has the way back to the"
-        " run before"
+        "nothing was done just now; Steer lists all changes by hand, and Run has the way back"
+        " to the run before"
     ]
 
 
