@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import viser
 
-from app.explain import sentence
+from app.explain.called import run_on_board
 from app.live.session import GoBack, Request, Session, Status
 from app.live.snapshot import Snapshot
 from app.page import keys
@@ -68,9 +68,9 @@ def _of_run(status: Status, is_back: bool) -> Saying:
     """What to say of another run that has come on the board."""
     snapshot = status.snapshot
     if status.opened is not None:
-        text = f"Opened: {sentence.opened_run(snapshot)}"
+        text = f"Opened: {run_on_board(status)}"
     elif is_back:
-        text = f"Back to {snapshot.preset}, trial {snapshot.trial:,}"
+        text = f"Back to {run_on_board(status)}, trial {snapshot.trial:,}"
     else:
         edited = any(isinstance(e.command, SetSchedule) for e in snapshot.control.history)
         plan = ", with the schedule as it was drawn" if edited else ""
@@ -110,8 +110,8 @@ class Said:
         saying = self._saying
         if saying is None or saying.generation != self._session.status.snapshot.generation:
             raise RefusedError(
-                "nothing was done just now; Steer lists all changes by hand, and Run has the way back"
-                " to the run before"
+                "nothing was done just now; Steer lists all changes by hand, and Run has the way"
+                " back to the run before"
             )
         if saying.way_back is None:
             raise RefusedError("there is nothing else to take back")
