@@ -118,7 +118,7 @@ def test_every_case_says_what_to_do_or_why_nothing_can_be_done() -> None:
     off = moment(0, lambda run: run.apply(FollowSchedule(False)))
     assert "not followed" in form("", off).caption
     moves = snapshot.take(Run(presets.load("standard_q", ["world.size=30"]), 1), "q", 0)
-    assert "nothing to schedule" in form("", moves).caption
+    assert "nothing to plan" in form("", moves).caption
     assert choices(moves) == {"– nothing –": ""}
 
 
