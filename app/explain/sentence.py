@@ -221,11 +221,6 @@ def said(status: Status) -> Markup:
     return joined([part for part in parts if part], " ")
 
 
-def sentence(status: Status) -> str:
-    """The same as a plain text."""
-    return said(status).striptags()
-
-
 def provenance(opened: Opened) -> str:
     """Which run of an experiment this is, and whether it came out as in the results."""
     recorded, found = opened.digest[:_DIGEST_SHOWN], opened.found[:_DIGEST_SHOWN]

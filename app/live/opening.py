@@ -43,8 +43,9 @@ def seen_speed(length: int, made: int) -> float:
 
 def seen_at(length: int) -> np.ndarray:
     """Seconds after which each step of a hunt so long is seen, from its start; ``(step,)``."""
-    made = np.arange(length)
-    return _START_S + np.cumsum([1 / seen_speed(length, step) for step in made.tolist()])
+    pauses_s = np.full(length, 1 / seen_speed(length, length))
+    pauses_s[: max(length - _LAST_STEPS, 0)] = 1 / seen_speed(length, 0)
+    return _START_S + np.cumsum(pauses_s)
 
 
 @dataclass(frozen=True)

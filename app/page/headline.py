@@ -29,9 +29,9 @@ class _Number(NamedTuple):
     hint: str
 
 
-def sentence_html(status: Status) -> str:
-    """The one sentence, and where a run of an experiment is from."""
-    parts = [element("div", sentence.said(status))]
+def sentence_html(status: Status, said: Markup) -> str:
+    """The one sentence (:func:`sentence.said`), and where a run of an experiment is from."""
+    parts = [element("div", said)]
     if status.error:
         parts.append(element("b", status.error))
     if status.opened is not None:

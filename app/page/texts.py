@@ -2,11 +2,13 @@
 
 from functools import cached_property
 
+from markupsafe import Markup
+
 from app.explain import sentence
 from app.live.session import Status
 from app.metrics.course import NO_CURVE, GreedyCurve
 from app.page.headline import numbers_html, readings_html, sentence_html
-from app.picture.layer import Extras, Layer
+from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.util.html import element
@@ -33,7 +35,7 @@ class Texts:
     @cached_property
     def sentence(self) -> str:
         """The sentence, and where a run of an experiment is from, as HTML."""
-        return sentence_html(self.status)
+        return sentence_html(self.status, self._said)
 
     @cached_property
     def numbers(self) -> str:
@@ -49,21 +51,25 @@ class Texts:
     def caption(self) -> str:
         """What the layer shows, as HTML."""
         caption = self._layer.caption(self.status.snapshot, self.look, self.extras)
-        return _captioned(caption, board_name(self.status, self._layer))
+        return _captioned(caption, self._board)
 
     @cached_property
     def legend(self) -> str:
         """The layer's legend, as HTML."""
         return self._layer.legend(self.status.snapshot, self.look, self.extras)
 
+    @cached_property
+    def _said(self) -> Markup:
+        return sentence.said(self.status)
 
-def board_name(status: Status, layer: Layer) -> str:
-    """What the board is for those who cannot see it."""
-    size = status.snapshot.spec.world.size
-    return (
-        f"The board, {size} by {size} cells, the prey in its middle. Layer: {layer.title}."
-        f" {sentence.sentence(status)}"
-    )
+    @property
+    def _board(self) -> str:
+        """What the board is for those who cannot see it."""
+        size = self.status.snapshot.spec.world.size
+        return (
+            f"The board, {size} by {size} cells, the prey in its middle. Layer:"
+            f" {self._layer.title}. {self._said.striptags()}"
+        )
 
 
 def _captioned(caption: str, board: str) -> str:

@@ -1,6 +1,5 @@
 """Widgets show the state and never are the state: the ways in which they meet it."""
 
-import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Generic, TypeVar
@@ -19,9 +18,6 @@ CALM: Final = "gray"
 """Colour of a button that is not the one to begin with; the stylesheet gives it but an outline."""
 DESTROYS: Final = "red"
 """Colour of a button that puts an end to something."""
-
-DOUBLE_S: Final = 0.3
-"""A second click that comes so soon is the end of a double click, and not meant."""
 
 NAME_HTML: Final = '<div class="pounce-name"></div>'
 """Stands before a field for a name, whose text the page's script is to leave as it is typed."""
@@ -44,20 +40,6 @@ def add_hints(gui: viser.GuiApi, *buttons: Any) -> None:
         for button in buttons
     )
     gui.add_html(str(hints))
-
-
-def on_press(button: viser.GuiButtonHandle, act: Act) -> None:
-    """Have a button do something, once for a double click."""
-    pressed_s = -math.inf
-
-    def press(client: viser.ClientHandle, value: Any) -> None:
-        nonlocal pressed_s
-        now_s = time.monotonic()
-        since_s, pressed_s = now_s - pressed_s, now_s
-        if since_s >= DOUBLE_S:
-            act(client, value)
-
-    button.on_click(Intent(press))
 
 
 class Input:

@@ -41,6 +41,14 @@ class Label(NamedTuple):
     north: float
 
 
+class Over(NamedTuple):
+    """What is drawn over the colours of a picture."""
+
+    contours: tuple[Contour, ...] = ()
+    """Lines, the last on top."""
+    labels: tuple[Label, ...] = ()
+
+
 class Picture(NamedTuple):
     """What a layer draws."""
 
@@ -50,13 +58,12 @@ class Picture(NamedTuple):
     """(n, 2, 2) float32: tail and head, each in cells east and north of the prey."""
     arrow_colours: np.ndarray | None = None
     """(n, 3) uint8; without them arrows have the colour of writing."""
-    labels: tuple[Label, ...] = ()
     regions: np.ndarray | None = None
     """(y * x,) int: which of the names holds in each cell, -1 for none."""
     names: tuple[str, ...] = ()
     """What stands on the board where its colour is to be seen, for those who cannot tell it."""
-    contours: tuple[Contour, ...] = ()
-    """Lines over the colours, the last on top."""
+    over: Callable[[], Over] = Over
+    """Lines and labels; they take longer to find than all colours, and are drawn less often."""
 
 
 Heeded = Literal["frame", "scale", "fitted", "flight"]

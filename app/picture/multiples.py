@@ -3,12 +3,14 @@
 They lie where the board does otherwise, and take its whole width.
 """
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from app.live.snapshot import Snapshot
-from app.picture.layer import Extras, Label, Layer, Picture
+from app.picture.contours import Contour
+from app.picture.layer import Extras, Label, Layer, Over, Picture
 from app.picture.look import Look
 from app.picture.raster import raster
 from app.words.plain import HEADING_NAMES
@@ -80,15 +82,17 @@ def all_headings(snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -
         np.concatenate([picture.colours for picture in each]),
         arrows=_joined([picture.arrows for picture in each], world.size),
         arrow_colours=_together([picture.arrow_colours for picture in each]),
-        labels=names,
-        contours=tuple(
-            contour._replace(segments=tile.place(_within(contour.segments, world.size), world.size))
-            for tile, picture in zip(TILES, each, strict=True)
-            for contour in picture.contours
-            # A picture as small as these has no room for more.
-            if contour.is_edge
-        ),
+        over=lambda: Over(tuple(_edges(each, world.size)), names),
     )
+
+
+def _edges(each: list[Picture], size: int) -> Iterator[Contour]:
+    """Where regions end in each of the pictures; as small as these are, no other line has room."""
+    for tile, picture in zip(TILES, each, strict=True):
+        for contour in picture.over().contours:
+            if contour.is_edge:
+                here = tile.place(_within(contour.segments, size), size)
+                yield contour._replace(segments=here)
 
 
 def _within(segments: np.ndarray, size: int) -> np.ndarray:

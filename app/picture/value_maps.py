@@ -9,7 +9,7 @@ from app.live.snapshot import Snapshot
 from app.picture.colours import css, gain_colours, over_board, palette
 from app.picture.contours import Contour, edges, isolines, segments
 from app.picture.frames import folds, in_frame
-from app.picture.layer import Heeded, Picture
+from app.picture.layer import Heeded, Over, Picture
 from app.picture.legend import (
     bar,
     bar_marks,
@@ -114,13 +114,17 @@ def value_picture(
         )
     few = on_raster((known.positive_share > 0) & ~is_shown, raster) & dotted(raster, world)
     pixels[few] = on_raster(gain, raster)[few]
-    edge = _EDGE_ON_DARK if theme.is_dark else _EDGE_ON_LIGHT
-    contours = [Contour(_edge(is_shown, world), edge, is_edge=True)]
-    if shading.scale == "steps":
-        steps = np.where(is_shown, known.steps, np.nan)
-        lines = isolines(steps, world, _LINES_AT)
-        contours[:0] = [Contour(segments(line.points), _LINE) for line in lines]
-    return Picture(pixels, contours=tuple(contours))
+
+    def over() -> Over:
+        edge = _EDGE_ON_DARK if theme.is_dark else _EDGE_ON_LIGHT
+        contours = [Contour(_edge(is_shown, world), edge, is_edge=True)]
+        if shading.scale == "steps":
+            steps = np.where(is_shown, known.steps, np.nan)
+            lines = isolines(steps, world, _LINES_AT)
+            contours[:0] = [Contour(segments(line.points), _LINE) for line in lines]
+        return Over(tuple(contours))
+
+    return Picture(pixels, over=over)
 
 
 def _edge(region: np.ndarray, world: WorldSpec) -> np.ndarray:
@@ -151,7 +155,7 @@ def value_scale(shading: Shading, look: Look) -> list[Markup]:
         # Its low end is on the right, where the colours are brightest.
         marks = [(1.0 - place, text) for place, text in bar_marks(gain, _steps)]
         if not look.fitted:
-            marks = [(place, f"{text} or more" if place == 0 else text) for place, text in marks]
+            marks = [(place, f"{text}+" if place == 0 else text) for place, text in marks]
         return [bar(colours, marks), limits(look, f"{_steps(gain.high)} steps", _steps(gain.low))]
     ends = of_any_size(gain.low), of_any_size(gain.high)
     return [bar(colours, bar_marks(gain, of_any_size)), limits(look, *ends)]

@@ -33,8 +33,8 @@ as 15; putting the old value back in between would make typing impossible.
 TELL_S = 0.25
 """A page is told at most once in this time why something was dropped: the newest reason."""
 
-_DOUBLE_S = 0.6
-"""A click on the same button that comes so soon is the second one of a double click."""
+DOUBLE_S = 0.4
+"""A click on the same button that comes so soon is the second of a double click, and not meant."""
 
 UPLOAD_S = 30.0
 """An upload of which nothing has come for so long makes room for another."""
@@ -199,19 +199,19 @@ class _Desk:
         correction = self._corrections.pop(message.uuid, None)
         if correction is not None:
             correction.cancel()
-        away = self._unavailable(handle)
-        if handle._impl.is_button:
-            former, self._pressed = self._pressed, (message.uuid, self._loop.time())
-            is_second = former[0] == message.uuid and self._pressed[1] - former[1] < _DOUBLE_S
-            if away is not None and is_second:
-                # The first click had the button go away, and nobody meant the other.
-                return False
-        fault = away or update_fault(handle, message.updates)
+        # The first click may have had the button go away: nothing is to be said of the second.
+        if isinstance(handle, viser.GuiButtonHandle) and self._is_second_click(message.uuid):
+            return False
+        fault = self._unavailable(handle) or update_fault(handle, message.updates)
         if fault is not None:
             self._corrections[message.uuid] = self._loop.call_later(
                 GRACE_S, self._correct, handle, fault
             )
         return fault is None
+
+    def _is_second_click(self, uuid: str) -> bool:
+        former, self._pressed = self._pressed, (uuid, self._loop.time())
+        return former[0] == uuid and self._pressed[1] - former[1] < DOUBLE_S
 
     def _hold(self, message: wire.GuiButtonHoldMessage) -> bool:
         handle = self._input(message.uuid)

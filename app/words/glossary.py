@@ -5,6 +5,7 @@ A sentence may use other terms, but none that it could not be understood without
 
 import json
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Final
 
 from markupsafe import Markup
@@ -80,6 +81,7 @@ TERMS: Final[Mapping[str, str]] = {
 """What each term means, by the term as it stands within a sentence."""
 
 
+@lru_cache(maxsize=256)
 def term(key: str, shown: str | None = None) -> Markup:
     """A term, which the page's script (``app/web/terms.js``) explains on hover, focus and touch.
 

@@ -6,10 +6,19 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
-from app.page import widgets
+from app.server import admission, pace
 from learners.spec import RunSpec
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
-from tests.support.screen import VIEWPORT, Begin, OpenPage, Screen, Shared, StartLab
+from tests.support.screen import (
+    VIEWPORT,
+    Begin,
+    BeginTwo,
+    OpenPage,
+    Screen,
+    Shared,
+    StartLab,
+    Two,
+)
 
 FIRST_TRIAL = 100
 """Where a lab stands that no test has begun in a way of its own."""
@@ -17,8 +26,9 @@ FIRST_TRIAL = 100
 
 @pytest.fixture(autouse=True)
 def no_double_clicks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Clicks of tests may come faster than people's, and each is meant."""
-    monkeypatch.setattr(widgets, "DOUBLE_S", 0.0)
+    """Clicks and keys of tests may come faster than people's, and each is meant."""
+    monkeypatch.setattr(admission, "DOUBLE_S", 0.0)
+    monkeypatch.setattr(pace, "REPEAT_S", 0.0)
 
 
 @pytest.fixture
@@ -63,11 +73,12 @@ def open_page(
 
 
 class Stage:
-    """The lab and the page that tests use one after the other."""
+    """The lab and the page that tests use one after the other, and a second page for some."""
 
     def __init__(self, browser: Browser, folder: Callable[[], Path]) -> None:
         self._browser, self._folder = browser, folder
         self._shared: Shared | None = None
+        self._other: Screen | None = None
 
     @property
     def shared(self) -> Shared:
@@ -76,25 +87,65 @@ class Stage:
             expect.set_options(timeout=PATIENCE_S * 1000)
             live = LiveLab(preset_of(), 20_000.0, self._folder())
             live.go_to_trial(FIRST_TRIAL)
-            context = self._browser.new_context(viewport=VIEWPORT)
-            context.set_default_timeout(PATIENCE_S * 1000)
-            context.grant_permissions(["clipboard-read", "clipboard-write"])
-            self._shared = Shared(live, Screen(context.new_page()))
+            self._shared = Shared(live, self._new_page())
             self._shared.screen.open(live)
         return self._shared
+
+    @property
+    def pages(self) -> list[Screen]:
+        """All that are open, the second one last."""
+        pages = [self.shared.screen, *([self._other] if self._other else [])]
+        return [screen for screen in pages if not screen.page.is_closed()]
+
+    @property
+    def complaints(self) -> list[str]:
+        """What pages have logged as an error."""
+        others = [self._other] if self._other else []
+        return [line for page in (self.shared.screen, *others) for line in page.complaints]
 
     def begin(
         self, preset: str = "timed", *settings: str, trial: int = 0, speed: float = 20_000.0
     ) -> Shared:
         """Both as new ones would be: paused at the beginning of a trial of another run."""
-        live, screen = self.shared
+        self._close_other()
+        self._begin(preset, *settings, trial=trial, speed=speed)
+        return self.shared
+
+    def begin_two(self, preset: str = "timed", *settings: str, trial: int = 0) -> Two:
+        """Likewise with a second page, which is left open for the next test that wants one."""
+        if len(self.pages) == 1:
+            self._close_other()
+            self._other = self._new_page()
+            self._other.open(self.shared.live)
+        self._begin(preset, *settings, trial=trial, speed=20_000.0)
+        return Two(self.shared.live, *self.pages)
+
+    def _new_page(self) -> Screen:
+        """An empty page in a browser profile of its own."""
+        context = self._browser.new_context(viewport=VIEWPORT)
+        context.set_default_timeout(PATIENCE_S * 1000)
+        context.grant_permissions(["clipboard-read", "clipboard-write"])
+        return Screen(context.new_page())
+
+    def _begin(self, preset: str, *settings: str, trial: int, speed: float) -> None:
+        live = self.shared.live
         live.begin(preset, *settings, speed=speed, results=self._folder())
         live.go_to_trial(trial)
-        screen.tidy()
-        expect(screen.reading("Trial")).to_have_text(f"{trial:,}")
-        expect(screen.reading("Viewers")).to_have_count(0)
-        screen.expect_cell_colours(live.colours())
-        return self.shared
+        pages = self.pages
+        for screen in pages:
+            screen.tidy()
+            expect(screen.reading("Trial")).to_have_text(f"{trial:,}")
+            viewers = screen.reading("Viewers")
+            if len(pages) > 1:
+                expect(viewers).to_have_text(f"{len(pages)}")
+            else:
+                expect(viewers).to_have_count(0)
+            screen.expect_cell_colours(live.colours())
+
+    def _close_other(self) -> None:
+        if self._other is not None:
+            self._other.page.context.close()
+            self._other = None
 
     def clear(self) -> None:
         """What is open begins as a new one would, for the tests of another file."""
@@ -102,7 +153,8 @@ class Stage:
             self.begin(trial=FIRST_TRIAL)
 
     def close(self) -> None:
-        """End both."""
+        """End all."""
+        self._close_other()
         if self._shared is not None:
             self._shared.screen.page.context.close()
             self._shared.live.close()
@@ -133,10 +185,19 @@ def shared(stage: Stage, request: pytest.FixtureRequest) -> Iterator[Shared]:
         # Whatever state it has left them in, it is not the next test that fails for it.
         stage.close()
     else:
-        assert stage.shared.screen.complaints == []
+        assert stage.complaints == []
 
 
 @pytest.fixture
 def begin(stage: Stage, shared: Shared) -> Begin:
     """Has the lab and the page of the file begin as new ones, each time that it is called."""
     return stage.begin
+
+
+@pytest.fixture
+def begin_two(stage: Stage, shared: Shared) -> BeginTwo:
+    """Likewise with two pages, of which the second one takes seconds to open the first time.
+
+    Tests of a file that want it stand one after the other: it is closed for all others.
+    """
+    return stage.begin_two

@@ -4,7 +4,7 @@ import re
 from typing import Any
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import expect
 
 from learners.commands import Introduce
 from tests.support.access import AXE, FINDINGS
@@ -13,14 +13,22 @@ from tests.support.screen import VIEWPORT, Screen, Shared
 
 OF_VISER: tuple[tuple[str, str], ...] = ()
 """Rule and selector of what is viser's own and cannot be mended from outside: nothing so far."""
-HAS_NO_NAME = """node => {
+# Controls that are seen and have no name.
+NAMELESS = """() => {
     const text = id => document.getElementById(id)?.textContent ?? "";
-    const by = (node.getAttribute("aria-labelledby") ?? "").split(" ").map(text).join("");
-    const labels = Array.from(node.labels ?? [], label => label.textContent).join("");
-    const own = node.matches("input") ? "" : node.textContent;
-    return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
+    const isNameless = node => {
+        const by = (node.getAttribute("aria-labelledby") ?? "").split(" ").map(text).join("");
+        const labels = Array.from(node.labels ?? [], label => label.textContent).join("");
+        const own = node.matches("input") ? "" : node.textContent;
+        return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
+    };
+    const kinds = "button, input, [role=slider], [role=tab], [role=button], a[href]";
+    return [...document.querySelectorAll(kinds)]
+        .filter(node => node.checkVisibility() && node.getClientRects().length && isNameless(node))
+        .map(node => node.outerHTML);
 }"""
-BEHIND_TABS = [("Now", "Run"), ("Now", "Steer"), ("Inspect", "Experiments"), ("File", "Run")]
+IS_LARGER = "() => document.documentElement.style.getPropertyValue('--stage-scale') > 1.4"
+BEHIND_TABS = [("Now", "Run"), ("Now", "Steer"), ("Inspect", "Experiments"), ("File", "Plan")]
 
 
 def expect_no_findings(screen: Screen) -> None:
@@ -59,11 +67,35 @@ def test_a_checker_finds_nothing_serious_behind_any_tab(shared: Shared, dark: bo
         if right == "Steer" and not dark:
             screen.text("Other skills").click()
         expect_no_findings(screen)
-    screen.page.keyboard.press("h")
-    expect(screen.page.get_by_role("dialog")).to_be_visible()
+    dialog = screen.page.get_by_role("dialog")
+    for opens in (lambda: screen.page.keyboard.press("h"), screen.button("Tour").click):
+        opens()
+        expect(dialog).to_be_visible()
+        expect_no_findings(screen)
+        screen.page.keyboard.press("Escape")
+        expect(dialog).to_have_count(0)
+    screen.page.keyboard.press("p")
+    expect(screen.page.locator("html")).to_have_attribute("data-present", "")
     expect_no_findings(screen)
     screen.page.keyboard.press("Escape")
-    expect(screen.page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_a_checker_finds_nothing_serious_in_a_large_window_and_on_a_phone(shared: Shared) -> None:
+    screen = shared.screen
+    page, stage = screen.page, screen.page.locator("#pounce-stage")
+    page.set_viewport_size({"width": 1920, "height": 1080})
+    page.wait_for_function(IS_LARGER)
+    expect_no_findings(screen)
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(stage).to_have_attribute("data-shape", "stack")
+    expect_no_findings(screen)
+    sheet = page.get_by_text("pounce", exact=True)
+    sheet.click()
+    expect(screen.button("One trial")).to_be_visible()
+    expect_no_findings(screen)
+    sheet.click()
+    page.set_viewport_size(VIEWPORT)
+    expect(stage).not_to_have_attribute("data-shape", "stack")
 
 
 def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
@@ -79,19 +111,11 @@ def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
     screen.page.set_viewport_size(VIEWPORT)
 
 
-def visible(screen: Screen, css: str) -> Locator:
-    """What of that kind is to be seen."""
-    return screen.page.locator(css).locator("visible=true")
-
-
 def test_every_control_and_the_board_have_names(shared: Shared) -> None:
     screen = shared.screen
     for left, right in BEHIND_TABS:
         turn_to(screen, left, right)
-        for control in visible(
-            screen, "button, input, [role=slider], [role=tab], [role=button], a[href]"
-        ).all():
-            assert not control.evaluate(HAS_NO_NAME), control.evaluate("node => node.outerHTML")
+        assert screen.page.evaluate(NAMELESS) == []
     screen.turn_to("Now")
     board = screen.page.get_by_role("img", name=re.compile("^The board, 40 by 40 cells"))
     expect(board).to_have_attribute("aria-label", re.compile(r"Layer: State value\. Paused\."))
@@ -108,7 +132,8 @@ NAMES = """() => Object.entries(window.__viserSceneTree.getState())
 def test_skills_stand_written_where_they_are_chosen(shared: Shared) -> None:
     live, screen = shared
     live.ask(Introduce("circle_clockwise", 10))
-    live.go_to_trial(400)
+    live.go_to_trial(2_000)
     screen.turn_to("Now")
     screen.choose("Layer", "Chosen skill")
-    screen.page.wait_for_function(f"({NAMES})().includes('approach')")
+    for name in ("approach", "circle clockwise"):
+        screen.page.wait_for_function(f"name => ({NAMES})().includes(name)", arg=name)

@@ -8,9 +8,7 @@ from playwright.sync_api import expect
 
 from app.live.session import Status
 from learners.commands import Introduce
-from learners.spec import EpisodeSpec
-from tests.support.live import PATIENCE_S
-from tests.support.screen import Begin, OpenPage
+from tests.support.screen import Begin
 
 NOTHING = "\N{EN DASH} nothing \N{EN DASH}"
 
@@ -64,53 +62,24 @@ def test_a_block_is_chosen_by_a_click_and_moved_and_the_past_is_not_offered(begi
     expect(screen.page.get_by_role("link", name=re.compile("^circle clockwise"))).to_have_count(0)
 
 
-def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    screen.turn_to("Plan")
-    episodes = live.session.status.snapshot.spec.schedule.episodes
-    screen.choose("Change", "approach: new exploration")
-    for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
-        expect(screen.field(field)).to_have_value(proposed)
-    for field, text in [("At trial", "5 000"), ("Lasts", "7e2"), ("Chance", "25 %")]:
-        screen.fill(field, text)
-    screen.click("Add")
-    planned = EpisodeSpec(skill="approach", at=5_000, duration=700, probability=0.25)
-    status = live.wait_for(schedule_is(lambda plan: plan.episodes != episodes))
-    assert status.snapshot.spec.schedule.episodes == (*episodes, planned)
-    expect(screen.field("Change")).to_have_value("approach: exploration")
-
-    screen.fill("Lasts", "900")
-    screen.click("Apply")
-    changed = planned.model_copy(update={"duration": 900})
-    live.wait_for(schedule_is(lambda plan: plan.episodes == (*episodes, changed)))
-    screen.click("Delete")
-    live.wait_for(schedule_is(lambda plan: plan.episodes == episodes))
-    expect(screen.field("Change")).to_have_value(NOTHING)
-    expect(screen.button("Delete")).to_have_count(0)
-
-
-def test_curves_and_lanes_share_an_axis_which_each_browser_has_of_its_own(
-    begin: Begin, open_page: OpenPage
-) -> None:
+def test_curves_and_lanes_share_an_axis(begin: Begin) -> None:
     live, screen = begin("timed", "trials=1000", trial=500)
     live.ask(Introduce("circle_clockwise", 100))
     live.go_to_trial(1_000)
-    other = open_page(live)
-    for each in (screen, other):
-        # A dot at the end of the run, and only there, since it has fewer than 2,000 trials.
-        dots = each.page.locator(".pounce-bar path.dots")
-        expect(dots).to_have_attribute("d", re.compile(r"^M1000\.0 [\d.]+h0$"))
-        # Two windows of trials, the first of them level.
-        line = each.page.locator(".pounce-bar path.learned")
-        expect(line).to_have_attribute("d", re.compile(r"^M0\.0 [\d.]+L500\.0 [\d.]+L1000\.0 "))
-        assert each.reads("joined at 500")
-        expect(each.page.locator(".pounce-bar path.ghost")).to_be_attached(
-            timeout=PATIENCE_S * 1000
-        )
-        assert each.reads("the preset's own run")
-    link = screen.page.locator(".pounce-bar .axis").get_by_role("link")
+    bar = screen.page.locator(".pounce-bar")
+    # A dot at the end of the run, and only there, since it has fewer than 2,000 trials.
+    dots = bar.locator("path.dots")
+    expect(dots).to_have_attribute("d", re.compile(r"^M1000\.0 [\d.]+h0$"))
+    # Two windows of trials, the first of them level.
+    line = bar.locator("path.learned")
+    expect(line).to_have_attribute("d", re.compile(r"^M0\.0 [\d.]+L500\.0 [\d.]+L1000\.0 "))
+    assert screen.reads("joined at 500")
+    expect(bar.locator("path.ghost")).to_be_attached()
+    assert screen.reads("the preset's own run")
+    link = bar.locator(".axis").get_by_role("link")
     expect(link).to_have_text("steps")
     link.click()
     expect(link).to_have_text("trial")
-    expect(other.page.locator(".pounce-bar .axis").get_by_role("link")).to_have_text("steps")
     assert len(screen.page.context.pages) == 1
+    link.click()
+    expect(link).to_have_text("steps")

@@ -22,7 +22,7 @@ from app.live.session import Play, SetSpeed
 from app.page.panels.experiments import THIS_SESSION
 from learners.commands import Introduce
 from tests.support.live import SMALL, LiveLab, preset_of, small_experiment
-from tests.support.screen import Begin, OpenPage, Screen, StartLab, picture
+from tests.support.screen import Begin, BeginTwo, Screen, picture
 
 ROWS_PER_PAGE = Size().rows
 """Of the table, in a window of the usual size."""
@@ -124,12 +124,9 @@ def saved(screen: Screen, button: str, name: str) -> bytes:
 # Running ------------------------------------------------------------------------------------
 
 
-def test_a_schedule_is_run_over_seeds_beside_the_live_session(
-    start_lab: StartLab, open_page: OpenPage
-) -> None:
-    live = start_lab(preset_of("timed", "trials=2000"), trial=50)
+def test_a_schedule_is_run_over_seeds_beside_the_live_session(begin_two: BeginTwo) -> None:
+    live, one, other = begin_two("timed", "trials=2000", trial=50)
     live.ask(Introduce("circle_clockwise", 20))
-    one, other = open_page(live), open_page(live)
     one.turn_to("Experiments")
     expect(one.field("Experiment")).to_have_value(THIS_SESSION)
     one.fill("Seeds", "3")
@@ -151,7 +148,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
         ).to_be_visible()
     status = live.session.status
     assert status.playing
-    assert (status.snapshot.generation, status.snapshot.preset) == (0, "timed")
+    assert (status.snapshot.generation, status.snapshot.preset) == (before.generation, "timed")
     assert status.snapshot.step > before.step
 
     standing = live.at_end()
@@ -188,6 +185,55 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(
     one.click("Show these runs")
     expect(column(one, "seed")).to_have_text(["0", "1"] * 2)
     assert len(rows_in(standing.folder)) == 6
+
+
+def test_each_browser_has_its_own_view_of_the_results(begin_two: BeginTwo) -> None:
+    live, screen, other = begin_two()
+    # So many that they take a second page.
+    n_runs = 2 * (ROWS_PER_PAGE // 2 + 1)
+    seeds = [str(seed) for seed in range(n_runs // 2)]
+    standing = live.run_to_end(small_experiment(n_seeds=len(seeds)))
+    digests = sorted(row.digest[:8] for row in rows_in(standing.folder))
+    for each in (screen, other):
+        each.show_results()
+        expect(column(each, "seed")).to_have_text((2 * seeds)[:ROWS_PER_PAGE])
+    content = other.results.inner_text()
+    panel = screen.results
+
+    expect(link(screen, "Curves")).to_have_count(0)
+    expect(panel).to_contain_text("simulation steps (millions)")
+    link(screen, "trials").click()
+    expect(panel).to_contain_text("trials (thousands)")
+    link(screen, f"standard_q ({len(seeds)} runs)").click()
+    expect(panel).to_contain_text("chosen: standard_q")
+    expect(column(screen, "variant")).to_have_text(["standard_q"] * len(seeds))
+    link(screen, "Runs").click()
+    expect(dots(screen)).to_have_count(n_runs)
+    expect(panel).to_contain_text("final reward (mean per trial, all 600 trials)")
+    link(screen, "choose none").click()
+    expect(panel).not_to_contain_text("chosen:")
+    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
+
+    by_seed = [seed for seed in seeds for _ in range(2)]
+    link(screen, "seed").click()
+    expect(column(screen, "seed")).to_have_text(by_seed[:ROWS_PER_PAGE])
+    link(screen, "seed ▲").click()
+    expect(column(screen, "seed")).to_have_text(by_seed[::-1][:ROWS_PER_PAGE])
+    link(screen, "digest").click()
+    expect(column(screen, "digest")).to_have_text(digests[:ROWS_PER_PAGE])
+    expect(panel).to_contain_text(f"1–{ROWS_PER_PAGE} of {n_runs}")
+    link(screen, "next page").click()
+    expect(column(screen, "digest")).to_have_text(digests[ROWS_PER_PAGE:])
+    expect(panel).to_contain_text(f"{n_runs} of {n_runs}")
+
+    assert other.results.inner_text() == content
+    # Whoever learns an address of one browser learns none of another.
+    secrets = [
+        set(re.findall(r'href="(call/[^/"]+)/', each.results.inner_html()))
+        for each in (screen, other)
+    ]
+    assert [len(found) for found in secrets] == [1, 1]
+    assert secrets[0] != secrets[1]
 
 
 def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) -> None:
@@ -306,56 +352,6 @@ def test_a_run_of_the_table_and_a_dot_of_the_chart_open_that_very_run(begin: Beg
 
 
 # Looking ------------------------------------------------------------------------------------
-
-
-def test_each_browser_has_its_own_view_of_the_results(begin: Begin, open_page: OpenPage) -> None:
-    live, screen = begin()
-    # So many that they take a second page.
-    n_runs = 2 * (ROWS_PER_PAGE // 2 + 1)
-    seeds = [str(seed) for seed in range(n_runs // 2)]
-    standing = live.run_to_end(small_experiment(n_seeds=len(seeds)))
-    digests = sorted(row.digest[:8] for row in rows_in(standing.folder))
-    other = open_page(live)
-    for each in (screen, other):
-        each.show_results()
-        expect(column(each, "seed")).to_have_text((2 * seeds)[:ROWS_PER_PAGE])
-    content = other.results.inner_text()
-    panel = screen.results
-
-    expect(link(screen, "Curves")).to_have_count(0)
-    expect(panel).to_contain_text("simulation steps (millions)")
-    link(screen, "trials").click()
-    expect(panel).to_contain_text("trials (thousands)")
-    link(screen, f"standard_q ({len(seeds)} runs)").click()
-    expect(panel).to_contain_text("chosen: standard_q")
-    expect(column(screen, "variant")).to_have_text(["standard_q"] * len(seeds))
-    link(screen, "Runs").click()
-    expect(dots(screen)).to_have_count(n_runs)
-    expect(panel).to_contain_text("final reward (mean per trial, all 600 trials)")
-    link(screen, "choose none").click()
-    expect(panel).not_to_contain_text("chosen:")
-    expect(listed(screen)).to_have_count(ROWS_PER_PAGE)
-
-    by_seed = [seed for seed in seeds for _ in range(2)]
-    link(screen, "seed").click()
-    expect(column(screen, "seed")).to_have_text(by_seed[:ROWS_PER_PAGE])
-    link(screen, "seed ▲").click()
-    expect(column(screen, "seed")).to_have_text(by_seed[::-1][:ROWS_PER_PAGE])
-    link(screen, "digest").click()
-    expect(column(screen, "digest")).to_have_text(digests[:ROWS_PER_PAGE])
-    expect(panel).to_contain_text(f"1–{ROWS_PER_PAGE} of {n_runs}")
-    link(screen, "next page").click()
-    expect(column(screen, "digest")).to_have_text(digests[ROWS_PER_PAGE:])
-    expect(panel).to_contain_text(f"{n_runs} of {n_runs}")
-
-    assert other.results.inner_text() == content
-    # Whoever learns an address of one browser learns none of another.
-    secrets = [
-        set(re.findall(r'href="(call/[^/"]+)/', each.results.inner_html()))
-        for each in (screen, other)
-    ]
-    assert [len(found) for found in secrets] == [1, 1]
-    assert secrets[0] != secrets[1]
 
 
 def test_results_lie_beside_the_board_or_over_it_and_never_over_the_controls(begin: Begin) -> None:

@@ -34,7 +34,7 @@ from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.raster import on_raster, raster
 from app.picture.shading import SHOWN_FROM, known_of, nearness
-from app.picture.theme import DARK, LIGHT
+from app.picture.theme import LIGHT
 from learners.commands import SetSchedule
 from learners.control import Episode
 from learners.run import Run
@@ -76,7 +76,7 @@ def clear_cells(snapshot: Snapshot) -> np.ndarray:
         x, y = (places.T * size / BOARD_UNITS)[..., None, None]
         clear &= (np.hypot(east - x, north - y) > cells_apart).all(axis=0)
     # And along the edge of value, and where it is equal.
-    for contour in LAYERS["value"].paint(snapshot, Look(), Extras()).contours:
+    for contour in LAYERS["value"].paint(snapshot, Look(), Extras()).over().contours:
         ends = contour.segments.transpose(1, 2, 0)[..., None, None]
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
             x, y = ends[0] * (1 - share) + ends[1] * share
@@ -158,34 +158,6 @@ def test_colours_on_the_screen_are_the_servers_and_the_legends(begin: Begin) -> 
     screen.expect_pixel(screen.place_of(nowhere), np.array(LIGHT.unknown))
 
 
-def test_two_browsers_see_one_session_each_in_its_own_way(
-    begin: Begin, open_page: OpenPage
-) -> None:
-    live, one = begin(trial=LEARNED)
-    other = open_page(live)
-    other.turn_to_overlays()
-    other.check("Dark")
-    other.choose("Value as", "Its size")
-    dark = Look(theme=DARK, scale="linear")
-    other.expect_cell_colours(live.colours(dark))
-    one.expect_cell_colours(live.colours())
-    expect(other.legend).not_to_contain_text("as steps to capture")
-    expect(one.legend).to_contain_text("as steps to capture")
-    scheme = "() => document.documentElement.dataset.mantineColorScheme"
-    assert (one.page.evaluate(scheme), other.page.evaluate(scheme)) == ("light", "dark")
-
-    other.checkbox("Freeze skills").click()
-    expect(one.checkbox("Freeze skills")).to_be_checked()
-    one.click("One trial")
-    live.wait_for(lambda status: status.snapshot.trial == LEARNED + 1)
-    for screen in (one, other):
-        expect(screen.reading("Trial")).to_have_text(f"{LEARNED + 1:,}")
-    other.expect_cell_colours(live.colours(dark))
-    one.expect_cell_colours(live.colours())
-    assert (live.colours()[0] == LIGHT.unknown).all()
-    assert (live.colours(dark)[0] == DARK.unknown).all()
-
-
 def test_a_reload_shows_the_present(begin: Begin) -> None:
     live, screen = begin()
     screen.checkbox("Freeze skills").click()
@@ -199,23 +171,6 @@ def test_a_reload_shows_the_present(begin: Begin) -> None:
     expect(screen.checkbox("Freeze skills")).to_be_checked()
     screen.expect_cell_colours(live.colours())
     assert (live.colours() != LIGHT.unknown).any()
-
-
-def test_a_closed_browser_stops_nothing(begin: Begin, open_page: OpenPage) -> None:
-    live, other = begin()
-    one = open_page(live)
-    live.gone.clear()
-    one.click("Play")
-    live.wait_for(lambda status: status.snapshot.step > 1_000)
-    one.page.close()
-    assert live.gone.wait(PATIENCE_S)
-    gone_at = live.session.status.snapshot.step
-    live.wait_for(lambda status: status.snapshot.step > gone_at + 10_000)
-    other.click("Pause")
-    status = live.wait_for(lambda status: not status.playing)
-    expect(other.reading("Steps")).to_have_text(f"{status.snapshot.step:,}")
-    other.expect_cell_colours(live.colours())
-    assert status.error is None
 
 
 def test_a_browser_that_leaves_before_it_is_welcomed_is_forgotten(
@@ -271,11 +226,7 @@ def test_pause_play_and_single_steps(begin: Begin) -> None:
     assert live.session.status.snapshot.step == paused
 
 
-def test_space_pauses_and_plays_even_after_a_click(
-    begin: Begin, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Nobody presses a key twice as fast as a test does; it would pass for one that is held down.
-    monkeypatch.setattr("app.server.pace.REPEAT_S", 0.0)
+def test_space_pauses_and_plays_even_after_a_click(begin: Begin) -> None:
     live, screen = begin(speed=10.0)
     # The clicked button keeps the focus, and space would press it as well.
     screen.click("Play")
@@ -381,7 +332,7 @@ def test_freezing_stops_learning_while_steps_go_on(begin: Begin) -> None:
     first, later = tables_after(live, 5_000)
     np.testing.assert_array_equal(first.selection_q, later.selection_q)
     assert not np.array_equal(first.skill_q, later.skill_q)
-    expect(screen.headline).to_contain_text("the selection is frozen by hand")
+    expect(screen.headline).to_contain_text("Frozen by hand: the selection.")
 
     screen.checkbox("Freeze skills").click()
     live.wait_for(lambda status: status.snapshot.control.skills_frozen)
@@ -476,9 +427,7 @@ def test_start_again_with_another_preset_and_seed(begin: Begin) -> None:
     expect(screen.button("Start exploring")).to_be_enabled()
 
 
-def test_starting_again_keeps_the_drawn_schedule_asks_others_and_is_undone(
-    begin: Begin, open_page: OpenPage
-) -> None:
+def test_starting_again_keeps_the_drawn_schedule_and_is_undone(begin: Begin) -> None:
     live, screen = begin(trial=LEARNED)
     former = live.session.status.snapshot
     schedule = former.spec.schedule
@@ -488,7 +437,7 @@ def test_starting_again_keeps_the_drawn_schedule_asks_others_and_is_undone(
     expect(screen.said).to_contain_text(f"Schedule edited at trial {LEARNED:,}")
     expect(screen.checkbox("Keep the drawn schedule")).to_be_checked()
 
-    # Nobody else is looking.
+    # Nobody else is looking, so nobody is asked.
     screen.click("Start again")
     taken = live.wait_for(lambda status: status.snapshot.step == 0).snapshot
     assert (taken.spec.schedule, taken.preset_spec.schedule) == (drawn, schedule)
@@ -498,27 +447,6 @@ def test_starting_again_keeps_the_drawn_schedule_asks_others_and_is_undone(
     live.wait_for(lambda status: status.snapshot.generation == former.generation)
     expect(screen.reading("Trial")).to_have_text(f"{LEARNED:,}")
     screen.expect_cell_colours(live.colours())
-
-    other = open_page(live)
-    other.click("Start again")
-    dialog = other.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("1 other browser looks at this run.")
-    dialog.get_by_role("button", name="No", exact=True).click()
-    expect(dialog).to_have_count(0)
-    assert live.ask().snapshot.generation == former.generation
-    other.click("Start again")
-    dialog.get_by_role("button", name="Start again for all", exact=True).click()
-    live.wait_for(lambda status: status.snapshot.step == 0)
-    for page in (screen, other):
-        expect(page.said).to_contain_text("Started again: timed, seed 3")
-    # The key does what the button does, and a change of the learner is undone by it as well.
-    screen.page.keyboard.press("u")
-    live.wait_for(lambda status: status.snapshot.generation == former.generation)
-    screen.page.keyboard.press("f")
-    expect(other.said).to_contain_text(f"Selection frozen at trial {LEARNED:,}")
-    other.said.get_by_role("button", name="Undo").click()
-    live.wait_for(lambda status: not status.snapshot.control.selection_frozen)
-    expect(screen.said).to_contain_text("Undone: selection frozen")
 
 
 def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(begin: Begin) -> None:
@@ -625,9 +553,9 @@ def knock(page: Page, live: LiveLab) -> str:
 
 
 def test_a_page_of_another_origin_is_refused(
-    start_lab: StartLab, new_context: Callable[..., BrowserContext]
+    begin: Begin, new_context: Callable[..., BrowserContext]
 ) -> None:
-    live = start_lab(trial=5)
+    live, screen = begin(trial=5)
     before = live.session.status
     page = new_context().new_page()
     with foreign_site() as site:
@@ -639,8 +567,7 @@ def test_a_page_of_another_origin_is_refused(
     assert knock(page, live) == "refused"
     assert live.session.status is before
     # The same is welcome from the lab's own page.
-    page.goto(live.url)
-    assert knock(page, live) == "open"
+    assert knock(screen.page, live) == "open"
 
 
 # The program
@@ -658,12 +585,9 @@ def pounce_lab(port: int) -> Iterator[subprocess.Popen[str]]:
         # What a shell starts in the background ignores Ctrl-C; a test may be run like that.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
-    watchdog = threading.Timer(PATIENCE_S, process.kill)
-    watchdog.start()
     try:
         yield process
     finally:
-        watchdog.cancel()
         process.kill()
         process.communicate()
 
@@ -672,11 +596,17 @@ def said_until_ready(process: subprocess.Popen[str]) -> tuple[str, str]:
     """What a program said until it named its address, and the address."""
     assert process.stdout is not None
     said = ""
-    for line in process.stdout:
-        said += line
-        found = re.search(r"pounce is at (http://\S+)", line)
-        if found:
-            return said, found[1]
+    # What loads and compiles as it starts takes many times as long on a machine under load.
+    watchdog = threading.Timer(3 * PATIENCE_S, process.kill)
+    watchdog.start()
+    try:
+        for line in process.stdout:
+            said += line
+            found = re.search(r"pounce is at (http://\S+)", line)
+            if found:
+                return said, found[1]
+    finally:
+        watchdog.cancel()
     pytest.fail(f"it ended before it named an address: {said}")
 
 
@@ -687,13 +617,14 @@ def taken_port() -> Iterator[int]:
         yield other.getsockname()[1]
 
 
-def test_ctrl_c_ends_the_program_at_once_and_cleanly(
+def test_a_busy_port_is_said_and_ctrl_c_ends_the_program_at_once_and_cleanly(
     new_context: Callable[..., BrowserContext],
 ) -> None:
-    with taken_port() as free:
-        pass
-    with pounce_lab(free) as process:
-        _, url = said_until_ready(process)
+    with taken_port() as busy, pounce_lab(busy) as process:
+        said, url = said_until_ready(process)
+        port = int(url.rpartition(":")[2])
+        assert port > busy
+        assert f"Port {busy} is busy, so this uses {port}." in said
         page = new_context().new_page()
         page.goto(f"{url}/?fixedDpr=1")
         expect(page.get_by_text("One skill: approach")).to_be_visible(timeout=PATIENCE_S * 1000)
@@ -701,16 +632,3 @@ def test_ctrl_c_ends_the_program_at_once_and_cleanly(
         _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)
     assert errors == ""
-
-
-def test_a_busy_port_is_said_and_the_next_free_one_used() -> None:
-    with taken_port() as busy, pounce_lab(busy) as process:
-        said, url = said_until_ready(process)
-        port = int(url.rpartition(":")[2])
-        assert port > busy
-        assert f"Port {busy} is busy, so this uses {port}." in said
-        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S):
-            pass
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=PATIENCE_S)
-    assert process.returncode in (os.EX_OK, 130)

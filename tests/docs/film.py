@@ -53,7 +53,7 @@ def drawn(seen: Snapshot) -> Image.Image:
         ends = middle + points * [pixel, -pixel]
         pen.line([*map(tuple, ends.tolist())], fill=colour, width=width * FINER)
 
-    for contour in picture.contours:
+    for contour in picture.over().contours:
         for part in contour.segments:
             line(part, contour.colour, 2 if contour.is_edge else 1)
     unit = world.size / BOARD_UNITS

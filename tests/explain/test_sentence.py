@@ -50,10 +50,15 @@ def status_at(taken: Snapshot, **parts: object) -> Status:
     return replace(idle, snapshot=taken, preparing=False, **parts)
 
 
+def in_words(status: Status) -> str:
+    """The sentence as a plain text."""
+    return sentence.said(status).striptags()
+
+
 def sentence_at(run: Run, trial: int) -> str:
     """The sentence when a run gets to a trial."""
     run.advance(until_trial=trial)
-    return sentence.sentence(status_of(run))
+    return in_words(status_of(run))
 
 
 # Where the front is
@@ -140,7 +145,7 @@ BEHIND = [(0, -30), (0, -15), (0, 15), (0, 30)]
 
 
 def test_growth_behind_the_prey_is_a_cone() -> None:
-    assert sentence.sentence(spreading(*BEHIND)) == (
+    assert in_words(spreading(*BEHIND)) == (
         "One skill: approach. Value spreads back from the prey as a cone: from there it sees nobody"
         " come."
     )
@@ -148,25 +153,25 @@ def test_growth_behind_the_prey_is_a_cone() -> None:
 
 def test_growth_on_both_sides_is_a_ring() -> None:
     both = [(1, 90), (1, -90), (1, 105), (1, -105)]
-    said = sentence.sentence(spreading(*both, *BEHIND))
+    said = in_words(spreading(*both, *BEHIND))
     assert said.endswith("Value spreads to both sides round the prey, on its way to a ring.")
 
 
 def test_growth_to_one_side_goes_counter_clockwise() -> None:
     one_side = [(1, 60), (1, 75), (1, 90), (1, 105)]
-    said = sentence.sentence(spreading(*one_side, *BEHIND))
+    said = in_words(spreading(*one_side, *BEHIND))
     assert said.endswith("Value spreads counter-clockwise: an arm grows out of the cone.")
 
 
 def test_growth_to_the_other_side_goes_clockwise() -> None:
     other_side = [(1, -60), (1, -75), (1, -90), (1, -105)]
-    said = sentence.sentence(spreading(*other_side, *BEHIND))
+    said = in_words(spreading(*other_side, *BEHIND))
     assert "Value spreads clockwise: an arm" in said
 
 
 def test_growth_in_sight_of_the_prey_goes_inwards() -> None:
     in_front = [(0, 120), (0, 150), (0, 180), (0, -150), (0, -120)]
-    said = sentence.sentence(spreading(*in_front, *BEHIND))
+    said = in_words(spreading(*in_front, *BEHIND))
     assert said.endswith(". Value spreads inwards, into what the prey sees.")
 
 
@@ -186,7 +191,7 @@ def test_growth_that_is_over_is_said_with_its_shape_and_the_success(
     places = [(ring, degrees) for degrees in from_behind for ring in range(3)]
     status = spreading(*places, (0, 0))
     later = replace(status.snapshot, trial=RECENT_REACH_TRIALS)
-    assert sentence.sentence(replace(status, snapshot=later)) == (
+    assert in_words(replace(status, snapshot=later)) == (
         f"One skill: approach. Value hardly spreads any more: {shape} 25% of recent hunts end in"
         " capture."
     )
@@ -194,7 +199,7 @@ def test_growth_that_is_over_is_said_with_its_shape_and_the_success(
 
 def test_before_the_first_capture_nothing_is_worth_anything() -> None:
     run = Run(spec_of(preset="hierarchical_3"), seed=1)
-    assert sentence.sentence(status_of(run)) == (
+    assert in_words(status_of(run)) == (
         "Three skills: approach, circle clockwise and avoid."
         " No prey has been caught yet, so no place is of any value."
     )
@@ -202,22 +207,22 @@ def test_before_the_first_capture_nothing_is_worth_anything() -> None:
 
 def test_primitive_moves_are_no_skills() -> None:
     run = Run(spec_of(preset="standard_q"), seed=1)
-    assert sentence.sentence(status_of(run)).startswith("Nine moves, no skills. No prey has been")
+    assert in_words(status_of(run)).startswith("Nine moves, no skills. No prey has been")
 
 
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
     run = Run(spec_of(), seed=1)
     run.apply(FollowSchedule(False))  # and with it the explorations that it would bring
     run.apply(Introduce("avoid", 0))
-    assert sentence.sentence(status_of(run)).startswith("Two skills: approach and avoid.")
+    assert in_words(status_of(run)).startswith("Two skills: approach and avoid.")
     run.apply(Introduce("circle_clockwise", 0))
-    assert sentence.sentence(status_of(run)).startswith(
+    assert in_words(status_of(run)).startswith(
         "Three skills: approach, avoid and circle clockwise."
     )
 
 
 def test_the_first_skill_is_said_to_be_practised_first() -> None:
-    assert sentence.sentence(status_of(Run(spec_of(), seed=1))) == (
+    assert in_words(status_of(Run(spec_of(), seed=1))) == (
         "One skill: approach. It is practised until trial 300; what places are worth is learned"
         " after that."
     )
@@ -253,14 +258,14 @@ def test_all_that_is_held_still_or_off_is_said(commands: list[Command], expected
     run = Run(spec_of(), seed=1)
     for command in commands:
         run.apply(command)
-    assert sentence.sentence(status_of(run)) == f"One skill: approach. {expected}"
+    assert in_words(status_of(run)) == f"One skill: approach. {expected}"
 
 
 def test_skills_that_are_frozen_alone_leave_value_its_way() -> None:
     run = Run(spec_of(), seed=1)
     run.advance(until_trial=1_000)
     run.apply(FreezeSkills(True))
-    assert ". Frozen by hand: the skills. Value spreads" in sentence.sentence(status_of(run))
+    assert ". Frozen by hand: the skills. Value spreads" in in_words(status_of(run))
 
 
 def test_an_exploration_is_said_with_its_end() -> None:
@@ -268,9 +273,9 @@ def test_an_exploration_is_said_with_its_end() -> None:
     run.advance(until_trial=1_000)
     run.apply(Explore("approach", 250, 0.75))
     explored = "Forced exploration until trial 1,250: approach in 75% of the steps"
-    assert f". {explored}. Value" in sentence.sentence(status_of(run))
+    assert f". {explored}. Value" in in_words(status_of(run))
     run.apply(StopExploring("approach"))
-    assert explored not in sentence.sentence(status_of(run))
+    assert explored not in in_words(status_of(run))
 
 
 def test_what_an_exploration_costs_is_said_where_there_are_other_skills() -> None:
@@ -280,7 +285,7 @@ def test_what_an_exploration_costs_is_said_where_there_are_other_skills() -> Non
     assert (
         "Forced exploration: avoid in 50% of the steps (until trial 100), approach in 75% of the"
         " others (until trial 250), so rewards fall."
-    ) in sentence.sentence(status_of(run))
+    ) in in_words(status_of(run))
 
 
 def test_an_exploration_is_over_when_its_last_trial_is() -> None:
@@ -292,14 +297,14 @@ def test_an_exploration_is_over_when_its_last_trial_is() -> None:
 
 def test_a_pause_comes_first() -> None:
     run = Run(spec_of(), seed=1)
-    playing = sentence.sentence(status_of(run))
-    assert sentence.sentence(status_of(run, playing=False)) == f"Paused. {playing}"
+    playing = in_words(status_of(run))
+    assert in_words(status_of(run, playing=False)) == f"Paused. {playing}"
 
 
 def test_the_end_of_a_run_comes_first() -> None:
     run = Run(spec_of("trials=700"), seed=1)
     run.advance()
-    over = sentence.sentence(status_of(run, playing=False, finished=True))
+    over = in_words(status_of(run, playing=False, finished=True))
     assert over.startswith("The 700 trials are over. One skill: approach. Value spreads")
 
 
@@ -307,7 +312,7 @@ def test_an_error_says_where_it_stopped_and_nothing_else() -> None:
     run = Run(spec_of(), seed=1)
     run.advance(until_trial=1_234)
     status = status_of(run, playing=False, error="ValueError: no such luck")
-    assert sentence.sentence(status) == (
+    assert in_words(status) == (
         "An error stopped the learner at trial 1,234; what it has learned is kept."
     )
 
@@ -315,7 +320,7 @@ def test_an_error_says_where_it_stopped_and_nothing_else() -> None:
 def test_compiling_is_said_while_it_lasts() -> None:
     run = Run(spec_of(), seed=1)
     preparing = replace(status_of(run), preparing=True)
-    assert sentence.sentence(preparing).startswith("Getting ready: ")
+    assert in_words(preparing).startswith("Getting ready: ")
 
 
 def test_a_success_share_is_not_a_number_before_the_first_trial_has_ended() -> None:
@@ -369,7 +374,7 @@ def test_the_name_of_a_skill_is_no_markup() -> None:
     taken = snapshot.take(run, "timed", 0)
     sly = replace(taken, control=replace(taken.control, episodes=episodes))
     assert "<b>" not in sentence.said(status_at(sly))
-    assert "<b>approach</b> in 50%" in sentence.sentence(status_at(sly))
+    assert "<b>approach</b> in 50%" in in_words(status_at(sly))
 
 
 def test_the_task_says_who_hunts_whom_and_what_ends_a_hunt() -> None:
@@ -410,7 +415,7 @@ def test_the_picture_is_a_cone_an_arm_a_ring_with_a_gap_and_filled(seed: int) ->
         taken = snapshot.take(run, "timed", 0)
         shapes.append(shape_of(taken.spec.world, taken.value))
     assert shapes == ["cone", "arm", "open ring", "filled"]
-    said = sentence.sentence(status_of(run))
+    said = in_words(status_of(run))
     assert "Value hardly spreads any more: nearly all round the prey is filled; " in said
     assert said.endswith(" of recent hunts end in capture.")
 

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import pytest
 import viser
 
-from app.page import widgets
 from app.server.server import close_server, open_server
 from tests.support.person import Person
 
@@ -23,9 +22,3 @@ def person(gui: viser.GuiApi) -> Person:
     """Somebody before an empty panel."""
     gui.reset()
     return Person(gui)
-
-
-@pytest.fixture(autouse=True)
-def no_double_clicks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Clicks of tests come faster than people's, and each is meant."""
-    monkeypatch.setattr(widgets, "DOUBLE_S", 0.0)

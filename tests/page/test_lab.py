@@ -152,7 +152,7 @@ def test_a_page_that_asks_faster_than_the_loop_draws_waits_and_the_others_are_he
     lab: Lab,
 ) -> None:
     done: list[int] = []
-    button = lab.server.gui.add_button("Do")
+    button = lab.server.gui.add_button_group("Do", ["it"])
     button.on_click(Intent(lambda client, _: done.append(client.client_id)))
     greedy, other = a_page(lab), a_page(lab)
     for page in (greedy, other):
@@ -161,8 +161,8 @@ def test_a_page_that_asks_faster_than_the_loop_draws_waits_and_the_others_are_he
     first, second = (browser.client.client_id for browser in lab.browsers)
     go_on = hold(lab)
     for _ in range(200):
-        greedy.set(button, True)
-    other.set(button, True)
+        greedy.set(button, "it")
+    other.set(button, "it")
     wait_until(lambda: not lab.inbox.is_free_for(first))
     go_on.set()
     wait_until(lambda: second in done)

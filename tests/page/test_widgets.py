@@ -4,7 +4,7 @@ import pytest
 import viser
 
 from app.page import widgets
-from app.page.widgets import Choice, Input, add_buttons, on_press
+from app.page.widgets import Choice, Input, add_buttons
 from tests.support.person import Person
 
 
@@ -92,14 +92,3 @@ def test_buttons_in_a_row_have_ids(gui: viser.GuiApi, person: Person) -> None:
     for name in ("more", "more", "less"):
         person.click(name)
     assert pressed == [1, 1, -1]
-
-
-def test_a_double_click_is_one_click(
-    gui: viser.GuiApi, person: Person, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pressed: list[object] = []
-    on_press(gui.add_button("Button"), lambda client, _: pressed.append(client))
-    monkeypatch.setattr(widgets, "DOUBLE_S", 1_000.0)
-    person.click("Button")
-    person.click("Button")
-    assert pressed == [person]

@@ -235,8 +235,14 @@ def test_labels_in_any_script_are_text_and_what_no_font_has_is_said(
     assert sheet.startswith("\ufeffpanel,line,".encode())
     assert ",'=1+1 Räuber,".encode() in sheet
     assert ",=1+1 Räuber,".encode() in (folder / "report_figures" / "curves.csv").read_bytes()
-    # With a font for them, nothing is left to be said.
-    monkeypatch.setattr(fonts, "_known", lambda: frozenset(map(ord, page)))
+
+
+def test_with_a_font_for_every_character_nothing_is_said(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for seed in range(2):
+        add_run(folder, seed, variant="先学接近")
+    monkeypatch.setattr(fonts, "_known", lambda: frozenset(range(0x10000)))
     assert main.main(["report", str(folder)]) == 0
     assert "font" not in capsys.readouterr().err
     assert "No font" not in (folder / REPORT_PAGE).read_text(encoding="utf-8")

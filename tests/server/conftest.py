@@ -14,6 +14,12 @@ def no_grace(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(admission, "GRACE_S", 0.0)
 
 
+@pytest.fixture(autouse=True)
+def no_double_clicks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clicks of tests come faster than people's, and each is meant."""
+    monkeypatch.setattr(admission, "DOUBLE_S", 0.0)
+
+
 @pytest.fixture
 def no_traceback(
     caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]

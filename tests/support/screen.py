@@ -272,6 +272,15 @@ class Shared(NamedTuple):
     screen: Screen
 
 
+class Two(NamedTuple):
+    """A lab and two pages of it, each in a browser profile of its own."""
+
+    live: LiveLab
+    one: Screen
+    other: Screen
+
+
 Begin = Callable[..., Shared]
+BeginTwo = Callable[..., Two]
 StartLab = Callable[..., LiveLab]
 OpenPage = Callable[..., Screen]

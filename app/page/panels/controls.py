@@ -35,7 +35,7 @@ from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.page.panels.said import Said
 from app.page.panels.start_again import StartingAgain
 from app.page.panels.steering import Steering, introduction_of
-from app.page.widgets import CALM, Choice, Input, add_buttons, add_hints, assign, on_press
+from app.page.widgets import CALM, Choice, Input, add_buttons, add_hints, assign
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
 from app.words.numbers import counted, in_short
@@ -205,7 +205,6 @@ class Controls:
             icon=viser.Icon.PLAYER_PAUSE,
             hint="Let the learner go on, or hold it still (space).",
         )
-        # Not once for a double click: whoever plays may want to pause at once.
         self._play.on_click(Intent(self._asking(self._play_or_pause)))
         self._further = gui.add_button(
             "Go on",
@@ -214,7 +213,7 @@ class Controls:
             visible=False,
             hint="Let the run have as many trials again as it was to have.",
         )
-        on_press(self._further, self._asking(GoOn))
+        self._further.on_click(Intent(self._asking(GoOn)))
         add_hints(gui, self._play, self._further)
         add_buttons(
             gui,
@@ -314,7 +313,7 @@ class Controls:
                 )
                 add_hints(self._gui, add)
             row = _SkillRow(None, text, add)
-            on_press(add, self._asking(partial(self._introduction_by, row)))
+            add.on_click(Intent(self._asking(partial(self._introduction_by, row))))
             self._rows.append(row)
         for row, skill in zip_longest(self._rows, skills):
             row.skill = skill
@@ -388,8 +387,8 @@ class Controls:
                 hint="From now on the learner chooses for itself again.",
             )
             add_hints(gui, self._begin, self._end)
-        on_press(self._begin, self._asking(self._exploration))
-        on_press(self._end, self._asking(self._end_of_exploration))
+        self._begin.on_click(Intent(self._asking(self._exploration)))
+        self._end.on_click(Intent(self._asking(self._end_of_exploration)))
 
     def _end_of_exploration(self) -> Request:
         ending = self._ending(self._session.status.snapshot)

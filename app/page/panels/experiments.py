@@ -18,10 +18,10 @@ from app.experiments.store import FolderError
 from app.explain.called import run_on_board
 from app.live.session import GoBack, Session, Status
 from app.live.snapshot import Snapshot
-from app.page.inbox import Ask, Work
+from app.page.inbox import Ask, Intent, Work
 from app.page.number_field import Limits, NumberField
 from app.page.panels.file_tab import safe_name
-from app.page.widgets import CALM, Choice, assign, on_press
+from app.page.widgets import CALM, Choice, assign
 from app.results.service import BusyError, Quote, Service, Standing
 from app.schedule import carried
 from app.server.callbacks import RefusedError
@@ -260,11 +260,11 @@ class ExperimentsPanel:
         self._back = gui.add_button(
             "Back", icon=viser.Icon.ARROW_BACK_UP, color=CALM, visible=False
         )
-        on_press(self._start, self._begin)
-        on_press(self._pause, self._pause_or_go_on)
-        on_press(self._stop, lambda _, __: service.stop())
-        on_press(self._results, lambda client, _: show(client))
-        on_press(self._back, lambda client, _: ask(client, GoBack()))
+        self._start.on_click(Intent(self._begin))
+        self._pause.on_click(Intent(self._pause_or_go_on))
+        self._stop.on_click(Intent(lambda _, __: service.stop()))
+        self._results.on_click(Intent(lambda client, _: show(client)))
+        self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
 
     def take(self, found: Experiment, data: bytes, name: str) -> str:
         """Add an experiment that somebody loaded, and choose it; returns what it is called.

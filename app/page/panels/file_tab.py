@@ -21,7 +21,7 @@ from app.documents.tree import PresetError, document_of, printable
 from app.live.session import Session, StartAgain
 from app.live.snapshot import Snapshot
 from app.page.inbox import Ask, Intent, Work
-from app.page.widgets import CALM, DESTROYS, NAME_HTML, add_hints, assign, on_press
+from app.page.widgets import CALM, DESTROYS, NAME_HTML, add_hints, assign
 from app.schedule import carried
 from app.server.notices import close_modal, open_modal, tell
 from app.util.files import write_whole
@@ -178,10 +178,10 @@ class FileTab:
             )
         add_hints(gui, self._save, tables, load, experiment)
         self._name.on_update(Intent(self._judge_name))
-        on_press(self._save, lambda _, __: self._store(overwrite=False))
-        on_press(self._overwrite, lambda _, __: self._store(overwrite=True))
+        self._save.on_click(Intent(lambda _, __: self._store(overwrite=False)))
+        self._overwrite.on_click(Intent(lambda _, __: self._store(overwrite=True)))
         load.on_upload(Intent(self._load_preset))
-        on_press(tables, self._save_tables)
+        tables.on_click(Intent(self._save_tables))
         experiment.on_upload(Intent(self._load_experiment))
 
     def _judge_name(self, client: viser.ClientHandle, name: str) -> None:

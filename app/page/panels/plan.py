@@ -97,8 +97,8 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     return Form(
         "",
         _if_followed(
-            "Choose what to change or a new exploration, here, or click an outlined block of the bar."
-            " The past is locked.",
+            "Choose what to change or a new exploration, here, or click an outlined block of the"
+            " bar. The past is locked.",
             snapshot,
         ),
     )

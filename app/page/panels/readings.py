@@ -8,6 +8,7 @@ from collections.abc import Callable
 import viser
 
 from app.charts.page.svg import frame_html
+from app.explain.sentence import said
 from app.live.session import Status
 from app.page import keys
 from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
@@ -49,7 +50,7 @@ class Readings:
         self._gui = gui = client.gui
         # At the root of the main panel, which is there whatever tab is shown.
         self._task = gui.add_html(slot_html("task", TASK_HTML) + str(glossary.table_html()))
-        self._sentence = gui.add_html(slot_html("sentence", sentence_html(status)))
+        self._sentence = gui.add_html(slot_html("sentence", sentence_html(status, said(status))))
         self._short = gui.add_html(slot_html("readings", readings_html(status)))
         self._stage_legend = gui.add_html("")
         self._tours = 0

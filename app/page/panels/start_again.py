@@ -6,9 +6,9 @@ from typing import Final
 import viser
 
 from app.live.session import GoBack, Session, StartAgain, Status
-from app.page.inbox import Ask
+from app.page.inbox import Ask, Intent
 from app.page.number_field import Limits, NumberField
-from app.page.widgets import CALM, DESTROYS, Choice, Input, add_hints, assign, on_press
+from app.page.widgets import CALM, DESTROYS, Choice, Input, add_hints, assign
 from app.schedule.carried import drawn_schedule
 from learners.spec import RunSpec
 from sim.rng import MAX_SEED
@@ -74,8 +74,8 @@ class StartingAgain:
                 " latest.",
             )
             add_hints(gui, again, self._back)
-        on_press(again, lambda client, _: ask(client, self._request()))
-        on_press(self._back, lambda client, _: ask(client, GoBack()))
+        again.on_click(Intent(lambda client, _: ask(client, self._request())))
+        self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
 
     def offer(self, name: str, spec: RunSpec) -> None:
         """Have a preset in the list that somebody saved or loaded."""

@@ -12,9 +12,9 @@ from pydantic import TypeAdapter, ValidationError
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.confirm import confirm
-from app.page.inbox import Ask
+from app.page.inbox import Ask, Intent
 from app.page.number_field import DIALS_HTML, Dial, Limits
-from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign, on_press
+from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
 from app.words.numbers import counted
@@ -245,7 +245,7 @@ class Steering:
                 " meanwhile stays.",
             )
             add_hints(self._gui, self._undo)
-        on_press(self._undo, self._undo_clicked)
+        self._undo.on_click(Intent(self._undo_clicked))
 
     def _undo_clicked(self, client: viser.ClientHandle, _: object) -> None:
         if self._undoable.chosen is not None:
@@ -326,8 +326,8 @@ class Steering:
             )
             add_hints(gui, self._add_other, define)
         self._skills_folder = folder
-        on_press(self._add_other, self._add_other_clicked)
-        on_press(define, self._define_clicked)
+        self._add_other.on_click(Intent(self._add_other_clicked))
+        define.on_click(Intent(self._define_clicked))
 
     def _add_other_clicked(self, client: viser.ClientHandle, _: object) -> None:
         if self._other.chosen is None:
@@ -376,7 +376,7 @@ class Steering:
                 hint="The learner can no longer choose the skill. What is lost is said first.",
             )
             add_hints(self._gui, self._remove)
-        on_press(self._remove, self._confirm_removal)
+        self._remove.on_click(Intent(self._confirm_removal))
 
     def _confirm_removal(self, client: viser.ClientHandle, _: object) -> None:
         """Say what is lost, and ask."""

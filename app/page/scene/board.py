@@ -4,7 +4,7 @@ One class, ``create -> update(moment) -> remove``. Handles are made once and the
 assigned afterwards; only the render loop calls it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -13,10 +13,11 @@ import viser
 from app.live.snapshot import Snapshot
 from app.page.scene import outlines
 from app.page.scene.hunt import HuntView
-from app.page.scene.names import HEIGHT, BoardNames
+from app.page.scene.names import HEIGHT, BoardNames, middles
 from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted
 from app.page.scene.parts import AWAY, OF_PARTS, Parts, in_linear_light
 from app.page.widgets import assign
+from app.picture.contours import Contour
 from app.picture.frames import folds
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
@@ -175,8 +176,9 @@ class BoardView(Parts):
         prey = self._of_each(lambda _: np.zeros((1, 2)), shown)
         self._set(self._prey, "prey", lifted(prey, _Z_PREY))
         self._show_arrows(picture)
-        self._show_contours(picture)
-        self._names.show(picture, spec.size)
+        over = picture.over()
+        self._show_contours(over.contours)
+        self._names.show((*middles(picture), *over.labels), spec.size)
 
     def _of_each(self, outline: Callable[[int], np.ndarray], shown: int) -> np.ndarray:
         """Points ``(..., 2)`` drawn for a heading: the one that is shown, or each in its place."""
@@ -193,12 +195,12 @@ class BoardView(Parts):
         colours = np.repeat(np.tile(in_linear_light(inks[there]), (3, 1))[:, None], 2, axis=1)
         self._set(self._flow, "flow", lifted(lines, _Z_FIELD), colours)
 
-    def _show_contours(self, picture: Picture) -> None:
+    def _show_contours(self, contours: Sequence[Contour]) -> None:
         for handle, name, is_edge in (
             (self._contours, "contours", False),
             (self._edges, "edges", True),
         ):
-            lines = [line for line in picture.contours if line.is_edge == is_edge]
+            lines = [line for line in contours if line.is_edge == is_edge]
             parts, colours = outlines.contour_lines(lines, self._spec, folds(self._look))
             self._set(handle, name, lifted(parts, _Z_LINES), in_linear_light(colours))
 

@@ -33,6 +33,8 @@ ENDED: Final[Mapping[int, str]] = {
 
 _PREDATOR_RADIUS, _HALO_RADIUS, _END_RADIUS = 0.13, 0.17, 0.1
 _TRAIL_SEGMENTS = 120
+_WHOLE_SEGMENTS = 2_000
+"""Of a hunt that has ended; one that takes longer has gone in circles before."""
 _PATH_POINTS = 60
 _PATHS_EVERY_S = 1.0
 _FADED: Final = 0.7
@@ -86,7 +88,8 @@ class Chase(Parts):
         Returns:
             ``(2,)``: where the predator is, in board units.
         """
-        path = placed(world, spec, look, way.cells, way.heading, shown)
+        most = _TRAIL_SEGMENTS if way.outcome is None else _WHOLE_SEGMENTS
+        path = placed(world, spec, look, way.cells[-1 - most :], way.heading, shown)
         # By its points and not its position, which browsers apply a frame ahead of the trail.
         here = lifted(path[-1:], _Z_PREDATOR)
         self._set(self._predator, "predator", here)
@@ -94,7 +97,6 @@ class Chase(Parts):
         steps = np.zeros((0, 2, 2))
         if look.trail and len(path) > 1:
             steps = segments(path)
-            steps = steps if way.outcome is not None else steps[-_TRAIL_SEGMENTS:]
         colours = _fading(self._theme, len(steps))
         if way.outcome is not None:
             ink = in_linear_light(self._theme.of_outcome(way.outcome))

@@ -1,6 +1,7 @@
 """What stands written on the board: names, each in the middle of its largest place, and labels."""
 
 import math
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -54,9 +55,9 @@ class BoardNames:
             for number in range(_MOST)
         ]
 
-    def show(self, picture: Picture, size: int) -> None:
-        """Show what is written on a picture of a board of so many cells along each side."""
-        labels = (*middles(picture), *picture.labels)[:_MOST]
+    def show(self, labels: Sequence[Label], size: int) -> None:
+        """Show the first of some labels on a board of so many cells along each side."""
+        labels = labels[:_MOST]
         unit = BOARD_UNITS / size
         for written, label in zip(self._written, labels, strict=False):
             place = (label.east * unit, label.north * unit, _ABOVE)

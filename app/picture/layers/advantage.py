@@ -7,7 +7,7 @@ from app.live.snapshot import Snapshot
 from app.picture.amounts import amount_legend, draw_amount, fitted, least_difference
 from app.picture.colours import STAKES
 from app.picture.frames import in_frame
-from app.picture.layer import Extras, Label, Layer, Picture
+from app.picture.layer import Extras, Label, Layer, Over, Picture
 from app.picture.look import Look
 from app.picture.options import kind_of, lone_option
 from app.picture.raster import Raster
@@ -70,7 +70,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     if lone is None:
         return picture
     note = Label(f"{lone}: no choice yet", 0.0, _NOTE_NORTH * snapshot.spec.world.size)
-    return picture._replace(labels=(note,))
+    return picture._replace(over=lambda: Over(labels=(note,)))
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:

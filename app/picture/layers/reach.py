@@ -7,7 +7,7 @@ from app.live.snapshot import Snapshot
 from app.picture.colours import css, gain_colours, palette
 from app.picture.contours import Contour, Isoline, isolines, segments
 from app.picture.frames import folds, in_frame
-from app.picture.layer import Extras, Label, Layer, Picture
+from app.picture.layer import Extras, Label, Layer, Over, Picture
 from app.picture.legend import (
     bar,
     bar_marks,
@@ -65,16 +65,20 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     pixels = on_raster(np.where(is_shown[..., None], colours, board), raster)
     few = on_raster((count > 0) & ~is_shown, raster) & dotted(raster, world)
     pixels[few] = on_raster(colours, raster)[few]
-    shown = np.where(is_shown, trial, np.nan)
-    step = line_step(snapshot.first_reach)
-    levels = np.arange(1, MOST_LINES + 2) * step + snapshot.first_reach.clip(0).min() // step * step
+    return Picture(pixels, over=lambda: _isochrones(np.where(is_shown, trial, np.nan), snapshot))
+
+
+def _isochrones(trial: np.ndarray, snapshot: Snapshot) -> Over:
+    """Lines through a map of trials, ``(distance, direction)``, with their numbers."""
+    world, reach = snapshot.spec.world, snapshot.first_reach
+    step = line_step(reach)
+    levels = np.arange(1, MOST_LINES + 2) * step + reach.clip(0).min() // step * step
     room = _ROOM * world.size
     # Specks round a single state say nothing, and hide what they are in.
-    lines = [line for line in isolines(shown, world, levels.tolist()) if _length(line) > room]
-    return Picture(
-        pixels,
-        labels=_numbers(lines, room, _REACH * world.size),
-        contours=tuple(Contour(segments(line.points), _LINE) for line in lines),
+    lines = [line for line in isolines(trial, world, levels.tolist()) if _length(line) > room]
+    return Over(
+        tuple(Contour(segments(line.points), _LINE) for line in lines),
+        _numbers(lines, room, _REACH * world.size),
     )
 
 

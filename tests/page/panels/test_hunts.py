@@ -29,9 +29,10 @@ BEFORE_S, LATER_S = 100.0, 200.0
 """When a hunt is begun, and when all of it has been seen."""
 
 
-def status_of(trial: int = 300, size: int = 40) -> Status:
+def status_of(trial: int = 300, size: int = 40, *settings: str) -> Status:
     """A session that stands at the start of a trial."""
-    spec = presets.load("timed", [f"world.size={size}", "world.start_radius=[20, 50]"])
+    start = "world.start_radius=[20, 50]"
+    spec = presets.load("timed", [f"world.size={size}", start, *settings])
     run = Run(spec, seed=1)
     run.advance(until_trial=trial)
     idle = Session(spec, "timed", seed=1, speed=100.0, playing=True).status
@@ -101,14 +102,14 @@ def test_a_hunt_is_watched_to_its_end_and_until_one_has_seen_enough(viewer: View
     viewer.follow("Watch a hunt")
     assert viewer.hunts.is_watching
     viewer.hunts.update(status, LOOK, BEFORE_S)
-    assert "without random moves, with what it knows at trial 300" in viewer.said
+    assert "with what it knows at trial 300" in viewer.said
     assert len(viewer.points("trail")) == 0
     start = viewer.points("predator")
     viewer.hunts.update(status, LOOK, LATER_S)
-    assert re.search(r"(Caught|Noticed|Out of time) after [\d,]+ steps?, with", viewer.said)
+    assert re.search(r"(Caught|Noticed|Out of time) after [\d,]+ steps?\.", viewer.said)
     assert len(viewer.points("trail")) > 0
     assert not np.array_equal(viewer.points("predator"), start)
-    viewer.follow("Stop watching")
+    viewer.follow("Stop")
     viewer.hunts.update(status, LOOK, LATER_S)
     assert not viewer.hunts.is_watching
     assert viewer.said == "Watch a hunt"
@@ -125,6 +126,18 @@ def test_what_is_watched_stays_what_it_is_while_the_learner_goes_on(viewer: View
     assert np.array_equal(viewer.points("predator"), start)
     viewer.hunts.update(status_of(310), LOOK._replace(theme=DARK), BEFORE_S)
     assert np.array_equal(viewer.points("predator"), start)
+
+
+def test_of_a_very_long_hunt_the_end_is_drawn(viewer: Viewer) -> None:
+    # It knows nothing yet, and nothing is near where it starts.
+    lost = status_of(0, 400, "world.step_limit=100000", "world.vision_radius=0")
+    viewer.hunts.update(lost, LOOK, BEFORE_S)
+    viewer.follow("Watch a hunt")
+    viewer.hunts.update(lost, LOOK, BEFORE_S)
+    viewer.hunts.update(lost, LOOK, LATER_S)
+    steps = int(re.findall(r"after ([\d,]+) steps", viewer.said)[0].replace(",", ""))
+    assert len(viewer.points("trail")) / 2 == 2_000 < steps
+    assert np.allclose(viewer.points("trail")[-1, :2], viewer.points("predator")[0, :2])
 
 
 def test_another_world_ends_it(viewer: Viewer) -> None:

@@ -245,7 +245,7 @@ def test_what_cannot_be_done_is_not_offered(desk: Desk) -> None:
     desk.settle()
     for label in ("Earlier", "Later", "At trial", "Lasts", "Chance", "Apply", "Delete"):
         assert not person.sees(label)
-    assert person.reads("the past is locked")
+    assert person.reads("The past is locked")
     desk.choose("avoid: joins")
     for label in ("Earlier", "Later", "At trial", "Freeze"):
         assert person.can_use(label)

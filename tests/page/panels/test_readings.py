@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from app.explain.sentence import provenance
+from app.explain.sentence import provenance, said
 from app.live import snapshot
 from app.live.held import Opened
 from app.live.session import Session, Status
@@ -39,6 +39,11 @@ def status_of(taken: Snapshot, **parts: object) -> Status:
     return replace(idle, snapshot=taken, preparing=False, **parts)
 
 
+def sentence_html(status: Status) -> str:
+    """The sentence above the board."""
+    return headline.sentence_html(status, said(status))
+
+
 class Page(HTMLParser):
     """The tags and the text of a piece of HTML."""
 
@@ -63,22 +68,19 @@ class Page(HTMLParser):
 
 
 def test_the_sentence_above_the_board_is_that_of_the_moment() -> None:
-    assert (
-        ": approach. It is practised until"
-        in Page(headline.sentence_html(status_of(moment()))).text
-    )
+    assert ": approach. It is practised until" in Page(sentence_html(status_of(moment()))).text
 
 
 def test_markup_in_an_error_is_shown_and_not_obeyed() -> None:
     error = "ValueError: <img src=x onerror=alert(1)> & <script>steal()</script>"
-    harmless = headline.sentence_html(status_of(moment(), error="ValueError: x"))
-    shown = Page(headline.sentence_html(status_of(moment(), error=error)))
+    harmless = sentence_html(status_of(moment(), error="ValueError: x"))
+    shown = Page(sentence_html(status_of(moment(), error=error)))
     assert error in shown.text
     assert shown.tags == Page(harmless).tags
 
 
 def test_an_error_is_shown_only_when_there_is_one() -> None:
-    assert "Error" not in Page(headline.sentence_html(status_of(moment()))).text
+    assert "Error" not in Page(sentence_html(status_of(moment()))).text
 
 
 @pytest.mark.parametrize("same", [None, True, False])
@@ -86,8 +88,8 @@ def test_a_run_of_an_experiment_is_named_under_the_sentence(same: bool | None) -
     digest = "3fa9c1d2" + "0" * 56
     found = "" if same is None else digest if same else "f" * 64
     opened = Opened("figure_4_1: timed, seed 3", 1_000, digest, same, found)
-    page = Page(headline.sentence_html(status_of(moment(), opened=opened)))
-    sentence = Page(headline.sentence_html(status_of(moment()))).text
+    page = Page(sentence_html(status_of(moment(), opened=opened)))
+    sentence = Page(sentence_html(status_of(moment()))).text
     assert page.text == f"{sentence} {provenance(opened)}"
 
 
@@ -96,9 +98,9 @@ def test_markup_in_the_name_of_a_run_is_shown_and_not_obeyed(same: bool | None) 
     name = "<img src=x onerror=alert(1)> & <script>steal()</script>"
     hostile = Opened(name, 1_000, "<b>3f</b>", same, "<b>3f</b>")
     harmless = Opened("timed", 1_000, "3f", same, "3f")
-    shown = Page(headline.sentence_html(status_of(moment(), opened=hostile)))
+    shown = Page(sentence_html(status_of(moment(), opened=hostile)))
     assert name in shown.text
-    expected = Page(headline.sentence_html(status_of(moment(), opened=harmless)))
+    expected = Page(sentence_html(status_of(moment(), opened=harmless)))
     assert shown.tags == expected.tags
 
 
