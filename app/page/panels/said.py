@@ -51,7 +51,7 @@ def _of_change(snapshot: Snapshot, event: Event) -> Saying:
         before = next(iter(undoable(snapshot.control.history)), None)
         if before is None:
             return Saying(text, snapshot.generation)
-        label = f"Undo {command_in_words(before.command)}"
+        label = f"Undo too: {command_in_words(before.command)}"
         return Saying(text, snapshot.generation, Undo(before.number), label)
     words = command_in_words(event.command)
     # A Greek letter is a symbol, and has no other at the start of a sentence.

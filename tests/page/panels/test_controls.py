@@ -296,7 +296,7 @@ def test_what_was_undone_offers_to_undo_the_change_before(desk: Desk) -> None:
     run.apply(Explore("approach", 50, 0.5))
     run.apply(Undo(run.control.history[-1].number))
     desk.show(run)
-    assert said(desk) == "Undone: approach explored at 50% Undo selection frozen"
+    assert said(desk) == "Undone: approach explored at 50% Undo too: selection frozen"
     desk.person.press("Undo what was just done by hand")
     (before,) = desk.requests
     assert isinstance(before, Undo)
