@@ -178,7 +178,7 @@ def _ends(theme: Theme) -> Markup:
         swatch(css(theme.of_outcome(outcome)), kind, shape=OUTCOME_SHAPES[outcome])
         for outcome, kind in kinds.items()
     ]
-    return joined(["Ends of hunts: ", *ends], "")
+    return joined(["Hunts that ended: ", *ends], "")
 
 
 def _circles(look: Look) -> Markup | str:

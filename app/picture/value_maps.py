@@ -155,7 +155,7 @@ def value_scale(shading: Shading, look: Look) -> list[Markup]:
         # Its low end is on the right, where the colours are brightest.
         marks = [(1.0 - place, text) for place, text in bar_marks(gain, _steps)]
         if not look.fitted:
-            marks = [(place, f"{text} or more" if place == 0 else text) for place, text in marks]
+            marks = [(place, f"{text}+" if place == 0 else text) for place, text in marks]
         return [bar(colours, marks), limits(look, f"{_steps(gain.high)} steps", _steps(gain.low))]
     ends = of_any_size(gain.low), of_any_size(gain.high)
     return [bar(colours, bar_marks(gain, of_any_size)), limits(look, *ends)]

@@ -13,12 +13,18 @@ const USUAL = { width: 1366, height: 768 };
 const MOST_SCALE = 3;
 /** How much larger type is that is to be read from the last row: 13 px become 18. */
 const PRESENTED = 1.4;
+const LEAST_PRESENTED = 0.9;
 /** What stands above, below and beside the board takes about so many pixels at scale 1. */
-const HEAD_PX = 120;
+const HEAD_PX = 150;
 const BAR_PX = 220;
 const LEGEND_PX = 250;
 const TEXT_PX = 190;
 const ASIDE_PX = 280;
+/** Of a column that has the bar, too, and the least height of one in which that is to be seen. */
+const ASIDE_WITH_BAR_PX = 400;
+const ALL_PX = 500;
+/** Share of the height that a board above the bar has to have, where it stands there. */
+const LEAST_SHARE = 0.6;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */
 const BROAD = 1.55;
 /** Below this viser has no panels at the sides, but a sheet at the bottom. */
@@ -28,7 +34,6 @@ const stage = document.createElement("main");
 stage.id = "pounce-stage";
 stage.innerHTML = `
   <div class="board">
-    <div class="over" data-slot-of="opening"></div>
     <div class="over" data-slot-of="said" role="status"></div>
     <button class="reset" type="button" title="Show all of the board again (R)" hidden>Reset view</button>
   </div>
@@ -42,12 +47,13 @@ stage.innerHTML = `
       </div>
       <p data-slot-of="sentence"></p>
       <p data-slot-of="experiment"></p>
+      <div data-slot-of="opening"></div>
+      <div data-slot-of="tour"></div>
     </header>
     <div data-slot-of="readings"></div>
     <div data-slot-of="legend"></div>
     <footer data-slot-of="bar"></footer>
-  </div>
-  <div data-slot-of="tour"></div>`;
+  </div>`;
 const EDGES = /** @type {const} */ (["left", "right"]);
 stage.append(...EDGES.map(rail));
 document.body.append(stage);
@@ -80,16 +86,20 @@ const taken = (edge) => {
  * @param {number} zoom
  */
 const arranged = (width, height, zoom) => {
-  if (PHONE.matches) return { shape: "stack", size: Math.min(width, height * 0.6) };
+  if (PHONE.matches) return { shape: "stack", size: Math.min(width, height * 0.45) };
   const isAlone = stage.hasAttribute("data-alone");
   // In a presentation all is to be seen at once, for which the column has to be a broad one.
   const holdsBar = !isPresenting() || width > BROAD * height;
-  const beside = holdsBar ? Math.min(height, width - ASIDE_PX * zoom) : 0;
+  const broad = height < ALL_PX * zoom ? ASIDE_PX : ASIDE_WITH_BAR_PX;
+  const beside = holdsBar ? Math.min(height, width - broad * zoom) : 0;
   const said = HEAD_PX + BAR_PX + (isAlone ? LEGEND_PX : 0);
   const between = Math.min(width, height - said * zoom);
   const aside = (isAlone ? ASIDE_PX : TEXT_PX) * zoom;
   const above = Math.min(height - BAR_PX * zoom, width - aside);
   const size = Math.max(beside, between, above, 0);
+  if (size < LEAST_SHARE * height && !isPresenting())
+    // Of a window as small as this the bar takes too much: one scrolls to it.
+    return { size: Math.min(height, width - ASIDE_PX * zoom), shape: "side" };
   return { size, shape: size === between ? "column" : size === above ? "corner" : "side" };
 };
 
@@ -98,7 +108,9 @@ const place = () => {
   const { innerWidth, innerHeight } = window;
   const larger = Math.min(innerWidth / USUAL.width, innerHeight / USUAL.height);
   const scale = Math.min(Math.max(larger, 1), MOST_SCALE);
-  const zoom = isPresenting() ? scale * PRESENTED : scale;
+  // A browser that shows all larger has made type larger, too.
+  const shown = larger < 1 ? Math.min(innerHeight / USUAL.height, 1) : scale;
+  const zoom = isPresenting() ? Math.max(shown * PRESENTED, LEAST_PRESENTED) : scale;
   root.style.setProperty("--stage-scale", `${scale}`);
   root.style.setProperty("--stage-zoom", `${zoom}`);
   const beside = resultsRoom();
@@ -127,7 +139,7 @@ const setPresenting = (wanted) => {
   if (wanted) root.dataset.present = "";
   else delete root.dataset.present;
   present.setAttribute("aria-pressed", `${wanted}`);
-  present.textContent = wanted ? "End presentation" : "Present";
+  present.textContent = wanted ? "Exit" : "Present";
   place();
 };
 

@@ -4,7 +4,7 @@ import re
 from typing import Any
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import expect
 
 from learners.commands import Introduce
 from tests.support.access import AXE, FINDINGS
@@ -13,12 +13,19 @@ from tests.support.screen import VIEWPORT, Screen, Shared
 
 OF_VISER: tuple[tuple[str, str], ...] = ()
 """Rule and selector of what is viser's own and cannot be mended from outside: nothing so far."""
-HAS_NO_NAME = """node => {
+# Controls that are seen and have no name.
+NAMELESS = """() => {
     const text = id => document.getElementById(id)?.textContent ?? "";
-    const by = (node.getAttribute("aria-labelledby") ?? "").split(" ").map(text).join("");
-    const labels = Array.from(node.labels ?? [], label => label.textContent).join("");
-    const own = node.matches("input") ? "" : node.textContent;
-    return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
+    const isNameless = node => {
+        const by = (node.getAttribute("aria-labelledby") ?? "").split(" ").map(text).join("");
+        const labels = Array.from(node.labels ?? [], label => label.textContent).join("");
+        const own = node.matches("input") ? "" : node.textContent;
+        return ![node.ariaLabel ?? "", by, labels, own].some(name => name.trim());
+    };
+    const kinds = "button, input, [role=slider], [role=tab], [role=button], a[href]";
+    return [...document.querySelectorAll(kinds)]
+        .filter(node => node.checkVisibility() && node.getClientRects().length && isNameless(node))
+        .map(node => node.outerHTML);
 }"""
 IS_LARGER = "() => document.documentElement.style.getPropertyValue('--stage-scale') > 1.4"
 BEHIND_TABS = [("Now", "Run"), ("Now", "Steer"), ("Inspect", "Experiments"), ("File", "Plan")]
@@ -104,19 +111,11 @@ def test_a_checker_finds_nothing_serious_in_the_results(shared: Shared) -> None:
     screen.page.set_viewport_size(VIEWPORT)
 
 
-def visible(screen: Screen, css: str) -> Locator:
-    """What of that kind is to be seen."""
-    return screen.page.locator(css).locator("visible=true")
-
-
 def test_every_control_and_the_board_have_names(shared: Shared) -> None:
     screen = shared.screen
     for left, right in BEHIND_TABS:
         turn_to(screen, left, right)
-        for control in visible(
-            screen, "button, input, [role=slider], [role=tab], [role=button], a[href]"
-        ).all():
-            assert not control.evaluate(HAS_NO_NAME), control.evaluate("node => node.outerHTML")
+        assert screen.page.evaluate(NAMELESS) == []
     screen.turn_to("Now")
     board = screen.page.get_by_role("img", name=re.compile("^The board, 40 by 40 cells"))
     expect(board).to_have_attribute("aria-label", re.compile(r"Layer: State value\. Paused\."))

@@ -8,7 +8,6 @@ from playwright.sync_api import expect
 
 from app.live.session import Status
 from learners.commands import Introduce
-from learners.spec import EpisodeSpec
 from tests.support.screen import Begin
 
 NOTHING = "\N{EN DASH} nothing \N{EN DASH}"
@@ -61,31 +60,6 @@ def test_a_block_is_chosen_by_a_click_and_moved_and_the_past_is_not_offered(begi
     assert status.snapshot.present == ("approach", "circle_clockwise")
     expect(screen.field("Change")).to_have_value(NOTHING)
     expect(screen.page.get_by_role("link", name=re.compile("^circle clockwise"))).to_have_count(0)
-
-
-def test_an_exploration_is_planned_changed_and_deleted(begin: Begin) -> None:
-    live, screen = begin(trial=100)
-    screen.turn_to("Plan")
-    episodes = live.session.status.snapshot.spec.schedule.episodes
-    screen.choose("Change", "approach: new exploration")
-    for field, proposed in [("At trial", "1,100"), ("Lasts", "2,000"), ("Chance", "0.5")]:
-        expect(screen.field(field)).to_have_value(proposed)
-    for field, text in [("At trial", "5 000"), ("Lasts", "7e2"), ("Chance", "25 %")]:
-        screen.fill(field, text)
-    screen.click("Add")
-    planned = EpisodeSpec(skill="approach", at=5_000, duration=700, probability=0.25)
-    status = live.wait_for(schedule_is(lambda plan: plan.episodes != episodes))
-    assert status.snapshot.spec.schedule.episodes == (*episodes, planned)
-    expect(screen.field("Change")).to_have_value("approach: exploration")
-
-    screen.fill("Lasts", "900")
-    screen.click("Apply")
-    changed = planned.model_copy(update={"duration": 900})
-    live.wait_for(schedule_is(lambda plan: plan.episodes == (*episodes, changed)))
-    screen.click("Delete")
-    live.wait_for(schedule_is(lambda plan: plan.episodes == episodes))
-    expect(screen.field("Change")).to_have_value(NOTHING)
-    expect(screen.button("Delete")).to_have_count(0)
 
 
 def test_curves_and_lanes_share_an_axis(begin: Begin) -> None:

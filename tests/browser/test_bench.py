@@ -26,7 +26,15 @@ from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
 from app.picture.multiples import SIDE
 from app.words.plain import HEADING_NAMES
 from learners import hunts
-from learners.commands import DefineSkill, Explore, Introduce, Remove, SetParameter
+from learners.commands import (
+    DefineSkill,
+    Explore,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    Remove,
+    SetParameter,
+)
 from learners.spec import SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 from tests.support.live import LiveLab, preset_of
@@ -44,11 +52,6 @@ HAS_POINTS = """([name, count]) =>
 TRAIL_IS = """place => {
     const { points } = window.__viserSceneTree.getState()["/board/trail"].message.props;
     return (points[2] > -1 ? "on the board" : "away") === place;
-}"""
-TOP_OF_THE_READINGS = """() => {
-    const labels = Array.from(document.querySelectorAll("div"));
-    const label = labels.find(node => node.textContent === "Trial" && node.checkVisibility());
-    return label?.getBoundingClientRect().top;
 }"""
 CAMERA = "() => window.__viserMutable.camera.position.toArray()"
 TELL_NOTHING_OF_THE_CAMERA = """() => {
@@ -137,15 +140,12 @@ def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     extras = success_of(now_of(live))
     seen: list[bytes] = []
-    for key, layer in zip("1234567890", LAYERS.values(), strict=False):
+    for key, layer in zip("1234567890", LAYERS.values(), strict=True):
         screen.page.keyboard.press(key)
         seen.append(expect_layer(screen, live, layer, extras).tobytes())
-    assert len(set(seen)) == min(len(LAYERS), 10)
-    for layer in LAYERS.values():
-        screen.choose("Layer", layer.title)
-        expect_layer(screen, live, layer, extras)
-
+    assert len(set(seen)) == len(LAYERS)
     screen.choose("Layer", "Value of one option")
+    expect_layer(screen, live, LAYERS["option"], extras)
     screen.choose("of", "circle clockwise")
     screen.expect_cell_colours(live.colours(Look(layer="option", option=1)))
     expect(screen.legend.locator("xpath=..")).to_contain_text("circle clockwise")
@@ -200,13 +200,14 @@ def test_frames_all_headings_and_overlays(begin: Begin) -> None:
         "Start zone": "start_zone",
         "Last 20 paths": "paths",
     }
-    for label, name in overlays.items():
-        drawn = f"/board/{name}"
-        shown = bool(screen.page.evaluate(SHOWN, drawn))
-        for wanted in (not shown, shown):
-            screen.check(label, wanted)
-            screen.page.wait_for_function(IS_SHOWN, arg=[drawn, wanted])
-            assert getattr(live.look_of(), name) is wanted
+    drawn = {name: f"/board/{name}" for name in overlays.values()}
+    first = {name: bool(screen.page.evaluate(SHOWN, node)) for name, node in drawn.items()}
+    for wanted in ({name: not shown for name, shown in first.items()}, first):
+        for label, name in overlays.items():
+            screen.check(label, wanted[name])
+        for name, node in drawn.items():
+            screen.page.wait_for_function(IS_SHOWN, arg=[node, wanted[name]])
+            assert getattr(live.look_of(), name) is wanted[name]
 
     screen.check("Trail")
 
@@ -326,21 +327,6 @@ def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(begin: Beg
     status = live.wait_for(lambda status: status.snapshot.spec.world.vision_radius != 12)
     world = status.snapshot.spec.world
     assert (world.vision_radius, world.capture_reward) == (start.world.vision_radius, 150)
-
-
-def test_a_number_out_of_bounds_is_refused_and_not_bent(begin: Begin) -> None:
-    live, screen = begin("hierarchical_2", trial=LEARNED)
-    before = now_of(live)
-    screen.turn_to("Steer")
-    number = screen.field("α of skills as a number")
-    screen.fill("α of skills as a number", "5")
-    said = "α of skills: '5' is not taken: it is too large; allowed: a number, 0 to 1"
-    assert screen.reads(said)
-    expect(number).to_have_value(f"{before.spec.learner.skill_alpha:g}")
-    assert now_of(live) is before
-    screen.fill("α of skills as a number", "0.125")
-    live.wait_for(lambda status: status.snapshot.spec.learner.skill_alpha == 0.125)
-    assert by_hand(live.session.status) == [SetParameter("learner.skill_alpha", 0.125)]
 
 
 def open_other_skills(screen: Screen) -> None:
@@ -524,7 +510,7 @@ def test_keys_do_what_their_list_says(begin: Begin) -> None:
     screen.page.keyboard.press("h")
     dialog = screen.page.get_by_role("dialog")
     expect(dialog).to_contain_text("freeze the selection, or let it learn")
-    expect(dialog.get_by_role("row")).to_have_count(11)
+    expect(dialog.get_by_role("row")).to_have_count(14)
     dialog.get_by_role("button", name="Close", exact=True).click()
     expect(dialog).to_have_count(0)
 
@@ -565,26 +551,28 @@ def test_the_camera_comes_home_even_while_it_swings(begin: Begin) -> None:
 # What stands where --------------------------------------------------------------------------
 
 
-def test_what_stands_below_the_sentence_does_not_move_with_it(begin: Begin) -> None:
+def test_the_board_does_not_move_with_the_sentence(begin: Begin) -> None:
     live, screen = begin(trial=100)
+    live.ask(Introduce("circle_clockwise", 10))
     places: list[object] = []
     for commands, said in [
-        ([], "the selection is frozen until trial 300"),
-        ([Introduce("circle_clockwise", 10)], "Two skills, approach and circle clockwise"),
-        (
-            [Introduce("avoid", 10), Explore("avoid", 500, 0.3), Explore("approach", 500, 0.3)],
-            "Three skills, approach, circle clockwise and avoid: approach is taken in 30% of the",
-        ),
+        ([Introduce("avoid", 10), Explore("approach", 500, 0.3)], "approach in 30% of the steps"),
+        ([FreezeSkills(True)], "Frozen by hand: the skills."),
+        ([FreezeSelection(True)], "Frozen by hand: the selection and the skills, so"),
     ]:
         live.ask(*commands, StepOnce())
         expect(screen.headline).to_contain_text(said)
-        places.append(screen.page.wait_for_function(TOP_OF_THE_READINGS).json_value())
-    assert len(set(places)) == 1
+        room = screen.page.locator("#pounce-stage .board").bounding_box()
+        assert room is not None
+        # The bar below may take of what a square leaves free, for what is explored in it.
+        places.append((room["x"], room["y"], min(room["width"], room["height"])))
+    assert places == [places[0]] * len(places)
 
 
 def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
     _, screen = begin("hierarchical_2", trial=LEARNED)
     # So low that the panel has to be scrolled.
+    screen.turn_to_overlays()
     screen.page.set_viewport_size({"width": 1366, "height": 600})
     bar = screen.page.locator(
         "[data-dock-edge='left'] .mantine-ScrollArea-scrollbar[data-orientation='vertical']"
@@ -592,7 +580,7 @@ def test_nothing_reaches_below_a_scroll_bar(begin: Begin) -> None:
     expect(bar).to_be_visible()
     edge = bar.bounding_box()
     assert edge is not None
-    for part in (screen.legend, screen.headline):
+    for part in (screen.legend, screen.page.locator("[data-dock-edge] .pounce-numbers")):
         rights = part.evaluate(
             "node => Array.from(node.querySelectorAll('*'))"
             ".map(child => child.getBoundingClientRect().right)"

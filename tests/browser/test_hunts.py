@@ -42,7 +42,7 @@ def test_the_first_hunts_are_seen_once_the_board_is_and_another_can_be_watched(
     live.wait_for(lambda status: status.snapshot.trial > 100)
 
     screen.page.keyboard.press("w")
-    expect(said).to_contain_text("without random moves, with what it knows at trial")
+    expect(said).to_contain_text("with what it knows at trial")
     screen.page.wait_for_function(_IS_THERE, arg="/watched/predator")
     expect(said).to_contain_text(" after ")
     word = screen.page.evaluate(_WORDS, "watched")[2]
@@ -51,6 +51,6 @@ def test_the_first_hunts_are_seen_once_the_board_is_and_another_can_be_watched(
     # Nobody else sees it, nor does the learner wait.
     trial = live.session.status.snapshot.trial
     live.wait_for(lambda status: status.snapshot.trial > trial)
-    said.get_by_role("link", name="Stop watching").click()
+    said.get_by_role("link", name="Stop").click()
     expect(said).to_have_text("Watch a hunt")
     screen.page.wait_for_function(f"name => !({_IS_THERE})(name)", arg="/watched/predator")

@@ -585,12 +585,9 @@ def pounce_lab(port: int) -> Iterator[subprocess.Popen[str]]:
         # What a shell starts in the background ignores Ctrl-C; a test may be run like that.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
-    watchdog = threading.Timer(PATIENCE_S, process.kill)
-    watchdog.start()
     try:
         yield process
     finally:
-        watchdog.cancel()
         process.kill()
         process.communicate()
 
@@ -599,11 +596,17 @@ def said_until_ready(process: subprocess.Popen[str]) -> tuple[str, str]:
     """What a program said until it named its address, and the address."""
     assert process.stdout is not None
     said = ""
-    for line in process.stdout:
-        said += line
-        found = re.search(r"pounce is at (http://\S+)", line)
-        if found:
-            return said, found[1]
+    # What loads and compiles as it starts takes many times as long on a machine under load.
+    watchdog = threading.Timer(3 * PATIENCE_S, process.kill)
+    watchdog.start()
+    try:
+        for line in process.stdout:
+            said += line
+            found = re.search(r"pounce is at (http://\S+)", line)
+            if found:
+                return said, found[1]
+    finally:
+        watchdog.cancel()
     pytest.fail(f"it ended before it named an address: {said}")
 
 
@@ -614,13 +617,14 @@ def taken_port() -> Iterator[int]:
         yield other.getsockname()[1]
 
 
-def test_ctrl_c_ends_the_program_at_once_and_cleanly(
+def test_a_busy_port_is_said_and_ctrl_c_ends_the_program_at_once_and_cleanly(
     new_context: Callable[..., BrowserContext],
 ) -> None:
-    with taken_port() as free:
-        pass
-    with pounce_lab(free) as process:
-        _, url = said_until_ready(process)
+    with taken_port() as busy, pounce_lab(busy) as process:
+        said, url = said_until_ready(process)
+        port = int(url.rpartition(":")[2])
+        assert port > busy
+        assert f"Port {busy} is busy, so this uses {port}." in said
         page = new_context().new_page()
         page.goto(f"{url}/?fixedDpr=1")
         expect(page.get_by_text("One skill: approach")).to_be_visible(timeout=PATIENCE_S * 1000)
@@ -628,16 +632,3 @@ def test_ctrl_c_ends_the_program_at_once_and_cleanly(
         _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode in (os.EX_OK, 130)
     assert errors == ""
-
-
-def test_a_busy_port_is_said_and_the_next_free_one_used() -> None:
-    with taken_port() as busy, pounce_lab(busy) as process:
-        said, url = said_until_ready(process)
-        port = int(url.rpartition(":")[2])
-        assert port > busy
-        assert f"Port {busy} is busy, so this uses {port}." in said
-        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S):
-            pass
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=PATIENCE_S)
-    assert process.returncode in (os.EX_OK, 130)

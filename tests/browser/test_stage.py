@@ -184,7 +184,7 @@ def test_a_presentation_has_the_stage_alone_in_large_type(shared: Shared) -> Non
     assert side_of(page) == pytest.approx(before, rel=0.01)
     button_of_stage(page, "Present").click()
     expect(page.locator("[data-dock-region=left]")).to_be_hidden()
-    button_of_stage(page, "End presentation").click()
+    button_of_stage(page, "Exit").click()
     expect(page.locator("[data-dock-region=left]")).to_be_visible()
 
 

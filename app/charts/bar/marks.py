@@ -11,10 +11,10 @@ from learners.commands import Event, Introduce, Remove, SetParameter
 
 _NEAR: Final = 0.008
 """Marks nearer than this share of the axis are drawn as one."""
-CHARACTER: Final = 1 / 92
+CHARACTER: Final = 1 / 78
 """Width of a character of a name as a share of the axis, on the safe side, where it is shortest
 beside two panels."""
-_GUTTER: Final = 0.15
+_GUTTER: Final = 0.2
 """How far a name may reach out over what stands to the left of the axis."""
 _MOST_LISTED: Final = 8
 

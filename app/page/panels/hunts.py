@@ -150,14 +150,13 @@ class Hunts:
             chase.name(watched.spec, look, way, here, shown)
 
     def _said(self, opening: Opening | None, way: Way | None) -> str:
-        """What stands on the board about hunts, with what one can do."""
+        """What is said about hunts, with what one can do."""
         if self._watched is not None and way is not None:
-            text = "A hunt without random moves"
+            text = f"A hunt with what it knows at trial {self._watched.trial:,}."
             if way.outcome is not None:
                 steps = counted(self._watched.hunt.steps, "step")
-                text = f"{_CAME_TO[way.outcome]} {steps}"
-            text = f"{text}, with what it knows at trial {self._watched.trial:,}."
-            return self._told(text, (_WATCH, "Another"), (_STOP, "Stop watching"))
+                text = f"{_CAME_TO[way.outcome]} {steps}."
+            return self._told(text, (_WATCH, "Another"), (_STOP, "Stop"))
         if opening is None:
             return self._told("", (_WATCH, "Watch a hunt"))
         text = f"Its first hunts, slowed down to be seen: {opening.hunt} of {opening.of}."
@@ -168,7 +167,8 @@ class Hunts:
     def _told(self, text: str, *choices: tuple[str, str]) -> str:
         address = partial(address_of, self._secret)
         links = "".join(f" {link(address, words, label)}" for words, label in choices)
-        return f'<p class="pounce-hunts">{text}{links}</p>'
+        said = f"<span>{text}</span>" if text else ""
+        return f'<p class="pounce-hunts">{said}{links}</p>'
 
     def _called(self, words: str) -> None:
         """Somebody clicked or pressed a key; whatever it says comes from the network."""

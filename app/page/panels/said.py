@@ -47,7 +47,12 @@ def _of_change(snapshot: Snapshot, event: Event) -> Saying:
     """What to say of a command that was given by hand."""
     if isinstance(event.command, Undo):
         taken_back = snapshot.control.history[event.command.number]
-        return Saying(f"Undone: {command_in_words(taken_back.command)}", snapshot.generation)
+        text = f"Undone: {command_in_words(taken_back.command)}"
+        before = next(iter(undoable(snapshot.control.history)), None)
+        if before is None:
+            return Saying(text, snapshot.generation)
+        label = f"Undo {command_in_words(before.command)}"
+        return Saying(text, snapshot.generation, Undo(before.number), label)
     words = command_in_words(event.command)
     # A Greek letter is a symbol, and has no other at the start of a sentence.
     words = words[:1].upper() + words[1:] if words[:1].isascii() else words
@@ -104,9 +109,12 @@ class Said:
         """
         saying = self._saying
         if saying is None or saying.generation != self._session.status.snapshot.generation:
-            raise RefusedError("nothing was done just now; Steer lists all changes by hand")
+            raise RefusedError(
+                "nothing was done just now; Steer lists all changes by hand, and Run has the way"
+                " back to the run before"
+            )
         if saying.way_back is None:
-            raise RefusedError("that cannot be taken back")
+            raise RefusedError("there is nothing else to take back")
         return saying.way_back
 
     def _found(self, status: Status) -> Saying | None:

@@ -288,12 +288,25 @@ def test_what_was_done_by_hand_is_said_with_its_undo(desk: Desk) -> None:
         desk.person.press("Undo what was just done by hand")
         by_hand = [event for event in run.control.history if event.author == "hand"]
         assert desk.requests.pop() == Undo(by_hand[-1].number)
+
+
+def test_what_was_undone_offers_to_undo_the_change_before(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    run.apply(FreezeSelection(True))
+    run.apply(Explore("approach", 50, 0.5))
     run.apply(Undo(run.control.history[-1].number))
     desk.show(run)
-    assert said(desk) == "Undone: approach explored at 50%"
+    assert said(desk) == "Undone: approach explored at 50% Undo selection frozen"
+    desk.person.press("Undo what was just done by hand")
+    (before,) = desk.requests
+    assert isinstance(before, Undo)
+    run.apply(before)
+    desk.show(run)
+    assert said(desk) == "Undone: selection frozen"
+    desk.requests.clear()
     desk.person.press("Undo what was just done by hand")
     assert desk.requests == []
-    assert desk.person.told == ["that cannot be taken back"]
+    assert desk.person.told == ["there is nothing else to take back"]
 
 
 def test_what_the_schedule_does_is_not_said(desk: Desk) -> None:
@@ -316,7 +329,10 @@ def test_what_was_said_is_gone_after_a_while_and_can_no_longer_be_undone(
     assert said(desk) == ""
     desk.person.press("Undo what was just done by hand")
     assert desk.requests == []
-    assert desk.person.told == ["nothing was done just now; Steer lists all changes by hand"]
+    assert desk.person.told == [
+        "nothing was done just now; Steer lists all changes by hand, and Run has the way back"
+        " to the run before"
+    ]
 
 
 def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:

@@ -102,14 +102,14 @@ def test_a_hunt_is_watched_to_its_end_and_until_one_has_seen_enough(viewer: View
     viewer.follow("Watch a hunt")
     assert viewer.hunts.is_watching
     viewer.hunts.update(status, LOOK, BEFORE_S)
-    assert "without random moves, with what it knows at trial 300" in viewer.said
+    assert "with what it knows at trial 300" in viewer.said
     assert len(viewer.points("trail")) == 0
     start = viewer.points("predator")
     viewer.hunts.update(status, LOOK, LATER_S)
-    assert re.search(r"(Caught|Noticed|Out of time) after [\d,]+ steps?, with", viewer.said)
+    assert re.search(r"(Caught|Noticed|Out of time) after [\d,]+ steps?\.", viewer.said)
     assert len(viewer.points("trail")) > 0
     assert not np.array_equal(viewer.points("predator"), start)
-    viewer.follow("Stop watching")
+    viewer.follow("Stop")
     viewer.hunts.update(status, LOOK, LATER_S)
     assert not viewer.hunts.is_watching
     assert viewer.said == "Watch a hunt"
