@@ -221,11 +221,6 @@ def said(status: Status) -> Markup:
     return joined([part for part in parts if part], " ")
 
 
-def opened_run(snapshot: Snapshot) -> str:
-    """What a run of an experiment is called for as long as it is on the board."""
-    return f"{snapshot.preset}, seed {snapshot.seed}"
-
-
 def provenance(opened: Opened) -> str:
     """Which run of an experiment this is, and whether it came out as in the results."""
     recorded, found = opened.digest[:_DIGEST_SHOWN], opened.found[:_DIGEST_SHOWN]

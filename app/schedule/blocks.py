@@ -349,7 +349,7 @@ def described(block: Block) -> str:
     skill = plain(block.skill)
     if block.kind == "presence":
         end = "on" if block.until is None else f"until trial {block.until:,}"
-        return f"{skill} is among the options from trial {block.first:,} {end}"
+        return f"{skill} can be chosen from trial {block.first:,} {end}"
     if block.kind == "introduction":
         joins = "never joins" if block.first >= NEVER else f"joins at trial {block.first:,}"
         freeze = f", selection frozen for {block.trials:,} trials" if block.trials else ""

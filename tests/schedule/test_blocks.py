@@ -354,9 +354,9 @@ def test_blocks_are_described_in_words() -> None:
     run.apply(FreezeSkills(True))
     assert words(blocks_of(run)).splitlines() == [
         "approach joins at trial 0, by the schedule, selection frozen for 10 trials",
-        "approach is among the options from trial 0 on",
+        "approach can be chosen from trial 0 on",
         "circle clockwise joins at trial 100, by the schedule, selection frozen for 20 trials",
-        "circle clockwise is among the options from trial 100 on",
+        "circle clockwise can be chosen from trial 100 on",
         "circle clockwise is explored in 95% of the steps, trials 100 to 159, by the schedule",
         "skills frozen by hand, trials 120 on",
         "avoid joins at trial 200, by the schedule, selection frozen for 20 trials",

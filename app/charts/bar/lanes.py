@@ -22,7 +22,7 @@ Half = Literal["whole", "upper", "lower"]
 
 
 class Stretch(NamedTuple):
-    """Where a skill is among the options, or is going to be."""
+    """Where a skill can be chosen, or is going to be."""
 
     first: float
     until: float

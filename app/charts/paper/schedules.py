@@ -98,7 +98,7 @@ def _legend(figure: Any) -> None:
 
     handles = [
         Line2D([], [], color=INK, linewidth=0, marker="|", markersize=10, label="joins"),
-        Line2D([], [], color=GREY, linewidth=1.6, label="is among the options"),
+        Line2D([], [], color=GREY, linewidth=1.6, label="can be chosen"),
         Patch(color=_EXPLORED, label="explored: taken with the probability given"),
         Patch(color=_FROZEN, label="selection frozen"),
     ]

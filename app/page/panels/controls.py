@@ -14,7 +14,7 @@ from typing import Any
 
 import viser
 
-from app.explain import sentence
+from app.explain.called import run_on_board
 from app.live.session import (
     GoOn,
     Pause,
@@ -195,7 +195,7 @@ class Controls:
         """Say of which experiment the run is, as long as it is not a run like any other."""
         assign(self._whose, "visible", status.opened is not None)
         if status.opened is not None:
-            opened = escaped(sentence.opened_run(status.snapshot))
+            opened = escaped(run_on_board(status))
             assign(self._whose, "content", _note(f"On the board: <b>{opened}</b>, {_OF_RESULTS}"))
 
     def _build_transport(self, status: Status) -> None:

@@ -247,15 +247,19 @@ class ExperimentsPanel:
         )
         self._cost = gui.add_html("")
         self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY)
-        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
-        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False)
+        self._pause = gui.add_button(
+            "Pause", icon=viser.Icon.PLAYER_PAUSE, color=CALM, visible=False
+        )
+        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, color=CALM, visible=False)
         self._bar = gui.add_progress_bar(0.0, visible=False)
         self._said = gui.add_html("")
         # Of the browsers that share it some may show them already, so it steps back for all.
         self._results = gui.add_button(
             "Show results", icon=viser.Icon.CHART_DOTS, color=CALM, visible=False
         )
-        self._back = gui.add_button("Back", icon=viser.Icon.ARROW_BACK_UP, visible=False)
+        self._back = gui.add_button(
+            "Back", icon=viser.Icon.ARROW_BACK_UP, color=CALM, visible=False
+        )
         self._start.on_click(Intent(self._begin))
         self._pause.on_click(Intent(self._pause_or_go_on))
         self._stop.on_click(Intent(lambda _, __: service.stop()))
@@ -376,7 +380,11 @@ class ExperimentsPanel:
             cost = cost_html(found.quote, found.seeds, beside_in_words(*found.beside))
             start = _start_label(found.quote)
         if name == THIS_SESSION and not status.is_own:
-            aside = f", and not of {status.aside}" if status.aside else ""
+            aside = (
+                f", and not of your run ({status.aside}), which is set aside"
+                if status.aside
+                else ""
+            )
             whose = f"{run_on_board(status)}, which is on the board{aside}"
             about = f"<b>This is the schedule of {escaped(whose)}.</b> {about}"
         assign(self._start, "label", start)

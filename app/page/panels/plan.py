@@ -87,7 +87,7 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     if kind == "new" and skill in snapshot.spec.learner.skills:
         return _form_of_new(chosen, skill, blocks, snapshot)
     if not snapshot.spec.learner.skills:
-        return Form("", "The options are the nine moves: nothing to schedule.")
+        return Form("", "This learner has no skills, and chooses moves alone: nothing to plan.")
     if chosen:
         return Form("", "What was chosen has begun or is gone; what has begun is locked.")
     if not any(block.editable for block in blocks):
@@ -97,8 +97,8 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     return Form(
         "",
         _if_followed(
-            "Choose what to change, here or by a click on an outlined block of the bar; the past is"
-            " locked.",
+            "Choose what to change or a new exploration, here, or click an outlined block of the"
+            " bar. The past is locked.",
             snapshot,
         ),
     )

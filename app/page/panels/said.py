@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import viser
 
-from app.explain import sentence
+from app.explain.called import run_on_board
 from app.live.session import GoBack, Request, Session, Status
 from app.live.snapshot import Snapshot
 from app.page import keys
@@ -51,7 +51,7 @@ def _of_change(snapshot: Snapshot, event: Event) -> Saying:
         before = next(iter(undoable(snapshot.control.history)), None)
         if before is None:
             return Saying(text, snapshot.generation)
-        label = f"Undo {command_in_words(before.command)}"
+        label = f"Undo too: {command_in_words(before.command)}"
         return Saying(text, snapshot.generation, Undo(before.number), label)
     words = command_in_words(event.command)
     # A Greek letter is a symbol, and has no other at the start of a sentence.
@@ -68,9 +68,9 @@ def _of_run(status: Status, is_back: bool) -> Saying:
     """What to say of another run that has come on the board."""
     snapshot = status.snapshot
     if status.opened is not None:
-        text = f"Opened: {sentence.opened_run(snapshot)}"
+        text = f"Opened: {run_on_board(status)}"
     elif is_back:
-        text = f"Back to {snapshot.preset}, trial {snapshot.trial:,}"
+        text = f"Back to {run_on_board(status)}, trial {snapshot.trial:,}"
     else:
         edited = any(isinstance(e.command, SetSchedule) for e in snapshot.control.history)
         plan = ", with the schedule as it was drawn" if edited else ""

@@ -162,7 +162,7 @@ def test_what_was_opened_and_the_way_back_stand_there_as_long_as_there_is_one(de
     person = desk.person
     assert not person.reads("On the board")
     copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=True, found="f" * 64)
-    desk.show_run(1, "figure_4_1: <b>", 7, aside="timed, trial 1,234", opened=copy)
+    desk.show_run(1, "figure_4_1: <b>", 7, aside="timed, trial 1,234", opened=copy, is_own=False)
     assert person.sees("Back to timed, trial 1,234")
     assert person.reads("On the board: figure_4_1: <b>, seed 7, a run of an experiment.")
     desk.show_run(2, "timed")
@@ -296,7 +296,7 @@ def test_what_was_undone_offers_to_undo_the_change_before(desk: Desk) -> None:
     run.apply(Explore("approach", 50, 0.5))
     run.apply(Undo(run.control.history[-1].number))
     desk.show(run)
-    assert said(desk) == "Undone: approach explored at 50% Undo selection frozen"
+    assert said(desk) == "Undone: approach explored at 50% Undo too: selection frozen"
     desk.person.press("Undo what was just done by hand")
     (before,) = desk.requests
     assert isinstance(before, Undo)
@@ -330,8 +330,8 @@ def test_what_was_said_is_gone_after_a_while_and_can_no_longer_be_undone(
     desk.person.press("Undo what was just done by hand")
     assert desk.requests == []
     assert desk.person.told == [
-        "nothing was done just now; Steer lists all changes by hand, and Run has the way back"
-        " to the run before"
+        "nothing was done just now; Steer lists all changes by hand, and Run has the way"
+        " back to the run before"
     ]
 
 
@@ -341,9 +341,9 @@ def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
     desk.person.press("Undo what was just done by hand")
     assert desk.requests == [GoBack()]
     desk.show_run(0, "timed", 3, aside="timed, trial 0")
-    assert said(desk) == "Back to timed, trial 0"
+    assert said(desk) == "Back to your run, timed, seed 3, trial 0"
     copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=None)
-    desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy)
+    desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy, is_own=False)
     assert said(desk).startswith("Opened: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
 
 

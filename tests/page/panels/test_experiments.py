@@ -314,7 +314,10 @@ def test_whose_schedule_would_be_run_is_said_while_an_opened_run_is_on_the_board
     status = tab.session.status
     opened = replace(status.snapshot, preset="Figure 4.1: <b>", seed=7, generation=1)
     tab.settle(replace(status, snapshot=opened, is_own=False, aside="timed, trial 12"))
-    said = "schedule of Figure 4.1: <b>, seed 7, which is on the board, and not of timed, trial 12."
+    said = (
+        "schedule of Figure 4.1: <b>, seed 7, which is on the board, and not of your run"
+        " (timed, trial 12), which is set aside."
+    )
     assert tab.person.reads(said)
     assert "<b>, seed" not in tab.person.html
     tab.person.click("Back to timed, trial 12")

@@ -118,7 +118,7 @@ def test_every_case_says_what_to_do_or_why_nothing_can_be_done() -> None:
     off = moment(0, lambda run: run.apply(FollowSchedule(False)))
     assert "not followed" in form("", off).caption
     moves = snapshot.take(Run(presets.load("standard_q", ["world.size=30"]), 1), "q", 0)
-    assert "nothing to schedule" in form("", moves).caption
+    assert "nothing to plan" in form("", moves).caption
     assert choices(moves) == {"– nothing –": ""}
 
 
@@ -245,7 +245,7 @@ def test_what_cannot_be_done_is_not_offered(desk: Desk) -> None:
     desk.settle()
     for label in ("Earlier", "Later", "At trial", "Lasts", "Chance", "Apply", "Delete"):
         assert not person.sees(label)
-    assert person.reads("the past is locked")
+    assert person.reads("The past is locked")
     desk.choose("avoid: joins")
     for label in ("Earlier", "Later", "At trial", "Freeze"):
         assert person.can_use(label)
