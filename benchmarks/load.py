@@ -11,12 +11,12 @@ import subprocess
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.live.session import Session, StartAgain
+from app.live.session import Play, Session, StartAgain
 from app.util.machine import resident_mb
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate
 from learners.spec import MAX_TRIALS, RunSpec
 
-ROUNDS, CLICKS = 4, 12
+ROUNDS, CLICKS = 4, 6
 """Rounds in each repetition, and clicks in each round."""
 PATIENCE_S = 30.0
 
@@ -76,7 +76,8 @@ def _clicks(
     took_ms: list[float] = []
     for _ in range(ROUNDS):
         # Begun again each time, so that it does not come to its end in between.
-        ticket = session.submit(StartAgain(endless, preset, 0))
+        session.submit(StartAgain(endless, preset, 0))
+        ticket = session.submit(Play())
         session.wait_for(lambda status, wanted=ticket: status.answered >= wanted, PATIENCE_S)
         readers.stdin.write(f"{CLICKS}\n")
         readers.stdin.flush()

@@ -18,6 +18,8 @@ import zstandard
 from viser import _messages as wire
 from websockets.sync.client import ClientConnection, connect
 
+from app.server.admission import DOUBLE_S
+
 _CAMERA = wire.ViewerCameraMessage(
     wxyz=(1.0, 0.0, 0.0, 0.0),
     position=(0.0, 0.0, 10.0),
@@ -31,15 +33,15 @@ _CAMERA = wire.ViewerCameraMessage(
 )
 """A browser counts as connected once it has said where its camera is."""
 
-_LABELS = ("Play", "Pause", "Go on for ")
-"""How what is on the button begins."""
+_LABELS = ("Play", "Pause")
+"""What is on the button."""
 _PLAYING = "Pause"
 """What the button says while the learner learns."""
-_OWN = "Frame"
+_OWN = "Layer"
 """What a page of one's own has: before it is there, clicks are not taken."""
 _PATIENCE_S = 30.0
-_PAUSE_S = 0.05
-"""From one click's effect to the next click."""
+_PAUSE_S = DOUBLE_S + 0.1
+"""From one click's effect to the next click, which is not to be the second of a double click."""
 
 
 def opened(port: int) -> ClientConnection:
@@ -122,7 +124,7 @@ class Clicker:
         if message["type"] == "GuiButtonMessage":
             label = message["props"]["label"]
             # The first of such a name: experiments have a button to pause as well.
-            if not self._button and label.startswith(_LABELS):
+            if not self._button and label in _LABELS:
                 self._button = message["uuid"]
         elif message["type"] == "GuiUpdateMessage" and message["uuid"] == self._button:
             label = message["updates"].get("label")

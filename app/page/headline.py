@@ -116,11 +116,16 @@ def _row(numbers: Iterable[_Number], size: str = "large") -> Markup:
 def _forced(status: Status) -> Markup | str:
     """A word on why rewards say little for now, where they do."""
     forced = forced_now(status.snapshot)
-    if not forced:
+    ended = max((e.until_trial for e in status.snapshot.control.episodes), default=0)
+    if forced:
+        skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
+        said = f": {skills}"
+    elif status.snapshot.trial < ended + measures.RECENT_TRIALS and ended > 0:
+        said = f" until trial {ended:,} is in these numbers"
+    else:
         return ""
-    skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
-    content = joined([term("forced exploration", "Forced exploration"), f": {skills}"], "")
-    hint = "Success and reward are those of a learner that is made to take this skill"
+    content = joined([term("forced exploration", "Forced exploration"), said], "")
+    hint = "Success and reward are those of a learner that is made to take a skill"
     return element("div", content, class_="forced", title=hint)
 
 

@@ -54,6 +54,9 @@ log = logging.getLogger(__name__)
 DEFAULT_SPEED = 20_000.0
 """Steps per second: the cone shows within seconds, and avoid joins within a minute."""
 _FRAME_S = 1 / 12
+_ANSWER_S = 1 / 40
+"""From one frame to the next for those who wait for an answer: a page that asks and asks takes the
+others' time no more often."""
 _LEAST_PAUSE = 2.0
 """From the beginning of a frame to that of the next, as a multiple of what it took to draw: where
 there is much to draw there are fewer frames, and there is always time for clicks."""
@@ -116,6 +119,8 @@ class Lab:
         self.inbox = Inbox(self._wake.set)
         self._due_s = -math.inf
         """When the next frame is to be drawn, on the clock of ``time.perf_counter``."""
+        self._frame_s = -math.inf
+        """When the last one was begun."""
         self._closed = False
         self._has_garbage = False
         """Whether pages have left whose memory may be given back."""
@@ -222,7 +227,7 @@ class Lab:
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""
-        self._due_s = -math.inf
+        self._due_s = min(self._due_s, self._frame_s + _ANSWER_S)
         self._wake.set()
 
     def serve(self) -> None:
@@ -238,7 +243,7 @@ class Lab:
                     if self._is_true(status):
                         self._controls.update(status)
                     if started >= self._due_s:
-                        self._due_s = math.inf
+                        self._due_s, self._frame_s = math.inf, started
                         self._draw(status, started)
                         pause_s = max(_FRAME_S, _LEAST_PAUSE * (time.perf_counter() - started))
                         # Unless somebody has asked for one meanwhile.

@@ -79,7 +79,7 @@ _COUNT: Final = "five stops"
 
 
 def tour_html(times: int) -> str:
-    """What the script needs: an offer that waits in a corner, and the stops.
+    """What the script needs: an offer below the sentence, and the stops.
 
     Args:
         times: how often the tour was asked for by a command; it begins when this grows.

@@ -146,7 +146,7 @@ def legend(
         element("div", title, style="font-weight:600"),
         *parts,
         _circles(look),
-        element("div", frame, style="opacity:0.75"),
+        element("div", frame, class_="frame", style="opacity:0.75"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
     return element("div", joined(content, ""), class_="pounce-legend", style=style)
@@ -178,7 +178,8 @@ def _ends(theme: Theme) -> Markup:
         swatch(css(theme.of_outcome(outcome)), kind, shape=OUTCOME_SHAPES[outcome])
         for outcome, kind in kinds.items()
     ]
-    return joined(["Hunts that ended: ", *ends], "")
+    title = element("span", "Hunts that ended:", style="white-space:nowrap")
+    return joined([title, " ", *ends], "")
 
 
 def _circles(look: Look) -> Markup | str:

@@ -19,7 +19,7 @@ import viser
 from viser import _messages as wire
 
 from app.documents import presets
-from app.live.session import Session, SetSpeed
+from app.live.session import Session, SetSpeed, Status
 from app.page import lab as page_lab
 from app.page import widgets
 from app.page.browser import Browser
@@ -172,6 +172,39 @@ def test_a_page_that_asks_faster_than_the_loop_draws_waits_and_the_others_are_he
         page.close()
 
 
+def test_a_page_that_asks_and_asks_has_nothing_drawn_more_often(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[float] = []
+    draw = lab._draw
+
+    def counted(status: Status, now_s: float) -> None:
+        draw(status, now_s)
+        drawn.append(now_s)
+
+    # No frame comes by itself, nor one for somebody who has just had one.
+    monkeypatch.setattr(page_lab, "_FRAME_S", 3_600.0)
+    monkeypatch.setattr(page_lab, "_ANSWER_S", 3_600.0)
+    monkeypatch.setattr(lab, "_draw", counted)
+
+    def ask() -> None:
+        heard = threading.Event()
+        lab.wake()
+        lab.inbox.put(heard.set)
+        assert heard.wait(PATIENCE_S)
+
+    for _ in range(20):
+        ask()
+    asked = len(drawn)
+    for _ in range(20):
+        ask()
+    assert len(drawn) == asked <= 1
+    monkeypatch.setattr(page_lab, "_ANSWER_S", 0.0)
+    ask()
+    ask()
+    assert len(drawn) > asked
+
+
 def test_what_an_intent_raises_is_told_to_its_page_alone_and_the_lab_goes_on(lab: Lab) -> None:
     def fail(*_: object) -> None:
         raise ValueError("no such thing")
@@ -251,6 +284,7 @@ class Unanswered(Session):
 def unanswered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
     """A lab where nothing is answered until the session is told to, or started."""
     monkeypatch.setattr(widgets, "TOUCHED_S", -1.0)
+    monkeypatch.setattr(page_lab, "_ANSWER_S", 0.0)
     with drawing(Unanswered(), tmp_path / "results") as lab:
         yield lab
 

@@ -14,6 +14,7 @@ from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page import headline
 from app.picture.theme import DARK, LIGHT, Theme
+from learners import measures
 from learners.commands import (
     Explore,
 )
@@ -136,6 +137,9 @@ def test_exploration_that_is_forced_is_said_beside_the_numbers_that_it_makes_sma
     for shown in (headline.numbers_html(status), headline.readings_html(status)):
         assert "Forced exploration : approach 95%" in Page(shown).text
     run.advance(until_trial=200)
+    over = Page(headline.readings_html(status_of(moment(run)))).text
+    assert "Forced exploration until trial 200 is in these numbers" in over
+    run.advance(until_trial=200 + measures.RECENT_TRIALS)
     assert "Forced" not in headline.readings_html(status_of(moment(run)))
 
 
