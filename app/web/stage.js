@@ -23,7 +23,7 @@ const ASIDE_PX = 280;
 /** Of a column that has the bar, too, and the least height of one in which that is to be seen. */
 const ASIDE_WITH_BAR_PX = 400;
 const ALL_PX = 500;
-/** Share of the height that a board above the bar has to have, where it stands there. */
+/** Share of what there is that a board above the bar has to have, where it stands there. */
 const LEAST_SHARE = 0.6;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */
 const BROAD = 1.55;
@@ -97,7 +97,7 @@ const arranged = (width, height, zoom) => {
   const aside = (isAlone ? ASIDE_PX : TEXT_PX) * zoom;
   const above = Math.min(height - BAR_PX * zoom, width - aside);
   const size = Math.max(beside, between, above, 0);
-  if (size < LEAST_SHARE * height && !isPresenting())
+  if (size < LEAST_SHARE * Math.min(width, height) && !isPresenting())
     // Of a window as small as this the bar takes too much: one scrolls to it.
     return { size: Math.min(height, width - ASIDE_PX * zoom), shape: "side" };
   return { size, shape: size === between ? "column" : size === above ? "corner" : "side" };
@@ -118,11 +118,10 @@ const place = () => {
   const left = Math.max(docked, beside);
   root.style.setProperty("--left", `${left}px`);
   root.style.setProperty("--right", `${right}px`);
-  // What the left panel has is not there for all to see when that is folded.
-  stage.toggleAttribute(
-    "data-alone",
-    isPresenting() || !isOpen("left") || beside > 0 || room() === "over",
-  );
+  // What the left panel has is not there for all to see when that is folded. Beside results the
+  // board has more need of the room.
+  const isFolded = !isOpen("left") && !beside;
+  stage.toggleAttribute("data-alone", isPresenting() || isFolded || room() === "over");
   const { height } = stage.getBoundingClientRect();
   const { shape, size } = arranged(innerWidth - left - right, height, zoom);
   stage.dataset.shape = shape;
