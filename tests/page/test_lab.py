@@ -19,7 +19,7 @@ import viser
 from viser import _messages as wire
 
 from app.documents import presets
-from app.live.session import Session, SetSpeed, Status
+from app.live.session import Session, SetSpeed
 from app.page import lab as page_lab
 from app.page import widgets
 from app.page.browser import Browser
@@ -175,17 +175,13 @@ def test_a_page_that_asks_faster_than_the_loop_draws_waits_and_the_others_are_he
 def test_a_page_that_asks_and_asks_has_nothing_drawn_more_often(
     lab: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drawn: list[float] = []
-    draw = lab._draw
-
-    def counted(status: Status, now_s: float) -> None:
-        draw(status, now_s)
-        drawn.append(now_s)
+    drawn: list[object] = []
 
     # No frame comes by itself, nor one for somebody who has just had one.
     monkeypatch.setattr(page_lab, "_FRAME_S", 3_600.0)
     monkeypatch.setattr(page_lab, "_ANSWER_S", 3_600.0)
-    monkeypatch.setattr(lab, "_draw", counted)
+    # What every frame ends with.
+    monkeypatch.setattr(lab.gallery, "keep", drawn.append)
 
     def ask() -> None:
         heard = threading.Event()
