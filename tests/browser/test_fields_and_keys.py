@@ -172,7 +172,9 @@ def test_single_keys_can_be_turned_off_and_stay_so_in_this_browser(shared: Share
     screen.click("Keys (?)")
     expect(box).not_to_be_checked()
     assert live.session.status.answered == before
-    # Space is for what has the focus in a list like this.
+    # Space is for what has the focus in a list like this, which takes it as it opens.
+    page.wait_for_function("() => document.activeElement?.closest('[role=dialog]')")
+    box.focus()
     page.keyboard.press("Space")
     expect(box).to_be_checked()
     page.keyboard.press("Escape")
