@@ -17,8 +17,8 @@ from app.page.widgets import assign
 from app.server.calls import Calls, address_of
 
 _UNITS: Final[tuple[Axis, ...]] = ("trials", "steps")
-_REDRAW_S: Final = 0.25
-"""How often it is made anew when nothing but the run has gone on."""
+_REDRAW_S: Final = 0.4
+"""How often it is made anew when nothing but the run has gone on: as often as its curve."""
 _ANYBODY: Final = "whoever-sees-this-bar"
 """Stands in its links for the secret of each browser."""
 
