@@ -19,9 +19,10 @@ from app.explain.cell_html import hunts_html, nothing_chosen_html, reading_html
 from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
-from app.page.scene.outlines import BOARD_UNITS, on_picture, segments
+from app.page.scene.outlines import BOARD_UNITS, kept_on_board, on_picture, segments
 from app.page.scene.parts import AWAY, in_linear_light
 from app.page.widgets import CALM, Choice, assign
+from app.picture.frames import folds
 from app.picture.look import Look, heading_shown
 from app.picture.theme import Colour, Theme
 from app.words.plain import HEADING_NAMES
@@ -162,17 +163,25 @@ class _Overlay:
         self._chain.show(ways, [theme.ink] * len(ways), theme.unknown)
 
     def show_hunts(
-        self, world: World, hunts: Sequence[HuntShown], heading: int, theme: Theme
+        self, snapshot: Snapshot, hunts: Sequence[HuntShown], heading: int, look: Look
     ) -> None:
         """Draw hunts' ways, their ends, and the heading of those that differ from the picture's."""
+
+        def kept(cells: Sequence[int] | np.ndarray, z: float) -> np.ndarray:
+            # A corner of the grid lies outside of a board of all headings, which is round.
+            points = board_points(snapshot.world, cells, z)
+            points[:, :2] = kept_on_board(points[:, :2], snapshot.spec.world, folds(look))
+            return points
+
+        theme = look.theme
         colours = [theme.of_outcome(shown.hunt.outcome) for shown in hunts]
-        ways = [board_points(world, shown.hunt.cells[:_DRAWN], _Z_HUNTS) for shown in hunts]
+        ways = [kept(shown.hunt.cells[:_DRAWN], _Z_HUNTS) for shown in hunts]
         self._hunts.show([segments(way) for way in ways], colours, theme.unknown)
         others = sorted({shown.heading for shown in hunts} - {heading})
         self._facing.show(
             [_arrow(other) for other in others], [theme.prey] * len(others), theme.unknown
         )
-        ends = board_points(world, [shown.hunt.cells[-1] for shown in hunts], _Z_ENDS)
+        ends = kept([shown.hunt.cells[-1] for shown in hunts], _Z_ENDS)
         _place(
             self._ends,
             np.concatenate([_NO_LINE[0, :1], ends]),
@@ -257,7 +266,7 @@ class Inspection:
             self._requests.popleft()(snapshot, look)
         heading = heading_shown(look, snapshot.heading)
         self._show_cell(snapshot, heading, look, success)
-        self._show_hunts(snapshot, heading, look.theme)
+        self._show_hunts(snapshot, heading, look)
 
     def _build(self, gui: viser.GuiApi, container: Any) -> None:
         with container:
@@ -369,14 +378,14 @@ class Inspection:
             self._overlay.show_cell(snapshot.world, chosen, theme)
             self._overlay.show_chain(snapshot.world, chain, theme)
 
-    def _show_hunts(self, snapshot: Snapshot, heading: int, theme: Theme) -> None:
+    def _show_hunts(self, snapshot: Snapshot, heading: int, look: Look) -> None:
         """Show the hunts; sends nothing if nothing has changed."""
-        hunts = tuple(self._hunts)
-        key = (self._hunts_made, heading, theme) if hunts else (theme,)
+        hunts, theme = tuple(self._hunts), look.theme
+        key = (self._hunts_made, heading, folds(look), theme) if hunts else (theme,)
         if key == self._hunts_key:
             return
         self._hunts_key = key
         results = hunts_html(hunts, theme) if hunts else ""
         with self._client.atomic():
             assign(self._results, "content", results)
-            self._overlay.show_hunts(snapshot.world, hunts, heading, theme)
+            self._overlay.show_hunts(snapshot, hunts, heading, look)

@@ -192,7 +192,7 @@ class PlanPanel:
         self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
         self._chance = NumberField(
             gui,
-            "Chance",
+            "Probability",
             _NEW_CHANCE,
             Limits(0.0, 1.0, whole=False, share=True),
             "That a step takes the skill",

@@ -218,7 +218,7 @@ def test_fields_are_applied_together(desk: Desk) -> None:
     assert not desk.person.can_use("Apply")
     desk.person.type("At trial", "5000")
     desk.person.type("Lasts", "250")
-    desk.person.type("Chance", "0.75")
+    desk.person.type("Probability", "0.75")
     desk.settle()
     desk.person.click("Apply")
     episode = desk.settle().snapshot.spec.schedule.episodes[1]
@@ -243,13 +243,13 @@ def test_an_exploration_is_added_chosen_and_deleted(desk: Desk) -> None:
 def test_what_cannot_be_done_is_not_offered(desk: Desk) -> None:
     person = desk.person
     desk.settle()
-    for label in ("Earlier", "Later", "At trial", "Lasts", "Chance", "Apply", "Delete"):
+    for label in ("Earlier", "Later", "At trial", "Lasts", "Probability", "Apply", "Delete"):
         assert not person.sees(label)
     assert person.reads("The past is locked")
     desk.choose("avoid: joins")
     for label in ("Earlier", "Later", "At trial", "Freeze"):
         assert person.can_use(label)
-    for label in ("Chance", "Delete"):
+    for label in ("Probability", "Delete"):
         assert not person.sees(label)
 
 
