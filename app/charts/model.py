@@ -478,7 +478,7 @@ class Schedules(NamedTuple):
         rows: Rows = [["variant", "skill", "what", "from_trial", "to_trial", "probability"]]
         for lane in self.lanes:
             name = lane.variant, lane.skill
-            rows.append([*name, "among the options", lane.joins, lane.trials])
+            rows.append([*name, "can be chosen", lane.joins, lane.trials])
             if lane.freeze:
                 rows.append([*name, "selection frozen", lane.joins, lane.joins + lane.freeze])
             rows += [[*name, "explored", *stretch] for stretch in lane.explored]
