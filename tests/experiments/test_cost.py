@@ -165,8 +165,8 @@ def test_what_threads_are_given_is_found_out_anew_when_something_else_goes_on(
         (0, 1, "a"),
         (9, 1, "a"),
         (9, 1, "b"),
-        (60, 1, "b"),
-        (60, 9, "b"),
+        (70, 1, "b"),
+        (70, 9, "b"),
     ):
         now[0] = at
         assert cost._cores_for(variant.spec, n_threads, beside) == 1.0

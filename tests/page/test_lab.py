@@ -189,12 +189,11 @@ def test_a_page_that_asks_and_asks_has_nothing_drawn_more_often(
         lab.inbox.put(heard.set)
         assert heard.wait(PATIENCE_S)
 
-    for _ in range(20):
+    for _ in range(40):
         ask()
+    # One may have been due already.
     asked = len(drawn)
-    for _ in range(20):
-        ask()
-    assert len(drawn) == asked <= 1
+    assert asked <= 1
     monkeypatch.setattr(page_lab, "_ANSWER_S", 0.0)
     ask()
     ask()

@@ -90,12 +90,12 @@ def test_a_run_that_goes_on_is_drawn_now_and_then_and_an_answer_at_once(desk: De
     for trial, now_s in ((50, 0.0), (51, 0.1)):
         desk.bars.take(moment(to(run, trial)), now_s)
         assert ">50</b>" in desk.shown()
-    desk.bars.take(moment(to(run, 52)), 0.3)
+    desk.bars.take(moment(to(run, 52)), 0.5)
     assert ">52</b>" in desk.shown()
     run.apply(FreezeSelection(True))
-    desk.bars.take(moment(to(run, 53)), 0.31)
+    desk.bars.take(moment(to(run, 53)), 0.51)
     assert "frozen by hand" in desk.shown()
-    desk.bars.take(moment(run, AVOID), 0.32)
+    desk.bars.take(moment(run, AVOID), 0.52)
     assert "chosen" in desk.shown()
 
 
