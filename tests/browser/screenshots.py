@@ -71,7 +71,7 @@ def take(screen: Screen, name: str) -> None:
 def run_experiment(screen: Screen, shown: Shown) -> None:
     """Run an experiment as a person would, and wait until its results are there."""
     screen.turn_to("Experiments")
-    screen.choose("Experiment", shown.experiment)
+    screen.choose("Experiment", experiments.titled(shown.experiment))
     # Whoever types before the experiment's own number is there loses what they typed.
     own = len(experiments.load(shown.experiment).seeds)
     expect(screen.field("Seeds")).to_have_value(str(own))
