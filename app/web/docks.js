@@ -10,7 +10,7 @@ import { whenChanged } from "./changes.js";
 /** @typedef {"left" | "right"} Edge */
 /** @typedef {"both" | "one" | "over"} Room */
 
-const EDGES = /** @type {const} */ (["left", "right"]);
+export const EDGES = /** @type {const} */ (["left", "right"]);
 /** What the panels are called. */
 const NAMES = { left: "Your view", right: "The learner" };
 const HANDLE = "[data-dock-region-handle]";
@@ -36,6 +36,16 @@ export const region = (edge) => document.querySelector(`[data-dock-region="${edg
 
 /** @param {Edge} edge */
 export const rail = (edge) => rails[edge];
+
+/**
+ * Room that a panel takes from the stage: its own if it is open beside it, and else its rail's.
+ * @param {Edge} edge
+ */
+export const taken = (edge) => {
+  if (!region(edge) || document.documentElement.dataset.present !== undefined) return 0;
+  const isBeside = isOpen(edge) && room() !== "over";
+  return (isBeside ? region(edge) : rail(edge))?.getBoundingClientRect().width ?? 0;
+};
 
 /** @param {() => void} listener called when a panel has been opened or folded */
 export const whenFolded = (listener) => void listeners.push(listener);

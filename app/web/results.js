@@ -3,7 +3,7 @@
 // panel, else over the board; never over the controls. The lab draws them for the room they have.
 
 import { whenChanged } from "./changes.js";
-import { isOpen, rail, region, room, whenFolded } from "./docks.js";
+import { taken, whenFolded } from "./docks.js";
 
 const WIDE = matchMedia("(min-width: 1800px)");
 /** Narrower than this the curve and the timeline stay in sight. */
@@ -26,12 +26,6 @@ let met = "";
 const calls = () => /** @type {HTMLElement | null} */ (document.querySelector("[data-results-size]"));
 const sheet = () =>
   document.querySelector(".pounce-window")?.closest("[data-floating-window]") ?? null;
-
-/** @param {"left" | "right"} edge */
-const taken = (edge) => {
-  const isBeside = isOpen(edge) && room() !== "over";
-  return (isBeside ? region(edge) : rail(edge))?.getBoundingClientRect().width ?? 0;
-};
 
 /** Room that results take from the left of the stage, in pixels. */
 export const resultsRoom = () =>

@@ -4,7 +4,7 @@
 
 import { fitCamera, resetView, whenViewChanges } from "./camera.js";
 import { whenChanged } from "./changes.js";
-import { isOpen, rail, region, room, whenFolded } from "./docks.js";
+import { EDGES, isOpen, rail, region, room, taken, whenFolded } from "./docks.js";
 import { onKey, press } from "./keys.js";
 import { resultsRoom } from "./results.js";
 
@@ -54,7 +54,6 @@ stage.innerHTML = `
     <div data-slot-of="legend"></div>
     <footer data-slot-of="bar"></footer>
   </div>`;
-const EDGES = /** @type {const} */ (["left", "right"]);
 stage.append(...EDGES.map(rail));
 document.body.append(stage);
 
@@ -67,16 +66,6 @@ const bar = part("footer");
 const root = document.documentElement;
 
 const isPresenting = () => root.dataset.present !== undefined;
-
-/**
- * Room that a panel takes from the stage: its own if it is open beside it, and else its rail's.
- * @param {"left" | "right"} edge
- */
-const taken = (edge) => {
-  if (!region(edge) || isPresenting()) return 0;
-  const isBeside = isOpen(edge) && room() !== "over";
-  return (isBeside ? region(edge) : rail(edge))?.getBoundingClientRect().width ?? 0;
-};
 
 /**
  * How the parts stand so that the board is as large as can be. What is said is in a column at its
