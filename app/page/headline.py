@@ -9,7 +9,7 @@ from markupsafe import Markup
 from app.explain import sentence
 from app.live.session import Status
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
-from app.schedule.forced import forced_now
+from app.schedule.forced import forced_now, forced_until
 from app.server.pulse import Reading
 from app.util.html import element, joined
 from app.words.glossary import term
@@ -116,11 +116,11 @@ def _row(numbers: Iterable[_Number], size: str = "large") -> Markup:
 def _forced(status: Status) -> Markup | str:
     """A word on why rewards say little for now, where they do."""
     forced = forced_now(status.snapshot)
-    ended = max((e.until_trial for e in status.snapshot.control.episodes), default=0)
+    ended = forced_until(status.snapshot)
     if forced:
         skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
         said = f": {skills}"
-    elif status.snapshot.trial < ended + measures.RECENT_TRIALS and ended > 0:
+    elif ended > max(status.snapshot.trial - measures.RECENT_TRIALS, 0):
         said = f" until trial {ended:,} is in these numbers"
     else:
         return ""

@@ -19,3 +19,12 @@ class Forced(NamedTuple):
 def forced_now(snapshot: Snapshot) -> list[Forced]:
     """The forced exploration of the running trial, the newest first; empty where there is none."""
     return [Forced(*episode) for episode in snapshot.control.running(snapshot.trial)]
+
+
+def forced_until(snapshot: Snapshot) -> int:
+    """The first trial after the forced exploration that ended last, 0 if none is known.
+
+    It is known until the next command is given, which puts away what is over.
+    """
+    ends = (episode.until_trial for episode in snapshot.control.episodes)
+    return max((end for end in ends if end <= snapshot.trial), default=0)
