@@ -15,8 +15,8 @@ from app import metrics
 from app.cli import main
 from app.documents import experiments
 from app.documents.tree import PresetError
+from app.explain.commands import command_in_words
 from app.page import keys
-from app.page.panels.steering import command_in_words
 from app.picture.layers import LAYERS
 from app.util.logs import LEVELS
 from app.words.plain import PARAMETER_NAMES

@@ -4,9 +4,10 @@ from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 from app.charts.bar.axis import TimeAxis
+from app.explain.commands import command_in_words
 from app.words.numbers import counted
 from app.words.placing import Room
-from app.words.plain import PARAMETER_NAMES, plain
+from app.words.plain import plain
 from learners.commands import Event, Introduce, Remove, SetParameter
 
 _NEAR: Final = 0.008
@@ -119,12 +120,6 @@ def _named(spot: _Spot, room: Room) -> Mark:
 
 
 def _name(event: Event) -> str:
-    match event.command:
-        case Introduce(skill=skill):
-            return f"{plain(skill)} joins"
-        case Remove(skill=skill):
-            return f"{plain(skill)} removed"
-        case SetParameter(key=key, value=value):
-            return f"{PARAMETER_NAMES[key]} = {value:g}"
-        case _:
-            return ""
+    if isinstance(event.command, Introduce):
+        return f"{plain(event.command.skill)} joins"
+    return command_in_words(event.command)

@@ -8,10 +8,11 @@ from typing import Final, NamedTuple
 import viser
 
 from app.explain.called import run_on_board
+from app.explain.commands import command_in_words
 from app.live.session import GoBack, Request, Session, Status
 from app.live.snapshot import Snapshot
 from app.page import keys
-from app.page.panels.steering import command_in_words, undoable
+from app.page.panels.steering import undoable
 from app.page.slots import slot_html
 from app.page.widgets import assign
 from app.server.callbacks import RefusedError

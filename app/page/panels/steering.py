@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import viser
 from pydantic import TypeAdapter, ValidationError
 
+from app.explain.commands import command_in_words
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.confirm import confirm
@@ -20,18 +21,11 @@ from app.util.html import escaped
 from app.words.numbers import counted
 from app.words.plain import PARAMETER_NAMES, by_plain_name, plain
 from learners.commands import (
-    Command,
     DefineSkill,
     Event,
-    Explore,
-    FollowSchedule,
-    FreezeSelection,
-    FreezeSkills,
     Introduce,
     Remove,
     SetParameter,
-    SetSchedule,
-    StopExploring,
     Undo,
 )
 from learners.parameters import value_of
@@ -124,33 +118,6 @@ def introduction_of(snapshot: Snapshot, skill: str) -> Introduce:
         # A timer that never comes only keeps the skill out; its freeze is nobody's choice.
         return Introduce(skill, DEFAULT_FREEZE_TRIALS)
     return Introduce(skill, timer.freeze)
-
-
-def command_in_words(command: Command) -> str:
-    """A command in a few words."""
-    match command:
-        case Introduce(skill=skill):
-            return f"{plain(skill)} added"
-        case Explore(skill=skill, probability=probability):
-            return f"{plain(skill)} explored at {probability:.0%}"
-        case StopExploring(skill=skill):
-            return f"exploring {plain(skill)} stopped"
-        case FreezeSelection(frozen=frozen):
-            return f"selection {'frozen' if frozen else 'learning again'}"
-        case FreezeSkills(frozen=frozen):
-            return f"skills {'frozen' if frozen else 'learning again'}"
-        case FollowSchedule(on=on):
-            return f"schedule {'on' if on else 'off'}"
-        case DefineSkill(skill=skill):
-            return f"{plain(skill)} defined"
-        case Remove(skill=skill):
-            return f"{plain(skill)} removed"
-        case SetParameter(key=key, value=value):
-            return f"{PARAMETER_NAMES[key]} = {value:g}"
-        case SetSchedule():
-            return "schedule edited"
-        case Undo(number=number):
-            return f"change {number} undone"
 
 
 def undoable(history: tuple[Event, ...]) -> list[Event]:

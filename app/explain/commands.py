@@ -1,0 +1,44 @@
+"""What the learner was asked for, in a few words."""
+
+from app.words.plain import PARAMETER_NAMES, plain
+from learners.commands import (
+    Command,
+    DefineSkill,
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Introduce,
+    Remove,
+    SetParameter,
+    SetSchedule,
+    StopExploring,
+    Undo,
+)
+
+
+def command_in_words(command: Command) -> str:
+    """A command in a few words."""
+    match command:
+        case Introduce(skill=skill):
+            return f"{plain(skill)} added"
+        case Explore(skill=skill, probability=probability):
+            return f"{plain(skill)} explored at {probability:.0%}"
+        case StopExploring(skill=skill):
+            return f"exploring {plain(skill)} stopped"
+        case FreezeSelection(frozen=frozen):
+            return f"selection {'frozen' if frozen else 'learning again'}"
+        case FreezeSkills(frozen=frozen):
+            return f"skills {'frozen' if frozen else 'learning again'}"
+        case FollowSchedule(on=on):
+            return f"schedule {'on' if on else 'off'}"
+        case DefineSkill(skill=skill):
+            return f"{plain(skill)} defined"
+        case Remove(skill=skill):
+            return f"{plain(skill)} removed"
+        case SetParameter(key=key, value=value):
+            return f"{PARAMETER_NAMES[key]} = {value:g}"
+        case SetSchedule():
+            return "schedule edited"
+        case Undo(number=number):
+            return f"change {number} undone"
