@@ -103,7 +103,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
         " The learner's own random moves break such circles, so it can catch more while this shows"
         " less."
     )
-    each = "what happens for most of its headings, darker where for more"
+    each = "what happens for most of its headings, in a fuller colour where for more"
     return legend(
         look,
         title,
