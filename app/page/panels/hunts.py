@@ -8,10 +8,9 @@ in it; the learner goes on meanwhile, and its own predator is not drawn in that 
 import random
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-import viser
 
 from app.charts.page.svg import frame_html, link
 from app.explain.cell import policy_of
@@ -21,6 +20,7 @@ from app.live.snapshot import Snapshot
 from app.page import keys
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.scene.hunt import Chase, Way
+from app.page.scene.parts import Viewer
 from app.page.slots import slot_html
 from app.page.widgets import assign
 from app.picture.look import Look, heading_shown
@@ -39,18 +39,6 @@ _CAME_TO: Final = {
     FLIGHT: "Noticed after",
     TIMEOUT: "Out of time after",
 }
-
-
-class _Client(Protocol):
-    """What is needed of a `viser.ClientHandle`."""
-
-    @property
-    def gui(self) -> viser.GuiApi: ...
-
-    @property
-    def scene(self) -> viser.SceneApi: ...
-
-    def atomic(self) -> Any: ...
 
 
 class _Watched(NamedTuple):
@@ -102,7 +90,7 @@ class Hunts:
         wake: Callable[[], object],
     ) -> None:
         """``client`` is the browser's handle; ``wake`` lets the render loop draw at once."""
-        self._client: _Client = client
+        self._client: Viewer = client
         self._skip = partial(ask, client, SkipOpening())
         self._calls, self._wake = calls, wake
         self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))

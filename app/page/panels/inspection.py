@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import viser
@@ -20,7 +20,7 @@ from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
 from app.page.scene.outlines import BOARD_UNITS, kept_on_board, on_picture, segments
-from app.page.scene.parts import AWAY, in_linear_light
+from app.page.scene.parts import AWAY, Viewer, in_linear_light
 from app.page.widgets import CALM, Choice, assign
 from app.picture.frames import folds
 from app.picture.look import Look, heading_shown
@@ -55,18 +55,6 @@ _DRAWN = 2_000
 """Cells of a hunt's way that are drawn; one that takes longer goes in circles by then."""
 
 _Request = Callable[[Snapshot, Look], None]
-
-
-class _Client(Protocol):
-    """What is needed of a `viser.ClientHandle`."""
-
-    @property
-    def gui(self) -> viser.GuiApi: ...
-
-    @property
-    def scene(self) -> viser.SceneApi: ...
-
-    def atomic(self) -> Any: ...
 
 
 def cell_under(place: tuple[float, float], size: int) -> tuple[int, int] | None:
@@ -217,7 +205,7 @@ class Inspection:
     """The inspection of one browser."""
 
     def __init__(
-        self, client: _Client, container: Any, wake: Callable[[], None] = lambda: None
+        self, client: Viewer, container: Any, wake: Callable[[], None] = lambda: None
     ) -> None:
         """Build the panel and the overlays, all empty.
 

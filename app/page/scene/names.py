@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import viser
 from scipy import ndimage
 
 from app.page.scene.outlines import BOARD_UNITS
-from app.page.scene.parts import AWAY
-from app.page.widgets import assign
+from app.page.scene.parts import Writing
 from app.picture.layer import Label, Picture
 
 _LEAST_ROOM: Final = 1 / 24
@@ -36,40 +35,15 @@ def middles(picture: Picture) -> tuple[Label, ...]:
     return tuple(found)
 
 
-class BoardNames:
+class BoardNames(Writing):
     """What stands written on one browser's board, at most so many words."""
 
     def __init__(self, scene: viser.SceneApi, height: float = HEIGHT) -> None:
-        """``height`` is that of writing, in board units, so that it grows with the board."""
-        # All at once: a board that takes the place of another one in a page has what that has.
-        self._written: list[Any] = [
-            scene.add_label(
-                f"/board/names/{number}",
-                "",
-                position=AWAY,
-                anchor="center-center",
-                font_size_mode="scene",
-                font_scene_height=height,
-                visible=False,
-            )
-            for number in range(_MOST)
-        ]
+        super().__init__(scene, "board/names", height, _MOST)
 
     def show(self, labels: Sequence[Label], size: int) -> None:
         """Show the first of some labels on a board of so many cells along each side."""
-        labels = labels[:_MOST]
         unit = BOARD_UNITS / size
-        for written, label in zip(self._written, labels, strict=False):
-            place = (label.east * unit, label.north * unit, _ABOVE)
-            assign(written, "text", label.text)
-            if tuple(written.position) != place:
-                written.position = place
-            assign(written, "visible", True)
-        for written in self._written[len(labels) :]:
-            assign(written, "visible", False)
-
-    def remove(self) -> None:
-        """Take everything off the board."""
-        for written in self._written:
-            written.remove()
-        self._written.clear()
+        self.write(
+            [(label.text, (label.east * unit, label.north * unit, _ABOVE)) for label in labels]
+        )

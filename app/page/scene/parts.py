@@ -1,10 +1,12 @@
 """What is drawn on a board is made of lines and dots, made once and sent when they have changed."""
 
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Any, Final, Protocol
 
 import numpy as np
 import viser
 
+from app.page.widgets import assign
 from app.picture.colours import to_linear
 from app.picture.theme import Colour, Shape
 
@@ -12,6 +14,18 @@ AWAY: Final = (0.0, -1000.0, -50.0)
 """Where things are kept that are not to be seen: not just below the board, which may have gaps."""
 OF_PARTS: Final = np.zeros((1, 2, 3), np.uint8)
 """Colour of a line each part of which has one; a line that starts with one alone has no others."""
+
+
+class Viewer(Protocol):
+    """What is needed of a `viser.ClientHandle` to draw and write for one browser alone."""
+
+    @property
+    def gui(self) -> viser.GuiApi: ...
+
+    @property
+    def scene(self) -> viser.SceneApi: ...
+
+    def atomic(self) -> Any: ...
 
 
 class Parts:
@@ -78,6 +92,42 @@ class Parts:
         handle.points = points
         if colours is not None:
             handle.colors = colours
+
+
+class Writing:
+    """Words on a scene, at most so many at once."""
+
+    def __init__(self, scene: viser.SceneApi, name: str, height: float, most: int) -> None:
+        """``height`` is that of a line in board units, so that it grows with the board."""
+        # All at once: a board that takes the place of another one in a page has what that has.
+        self._labels: list[Any] = [
+            scene.add_label(
+                f"/{name}/{number}",
+                "",
+                position=AWAY,
+                anchor="center-center",
+                font_size_mode="scene",
+                font_scene_height=height,
+                visible=False,
+            )
+            for number in range(most)
+        ]
+
+    def write(self, words: Sequence[tuple[str, tuple[float, float, float]]]) -> None:
+        """Show the first of these, each in its middle, and no others; nothing is sent twice."""
+        for label, (text, place) in zip(self._labels, words, strict=False):
+            assign(label, "text", text)
+            if tuple(label.position) != place:
+                label.position = place
+            assign(label, "visible", True)
+        for label in self._labels[len(words) :]:
+            assign(label, "visible", False)
+
+    def remove(self) -> None:
+        """Take all off the scene."""
+        for label in self._labels:
+            label.remove()
+        self._labels.clear()
 
 
 def in_linear_light(colours: np.ndarray | Colour) -> np.ndarray:

@@ -1,14 +1,13 @@
 """Words beside what moves on the board, and beside the prey: none covers another, or a thing."""
 
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import viser
 
 from app.page.scene.outlines import BOARD_UNITS
-from app.page.scene.parts import AWAY
-from app.page.widgets import assign
+from app.page.scene.parts import Writing
 
 _HEIGHT: Final = 0.42
 """Of a line of letters in board units: 13 pixels on the board of a phone, and more on others."""
@@ -88,37 +87,18 @@ def _shared(one: np.ndarray, other: np.ndarray) -> float:
     return float(max(width, 0.0) * max(height, 0.0))
 
 
-class Tags:
+class Tags(Writing):
     """Words on one board."""
 
     def __init__(self, scene: viser.SceneApi, name: str) -> None:
-        self._labels: list[Any] = [
-            scene.add_label(
-                f"/{name}/{number}",
-                "",
-                position=AWAY,
-                anchor="center-center",
-                font_size_mode="scene",
-                font_scene_height=_HEIGHT,
-                visible=False,
-            )
-            for number in range(_MOST)
-        ]
+        super().__init__(scene, name, _HEIGHT, _MOST)
 
     def show(self, tags: Sequence[Tag], clear: Sequence[tuple[float, float]] = ()) -> None:
         """Show these, three at most, and no others; what has not changed is not sent."""
         places = places_of(tags, clear)
-        for label, tag, (east, north) in zip(self._labels, tags, places, strict=False):
-            place = (round(east, 3), round(north, 3), _Z)
-            assign(label, "text", tag.text)
-            if tuple(label.position) != place:
-                label.position = place
-            assign(label, "visible", True)
-        for label in self._labels[len(tags) :]:
-            assign(label, "visible", False)
-
-    def remove(self) -> None:
-        """Take all off the board."""
-        for label in self._labels:
-            label.remove()
-        self._labels.clear()
+        self.write(
+            [
+                (tag.text, (round(east, 3), round(north, 3), _Z))
+                for tag, (east, north) in zip(tags, places, strict=True)
+            ]
+        )
