@@ -1,1 +1,1 @@
-"""What one browser looks at: the live run or a moment of the past, and the bar by which it goes."""
+"""The time bar of a browser: what its hand asks for, and the moment that it looks at."""
