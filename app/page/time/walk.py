@@ -18,7 +18,7 @@ Direction = Literal[-1, 0, 1]
 WHOLE: Final = 0.0
 """The rate at which the whole line takes :data:`WHOLE_S`."""
 WHOLE_S: Final = 30.0
-_MOST_RATE: Final = 1e9
+_MOST_RATE: Final = 1e6
 _FACTORS: Final = (1.0, 2.0, 5.0)
 
 
@@ -304,15 +304,11 @@ class Walk:
 
 def rates_of(end_step: int, pace: float) -> tuple[tuple[float, str], ...]:
     """Rates that there are to choose from for a line, and what they are called."""
-    rates: list[tuple[float, str]] = []
-    power = 1.0
-    while not rates or rates[-1][0] < _MOST_RATE:
-        for factor in _FACTORS:
-            rate = factor * power
-            if rates and rate * pace >= end_step / WHOLE_S:
-                return (*rates, (WHOLE, f"whole run in {WHOLE_S:.0f} s")) if end_step else (*rates,)
-            rates.append((rate, f"{rate:,.0f} \N{MULTIPLICATION SIGN}"))
-        power *= 10.0
+    factors = (factor * 10.0**power for power in range(6) for factor in _FACTORS)
+    slower = [rate for rate in factors if rate == 1.0 or rate * pace < end_step / WHOLE_S]
+    rates = [(rate, f"{rate:,.0f} \N{MULTIPLICATION SIGN}") for rate in slower]
+    if end_step:
+        rates.append((WHOLE, f"whole run in {WHOLE_S:.0f} s"))
     return tuple(rates)
 
 

@@ -189,7 +189,7 @@ def test_the_whole_of_a_long_line_takes_half_a_minute() -> None:
 def test_a_rate_out_of_range_is_the_nearest(rate: float) -> None:
     walk = Walk()
     walk.set_rate(rate, 0.0, GROUND)
-    assert walk.rate == (1e9 if rate > 2 else 1.0)
+    assert walk.rate == (1e6 if rate > 2 else 1.0)
 
 
 def test_at_the_end_of_the_live_line_it_is_live_and_at_that_of_a_branch_it_stands() -> None:
