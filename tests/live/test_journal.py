@@ -11,17 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.live import journal as journal_module
-from app.live.journal import (
-    DamagedError,
-    InUseError,
-    Journal,
-    SessionError,
-    is_in_use,
-    read,
-    save,
-    whole,
-)
+from app.live import written as written_module
+from app.live.journal import InUseError, Journal, is_in_use
 from app.live.records import Gave, Record, Stood, WentLive
+from app.live.written import DamagedError, SessionError, read, save, whole
 from learners.commands import FreezeSkills
 from tests.support.journals import HEADER, RECORDS, records
 
@@ -199,7 +192,7 @@ def forged(path: Path, line: bytes, after: int = 2) -> None:
     """Write a session with a line of one's own that has the right checksum."""
     lines = whole(HEADER, FEW).splitlines(keepends=True)[:after]
     former = lines[-1][8:24].decode() if lines else ""
-    total = journal_module._sum_of(former, line)
+    total = written_module._sum_of(former, line)
     path.write_bytes(b"".join(lines) + b'{"sum":"%b",%b\n' % (total.encode(), line))
 
 
@@ -258,7 +251,7 @@ def test_what_is_no_session_is_refused_before_it_is_read(
         path.write_bytes(data)
         with pytest.raises(SessionError, match=r"no session of pounce; allowed: a file \.pounce"):
             read(path)
-    monkeypatch.setattr(journal_module, "MAX_BYTES", 1_000)
+    monkeypatch.setattr(written_module, "MAX_BYTES", 1_000)
     path.write_bytes(whole(HEADER, FEW))
     with pytest.raises(SessionError, match="is too large; allowed: up to 1,000 bytes"):
         read(path)

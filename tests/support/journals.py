@@ -2,7 +2,6 @@
 
 from hypothesis import strategies as st
 
-from app.live.journal import Header
 from app.live.records import (
     Began,
     Branched,
@@ -16,6 +15,7 @@ from app.live.records import (
     Unmarked,
     WentLive,
 )
+from app.live.written import Header
 from learners.commands import (
     Command,
     DefineSkill,
