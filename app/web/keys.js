@@ -36,15 +36,6 @@ const learn = (name, character) => {
     letters.set(name, character.toUpperCase());
 };
 
-/**
- * An element of this page, or of a page in it, which has classes of its own.
- * @param {EventTarget | null} target
- */
-const elementOf = (target) => {
-  const node = /** @type {Node | null} */ (target);
-  return node?.nodeType === Node.ELEMENT_NODE ? /** @type {HTMLElement} */ (node) : null;
-};
-
 /** @param {HTMLElement | null} target */
 const takesText = (target) =>
   target?.isContentEditable ||
@@ -117,8 +108,8 @@ const take = (event) => {
   if (told.has(event)) return;
   if (event.key === "Tab") isTabbed = true;
   if (event.ctrlKey || event.metaKey || event.altKey || event.getModifierState("AltGraph")) return;
-  const target = elementOf(event.target);
-  if (event.isComposing || event.defaultPrevented || takesText(target)) return;
+  const target = event.target instanceof HTMLElement ? event.target : null;
+  if (event.isComposing || takesText(target)) return;
   if (event.key === "Escape" && target?.matches("input")) return tellViser(event.key);
   const key = keyOf(event);
   const typesCharacter = [...event.key].length === 1 || event.key === "Dead";
@@ -143,16 +134,6 @@ const fillList = () => {
   }
   for (const box of document.querySelectorAll(`input.${SWITCH}`))
     if (box instanceof HTMLInputElement) box.checked = areOn();
-};
-
-/**
- * Have keys act that are pressed in a page that this one holds, once what has the focus there has
- * had them.
- * @param {Window} frame
- */
-export const listenTo = (frame) => {
-  frame.addEventListener("keydown", take);
-  frame.addEventListener("pointerdown", () => (isTabbed = false), true);
 };
 
 window.addEventListener("keydown", take, true);
