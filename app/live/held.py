@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-from learners.commands import CommandError
+from learners.commands import CommandError, Introduce
+from learners.control import is_still_wanted
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS
@@ -37,6 +38,8 @@ class Held:
     playing: bool
     error: str | None = None
     """What stopped it; its state is kept."""
+    runs_to: int | None = None
+    """Trial at whose start it is to stand still, on its way there at full speed."""
     opened: Opened | None = None
     """Of which run of an experiment it is a copy, until something else is done with it."""
 
@@ -64,6 +67,11 @@ class Held:
         """Whether it is on the way to where a run of an experiment ended."""
         return self.opened is not None and self.opened.same is None
 
+    @property
+    def hurries(self) -> bool:
+        """Whether it goes as fast as it can: the set speed is for watching, not for catching up."""
+        return self.is_made_again or self.runs_to is not None
+
     def play(self) -> None:
         """Go on.
 
@@ -73,7 +81,26 @@ class Held:
         if self.error is not None:
             raise CommandError(f"the learner has stopped: {self.error}")
         self._check_not_over()
-        self.playing = True
+        self.playing, self.runs_to = True, None
+
+    def run_to(self, trial: int) -> None:
+        """Go on up to the start of a trial, and stand still there.
+
+        Raises:
+            CommandError: it has begun already, or is more than a run may have; or it has stopped.
+        """
+        if self.error is not None:
+            raise CommandError(f"the learner has stopped: {self.error}")
+        if trial > MAX_TRIALS:
+            raise CommandError(f"a run ends after {MAX_TRIALS:,} trials")
+        if trial <= self.run.trial:
+            raise CommandError(
+                f"trial {trial:,} has begun already, the learner is in trial {self.run.trial:,};"
+                " the time bar shows what is past"
+            )
+        self.claim_no_more()
+        self.until_trial = max(self.until_trial, trial)
+        self.playing, self.runs_to = True, trial
 
     def take_more_trials(self) -> None:
         """Where its trials are over, let it have as many again as its preset has.
@@ -90,7 +117,7 @@ class Held:
 
     def pause(self) -> None:
         """Stand still; a copy that is not complete is given up."""
-        self.playing = False
+        self.playing, self.runs_to = False, None
         if self.is_made_again:
             self.claim_no_more()
 
@@ -101,16 +128,25 @@ class Held:
             CommandError: its trials are over, or it has stopped.
         """
         self._check_not_over()
-        self.playing = False
+        self.playing, self.runs_to = False, None
         self._advance(max_steps, None if trials is None else self.run.trial + trials)
         self.claim_no_more()
 
-    def go_on(self, steps: int) -> int:
-        """Make steps, but not past where the run ended that it copies; returns how many."""
+    def go_on(self, steps: int, pauses_at_joins: bool = False) -> int:
+        """Make steps, but not past where it is to stand still; returns how many.
+
+        That is where the run ended that it copies, the trial that it runs to or, if it
+        ``pauses_at_joins``, the next one at which the schedule adds a skill.
+        """
         opened = self.opened
         if opened is None or not self.is_made_again:
             self.opened = None
-            return self._advance(steps)
+            join = self._next_join() if pauses_at_joins else None
+            stops = [stop for stop in (self.runs_to, join) if stop is not None]
+            made = self._advance(steps, min([self.until_trial, *stops]))
+            if stops and self.run.trial >= min(stops):
+                self.pause()
+            return made
         made = self._advance(min(steps, opened.step - self.run.step))
         if self.run.step >= opened.step or self.is_over:
             found = digest(self.run.state)
@@ -125,6 +161,16 @@ class Held:
             self.until_trial = max(self.run.spec.trials, self.run.trial)
             self.playing = self.playing and not self.is_over
         self.opened = None
+
+    def _next_join(self) -> int | None:
+        """The next trial at which the schedule is to add a skill."""
+        control, now = self.run.control, self.run.trial
+        joins = (
+            timer.trial
+            for timer in self.run.planned()
+            if isinstance(timer.command, Introduce) and is_still_wanted(control, timer.command)
+        )
+        return next((trial for trial in joins if trial > now), None)
 
     def _check_not_over(self) -> None:
         if self.run.trial >= MAX_TRIALS:
@@ -141,5 +187,5 @@ class Held:
         limit = self.until_trial if until_trial is None else until_trial
         made = self.run.advance(max_steps=max_steps, until_trial=limit)
         if self.is_over:
-            self.playing = False
+            self.playing, self.runs_to = False, None
         return made

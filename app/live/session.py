@@ -11,102 +11,43 @@ from dataclasses import dataclass
 from app.live import snapshot
 from app.live.held import Held, Opened
 from app.live.opening import Opening, SlowStart
+from app.live.places import Behind, LineSeen, Mark, Place
+from app.live.requests import (
+    AddMark,
+    Begin,
+    Branch,
+    BringBack,
+    DeleteLine,
+    GoBack,
+    GoOn,
+    MakeLive,
+    NameLine,
+    OpenRun,
+    Pause,
+    PauseAtJoins,
+    Play,
+    RemoveMark,
+    Request,
+    RequestOfRun,
+    RunTo,
+    SetSpeed,
+    SkipOpening,
+    StartAgain,
+    StepOnce,
+    TrialOnce,
+)
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
-from learners.commands import Command, CommandError, SetSchedule
+from learners.commands import CommandError, SetSchedule
 from learners.kernel.state import TRIAL_STEP
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec
+from learners.spec import MAX_TRIALS, RunSpec
 
 _CURVE_S = 0.4
 
 
-@dataclass(frozen=True)
-class Begin:
-    """Play, unless somebody has said by then whether the learner is to go on or to stand still."""
-
-
-@dataclass(frozen=True)
-class Play:
-    """Learn on, up to the preset's last trial."""
-
-
-@dataclass(frozen=True)
-class GoOn:
-    """Learn on past the last trial, for as many trials again as the preset has."""
-
-
-@dataclass(frozen=True)
-class Pause:
-    """Stand still."""
-
-
-@dataclass(frozen=True)
-class StepOnce:
-    """Pause, and make one step."""
-
-
-@dataclass(frozen=True)
-class TrialOnce:
-    """Pause, and go to the start of the next trial."""
-
-
-@dataclass(frozen=True)
-class SetSpeed:
-    """Aim at so many steps per second."""
-
-    steps_per_s: float
-
-
-@dataclass(frozen=True)
-class SkipOpening:
-    """Show the first hunts slowly no longer."""
-
-
-@dataclass(frozen=True)
-class StartAgain:
-    """Set the run aside and begin another, which plays if that one was going on.
-
-    One that was over, or had stopped, is followed by one that stands still, at whatever speed.
-    """
-
-    spec: RunSpec
-    preset: str
-    """As shown."""
-    seed: int
-    schedule: ScheduleSpec | None = None
-    """Takes the place of the preset's own by a command, before the first step."""
-    paused: bool = False
-    """Stand still at its beginning, whether or not the last one went on."""
-
-
-@dataclass(frozen=True)
-class OpenRun:
-    """Make a run of an experiment again, up to where it ended, and pause there."""
-
-    spec: RunSpec
-    preset: str
-    """As shown."""
-    seed: int
-    step: int
-    """Where it ended."""
-    digest: str
-    """Of its tables there."""
-    name: str
-    """What it is called: "figure_4_1: timed, seed 3"."""
-
-
-@dataclass(frozen=True)
-class GoBack:
-    """Take up the run again that was set aside; the one that is shown is set aside for it."""
-
-
-RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | Command
-"""What is asked of one run."""
-Request = RequestOfRun | SetSpeed | SkipOpening | StartAgain | OpenRun | GoBack
-
-_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, OpenRun)
-_END_THE_OPENING = (SkipOpening, SetSpeed, StartAgain, OpenRun)
+_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun)
+_END_THE_OPENING = (SkipOpening, SetSpeed, RunTo, StartAgain, OpenRun)
 
 
 @dataclass(frozen=True)
@@ -138,6 +79,22 @@ class Status:
     """What was set aside for the run that is shown, in words; None if nothing was."""
     opening: Opening | None = None
     """The first hunts, while they are shown slowly and the speed rises after them."""
+    lines: tuple[LineSeen, ...] = ()
+    """The tree of the run that is shown: where that began, and what branched off since."""
+    marks: tuple[Mark, ...] = ()
+    """Moments of these lines that were given a line of text, in their order."""
+    branched: tuple[tuple[int, Place], ...] = ()
+    """Who gave a command at a moment of the past, and where the line begins that came of it; the
+    newest last, and only some of them."""
+    runs_to: int | None = None
+    """Trial at whose start it is to stand still, on its way there at full speed."""
+    pauses_at_joins: bool = False
+    """Whether it stands still at each trial at which the schedule adds a skill."""
+    journal: str | None = None
+    """Why what is done cannot be written down; None while it is, or if nobody asked for it."""
+    behind: Behind | None = None
+    """What the moment that is shown is to the live run; None if it is that itself. A session shows
+    nothing else: it is said by whoever shows somebody the past."""
 
 
 class Session(Worker[Status]):
@@ -167,6 +124,7 @@ class Session(Worker[Status]):
         self._speed = speed
         self._told_to_play = playing
         """Whether somebody has said that the learner is to go on, or to stand still."""
+        self._pauses_at_joins = False
         self._slow_start = SlowStart() if opening else None
         self._curve_at = -math.inf
         self._former: Snapshot | None = None
@@ -191,8 +149,7 @@ class Session(Worker[Status]):
         held = self._held()
         if not held.is_learning:
             return None
-        # The set speed is for watching, not for catching up.
-        if held.is_made_again:
+        if held.hurries:
             return FULL_SPEED
         if self._slow_start is not None:
             return self._slow_start.speed(held.run, self._speed, time.perf_counter())
@@ -202,16 +159,16 @@ class Session(Worker[Status]):
         held = self._held()
         if self._slow_start is not None:
             return self._advance_slowly(self._slow_start, held, steps)
-        catches_up = held.is_made_again
-        made = held.go_on(steps)
+        hurried = held.hurries
+        made = held.go_on(steps, self._pauses_at_joins)
         self._preparing = False
-        if catches_up and not held.is_made_again:
+        if held.hurries != hurried:
             self._pace.restart()
         return made
 
     def _advance_slowly(self, slow: SlowStart, held: Held, steps: int) -> int:
         trial, most = held.run.trial, None if self._preparing else slow.most_steps(held.run)
-        made = held.go_on(steps if most is None else min(steps, most))
+        made = held.go_on(steps if most is None else min(steps, most), self._pauses_at_joins)
         self._preparing = False
         if slow.is_over(held.run, time.perf_counter()):
             self._slow_start = None
@@ -238,6 +195,18 @@ class Session(Worker[Status]):
             case SetSpeed(steps_per_s=speed):
                 self._speed = speed
                 self._pace.restart()
+            case PauseAtJoins(on=on):
+                self._pauses_at_joins = on
+            case (
+                Branch()
+                | MakeLive()
+                | NameLine()
+                | DeleteLine()
+                | BringBack()
+                | AddMark()
+                | RemoveMark()
+            ):
+                raise CommandError("branches cannot be made yet")
             case StartAgain():
                 self._start_again(request)
             case OpenRun():
@@ -246,9 +215,9 @@ class Session(Worker[Status]):
                 self._go_back()
             case _:
                 held = self._held(run)
-                catches_up = held.is_made_again
+                hurried = held.hurries
                 self._carry_out_on(held, request)
-                if catches_up and not held.is_made_again:
+                if held.hurries != hurried:
                     self._pace.restart()
 
     def _carry_out_on(self, held: Held, request: RequestOfRun) -> None:
@@ -261,6 +230,8 @@ class Session(Worker[Status]):
             case GoOn():
                 held.take_more_trials()
                 self._play(held)
+            case RunTo(trial=trial):
+                held.run_to(trial)
             case Pause():
                 held.pause()
             case StepOnce():
@@ -348,4 +319,6 @@ class Session(Worker[Status]):
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.run.trial:,}",
             opening=None if held.is_over else opening,
+            runs_to=held.runs_to,
+            pauses_at_joins=self._pauses_at_joins,
         )

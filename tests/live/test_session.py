@@ -21,8 +21,10 @@ from app.live.session import (
     GoOn,
     OpenRun,
     Pause,
+    PauseAtJoins,
     Play,
     Request,
+    RunTo,
     Session,
     SetSpeed,
     StartAgain,
@@ -1043,3 +1045,69 @@ def test_what_is_asked_of_a_run_that_is_gone_is_refused(session_of: SessionOf) -
     # These are of the session.
     assert refusal(session, SetSpeed(5.0), gone) is None
     assert refusal(session, StartAgain(LONG, "timed", 1), gone) is None
+
+
+# Run to a trial, and pause at joins
+
+
+TWO_JOINS = (
+    "trials=400",
+    "schedule.skills.avoid.at=120",
+    "schedule.skills.circle_clockwise.at=180",
+)
+
+
+def stood(session: Session, trial: int) -> Status:
+    """The status in which a session stands still at the start of a trial."""
+    return session.wait_for(lambda s: s.snapshot.trial >= trial and not s.playing, PATIENCE_S)
+
+
+@pytest.mark.parametrize("speed", [FULL_SPEED, 5.0])
+def test_it_runs_to_the_start_of_a_trial_at_full_speed(session_of: SessionOf, speed: float) -> None:
+    session, alone = session_of(speed=speed), Run(spec_of(), SEED)
+    assert ask(session, RunTo(250)).runs_to == 250
+    status = stood(session, 250)
+    assert (status.runs_to, status.speed, status.finished) == (None, speed, False)
+    alone.advance(until_trial=250)
+    assert shows(status, alone)
+
+
+def test_it_runs_to_a_trial_beyond_those_that_it_was_to_have(session_of: SessionOf) -> None:
+    session = session_of(spec_of("trials=100"))
+    ask(session, RunTo(130))
+    status = stood(session, 130)
+    assert (status.snapshot.trial, status.snapshot.trial_step, status.finished) == (130, 0, True)
+    assert complaint(session, RunTo(MAX_TRIALS + 1)) == f"a run ends after {MAX_TRIALS:,} trials"
+    assert "trial 130 has begun already" in (complaint(session, RunTo(130)) or "")
+
+
+@pytest.mark.parametrize("request_", [Pause(), Play(), StepOnce(), TrialOnce()])
+def test_whoever_says_otherwise_on_the_way_to_a_trial_is_heeded(
+    session_of: SessionOf, request_: Request
+) -> None:
+    session = session_of(LONG)
+    assert ask(session, RunTo(900_000), FreezeSkills(True)).runs_to == 900_000
+    status = ask(session, request_)
+    assert (status.runs_to, status.playing) == (None, isinstance(request_, Play))
+
+
+def test_it_pauses_where_the_schedule_is_about_to_add_a_skill(session_of: SessionOf) -> None:
+    spec = spec_of(*TWO_JOINS)
+    session, alone = session_of(spec), Run(spec, SEED)
+    assert ask(session, PauseAtJoins(True), Play()).pauses_at_joins
+    for trial in (120, 180):
+        status = stood(session, trial)
+        alone.advance(until_trial=trial)
+        assert shows(status, alone)
+        ask(session, Play())
+    assert stood(session, 400).finished
+
+
+def test_a_join_pauses_what_runs_to_a_trial_and_one_that_will_not_be_does_not(
+    session_of: SessionOf,
+) -> None:
+    session = session_of(spec_of(*TWO_JOINS))
+    ask(session, PauseAtJoins(True), RunTo(300))
+    assert stood(session, 120).runs_to is None
+    ask(session, Introduce("circle_clockwise", 5), RunTo(300))
+    assert stood(session, 300).snapshot.trial == 300

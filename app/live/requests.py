@@ -1,0 +1,188 @@
+"""What is asked of a session, by any thread: values that its worker carries out in their order."""
+
+from dataclasses import dataclass
+
+from app.live.places import Place
+from learners.commands import Command
+from learners.spec import RunSpec, ScheduleSpec
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Play, unless somebody has said by then whether the learner is to go on or to stand still."""
+
+
+@dataclass(frozen=True)
+class Play:
+    """Learn on, up to the preset's last trial."""
+
+
+@dataclass(frozen=True)
+class GoOn:
+    """Learn on past the last trial, for as many trials again as the preset has."""
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Stand still."""
+
+
+@dataclass(frozen=True)
+class StepOnce:
+    """Pause, and make one step."""
+
+
+@dataclass(frozen=True)
+class TrialOnce:
+    """Pause, and go to the start of the next trial."""
+
+
+@dataclass(frozen=True)
+class SetSpeed:
+    """Aim at so many steps per second."""
+
+    steps_per_s: float
+
+
+@dataclass(frozen=True)
+class SkipOpening:
+    """Show the first hunts slowly no longer."""
+
+
+@dataclass(frozen=True)
+class StartAgain:
+    """Set the run aside and begin another, which plays if that one was going on.
+
+    One that was over, or had stopped, is followed by one that stands still, at whatever speed.
+    """
+
+    spec: RunSpec
+    preset: str
+    """As shown."""
+    seed: int
+    schedule: ScheduleSpec | None = None
+    """Takes the place of the preset's own by a command, before the first step."""
+    paused: bool = False
+    """Stand still at its beginning, whether or not the last one went on."""
+
+
+@dataclass(frozen=True)
+class OpenRun:
+    """Make a run of an experiment again, up to where it ended, and pause there."""
+
+    spec: RunSpec
+    preset: str
+    """As shown."""
+    seed: int
+    step: int
+    """Where it ended."""
+    digest: str
+    """Of its tables there."""
+    name: str
+    """What it is called: "figure_4_1: timed, seed 3"."""
+
+
+@dataclass(frozen=True)
+class GoBack:
+    """Take up the run again that was set aside; the one that is shown is set aside for it."""
+
+
+@dataclass(frozen=True)
+class RunTo:
+    """Learn up to the start of a trial at full speed, whatever speed is set, and stand still there.
+
+    A run that was to have fewer trials has as many then. Playing, pausing or stepping meanwhile
+    gives it up.
+    """
+
+    trial: int
+
+
+@dataclass(frozen=True)
+class PauseAtJoins:
+    """Stand still, from here on or no longer, at each trial at which the schedule adds a skill.
+
+    The skill is there with the next step: up to then its plan can still be changed.
+    """
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Give a command at a moment of the past: a branch begins there, and its line stays as it is.
+
+    At the very moment at which a branch begins, the command is one more of those that made it, and
+    the branch with it takes its place; unless something hangs on that: branches of its own, marks,
+    or that it has been live.
+    """
+
+    place: Place
+    command: Command
+    viewer: int | None = None
+    """Who gave it, to be told of the new line in ``Status.branched``."""
+
+
+@dataclass(frozen=True)
+class MakeLive:
+    """Let a branch be the live run; the former one stays as a line of its own, where it stands.
+
+    It goes on from a step, or from as far as it is known. What is known of it beyond that step is
+    made again as it goes on. It stands still at first.
+    """
+
+    line: int
+    step: int | None = None
+
+
+@dataclass(frozen=True)
+class NameLine:
+    """Call a line by a name; by none ("") it is called as it was at first."""
+
+    line: int
+    name: str
+
+
+@dataclass(frozen=True)
+class DeleteLine:
+    """Take a branch out of the tree; refused while it is live, or while branches begin on it."""
+
+    line: int
+
+
+@dataclass(frozen=True)
+class BringBack:
+    """Put a branch back that was deleted."""
+
+    line: int
+
+
+@dataclass(frozen=True)
+class AddMark:
+    """Give a moment a line of text."""
+
+    place: Place
+    text: str
+
+
+@dataclass(frozen=True)
+class RemoveMark:
+    """Take a mark away, by its number."""
+
+    number: int
+
+
+RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | RunTo | Command
+"""What is asked of one run."""
+RequestOfLines = Branch | MakeLive | NameLine | DeleteLine | BringBack | AddMark | RemoveMark
+"""What is asked of the tree of runs."""
+Request = (
+    RequestOfRun
+    | RequestOfLines
+    | SetSpeed
+    | SkipOpening
+    | PauseAtJoins
+    | StartAgain
+    | OpenRun
+    | GoBack
+)
