@@ -14,6 +14,7 @@ from app.charts.bar.lanes import Lane, Piece
 from app.charts.bar.marks import Mark
 from app.charts.bar.model import Bar, Points
 from app.charts.bar.tree import in_rows
+from app.explain.happenings import Happening
 from app.live.places import LineSeen
 from app.live.places import Mark as Note
 from app.picture.colours import css
@@ -37,15 +38,6 @@ _UNITS: Final[tuple[tuple[Axis, str, str], ...]] = (
 """What an axis is of, what it is called, and what it is for."""
 
 
-class Happened(NamedTuple):
-    """An event that one can go to."""
-
-    step: int
-    trial: int
-    kind: str
-    text: str
-
-
 class Around(NamedTuple):
     """What a bar shows besides one run: the tree that this is a line of, and where one can go."""
 
@@ -55,8 +47,8 @@ class Around(NamedTuple):
     """All of the tree."""
     notes: Sequence[Note] = ()
     """Marks with a text, of those that lie on this line."""
-    happenings: Iterable[tuple[int, int, str, str]] = ()
-    """Step, trial, kind and text of what happened in it."""
+    happenings: Sequence[Happening] = ()
+    """What happened in it, by step."""
     ahead: Sequence[Block] | None = None
     """Blocks of the plan at the moment that is looked at, which can be edited there; None if that is
     the newest moment of the line."""
@@ -80,7 +72,7 @@ def bar_sent(bar: Bar, around: Around) -> Sent:
         "bands": _bands(bar),
         "marks": [_mark(mark) for mark in bar.marks],
         "lanes": [_lane(lane, around.ahead) for lane in bar.lanes],
-        "happenings": [Happened(*each)._asdict() for each in around.happenings],
+        "happenings": [happening._asdict() for happening in around.happenings],
         "notes": [_note(note) for note in around.notes],
         "lines": [_line(line) for line in in_rows(around.lines)] if len(around.lines) > 1 else [],
         "units": [{"unit": unit, "name": name, "hint": hint} for unit, name, hint in _UNITS],

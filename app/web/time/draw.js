@@ -17,8 +17,7 @@ const time = element("div", "time");
 time.setAttribute("role", "group");
 time.setAttribute("aria-label", "Time: learning curve and schedule");
 time.innerHTML = `
-  <div class="top"><div class="transport"></div><div class="legend"></div></div>
-  <div class="said" role="status"></div>
+  <div class="legend"></div>
   <div class="rows">
     <div class="over bands"></div>
     <div class="row curve">
@@ -36,7 +35,7 @@ time.innerHTML = `
       <div class="veil" hidden></div>
       <div class="until" title="The run goes to here" hidden></div>
       <div class="between" hidden><b>A</b><b>B</b></div>
-      <button class="live-end" type="button" title="What happens now (End)" hidden>Live</button>
+      <div class="live-end" hidden><button type="button" title="Look at what happens now (End)">Live</button></div>
       <div class="playhead"><i></i>
         <div class="handle" role="slider" tabindex="0" aria-label="Moment that is shown" aria-valuemin="0"><span class="here"></span></div>
       </div>
@@ -107,7 +106,6 @@ const drawUnits = (bar) => {
 
 const draw = () => {
   const { bar, moment } = state;
-  write(part(".said"), state.said);
   time.hidden = !bar;
   if (!bar) return;
   const isNew = drawBar(bar);

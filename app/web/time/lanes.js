@@ -78,7 +78,7 @@ export const drawLanes = (parent, bar, draft) => {
   parent.classList.toggle("low", bar.lanes.length > MANY_LANES);
   keep(parent, bar.lanes, ({ name }) => name, makeLane, (row, lane) => {
     const [gutter, plot] = row.children;
-    write(gutter, lane.name);
+    write(gutter.children[0], lane.name);
     attribute(gutter, "title", lane.name);
     attribute(row, "data-skill", lane.skill);
     drawLane(plot, bar, lane, spans);
@@ -87,9 +87,11 @@ export const drawLanes = (parent, bar, draft) => {
 
 const makeLane = () => {
   const row = element("div", "row lane");
+  const gutter = element("div", "gutter");
+  gutter.append(element("span", "name"));
   const plot = element("div", "plot");
   for (const part of ["presence", "blocks", "labels"]) plot.append(element("div", part));
-  row.append(element("div", "gutter"), plot);
+  row.append(gutter, plot);
   return row;
 };
 
@@ -125,7 +127,8 @@ const drawLane = (plot, bar, lane, spans) => {
     const held = spans.get(piece.key);
     return held ? numbersOf(piece, held, at) : [];
   });
-  labels.replaceChildren(...shown.map(drawnLabel), ...told);
+  const ids = new Map(lane.pieces.filter(({ editable }) => editable).map(({ key, id }) => [key, id]));
+  labels.replaceChildren(...shown.map((label) => drawnLabel(label, ids)), ...told);
 };
 
 const makePiece = () => {
@@ -172,16 +175,12 @@ const drawPiece = (block, bar, piece, held, bound) => {
  */
 const edges = (block, piece, bound) => {
   const isRange = piece.editable && piece.until !== null && (piece.kind === "forced" || piece.until > piece.first);
-  const sides = !isRange ? [] : bound || piece.kind === "join" ? ["until"] : ["first", "until"];
+  const sides = !isRange ? [] : bound || piece.kind === "join" ? ["last"] : ["first", "last"];
   keep(
     block,
     sides,
     (side) => side,
-    (side) => {
-      const edge = element("b", "edge");
-      edge.dataset.side = side;
-      return edge;
-    },
+    (side) => element("b", `edge ${side}`),
     () => {},
   );
 };
@@ -210,14 +209,27 @@ const numbersOf = (piece, { first, until, probability }, at) => {
   return numbers;
 };
 
-/** @param {Label} label */
-const drawnLabel = ({ before, text, after, at, side, room }) => {
+/**
+ * What is said in a lane; a probability can be edited where it stands.
+ * @param {Label} label
+ * @param {Map<string, string>} ids by which blocks can be edited, by their keys
+ */
+const drawnLabel = ({ of, before, text, after, at, side, room }, ids) => {
   const label = element("span", `label ${side}`);
   if (side === "before") label.style.right = percent(1 - at);
   else label.style.left = percent(at);
   label.style.maxWidth = percent(room);
   if (before) label.append(element("span", "more", before));
-  label.append(text);
+  // Of several blocks there are as many probabilities.
+  const parts = text.split(", ");
+  if (parts.length === of.length && text.endsWith("%"))
+    parts.forEach((chance, index) => {
+      const shown = element("span", "chance", chance);
+      const id = ids.get(of[index]);
+      if (id) shown.dataset.id = id;
+      label.append(...(index ? [", "] : []), shown);
+    });
+  else label.append(text);
   if (after) label.append(element("span", "more", after));
   return label;
 };
