@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import viser
 
-from app.live.session import Session
+from app.live.session import Session, Status
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.bar import BarPanel, Bars, Choose
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
@@ -14,8 +14,9 @@ from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
-from app.page.scene.gallery import Gallery
+from app.page.scene.gallery import Gallery, Seen
 from app.page.texts import Texts
+from app.page.time.outlook import Outlook
 from app.page.widgets import assign
 from app.picture.look import ALL, Look
 from app.results.service import Service
@@ -53,14 +54,17 @@ class Browser:
     def __init__(self, shared: Shared, client: viser.ClientHandle) -> None:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
+        self.outlook = Outlook(client.client_id, shared.session.moments)
+        """What it looks at."""
         self._gallery = shared.gallery
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
         self.pulse = Pulse(shared.server, client.client_id)
-        self._look = self.look
+        self._shown = Seen(self.look)
+        """Of what it was sent a frame last."""
         self._stage: Stage | None = None
-        self._seen = 0
+        self._sent = 0
         self._wake = wake
         # What is drawn for this browser alone is drawn on a whole board.
         self._drawn_alone = [
@@ -88,18 +92,24 @@ class Browser:
         """How this browser wants to see the board."""
         return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
 
+    def seen(self, status: Status) -> Seen:
+        """What it is to see of a board, given the status that is true for it."""
+        viewer = None if status.behind is None else self.client.client_id
+        return Seen(self.look, viewer)
+
     def leave(self) -> None:
         """Answer no more calls of this browser."""
+        self.outlook.leave()
         self.readings.leave()
         self._hunts.leave()
         self._bar.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
-        board = self._gallery.board(self._look)
+        board = self._gallery.board(self._shown)
         if board is None:
             return
-        if self._look.frame == ALL:
+        if self._shown.look.frame == ALL:
             heading = board.heading_under(event.ray_origin, event.ray_direction)
             if heading is not None:
                 self.readings.view.choose_heading(heading)
@@ -109,12 +119,12 @@ class Browser:
         if place is not None:
             self._inspection.take_click(place, shift=event.modifier == "shift")
 
-    def frame(self, stage: Stage, look: Look) -> bytes | None:
+    def frame(self, stage: Stage, shown: Seen) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
-        former, seen = self._stage, self._seen
-        self._stage, self._look, self._seen = stage, look, stage.now
+        former, sent = self._stage, self._sent
+        self._stage, self._shown, self._sent = stage, shown, stage.now
         if former is None or former is stage:
-            return stage.frame_since(seen)
+            return stage.frame_since(sent)
         return stage.frame_in_place_of(former)
 
     def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:

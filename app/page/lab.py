@@ -19,7 +19,8 @@ import viser
 
 from app.charts.bar.model import Moment
 from app.explain.cell import moment_of, policy_of
-from app.live.session import Begin, Request, Session, StartAgain, Status
+from app.live.requests import Begin, Request, StartAgain
+from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser, Shared
 from app.page.confirm import confirm
@@ -198,6 +199,14 @@ class Lab:
     def snapshot(self) -> Snapshot:
         """The latest moment."""
         return self.session.status.snapshot
+
+    def status_of(self, client: viser.ClientHandle) -> Status:
+        """What is true for a browser now: how the run stands at the moment that it looks at."""
+        live = self.session.status
+        browser = self._browsers.get(client.client_id)
+        if browser is None:
+            return live
+        return browser.outlook.status(live, time.perf_counter(), self._grounds.of(live))
 
     def ask(self, client: viser.ClientHandle, request: Request) -> None:
         """Enqueue a request of a browser, which means the run that is shown.
