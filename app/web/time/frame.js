@@ -1,0 +1,4 @@
+// @ts-check
+// The page in the frame.
+import "./channel.js";
+import "./theme.js";
