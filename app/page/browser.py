@@ -8,7 +8,6 @@ import viser
 
 from app.live.session import Session, Status
 from app.page.inbox import Ask, Inbox, Intent
-from app.page.panels.bar import BarPanel, Bars, Choose
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
@@ -16,11 +15,15 @@ from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Gallery, Seen
 from app.page.texts import Texts
+from app.page.time.asks import Asks, Submit
+from app.page.time.bars import Bars
 from app.page.time.outlook import Outlook
+from app.page.time.panel import Deeds, TimePanel
 from app.page.widgets import assign
 from app.picture.look import ALL, Look
 from app.results.service import Service
 from app.server.calls import Calls
+from app.server.channels import Channels
 from app.server.pulse import Pulse
 from app.server.stage import Stage
 
@@ -32,12 +35,16 @@ class Shared(NamedTuple):
     session: Session
     gallery: Gallery
     calls: Calls
+    channels: Channels
     bars: Bars
-    choose_block: Choose
-    """Chooses what is edited of the schedule."""
+    deeds: Deeds
+    """What the time bar can have done."""
     service: Service
     inbox: Inbox
     ask: Ask
+    """For whatever a browser asks, which means the moment that it looks at."""
+    submit: Submit
+    """Hands a request to the session."""
     wake: Callable[[], None]
     """Lets the render loop draw at once."""
     drawn: Callable[[], None]
@@ -56,10 +63,22 @@ class Browser:
         self.client = client
         self.outlook = Outlook(client.client_id, shared.session.moments)
         """What it looks at."""
+        self.asks = Asks(self.outlook, shared.submit, inbox.put)
+        """What it asks for."""
         self._gallery = shared.gallery
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
-        self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
+        self.time = TimePanel(
+            client,
+            self.outlook,
+            self.asks,
+            shared.channels,
+            shared.bars,
+            inbox,
+            shared.deeds,
+            wake,
+        )
+        """The bar, by which it goes through time."""
         self.pulse = Pulse(shared.server, client.client_id)
         self._shown = Seen(self.look)
         """Of what it was sent a frame last."""
@@ -102,7 +121,7 @@ class Browser:
         self.outlook.leave()
         self.readings.leave()
         self._hunts.leave()
-        self._bar.leave()
+        self.time.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -127,18 +146,19 @@ class Browser:
             return stage.frame_since(sent)
         return stage.frame_in_place_of(former)
 
-    def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:
+    def update(
+        self, status: Status, texts: Texts, clock: str, every_s: float, now_s: float
+    ) -> None:
         """Show a moment beside the board: what was asked for at once, the rest now and then."""
-        success = texts.extras.success
+        snapshot, success = status.snapshot, texts.extras.success
         outcomes = None
-        if success is not None and success.generation == texts.status.snapshot.generation:
+        if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
-        self._hunts.update(texts.status, texts.look, now_s)
-        self._inspection.update(texts.status.snapshot, texts.look, outcomes)
+        self._hunts.update(status, texts.look, now_s)
+        self._inspection.update(snapshot, texts.look, outcomes)
         for root in self._drawn_alone:
             assign(root, "visible", texts.look.frame != ALL)
         self.results.update(now_s)
-        self._bar.update()
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
             self._read_at = now_s

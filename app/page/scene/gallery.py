@@ -55,7 +55,10 @@ class Exhibit:
     ) -> Texts:
         """Draw a moment; returns what is read beside it."""
         self._draw(status, extras, now_s)
-        is_other = self.texts is not None and self.texts.status.behind != status.behind
+        former = self.texts
+        is_other = status.behind is not None and (
+            former is None or former.status.snapshot is not status.snapshot
+        )
         if self.texts is None or is_other or now_s - self._read_at >= _TEXTS_S:
             self.texts = Texts(status, self._look, extras, n_viewers, greedy)
             self._read_at = now_s

@@ -54,7 +54,6 @@ class Asks:
         self,
         outlook: Outlook,
         submit: Submit,
-        refuse: Callable[[str], object],
         later: Callable[[Callable[[], object]], object],
     ) -> None:
         """Ask for nothing yet.
@@ -62,12 +61,11 @@ class Asks:
         Args:
             outlook: what the browser looks at.
             submit: hands a request to the session.
-            refuse: tells the browser why something cannot be done; called in any thread.
             later: has something done in the render loop; called in any thread.
         """
         self._outlook = outlook
-        self._submit, self._refuse, self._later = submit, refuse, later
-        self._waiting: deque[Request] = deque()
+        self._submit, self._later = submit, later
+        self._waiting: deque[tuple[Request, Reply]] = deque()
         self._making: _Making | None = None
         self._made: _Made | None = None
         self._known: set[int] = set()
@@ -86,11 +84,14 @@ class Asks:
             return ""
         return difference_in_words(made.before, made.trial, made.commands)
 
-    def take(self, request: Request, status: Status, ground: Ground, now_s: float) -> None:
+    def take(
+        self, request: Request, refuse: Reply, status: Status, ground: Ground, now_s: float
+    ) -> None:
         """Do what is asked, or have it done.
 
         Args:
             request: what is asked.
+            refuse: told why it could not be done, later and in any thread.
             status: what is true for the browser.
             ground: what is known of the lines.
             now_s: the time.
@@ -102,11 +103,11 @@ class Asks:
         if self._making is not None and isinstance(request, Command):
             if len(self._waiting) >= _MOST_WAITING:
                 raise RefusedError("a branch is being made; wait until it is there")
-            self._waiting.append(request)
+            self._waiting.append((request, refuse))
             return
         walk, place = self._outlook.walk, self._outlook.place
         if place is None:
-            self._submit(request, self._refuse)
+            self._submit(request, refuse)
             return
         match request:
             case Play():
@@ -119,9 +120,9 @@ class Asks:
                 walk.go_by("trials", 1, now_s, ground)
             case _ if isinstance(request, Command):
                 walk.pause(now_s, ground)
-                self._branch(self._outlook.place or place, request, status)
+                self._branch(self._outlook.place or place, request, refuse, status)
             case _:
-                self._submit(request, self._refuse)
+                self._submit(request, refuse)
 
     def follow(self, live: Status, ground: Ground, now_s: float) -> None:
         """Go to the branch that was made by what this browser asked, once it is there."""
@@ -138,16 +139,16 @@ class Asks:
         self._outlook.walk.look(branch.line, branch.step, now_s, ground)
         status = self._outlook.status(live, now_s, ground)
         waiting, self._waiting = self._waiting, deque()
-        for request in waiting:
-            self.take(request, status, ground, now_s)
+        for request, refuse in waiting:
+            self.take(request, refuse, status, ground, now_s)
 
-    def _branch(self, place: Place, command: Command, status: Status) -> None:
+    def _branch(self, place: Place, command: Command, refuse: Reply, status: Status) -> None:
         snapshot = status.snapshot
         request = Branch(place, command, self._outlook.viewer)
         self._making = making = _Making(request, snapshot.control, snapshot.trial)
 
         def refused(reason: str) -> None:
-            self._refuse(reason)
+            refuse(reason)
             self._later(lambda: self._give_up(making))
 
         self._submit(request, refused)

@@ -40,8 +40,8 @@ class Outlook:
         self.place: Place | None = None
         """The moment that is looked at, as it was last known; None for what is live."""
         self._makes = makes
-        self._moment = _Wish(makes, viewer)
-        self._at_a = _Wish(makes, (viewer, "a"))
+        self._moment = Wish(makes, viewer)
+        self._at_a = Wish(makes, (viewer, "a"))
         self._made_of: tuple[Status, Snapshot, bool] | None = None
         self._made: Status | None = None
 
@@ -84,7 +84,7 @@ class Outlook:
         return self._made
 
 
-class _Wish:
+class Wish:
     """A moment that is to be made, and the latest that was."""
 
     def __init__(self, makes: Makes, viewer: Hashable) -> None:
@@ -94,12 +94,14 @@ class _Wish:
 
     @property
     def found(self) -> Snapshot | None:
+        """The latest; None if there is none."""
         if self._place is not None:
             # One on the way there is better than the one before.
             self._found = self._makes.found(self._viewer) or self._found
         return self._found
 
     def show(self, place: Place | None) -> None:
+        """Have a moment made, or none any more; what was made stays until it is there."""
         if place is None:
             self.drop()
         elif place != self._place:
@@ -107,6 +109,7 @@ class _Wish:
             self._place = place
 
     def drop(self) -> None:
+        """Have nothing made any more, and forget what was."""
         if self._place is not None:
             self._makes.forget(self._viewer)
             self._place = self._found = None
