@@ -44,7 +44,7 @@ _SHORT = 12
 
 @dataclass(frozen=True)
 class Replay:
-    """Make a session of the lab again, without a page, and compare it with what was recorded."""
+    """Make a session of the lab again, and compare it with what was recorded."""
 
     session: Annotated[Positional[str], arg(metavar="SESSION", help_behavior_hint=HIDDEN_HINT)] = ""
     """A session's file or name; latest is the one that was written last."""
