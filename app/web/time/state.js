@@ -8,18 +8,22 @@
  * What lies along the axis of a bar, seldom sent anew.
  * @typedef {import("./axis.js").Axis} Axis
  * @typedef {{at: number[], reward: number[]}} Points places are shares of the axis
- * @typedef {{first: number, until: number, kind: "forced" | "frozen", hint: string}} Band
- * @typedef {{at: number, name: string, more: string, before: boolean, room: number, hint: string}} Mark
+ * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "frozen"}} Band
+ * @typedef {{
+ *   at: number, name: string, more: string, before: boolean, room: number,
+ *   hint: string, note: number | null,
+ * }} Mark `note` is its number in `notes`, if somebody wrote it
  * @typedef {{first: number, until: number | null, ahead: boolean}} Stretch
  * @typedef {{
- *   id: string, kind: "join" | "forced" | "frozen", half: "whole" | "upper" | "lower",
+ *   key: string, id: string, kind: "join" | "forced" | "frozen", half: "whole" | "upper" | "lower",
  *   first: number, until: number | null, probability: number | null, skill: string, what: string,
  *   idle: boolean, hand: boolean, editable: boolean, chosen: boolean, hint: string,
- * }} Piece `until` is null of what nobody has ended; `id` is what it is edited by
+ * }} Piece `until` is null of what nobody has ended; `key` tells blocks apart, `id` is what
+ *   it is edited by
  * @typedef {{
- *   of: string, before: string, text: string, after: string,
+ *   of: string[], before: string, text: string, after: string,
  *   at: number, side: "before" | "after" | "within", room: number,
- * }} Label `of` is the id of the block that it is said of
+ * }} Label `of` has the keys of the blocks that it is said of
  * @typedef {{
  *   name: string, skill: string, presence: Stretch[], pieces: Piece[], labels: Label[],
  * }} Lane
@@ -56,9 +60,21 @@
 /**
  * `bar` and `moment` come from the lab, which never touches the `draft`: that is the hand's until it
  * lets go. `moment` may be set here, too, so that the playhead is under the hand at once.
- * @type {{bar: Bar | null, moment: Moment | null, draft: Draft | null, said: string}}
+ * While `scrub` is there, a hand holds the playhead at that place; while something is `held`, a newer
+ * bar waits, since no axis may move under a hand.
+ * @type {{
+ *   bar: Bar | null, moment: Moment | null, draft: Draft | null, said: string,
+ *   scrub: Place | null, held: boolean,
+ * }}
  */
-export const state = { bar: null, moment: null, draft: null, said: "" };
+export const state = {
+  bar: null,
+  moment: null,
+  draft: null,
+  said: "",
+  scrub: null,
+  held: false,
+};
 
 /** @type {Array<() => void>} */
 const drawers = [];
