@@ -276,7 +276,9 @@ def edited(
             return edits.without(plan, id, now)
 
 
-def moment_sent(walk: Walk, place: Place | None, live: Status, ground: Ground) -> Mapping[str, Any]:
+def moment_sent(
+    walk: Walk, place: Place | None, live: Status, ground: Ground
+) -> Mapping[str, Any]:
     """What the frame is told of where a browser is, with each frame in which that changes."""
     now = live.snapshot
     line = walk.line(ground)
