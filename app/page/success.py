@@ -48,9 +48,7 @@ class SuccessMaps:
                 live = seen.viewer is None
                 maker = Maker(rest_s=_REST_S) if live else Maker(rest_ratio=_REST_RATIO)
                 self._makers[seen.viewer] = maker
-            maker.want(
-                moment_of(snapshot), lambda: success_of(snapshot, lambda: not self._stopped)
-            )
+            maker.want(moment_of(snapshot), lambda: success_of(snapshot, lambda: not self._stopped))
         if maker is None:
             return None
         of, found = maker.latest

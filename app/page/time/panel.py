@@ -1,7 +1,7 @@
 """The time bar of one browser: what its frame is sent, and what is done of what comes from there."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -63,7 +63,7 @@ class TimePanel:
         self._bars, self._deeds, self._wake = bars, deeds, wake
         self._unit: Axis = "trials"
         self._bar: msgspec.Raw | None = None
-        self._moment: Mapping[str, Any] | None = None
+        self._moment: dict[str, Any] | None = None
         self._note = ""
         self._plan: ScheduleSpec | None = None
         """What was asked for last and has not been answered."""
@@ -133,7 +133,7 @@ class TimePanel:
         moment = moment_sent(self._outlook.walk, self._outlook.place, live, ground)
         if moment != self._moment:
             self._moment = moment
-            self._channel.send("moment", {"moment": moment})
+            self._channel.send("moment", moment)
         if self._asks.note != self._note:
             self._note = self._asks.note
             self._channel.send("note", {"text": self._note})
@@ -276,9 +276,7 @@ def edited(
             return edits.without(plan, id, now)
 
 
-def moment_sent(
-    walk: Walk, place: Place | None, live: Status, ground: Ground
-) -> Mapping[str, Any]:
+def moment_sent(walk: Walk, place: Place | None, live: Status, ground: Ground) -> dict[str, Any]:
     """What the frame is told of where a browser is, with each frame in which that changes."""
     now = live.snapshot
     line = walk.line(ground)
