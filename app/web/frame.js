@@ -3,6 +3,7 @@
 // as they do here, and where it does not come up that is said.
 
 import { whenChanged } from "./changes.js";
+import { whenTimeKey } from "./keys.js";
 
 /** How long it may take until somebody is told. */
 const PATIENCE_MS = 6_000;
@@ -37,19 +38,23 @@ const isMeantForFrame = (event) => {
 const passOn = (event) => {
   const typesCharacter = [...event.key].length === 1;
   if (!(typesCharacter || OTHERS.includes(event.key)) || isMeantForFrame(event)) return;
-  const { key, code, repeat, shiftKey, ctrlKey, altKey, metaKey } = event;
-  const same = { key, code, repeat, shiftKey, ctrlKey, altKey, metaKey };
-  const here = new KeyboardEvent("keydown", { ...same, bubbles: true, cancelable: true });
+  const { key, code, repeat, isComposing, shiftKey, ctrlKey, altKey, metaKey } = event;
+  const modifierAltGraph = event.getModifierState("AltGraph");
+  const here = new KeyboardEvent("keydown", {
+    ...{ key, code, repeat, isComposing, shiftKey, ctrlKey, altKey, metaKey, modifierAltGraph },
+    bubbles: true,
+    cancelable: true,
+  });
   if (!document.body.dispatchEvent(here)) event.preventDefault();
 };
 
 /**
- * Have the frame do what a key does there that was pressed here.
- * @param {{code: string, shift: boolean, repeat: boolean}} key
+ * Keys of time that are pressed here act there.
+ * @param {string} name
  */
-export const pressInFrame = (key) => {
+const pressInFrame = (name) => {
   const within = /** @type {any} */ (frame()?.contentWindow);
-  within?.dispatchEvent(new within.CustomEvent("pounce-key", { detail: key }));
+  within?.dispatchEvent(new within.CustomEvent("pounce-key", { detail: name }));
 };
 
 /**
@@ -91,6 +96,7 @@ const dress = (node) => {
   judge();
 };
 
+whenTimeKey(pressInFrame);
 whenChanged(() => {
   const node = frame();
   if (!node || met.has(node)) return;

@@ -60,9 +60,21 @@
 /**
  * `bar` and `moment` come from the lab, which never touches the `draft`: that is the hand's until it
  * lets go. `moment` may be set here, too, so that the playhead is under the hand at once.
- * @type {{bar: Bar | null, moment: Moment | null, draft: Draft | null, said: string}}
+ * While `scrub` is there, a hand holds the playhead at that place; while something is `held`, a newer
+ * bar waits, since no axis may move under a hand.
+ * @type {{
+ *   bar: Bar | null, moment: Moment | null, draft: Draft | null, said: string,
+ *   scrub: Place | null, held: boolean,
+ * }}
  */
-export const state = { bar: null, moment: null, draft: null, said: "" };
+export const state = {
+  bar: null,
+  moment: null,
+  draft: null,
+  said: "",
+  scrub: null,
+  held: false,
+};
 
 /** @type {Array<() => void>} */
 const drawers = [];
