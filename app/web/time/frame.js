@@ -2,6 +2,7 @@
 // The page in the frame.
 import { on } from "./channel.js";
 import "./draw.js";
+import "./hand.js";
 import { changed, state } from "./state.js";
 import "./theme.js";
 
