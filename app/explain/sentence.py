@@ -8,11 +8,13 @@ from markupsafe import Markup
 
 from app.explain.shape import Shape, bearings, shape_of, unseen
 from app.live.held import Opened
+from app.live.places import Behind
 from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.schedule.forced import forced_now
-from app.util.html import joined
+from app.util.html import element, joined
 from app.words.glossary import term
+from app.words.numbers import counted
 from app.words.plain import joined_by_and, named, plain
 from learners.spec import MOVES
 from sim import geometry
@@ -201,9 +203,34 @@ def _said(*parts: Markup | str) -> Markup:
     return joined(parts, "")
 
 
+def how_far(behind: Behind) -> str:
+    """How far a moment that is not now lies from the live run, in a few words."""
+    apart, unit = (behind.trials, "trial") if behind.trials else (behind.steps, "step")
+    if not apart:
+        return "level with the live run"
+    return f"{counted(abs(apart), unit)} {'behind' if apart > 0 else 'ahead'}"
+
+
+def _not_now(behind: Behind, trial: int) -> Markup:
+    """Which moment it is that is shown, as a state that is seen first."""
+    where = term("the past", "The past")
+    if behind.branch:
+        where = _said(term("branch", "Branch"), f" \N{LEFT DOUBLE QUOTATION MARK}{behind.branch}")
+        where = _said(where, "\N{RIGHT DOUBLE QUOTATION MARK}")
+    return element(
+        "b", _said(where, f", trial {trial:,}, {how_far(behind)}."), class_="pounce-behind"
+    )
+
+
 def said(status: Status) -> Markup:
-    """What is going on in one sentence or a few short ones, as HTML with its terms marked."""
+    """What is going on in one sentence or a few short ones, as HTML with its terms marked.
+
+    Of a moment that is not now it says so first, and nothing of how the live run stands.
+    """
     snapshot = status.snapshot
+    if status.behind is not None:
+        parts = [_not_now(status.behind, snapshot.trial), *_of_moment(snapshot)]
+        return joined([part for part in parts if part], " ")
     if status.error is not None:
         return _said(
             f"An error stopped the learner at trial {snapshot.trial:,}; what it has learned is"
@@ -211,14 +238,20 @@ def said(status: Status) -> Markup:
         )
     if status.preparing:
         return _said("Getting ready: the learner is compiled, once on this machine; some seconds.")
-    parts = [_repertoire(snapshot), _explored(snapshot), _held_still(snapshot)]
-    if not snapshot.selection_frozen:
-        parts.append(_spread(snapshot))
+    parts = _of_moment(snapshot)
     if status.finished:
         parts.insert(0, _said(f"The {snapshot.trial:,} ", term("trial", "trials"), " are over."))
     elif not status.playing:
         parts.insert(0, _said("Paused."))
     return joined([part for part in parts if part], " ")
+
+
+def _of_moment(snapshot: Snapshot) -> list[Markup | str]:
+    """What a moment's tables and control say; some of it may be empty."""
+    parts = [_repertoire(snapshot), _explored(snapshot), _held_still(snapshot)]
+    if not snapshot.selection_frozen:
+        parts.append(_spread(snapshot))
+    return parts
 
 
 def provenance(opened: Opened) -> str:

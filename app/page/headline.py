@@ -32,6 +32,9 @@ class _Number(NamedTuple):
 def sentence_html(status: Status, said: Markup) -> str:
     """The one sentence (:func:`sentence.said`), and where a run of an experiment is from."""
     parts = [element("div", said)]
+    if status.behind is not None:
+        # The rest is of how the live run stands.
+        return str(parts[0])
     if status.error:
         parts.append(element("b", status.error))
     if status.opened is not None:
@@ -45,9 +48,11 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
     """The readings: those that matter first and large, the others small below them."""
     snapshot = status.snapshot
     greedy_reward, measured = math.nan, "not measured yet"
-    if greedy.step.size:
-        greedy_reward = float(greedy.reward[-1])
-        measured = f"measured at trial {greedy.trial[-1]:,}, step {greedy.step[-1]:,}"
+    n_by_then = int((greedy.step <= snapshot.step).sum())
+    if n_by_then:
+        newest = n_by_then - 1
+        greedy_reward = float(greedy.reward[newest])
+        measured = f"measured at trial {greedy.trial[newest]:,}, step {greedy.step[newest]:,}"
     large = [
         *_main_numbers(status),
         _Number(
@@ -60,7 +65,11 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
     reached = int((snapshot.value > 0).sum())
     small = [
         _Number(term("step", "Steps"), f"{snapshot.step:,}", "Moves that were learned from so far"),
-        _Number("Steps/s", rate_in_short(status.steps_per_s), "Moves in the last second"),
+        _Number(
+            "Steps/s" if status.behind is None else "Live steps/s",
+            rate_in_short(status.steps_per_s),
+            "Moves of the live run in the last second",
+        ),
         _Number(
             joined([term("state", "States"), " of ", term("value")], ""),
             f"{reached:,}",
@@ -70,7 +79,18 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
     if viewers > 1:
         hint = "Browsers that see and steer this learner"
         small.append(_Number("Viewers", f"{viewers}", hint))
-    return _numbers(_row(large), _forced(status), _row(small, "small"))
+    return _numbers(_not_now(status), _row(large), _forced(status), _row(small, "small"))
+
+
+def _not_now(status: Status) -> Markup | str:
+    """That these are no numbers of now, where that is so."""
+    behind = status.behind
+    if behind is None:
+        return ""
+    where = behind.branch or term("the past", "The past")
+    return element(
+        "div", joined([where, ": ", sentence.how_far(behind)], ""), class_="pounce-behind"
+    )
 
 
 def readings_html(status: Status) -> str:
@@ -133,9 +153,11 @@ def clock_html(reading: Reading, status: Status, viewers: int) -> str:
     """The honest clock."""
     behind = f"{reading.behind_s:.1f} s behind" if reading.behind_s > 0.05 else "up to date"
     seeing = counted(viewers, "viewer")
+    speed = speed_in_words(status.steps_per_s)
+    speed = speed if status.behind is None else f"The live run: {speed}"
     return (
         '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
-        f"{speed_in_words(status.steps_per_s)}; {reading.drawing_share:.0%} of the time is spent on"
+        f"{speed}; {reading.drawing_share:.0%} of the time is spent on"
         f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_sent} sent"
         f" and {reading.frames_skipped} skipped in 5 s, {behind}."
         f"<br>{seeing} of this session.</div>"

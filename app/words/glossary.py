@@ -65,6 +65,13 @@ TERMS: Final[Mapping[str, str]] = {
     "schedule": "The plan of which skill joins in which trial, and when it is explored.",
     "preset": "Ready-made settings to start from: the world, the skills and their schedule.",
     "run": "One learner from its first trial on.",
+    "live": "The run as it is now, in which the learner goes on, whatever moment one looks at.",
+    "the past": "A moment of a run before now, made again exactly; the live run goes on meanwhile.",
+    "branch": (
+        "Another way that a run might have gone: the same up to a moment, at which something was"
+        " done otherwise."
+    ),
+    "mark": "A line of text at a moment of a run, by which to find it again.",
     "seed": "The number that all chance in a run comes from: the same seed gives the same run.",
     "digest": "A fingerprint of what was learned: the same digest means exactly the same tables.",
     # Experiments

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 
 from app.documents import presets
 from app.explain import sentence
@@ -13,6 +14,7 @@ from app.explain.sentence import RECENT_REACH_TRIALS, Front
 from app.explain.shape import shape_of
 from app.live import snapshot
 from app.live.held import Opened
+from app.live.places import Behind
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from learners.commands import (
@@ -315,6 +317,44 @@ def test_an_error_says_where_it_stopped_and_nothing_else() -> None:
     assert in_words(status) == (
         "An error stopped the learner at trial 1,234; what it has learned is kept."
     )
+
+
+@pytest.mark.parametrize(
+    ("behind", "expected"),
+    [
+        (Behind("", 2_150, 300_000), "The past, trial 1,000, 2,150 trials behind."),
+        (Behind("", 1, 70), "The past, trial 1,000, 1 trial behind."),
+        (Behind("", 0, 12), "The past, trial 1,000, 12 steps behind."),
+        (
+            Behind("no avoid", 2_150, 300_000),
+            "Branch “no avoid”, trial 1,000, 2,150 trials behind.",
+        ),
+        (Behind("no avoid", -30, -900), "Branch “no avoid”, trial 1,000, 30 trials ahead."),
+        (Behind("no avoid", 0, -9), "Branch “no avoid”, trial 1,000, 9 steps ahead."),
+        (Behind("no avoid", 0, 0), "Branch “no avoid”, trial 1,000, level with the live run."),
+    ],
+)
+def test_that_a_moment_is_not_now_comes_before_all_else(behind: Behind, expected: str) -> None:
+    run = Run(spec_of(), seed=1)
+    now = sentence_at(run, 1_000)
+    for live in (
+        {"playing": True},
+        {"playing": False},
+        {"playing": False, "finished": True},
+        {"playing": False, "error": "ValueError: no such luck"},
+        {"preparing": True},
+    ):
+        # Whatever the live run does, it is not what is shown.
+        status = replace(status_of(run), behind=behind, **live)
+        assert in_words(status) == f"{expected} {now}"
+        assert sentence.said(status).startswith('<b class="pounce-behind">')
+
+
+def test_the_name_of_a_branch_is_no_markup() -> None:
+    run = Run(spec_of(), seed=1)
+    status = status_of(run, behind=Behind('<img src=x onerror="alert(1)">', 3, 100))
+    assert "<img" not in sentence.said(status)
+    assert '<img src=x onerror="alert(1)">' in Markup(sentence.said(status)).unescape()
 
 
 def test_compiling_is_said_while_it_lasts() -> None:

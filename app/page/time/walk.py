@@ -262,7 +262,8 @@ class Walk:
             return "pause"
         if not wanted and self._holding:
             self._holding = False
-            return None if playing else "play"
+            # Even if it seems to play: it may be about to pause.
+            return "play"
         return None
 
     # Where it is

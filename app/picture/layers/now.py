@@ -53,8 +53,8 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     if in_frame(_changes(snapshot), snapshot, look).any():
         return (
-            "Where values are changing: what glows is being learned now; it fades in a second, and"
-            " stays while the run is paused."
+            "Where values are changing at this moment: the more it glows, the more of the value is"
+            " new."
         )
     if not is_of_one(look):
         return "Where values are changing: nowhere at this moment."

@@ -10,10 +10,12 @@ from app.documents import presets
 from app.explain.sentence import provenance, said
 from app.live import snapshot
 from app.live.held import Opened
+from app.live.places import Behind
 from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page import headline
 from app.picture.theme import DARK, LIGHT, Theme
+from app.server.pulse import Reading
 from learners import measures
 from learners.commands import (
     Explore,
@@ -110,15 +112,45 @@ def test_numbers_are_those_of_the_moment() -> None:
     run.advance(until_trial=1_234)
     taken = moment(run, recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
     status = status_of(taken, steps_per_s=20_480.0)
-    shown = headline.numbers_html(status, 2, greedy_curve((1_021, 20_345, -12.25)))
+    shown = headline.numbers_html(status, 2, greedy_curve((1_021, 12_345, -12.25)))
     reached = int((taken.value > 0).sum())
     assert reached > 0
     assert Page(shown).text == (
         f"Trial 1,234 Success 25% Reward 8.2 Greedy \N{MINUS SIGN}12.2"
         f" Steps {run.step:,} Steps/s 20 k States of value {reached:,} Viewers 2"
     )
-    assert "measured at trial 1,021, step 20,345" in shown
+    assert "measured at trial 1,021, step 12,345" in shown
     assert "of 3,456" in shown
+
+
+def test_the_numbers_of_a_moment_that_is_not_now_say_so_before_anything_else() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_000)
+    past = status_of(moment(run), behind=Behind("", 2_150, 300_000), steps_per_s=2_000.0)
+    curve = greedy_curve((500, 6_000, 1.0), (2_000, run.step + 1, 2.0))
+    shown = headline.numbers_html(past, 1, curve)
+    assert Page(shown).text.startswith("The past : 2,150 trials behind Trial 1,000 Success")
+    assert "Live steps/s 2 k" in Page(shown).text
+    assert "measured at trial 500, step 6,000" in shown
+    branch = status_of(moment(run), behind=Behind("<b>no</b> avoid", -1, -70))
+    shown = headline.numbers_html(branch)
+    assert Page(shown).text.startswith("<b>no</b> avoid: 1 trial ahead Trial 1,000 Success")
+
+
+def test_a_moment_of_a_run_of_an_experiment_is_not_said_to_be_how_it_ended() -> None:
+    opened = Opened("figure_4_1: timed, seed 3", 1_000, "3f", True, "3f")
+    assert "as it ended" in sentence_html(status_of(moment(), opened=opened))
+    past = status_of(moment(), opened=opened, behind=Behind("", 10, 900))
+    assert "as it ended" not in sentence_html(past)
+
+
+def test_the_clock_says_whose_steps_it_counts() -> None:
+    reading = Reading(0.25, 50, 0, 0.0, 10.0)
+    now = status_of(moment(), steps_per_s=2_000.0)
+    assert Page(headline.clock_html(reading, now, 1)).text.startswith("2 k steps/s; 25%")
+    past = replace(now, behind=Behind("", 10, 900))
+    text = Page(headline.clock_html(reading, past, 1)).text
+    assert text.startswith("The live run: 2 k steps/s; 25%")
 
 
 def test_what_matters_first_is_read_on_the_stage_too() -> None:

@@ -311,6 +311,14 @@ def test_the_live_run_is_held_while_something_else_is_looked_at() -> None:
     assert walk.hold(playing=True) is None
 
 
+def test_who_is_back_before_it_stood_still_has_it_play_all_the_same() -> None:
+    walk = walk_at(10)
+    walk.holds = True
+    assert walk.hold(playing=True) == "pause"
+    walk.go_live()
+    assert walk.hold(playing=True) == "play"
+
+
 def test_what_stood_still_before_stands_still_after() -> None:
     walk = walk_at(10)
     walk.holds = True
