@@ -6,11 +6,13 @@ trials it names, and calls the kernel from one such event to the next.
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
 
 from learners import control, measures
+from learners.checkpoints import Checkpoint, Logs, with_logs, without_logs
 from learners.commands import Author, Command, Event, Undo
 from learners.control import (
     Control,
@@ -45,6 +47,7 @@ from learners.repeats import in_its_place
 from learners.spec import MAX_TRIALS, MOVES, RunSpec
 from sim import rng
 from sim.bits import U
+from sim.spec import WorldSpec
 from sim.world import World, compile_world, start_of_trial
 
 _NEVER = 2**62
@@ -53,6 +56,17 @@ _NEVER = 2**62
 def units(share: float, bits: int) -> np.uint64:
     """A probability as the number of draws, out of 2**bits, for which it comes true."""
     return U(round(share * 2**bits))
+
+
+def _world_of(spec: WorldSpec) -> World:
+    """A compiled world; nothing writes into one, so runs and all their moments share it."""
+    return _compiled(spec.model_dump_json())
+
+
+@lru_cache(maxsize=8)
+def _compiled(document: str) -> World:
+    # By its text, since as numbers 0.0 and -0.0 would be the same.
+    return compile_world(WorldSpec.model_validate_json(document))
 
 
 class Run:
@@ -65,7 +79,7 @@ class Run:
             ValueError: the seed is not allowed.
         """
         self.seed = seed
-        self.world: World = compile_world(spec.world)
+        self.world: World = _world_of(spec.world)
         self.state: LearnerState = new_state(spec, self.world, seed)
         self.control = Control.at_start(spec)
         self._timers = timers_of(spec)
@@ -75,11 +89,34 @@ class Run:
         self._begin_trial()
 
     def copy(self) -> Self:
-        """An independent run that stands where this one does: a checkpoint."""
+        """An independent run that stands where this one does."""
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         twin.state = copy_state(self.state)
         return twin
+
+    def checkpoint(self) -> Checkpoint:
+        """All that it is now but its logs, which later ones have as well."""
+        tables = without_logs(self.state)
+        return Checkpoint(self.seed, self.control, self._since, self._timers, tables)
+
+    @classmethod
+    def restored(cls, checkpoint: Checkpoint, logs: Logs, room: int = 0) -> Self:
+        """An independent run that stands where one stood.
+
+        Args:
+            checkpoint: of that run.
+            logs: that run's, at that moment or later; they are copied.
+            room: trials for which the copy has room at once.
+        """
+        run = object.__new__(cls)
+        run.seed = checkpoint.seed
+        run.world = _world_of(checkpoint.control.spec.world)
+        run.state = with_logs(checkpoint.state, logs, room)
+        run.control = checkpoint.control
+        run._timers = checkpoint.timers
+        run._since = checkpoint.since
+        return run
 
     @property
     def preset(self) -> RunSpec:
@@ -184,7 +221,7 @@ class Run:
         if after.spec is not former.spec:
             self._timers = timers_of(after.spec)
         if after.spec.world != former.spec.world:
-            self.world = compile_world(after.spec.world)
+            self.world = _world_of(after.spec.world)
         for effect in effects:
             if isinstance(effect, MakeRoom):
                 self.state = with_option(self.state, former.spec)

@@ -136,7 +136,7 @@ def take(
     n_options = n_options_of(spec)
     visits = state.visits.reshape(*shape, n_options).copy()
     n_skills, of_skills = len(spec.learner.skills), spec.world.of_skills
-    selection_q = rows.values(state.selection)[:, :n_options].reshape(*shape, n_options).copy()
+    selection_q = selection_q_of(run)
     if new_curve or former is None:
         curve = measures.curve(state, curve_window(run.step))
         trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
@@ -178,6 +178,13 @@ def take(
     )
 
 
+def selection_q_of(run: Run) -> np.ndarray:
+    """A copy of its selection table, as a snapshot has it."""
+    spec, n_options = run.spec, n_options_of(run.spec)
+    shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions, n_options)
+    return rows.values(run.state.selection)[:, :n_options].reshape(shape).copy()
+
+
 def _recent_reward(run: Run) -> float:
     recent = run.state.log_reward[max(run.trial - measures.RECENT_TRIALS, 0) : run.trial]
     return float(recent.mean()) if recent.size else math.nan
@@ -187,10 +194,26 @@ def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarra
     """What is left of the former flashes, and the changes since."""
     if former is None or former.selection_q.shape != selection_q.shape:
         return np.zeros(selection_q.shape[:3], np.float32)
-    both = np.isfinite(selection_q) & np.isfinite(former.selection_q)
-    change = np.zeros_like(selection_q)
-    np.subtract(selection_q, former.selection_q, out=change, where=both)
-    return np.float32(FADE) * former.learning_now + np.abs(change).max(axis=-1)
+    since = change_between(former.selection_q, selection_q)
+    return np.float32(FADE) * former.learning_now + since
+
+
+def change_between(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """How much each state's values changed: the most that any option's did.
+
+    Args:
+        before: (heading, distance, direction, option) float32, minus infinity where not present.
+        after: the same, later; of another shape where an option joined that had no place before.
+
+    Returns:
+        (heading, distance, direction) float32; options that were not there both times do not count.
+    """
+    if before.shape != after.shape:
+        return np.zeros(after.shape[:3], np.float32)
+    both = np.isfinite(after) & np.isfinite(before)
+    change = np.zeros_like(after)
+    np.subtract(after, before, out=change, where=both)
+    return np.abs(change).max(axis=-1)
 
 
 def _trail(run: Run) -> np.ndarray:

@@ -6,20 +6,24 @@ from typing import NamedTuple
 
 import viser
 
-from app.live.session import Session
+from app.live.session import Session, Status
 from app.page.inbox import Ask, Inbox, Intent
-from app.page.panels.bar import BarPanel, Bars, Choose
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
-from app.page.scene.gallery import Gallery
+from app.page.scene.gallery import Gallery, Seen
 from app.page.texts import Texts
+from app.page.time.asks import Asks, Submit
+from app.page.time.bars import Bars
+from app.page.time.outlook import Outlook
+from app.page.time.panel import Deeds, TimePanel
 from app.page.widgets import assign
 from app.picture.look import ALL, Look
 from app.results.service import Service
 from app.server.calls import Calls
+from app.server.channels import Channels
 from app.server.pulse import Pulse
 from app.server.stage import Stage
 
@@ -31,12 +35,16 @@ class Shared(NamedTuple):
     session: Session
     gallery: Gallery
     calls: Calls
+    channels: Channels
     bars: Bars
-    choose_block: Choose
-    """Chooses what is edited of the schedule."""
+    deeds: Deeds
+    """What the time bar can have done."""
     service: Service
     inbox: Inbox
     ask: Ask
+    """For whatever a browser asks, which means the moment that it looks at."""
+    submit: Submit
+    """Hands a request to the session."""
     wake: Callable[[], None]
     """Lets the render loop draw at once."""
     drawn: Callable[[], None]
@@ -53,14 +61,29 @@ class Browser:
     def __init__(self, shared: Shared, client: viser.ClientHandle) -> None:
         ask, inbox, wake = shared.ask, shared.inbox, shared.wake
         self.client = client
+        self.outlook = Outlook(client.client_id, shared.session.moments)
+        """What it looks at."""
+        self.asks = Asks(self.outlook, shared.submit, inbox.put)
+        """What it asks for."""
         self._gallery = shared.gallery
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
-        self._bar = BarPanel(client, shared.bars, shared.calls, inbox, shared.choose_block, wake)
+        self.time = TimePanel(
+            client,
+            self.outlook,
+            self.asks,
+            shared.channels,
+            shared.bars,
+            inbox,
+            shared.deeds,
+            wake,
+        )
+        """The bar, by which it goes through time."""
         self.pulse = Pulse(shared.server, client.client_id)
-        self._look = self.look
+        self._shown = Seen(self.look)
+        """Of what it was sent a frame last."""
         self._stage: Stage | None = None
-        self._seen = 0
+        self._sent = 0
         self._wake = wake
         # What is drawn for this browser alone is drawn on a whole board.
         self._drawn_alone = [
@@ -88,18 +111,24 @@ class Browser:
         """How this browser wants to see the board."""
         return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
 
+    def seen(self, status: Status) -> Seen:
+        """What it is to see of a board, given the status that is true for it."""
+        viewer = None if status.behind is None else self.client.client_id
+        return Seen(self.look, viewer)
+
     def leave(self) -> None:
         """Answer no more calls of this browser."""
+        self.outlook.leave()
         self.readings.leave()
         self._hunts.leave()
-        self._bar.leave()
+        self.time.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
-        board = self._gallery.board(self._look)
+        board = self._gallery.board(self._shown)
         if board is None:
             return
-        if self._look.frame == ALL:
+        if self._shown.look.frame == ALL:
             heading = board.heading_under(event.ray_origin, event.ray_direction)
             if heading is not None:
                 self.readings.view.choose_heading(heading)
@@ -109,26 +138,27 @@ class Browser:
         if place is not None:
             self._inspection.take_click(place, shift=event.modifier == "shift")
 
-    def frame(self, stage: Stage, look: Look) -> bytes | None:
+    def frame(self, stage: Stage, shown: Seen) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
-        former, seen = self._stage, self._seen
-        self._stage, self._look, self._seen = stage, look, stage.now
+        former, sent = self._stage, self._sent
+        self._stage, self._shown, self._sent = stage, shown, stage.now
         if former is None or former is stage:
-            return stage.frame_since(seen)
+            return stage.frame_since(sent)
         return stage.frame_in_place_of(former)
 
-    def update(self, texts: Texts, clock: str, every_s: float, now_s: float) -> None:
+    def update(
+        self, status: Status, texts: Texts, clock: str, every_s: float, now_s: float
+    ) -> None:
         """Show a moment beside the board: what was asked for at once, the rest now and then."""
-        success = texts.extras.success
+        snapshot, success = status.snapshot, texts.extras.success
         outcomes = None
-        if success is not None and success.generation == texts.status.snapshot.generation:
+        if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
-        self._hunts.update(texts.status, texts.look, now_s)
-        self._inspection.update(texts.status.snapshot, texts.look, outcomes)
+        self._hunts.update(status, texts.look, now_s)
+        self._inspection.update(snapshot, texts.look, outcomes)
         for root in self._drawn_alone:
             assign(root, "visible", texts.look.frame != ALL)
         self.results.update(now_s)
-        self._bar.update()
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
             self._read_at = now_s

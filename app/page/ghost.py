@@ -2,7 +2,7 @@
 
 Behind a run that was changed by hand it is the preset's own: the same seed with nothing done, made
 again in a thread of its own, which takes a fraction of a second for a whole timed run. Behind a run
-that was started again it is the run before.
+that was started again it is the run before, and behind a branch the line that it left.
 """
 
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 
 from app.charts.bar.axis import last_trial
 from app.charts.bar.model import Ghost
+from app.live.places import LineSeen
 from app.live.session import Status
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
 from app.util.background import Maker
@@ -77,6 +78,8 @@ class GhostWatch:
     def __init__(self) -> None:
         self._made: Maker[Ghost | None] = Maker()
         self._closed = False
+        self.latest: Ghost | None = None
+        """What :meth:`follow` found last."""
         self._last: Snapshot | None = None
         """Of the run that was shown last."""
         self._before: dict[int, Ghost | None] = {}
@@ -90,8 +93,10 @@ class GhostWatch:
         snapshot = status.snapshot
         self._note(status)
         if is_changed_by_hand(snapshot.control.history):
-            return self._own(snapshot)
-        return self._before.get(snapshot.generation)
+            self.latest = self._own(snapshot)
+        else:
+            self.latest = self._before.get(snapshot.generation)
+        return self.latest
 
     def stop(self) -> None:
         """Make nothing more."""
@@ -123,6 +128,13 @@ class GhostWatch:
         made_of, found = self._made.latest
         is_of_run = isinstance(made_of, _Wish) and made_of.generation == snapshot.generation
         return found if is_of_run and isinstance(found, Ghost) else None
+
+
+def ghost_of_line(line: LineSeen, end: Snapshot) -> Ghost:
+    """A line, given the last moment that is known of it, behind one that branched off it."""
+    name = "the live run" if line.is_live else line.name or "the run it left"
+    hint = f"Which this one left, as far as it is known: trial {end.trial:,}"
+    return Ghost(name, hint, end.curve, end.trial_curve, end.progress)
 
 
 def _former(snapshot: Snapshot) -> Ghost:

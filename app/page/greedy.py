@@ -5,11 +5,13 @@ tables of the learner at work. So a learner that is fast is measured where a mom
 every point says at which trial and step that was.
 """
 
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from app.explain.cell import policy_of
+from app.live.places import LineSeen
 from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.metrics.course import NO_CURVE, Greedy, GreedyCurve, greedy_by
@@ -54,6 +56,29 @@ class GreedyWatch:
             of = _Moment(snapshot.generation, snapshot.trial, snapshot.step)
             self._measured.want(of, lambda: greedy_at(snapshot))
         return curve
+
+    def until(self, snapshot: Snapshot, lines: Iterable[LineSeen]) -> GreedyCurve:
+        """What is known of the line of a moment up to there, with what it has of those it left.
+
+        Where nothing is left out it is the same object until there is another point.
+
+        Args:
+            snapshot: the moment.
+            lines: the tree.
+        """
+        by_number = {line.number: line for line in lines}
+        number, until_step = snapshot.generation, snapshot.step
+        while number not in self._curves:
+            line = by_number.get(number)
+            if line is None or line.parent is None:
+                return NO_CURVE
+            # It is itself only from where it left its parent on.
+            number, until_step = line.parent, min(until_step, line.fork_step)
+        curve = self._curves[number]
+        known = int(np.searchsorted(curve.step, until_step, side="right"))
+        if known == curve.step.size:
+            return curve
+        return GreedyCurve(curve.trial[:known], curve.step[:known], curve.reward[:known])
 
     def stop(self) -> None:
         """Measure nothing more, and wait for what is being measured."""

@@ -1,6 +1,7 @@
 """The keys of the page, one row each; the page's script (``app/web/keys.js``) goes by it."""
 
 import json
+from collections.abc import Iterable
 from typing import Any, Final, NamedTuple
 
 from app.util.html import escaped
@@ -12,14 +13,23 @@ class Key(NamedTuple):
     code: str
     """Its place, by the name that browsers have for it: what an American keyboard has there."""
     hotkey: Any
-    """What viser calls it."""
+    """What viser calls it, or would call it."""
     does: str
     repeats: bool = False
     """Whether it acts again and again while it is held down."""
+    shift: bool = False
+    """Whether it is this key only with shift."""
+    of_time: bool = False
+    """Whether it is for the time bar, which acts on it in its frame."""
+
+    @property
+    def name(self) -> str:
+        """What it is told from others by: its place, with shift if it takes that."""
+        return f"Shift+{self.code}" if self.shift else self.code
 
     @property
     def character(self) -> str:
-        """What it types on an American keyboard."""
+        """What it types on an American keyboard; its name if it types nothing."""
         return " " if self.hotkey == "space" else self.hotkey.lower()
 
 
@@ -39,6 +49,20 @@ CAMERA: Final = Key("KeyR", "R", "show all of the board again")
 PRESENT: Final = Key("KeyP", "P", "presentation mode, or back")
 LIST: Final = Key("KeyH", "H", "this list")
 """As does ?, wherever it is."""
+TIME: Final = (
+    Key("Home", "Home", "back to the beginning", of_time=True),
+    Key("End", "End", "live: what happens now", of_time=True),
+    Key("Comma", ",", "one step back", repeats=True, of_time=True),
+    Key("Period", ".", "one step on", repeats=True, of_time=True),
+    Key("Comma", "<", "one trial back", repeats=True, shift=True, of_time=True),
+    Key("Period", ">", "one trial on", repeats=True, shift=True, of_time=True),
+    Key("BracketLeft", "[", "to the event before", repeats=True, of_time=True),
+    Key("BracketRight", "]", "to the next event", repeats=True, of_time=True),
+    Key("KeyA", "A", "this moment is A", of_time=True),
+    Key("KeyB", "B", "mark this moment, with a line of text", of_time=True),
+    Key("KeyL", "L", "play from A to here again and again, or not", of_time=True),
+)
+"""What the time bar does with a key; the others do what they say."""
 KEYS: Final = (
     PLAY,
     STEP,
@@ -54,8 +78,13 @@ KEYS: Final = (
     CAMERA,
     PRESENT,
     LIST,
+    *TIME,
 )
 
+_ARROWS: Final = (
+    "a block or the playhead that has the focus: 100 trials, with shift 1,000; with alt a block's"
+    " end"
+)
 _ABOUT: Final = (
     "Keys act by their place, whatever letter is there, but not while you type in a field.",
     "A click on the board inspects a cell; shift and a click sets the predator down there. A drag"
@@ -65,7 +94,10 @@ _ABOUT: Final = (
 
 def table_html() -> str:
     """The table of keys for the page's script; nothing is to be seen of it."""
-    table = [{"code": k.code, "character": k.character, "repeats": k.repeats} for k in KEYS]
+    table = [
+        {"name": k.name, "character": k.character, "repeats": k.repeats, "ofTime": k.of_time}
+        for k in KEYS
+    ]
     return f'<div hidden data-keys="{escaped(json.dumps(table))}"></div>'
 
 
@@ -84,15 +116,29 @@ def list_html() -> str:
         (f"{_shown(LIST)}, <kbd>?</kbd>", LIST.does),
         ("<kbd>Esc</kbd>", "close a list like this, or end the presentation"),
     ]
-    table = "".join(f"<tr><td>{shown}</td><td>{does}</td></tr>" for shown, does in rows)
+    in_time = [
+        *(
+            (f"{_shown(one)}, {_shown(other)}", f"{one.does}, {other.does}")
+            for one, other in zip(TIME[:8:2], TIME[1:8:2], strict=True)
+        ),
+        *((_shown(key), key.does) for key in TIME[8:]),
+        ("<kbd>\N{LEFTWARDS ARROW}</kbd> <kbd>\N{RIGHTWARDS ARROW}</kbd>", _ARROWS),
+    ]
+    table = _table("key", rows) + _table("in time", in_time)
     about = "".join(f"<p>{sentence}</p>" for sentence in _ABOUT)
     return (
-        '<div class="pounce-keys"><table><thead><tr><th>key</th><th>does</th></tr></thead>'
-        f"<tbody>{table}</tbody></table>{about}"
+        f'<div class="pounce-keys">{table}{about}'
         '<label><input type="checkbox" class="pounce-single-keys" checked> Single keys act, in this'
         " browser</label></div>"
     )
 
 
+def _table(head: str, rows: Iterable[tuple[str, str]]) -> str:
+    body = "".join(f"<tr><td>{shown}</td><td>{does}</td></tr>" for shown, does in rows)
+    return (
+        f"<table><thead><tr><th>{head}</th><th>does</th></tr></thead><tbody>{body}</tbody></table>"
+    )
+
+
 def _shown(key: Key) -> str:
-    return f'<kbd data-code="{key.code}">{key.hotkey}</kbd>'
+    return f'<kbd data-code="{key.name}">{escaped(key.hotkey)}</kbd>'

@@ -17,33 +17,38 @@ from pathlib import Path
 import numpy as np
 import viser
 
-from app.charts.bar.model import Moment
-from app.explain.cell import moment_of, policy_of
-from app.live.session import Begin, Request, Session, StartAgain, Status
+from app.live.places import Place
+from app.live.requests import Begin, Pause, Play, Request, StartAgain
+from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
+from app.live.worker import Reply
 from app.page.browser import Browser, Shared
 from app.page.confirm import confirm
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.headline import clock_html
 from app.page.inbox import Inbox
-from app.page.panels.bar import Bars
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
 from app.page.panels.plan import PlanPanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
-from app.page.scene.gallery import Gallery
-from app.picture.layer import Extras, SuccessMap
-from app.picture.look import Look
+from app.page.scene.gallery import Exhibit, Gallery, Seen
+from app.page.success import SuccessMaps
+from app.page.texts import Texts
+from app.page.time.bars import Bars
+from app.page.time.grounds import PLAIN_PACE, Grounds
+from app.page.time.panel import Deeds
+from app.page.time.walk import WalkError
+from app.picture.layer import Extras
 from app.results.service import Service
 from app.server.access import Access
-from app.server.callbacks import guarded
+from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls
+from app.server.channels import Channels
 from app.server.notices import tell
 from app.server.origin import Authority
-from app.server.pulse import Drawing, send
+from app.server.pulse import Drawing, Pulse, send
 from app.server.server import addresses_of, close_server, is_serving, open_server
-from app.util.background import Maker
 from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
@@ -51,7 +56,7 @@ from learners.spec import RunSpec
 
 log = logging.getLogger(__name__)
 
-DEFAULT_SPEED = 20_000.0
+DEFAULT_SPEED = PLAIN_PACE
 """Steps per second: the cone shows within seconds, and avoid joins within a minute."""
 _FRAME_S = 1 / 12
 _ANSWER_S = 1 / 40
@@ -66,22 +71,10 @@ _READINGS_APART_S = 1 / 32
 _FAREWELL_S = 2.0
 _TIDY_S = 10.0
 """How often memory is given back at most."""
-_MAP_REST_S = 1.5
-"""Pause between two success maps, so that the learner keeps its cores."""
 _UNSEEN_S = 20.0
 """The learner waits for a page that never says that it has drawn the board no longer than this."""
 _FOV_RADIANS = np.pi / 3
 _PANEL_WIDTH = 330.0
-
-
-def success_of(snapshot: Snapshot, wanted: Callable[[], bool]) -> SuccessMap | None:
-    """How hunts end by where they start; None if it was no longer wanted."""
-    try:
-        outcomes = hunts.success_map(snapshot.world, policy_of(snapshot), snapshot.seed, wanted)
-    except Exception:
-        log.exception("no success map")
-        raise
-    return None if outcomes is None else SuccessMap(outcomes, snapshot.trial, snapshot.generation)
 
 
 class Lab:
@@ -120,7 +113,11 @@ class Lab:
         self._due_s = -math.inf
         """When the next frame is to be drawn, on the clock of ``time.perf_counter``."""
         self._frame_s = -math.inf
-        """When the last one was begun."""
+        """When the last one was begun, be it for a few."""
+        self._moved_s = math.inf
+        """When the next one is to be drawn for those alone that look at the past."""
+        self._rests_until_s = -math.inf
+        """After the last one: until then there is time for clicks."""
         self._closed = False
         self._has_garbage = False
         """Whether pages have left whose memory may be given back."""
@@ -130,15 +127,16 @@ class Lab:
         self._at_rest = threading.Event()
         self._at_rest.set()
         self._drawing = Drawing()
-        self._success: Maker[SuccessMap | None] = Maker(rest_s=_MAP_REST_S)
+        self._success = SuccessMaps()
         self._greedy = GreedyWatch()
         self._ghosts = GhostWatch()
-        self._bars = Bars()
+        self._grounds = Grounds(session)
+        self._bars = Bars(self._grounds, session.moments, self._greedy, self._ghosts)
         # Compiled beforehand, or the first click on the board would have to wait for it.
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
-        calls = Calls()
+        calls, channels = Calls(), Channels()
         self.access = None if token is None else Access(token)
         self.server = open_server(
             host,
@@ -149,6 +147,7 @@ class Lab:
             on_refused=lambda page, reason: self.inbox.put(partial(self._tell, page, reason)),
             on_call=calls.take,
             workers=self.inbox,
+            channels=channels,
         )
         self.gallery = Gallery(self.server)
         self._dress_server()
@@ -165,11 +164,13 @@ class Lab:
             session=session,
             gallery=self.gallery,
             calls=calls,
+            channels=channels,
             bars=self._bars,
-            choose_block=self._plan.choose,
+            deeds=Deeds(self._plan.choose, self._test),
             service=self.service,
             inbox=self.inbox,
             ask=self.ask,
+            submit=self._submit,
             wake=self.wake,
             drawn=self._begin,
             take_experiment=self.experiments.take,
@@ -180,6 +181,7 @@ class Lab:
         self._said: tuple[str, bool] | None = None
         """What the page's script has been told last."""
         session.call_when_answered(self._wake.set)
+        session.moments.call_when_found(lambda: self.inbox.put(self._found))
         self.server.on_client_connect(guarded(self._welcome))
         self.server.on_client_disconnect(guarded(self._forget))
 
@@ -199,12 +201,27 @@ class Lab:
         """The latest moment."""
         return self.session.status.snapshot
 
-    def ask(self, client: viser.ClientHandle, request: Request) -> None:
-        """Enqueue a request of a browser, which means the run that is shown.
+    def status_of(self, client: viser.ClientHandle) -> Status:
+        """What is true for a browser now: how the run stands at the moment that it looks at."""
+        live = self.session.status
+        browser = self._browsers.get(client.client_id)
+        if browser is None:
+            return live
+        return browser.outlook.status(live, time.perf_counter(), self._grounds.of(live))
 
-        The browser is told if it cannot be carried out, and asked first where it would take away
-        the run that others are looking at.
+    def ask(self, client: viser.ClientHandle, request: Request) -> None:
+        """Do what a browser asks for at the moment that it looks at (:mod:`app.page.time.asks`).
+
+        What the session is asked means the run that is live. The browser is told if it cannot be
+        carried out, and asked first where it would take away the run that others are looking at.
+
+        Raises:
+            RefusedError: it cannot be done there.
         """
+
+        def refused(reason: str) -> None:
+            tell(client, "That cannot be done now", reason, auto_close_seconds=6)
+
         n_others = len(self._browsers) - 1
         if isinstance(request, StartAgain) and n_others > 0:
             others = "1 other browser looks" if n_others == 1 else f"{n_others} others look"
@@ -213,15 +230,23 @@ class Lab:
                 "Start again for all?",
                 f"{others} at this run. It is set aside, and can be taken up again.",
                 ("Start again for all", "No"),
-                lambda: self._submit(client, request),
+                lambda: self._submit(request, refused),
             )
-        else:
-            self._submit(client, request)
+            return
+        browser = self._browsers.get(client.client_id)
+        if browser is None:
+            self._submit(request, refused)
+            return
+        live, now_s = self.session.status, time.perf_counter()
+        ground = self._grounds.of(live)
+        status = browser.outlook.status(live, now_s, ground)
+        try:
+            browser.asks.take(request, refused, status, ground, now_s)
+        except WalkError as error:
+            raise RefusedError(str(error)) from error
+        self.wake()
 
-    def _submit(self, client: viser.ClientHandle, request: Request) -> None:
-        def refused(reason: str) -> None:
-            tell(client, "That cannot be done now", reason, auto_close_seconds=6)
-
+    def _submit(self, request: Request, refused: Reply | None = None) -> None:
         generation = self.session.status.snapshot.generation
         self._ticket = self.session.submit(request, refused, generation)
 
@@ -239,26 +264,57 @@ class Lab:
                 self._controls.settle(time.monotonic())
                 started, status = time.perf_counter(), self.session.status
                 with self._drawing:
+                    seen = self._look(status, started)
                     # What answers a click comes first, and does not wait for the next frame.
                     if self._is_true(status):
-                        self._controls.update(status)
-                    if started >= self._due_s:
-                        self._due_s, self._frame_s = math.inf, started
-                        self._draw(status, started)
-                        pause_s = max(_FRAME_S, _LEAST_PAUSE * (time.perf_counter() - started))
-                        # Unless somebody has asked for one meanwhile.
-                        self._due_s = min(self._due_s, started + pause_s)
+                        self._controls.update(self._shared_by(seen, status))
+                    if started >= min(self._due_s, self._moved_s):
+                        self._draw_due(status, seen, started)
                 if started >= self._begins_s:
                     self._begin()
                 if self._has_garbage and started - self._tidied_s > _TIDY_S:
                     self._has_garbage, self._tidied_s = False, started
                     give_back_memory()
                 self._tell_script(status)
-                self._wake.wait(max(self._due_s - time.perf_counter(), 0.0))
+                due_s = min(self._due_s, self._moved_s)
+                self._wake.wait(max(due_s - time.perf_counter(), 0.0))
                 self._wake.clear()
                 self.failure = self._missing_part()
         finally:
             self._at_rest.set()
+
+    def _draw_due(self, status: Status, seen: Mapping[Browser, Status], started: float) -> None:
+        """Draw a frame for all, if that is due, or for those whose moment has come."""
+        is_for_all = started >= self._due_s
+        self._moved_s, self._frame_s = math.inf, started
+        if is_for_all:
+            self._due_s = math.inf
+        self._draw(status, seen, started, is_for_all)
+        pause_s = _LEAST_PAUSE * (time.perf_counter() - started)
+        self._rests_until_s = started + pause_s
+        if is_for_all:
+            # Unless somebody has asked for one meanwhile.
+            self._due_s = min(self._due_s, started + max(_FRAME_S, pause_s))
+
+    def _found(self) -> None:
+        """Draw soon for those who look at the past: a moment that somebody wants is there."""
+        self._moved_s = max(self._rests_until_s, self._frame_s + _ANSWER_S)
+
+    def _look(self, live: Status, now_s: float) -> dict[Browser, Status]:
+        """What is true for each browser now."""
+        ground = self._grounds.of(live)
+        seen: dict[Browser, Status] = {}
+        for browser in self.browsers:
+            browser.asks.follow(live, ground, now_s)
+            seen[browser] = browser.outlook.status(live, now_s, ground)
+            wish = browser.outlook.walk.hold(live.playing)
+            if wish is not None and not live.finished:
+                self._submit(Pause() if wish == "pause" else Play())
+        return seen
+
+    def _shared_by(self, seen: Mapping[Browser, Status], live: Status) -> Status:
+        """What panels show that all browsers share: what the only one looks at, or what is live."""
+        return next(iter(seen.values())) if len(seen) == 1 else live
 
     def end(self) -> None:
         """Let :meth:`serve` end after the frame it is at; may be called from a signal's handler."""
@@ -344,44 +400,63 @@ class Lab:
         if browser is not None:
             browser.results.open()
 
+    def _test(self, client: viser.ClientHandle, line: int) -> None:
+        """Run what a line does over many seeds, and show what comes of it."""
+        past = self.session.past_of(line)
+        if past is None:
+            raise RefusedError("that line is not there any more")
+        end = Place(line, past.end_step)
+        self.inbox.work(
+            client,
+            lambda: self.session.snapshot_at(end),
+            lambda snapshot: self.experiments.test(client, snapshot),
+        )
+
     def _tell(self, client_id: int, reason: str) -> None:
         browser = self._browsers.get(client_id)
         if browser is not None:
             tell(browser.client, "Not accepted", reason, color="red")
 
-    def _draw(self, status: Status, now_s: float) -> None:
-        browsers = self.browsers
-        greedy = self._greedy.follow(status)
-        ghost = self._ghosts.follow(status)
-        if self._is_true(status):
-            self._plan.update(status)
-            blocks, left_out, chosen = self._plan.blocks, self._plan.left_out, self._plan.chosen
-            moment = Moment(status.snapshot, blocks, left_out, chosen, greedy, ghost)
-            self._bars.take(moment, now_s)
-        self.experiments.update(status, len(browsers))
-        success = self._success.found
-        extras = Extras(success if isinstance(success, SuccessMap) else None)
-        looks = {browser: browser.look for browser in browsers}
-        if any(look.layer == "success" for look in looks.values()):
-            self._success.want(
-                moment_of(status.snapshot),
-                lambda: success_of(status.snapshot, lambda: not self._closed),
-            )
-        ready: dict[Look, list[Browser]] = {}
-        for browser, look in looks.items():
-            if browser.pulse.is_ready(now_s):
-                ready.setdefault(look, []).append(browser)
-        every_s = max(_READINGS_S, _READINGS_APART_S * len(browsers))
-        frames = []
-        for look, here in ready.items():
-            exhibit = self.gallery.of(status, look)
-            texts = exhibit.update(status, extras, greedy, len(browsers), now_s)
-            for browser in here:
-                frame = browser.frame(exhibit.stage, look)
-                if frame is not None:
-                    frames.append((browser.pulse, frame))
-                reading = browser.pulse.reading(now_s, self._drawing.share)
-                clock = clock_html(reading, status, len(browsers))
-                browser.update(texts, clock, every_s, now_s)
+    def _draw(
+        self, live: Status, seen: Mapping[Browser, Status], now_s: float, is_for_all: bool
+    ) -> None:
+        """Draw a frame, for all browsers or for those alone that look at the past."""
+        if is_for_all:
+            self._greedy.follow(live)
+            self._ghosts.follow(live)
+            if self._is_true(live):
+                self._plan.update(self._shared_by(seen, live))
+            self._bars.tidy(now_s)
+            self.experiments.update(live, len(seen))
+        n_viewers = len(seen)
+        every_s = max(_READINGS_S, _READINGS_APART_S * n_viewers)
+        ground, is_answered = self._grounds.of(live), self._is_true(live)
+        frames: list[tuple[Pulse, bytes]] = []
+        drawn: dict[Seen, tuple[Exhibit, Texts]] = {}
+        wanted = {browser: browser.seen(status) for browser, status in seen.items()}
+        for browser, status in seen.items():
+            if not (is_for_all or status.behind):
+                continue
+            browser.time.update(status, live, ground, self._plan.chosen, is_answered, now_s)
+            if not browser.pulse.is_ready(now_s):
+                continue
+            which = wanted[browser]
+            if which not in drawn:
+                exhibit = self.gallery.of(status, which)
+                extras = self._extras(which, status, browser.outlook.since)
+                greedy = self._greedy.until(status.snapshot, live.lines)
+                drawn[which] = exhibit, exhibit.update(status, extras, greedy, n_viewers, now_s)
+            exhibit, texts = drawn[which]
+            frame = browser.frame(exhibit.stage, which)
+            if frame is not None:
+                frames.append((browser.pulse, frame))
+            reading = browser.pulse.reading(now_s, self._drawing.share)
+            clock = clock_html(reading, status, n_viewers)
+            browser.update(status, texts, clock, every_s, now_s)
         send(self.server, frames, now_s)
-        self.gallery.keep(looks.values())
+        self._success.keep(wanted.values())
+        self.gallery.keep(wanted.values())
+
+    def _extras(self, which: Seen, status: Status, since: Snapshot | None) -> Extras:
+        """What layers show besides the moment of a status."""
+        return Extras(self._success.of(which, status.snapshot), since)

@@ -18,6 +18,9 @@ from app.server.admission import CheckedConnection
 HANDSHAKE_S: Final = 5.0
 """A connection that has not said in this time what it wants is ended."""
 
+CONNECTIONS_OF_A_PAGE: Final = 2
+"""Its own, and that of its frame."""
+
 MIN_UNFINISHED: Final = 8
 """Connections that may be on their way in or out however many pages are open."""
 
@@ -49,7 +52,8 @@ def room_for(max_pages: int) -> Room:
         return Room(max_pages, _MAX_BACKLOG)
     free = limit - _open_descriptors() - _SPARE_DESCRIPTORS
     backlog = max(4, min(_MAX_BACKLOG, free // 4))
-    return Room(max(1, min(max_pages, free - backlog - MIN_UNFINISHED)), backlog)
+    for_pages = (free - backlog - MIN_UNFINISHED) // CONNECTIONS_OF_A_PAGE
+    return Room(max(1, min(max_pages, for_pages)), backlog)
 
 
 def _raised_limit() -> int | None:
@@ -79,7 +83,7 @@ class Crowd:
     """All connections of a server, in the order in which they came."""
 
     def __init__(self, max_pages: int) -> None:
-        self._max_pages = max_pages
+        self._max_open = max_pages * CONNECTIONS_OF_A_PAGE
         self._connections: dict[Connection, None] = {}
 
     def enter(self, connection: "Connection") -> None:
@@ -89,8 +93,8 @@ class Crowd:
         """
         self._connections[connection] = None
         unfinished = [one for one in self._connections if one.protocol.state is not State.OPEN]
-        n_pages = len(self._connections) - len(unfinished)
-        surplus = len(unfinished) - max(MIN_UNFINISHED, self._max_pages - n_pages)
+        n_open = len(self._connections) - len(unfinished)
+        surplus = len(unfinished) - max(MIN_UNFINISHED, self._max_open - n_open)
         for one in unfinished[: max(surplus, 0)]:
             log.warning("ended a connection that said nothing: too many came at once")
             self.leave(one)

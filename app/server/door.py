@@ -11,10 +11,11 @@ import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from app.server import web_files
+from app.server import channels, web_files
 from app.server.access import WITHOUT_TOKEN, Access, token_form
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
+from app.server.channels import Channels, is_of_channel, is_socket
 from app.server.origin import (
     Authority,
     Names,
@@ -46,7 +47,8 @@ log = logging.getLogger(__name__)
 
 def harden(_: ServerConnection, request: Request, response: Response) -> None:
     for name, value in _SECURITY_HEADERS.items():
-        response.headers[name] = value
+        # The page of a channel says itself that ours may frame it.
+        response.headers.setdefault(name, value)
     if is_call(request):
         # Each call has to arrive, however often it was made before.
         response.headers["Cache-Control"] = "no-store"
@@ -64,6 +66,7 @@ class Door:
         access: Access | None,
         on_refused: OnRefused | None,
         on_call: OnCall | None,
+        channels: Channels | None,
         max_clients: int,
         max_upload_bytes: int,
     ) -> None:
@@ -75,6 +78,7 @@ class Door:
         self._access = access
         self._title = title
         self._on_call: OnCall = on_call or (lambda words: False)
+        self.channels = channels or Channels()
         self._host = host
         self._declared = names
 
@@ -110,6 +114,8 @@ class Door:
                 return refuse(connection, request, refusal, token_form(request))
         if is_call(request):
             return self._answer_call(connection, request)
+        if is_of_channel(request):
+            return self._answer_channel(connection, request)
         return self._show(viser_answer, connection, request)
 
     def _show(self, viser_answer: Any, connection: ServerConnection, request: Request) -> Any:
@@ -124,6 +130,15 @@ class Door:
             return web_files.dress(answer, self._title) if web_files.is_page(request) else answer
         refusal = self._crowded(connection)
         return None if refusal is None else refuse(connection, request, refusal)
+
+    def _answer_channel(self, connection: ServerConnection, request: Request) -> Response | None:
+        if self.channels.find(request) is None:
+            return connection.respond(HTTPStatus.NOT_FOUND, "Not found.\n")
+        if not is_socket(request):
+            return channels.frame_page()
+        # How many there are is bounded by that of their secrets.
+        channels.prepare(connection)
+        return None
 
     def _stranger(self, request: Request, origins: Sequence[str]) -> Refusal | None:
         """What is wrong with where the request is addressed to, or where it comes from.
@@ -144,6 +159,9 @@ class Door:
                 remedy = _remedy(None if source is None else source.place)
                 log.warning("refused a page of %s%s", _quoted(origin), remedy)
                 return Refusal(HTTPStatus.FORBIDDEN, f"This page belongs to another site{remedy}.")
+        if is_socket(request) and not origins:
+            log.warning("refused a websocket that comes from no page")
+            return Refusal(HTTPStatus.FORBIDDEN, "This websocket is for a page of this server.")
         # A call has effects, so more is asked of it than of what only reads.
         if is_call(request) and not is_from_own_page(self._names, host, request):
             log.warning("refused a call that comes from no page of this lab")
@@ -153,7 +171,7 @@ class Door:
         return None
 
     def _crowded(self, connection: ServerConnection) -> Refusal | None:
-        if len(connection.server.connections) < self._max_clients:
+        if n_pages(connection) < self._max_clients:
             return None
         log.warning("refused a page: %d are open, and no more can be", self._max_clients)
         return Refusal(HTTPStatus.SERVICE_UNAVAILABLE, "Too many open pages.")
@@ -184,6 +202,12 @@ class Door:
         if status != HTTPStatus.NO_CONTENT:
             return connection.respond(status, f"{status.phrase}.\n")
         return _nothing(connection)
+
+
+def n_pages(connection: ServerConnection) -> int:
+    """How many of viser's pages are open at the server of a connection."""
+    requests = (one.request for one in connection.server.connections)
+    return sum(request is not None and not is_of_channel(request) for request in requests)
 
 
 def _remedy(place: Authority | None) -> str:

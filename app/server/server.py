@@ -20,6 +20,7 @@ from websockets.frames import CloseCode
 from app.server.access import Access
 from app.server.addresses import answering_addresses
 from app.server.buffers import make_safe
+from app.server.channels import Channels, is_of_channel
 from app.server.connections import (
     HANDSHAKE_S,
     Connection,
@@ -28,7 +29,7 @@ from app.server.connections import (
     room_for,
     tell_of_error,
 )
-from app.server.door import Door, OnCall, OnRefused, harden
+from app.server.door import Door, OnCall, OnRefused, harden, n_pages
 from app.server.origin import Authority
 from app.server.workers import Workers
 
@@ -47,6 +48,7 @@ def open_server(
     access: Access | None = None,
     on_refused: OnRefused | None = None,
     on_call: OnCall | None = None,
+    channels: Channels | None = None,
     workers: Workers | None = None,
     max_clients: int = 64,
     max_upload_bytes: int = 256 * 1024,
@@ -58,6 +60,7 @@ def open_server(
     first). It runs on the server's event loop and must return at once.
     `on_call(words)` is called when a link of the page to `/call/<words>` was followed, and says
     whether it took the call (see `Calls`). It runs there too and must return at once.
+    Frames of the page talk through `channels`.
     `host` "0.0.0.0" or "::" opens the lab to the network; then it answers to any IP address and to
     the machine's own names. It answers to `names` besides, and takes pages of theirs for its own.
     With `access` it lets in only who has the token. Callbacks are run by `workers`.
@@ -79,6 +82,7 @@ def open_server(
         access=access,
         on_refused=on_refused,
         on_call=on_call,
+        channels=channels,
         max_clients=room.pages,
         max_upload_bytes=max_upload_bytes,
     )
@@ -159,7 +163,7 @@ def _serving_through(door: Door, room: Room) -> Iterator[None]:
                 logger=_wire_log,
             )
             asyncio.get_running_loop().set_exception_handler(tell_of_error)
-            return serve(functools.partial(_of_this_version, handler), host, port, **options)
+            return serve(functools.partial(_handle, door, handler), host, port, **options)
 
         websockets.asyncio.server.serve = serve_behind_door  # type: ignore[assignment]
         try:
@@ -168,10 +172,18 @@ def _serving_through(door: Door, room: Room) -> Iterator[None]:
             websockets.asyncio.server.serve = serve
 
 
+async def _handle(door: Door, viser_handler: Any, connection: ServerConnection) -> None:
+    """Handle a connection that was let in: that of a channel, or one of viser's page."""
+    if connection.request is not None and is_of_channel(connection.request):
+        await door.channels.serve(connection)
+    else:
+        await _of_this_version(viser_handler, connection)
+
+
 async def _of_this_version(handler: Any, connection: ServerConnection) -> None:
     """Let viser handle a connection of its page; it prints what another one calls itself."""
     if connection.subprotocol == f"viser-v{viser.__version__}":
-        log.info("a page has come: %d are open", len(connection.server.connections))
+        log.info("a page has come: %d are open", n_pages(connection))
         try:
             await handler(connection)
         finally:

@@ -2,7 +2,8 @@
 
 viser has one page, a single file. `first.js` is put into it, before viser's own script; the other
 files of `app/web` are served as they are, and the page loads `lab.js` and the styles. All
-addresses are relative to the page, so they hold below a path as well.
+addresses are relative to the page, so they hold below a path as well. In the folder `time` is the
+page of a frame (`channels`), with what it alone loads.
 """
 
 import functools
@@ -17,6 +18,7 @@ from websockets.http11 import Request, Response
 from app.util.html import escaped
 
 _FOLDER: Final = Path(__file__).parent.parent / "web"
+_FRAME_FOLDER: Final = _FOLDER / "time"
 _TYPES: Final = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
 _PAGES: Final = frozenset({"/", "/index.html"})
 _TITLE: Final = b"<title>Viser</title>"
@@ -34,7 +36,12 @@ def is_page(request: Request) -> bool:
 
 @functools.cache
 def _files() -> dict[str, Path]:
-    return {f"/web/{file.name}": file for file in _FOLDER.iterdir() if file.suffix in _TYPES}
+    files = (*_FOLDER.iterdir(), *_FRAME_FOLDER.iterdir())
+    return {
+        f"/web/{file.relative_to(_FOLDER).as_posix()}": file
+        for file in files
+        if file.suffix in _TYPES
+    }
 
 
 def is_own_file(request: Request) -> bool:
@@ -46,6 +53,11 @@ def own_file(request: Request) -> Response:
     file = _files()[path_of(request)]
     headers = Headers({"Content-Type": _TYPES[file.suffix], "Cache-Control": "no-cache"})
     return response(file.read_bytes(), headers)
+
+
+def frame_document() -> bytes:
+    """The page of a frame."""
+    return (_FRAME_FOLDER / "index.html").read_bytes()
 
 
 def response(body: bytes, headers: Headers, status: HTTPStatus = HTTPStatus.OK) -> Response:
@@ -74,6 +86,7 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         '<link rel="stylesheet" href="web/stage.css" />\n'
         '<link rel="stylesheet" href="web/controls.css" />\n'
         '<link rel="stylesheet" href="web/bar.css" />\n'
+        '<link rel="stylesheet" href="web/frame.css" />\n'
         '<link rel="stylesheet" href="web/readings.css" />\n'
         '<link rel="stylesheet" href="web/hunts.css" />\n'
         '<link rel="stylesheet" href="web/terms.css" />\n'

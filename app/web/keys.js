@@ -7,43 +7,54 @@
 
 import { whenChanged } from "./changes.js";
 
-/** @typedef {{code: string, character: string, repeats: boolean}} Key */
+/**
+ * `name` is its place, with "Shift+" before it if it takes that.
+ * @typedef {{name: string, character: string, repeats: boolean, ofTime: boolean}} Key
+ */
 
 const SWITCH = "pounce-single-keys";
 /** @type {Map<string, Key>} */
 const keys = new Map();
-/** What this keyboard has at a place, as far as it is known. @type {Map<string, string>} */
+/** What this keyboard has at a place, as far as it is known, by the names of keys. @type {Map<string, string>} */
 const letters = new Map();
 const told = new WeakSet();
 /** What is done here, without the lab. @type {Map<string, () => void>} */
 const local = new Map();
+/** Where keys of time go. @type {(name: string) => void} */
+let tellTime = () => {};
 let isTabbed = false;
 
 const areOn = () => localStorage.getItem(SWITCH) !== "off";
 
 /**
  * Digits are written on all keyboards, even where they take shift.
- * @param {string} code
+ * @param {string} name
  * @param {string} character
  */
-const learn = (code, character) => {
-  if (code.startsWith("Key") && character.length === 1) letters.set(code, character.toUpperCase());
+const learn = (name, character) => {
+  if (/^(Shift\+)?(Key|Bracket|Comma|Period)/.test(name) && [...character].length === 1)
+    letters.set(name, character.toUpperCase());
 };
 
-/** @param {EventTarget | null} target */
+/** @param {HTMLElement | null} target */
 const takesText = (target) =>
-  target instanceof HTMLElement &&
-  (target.isContentEditable ||
-    target.matches("textarea, select, input:not([type=checkbox], [type=radio], [type=file])"));
+  target?.isContentEditable ||
+  target?.matches("textarea, select, input:not([type=checkbox], [type=radio], [type=file])");
 
 /**
  * Whether space is meant for what has the focus, which it is not for what was only clicked.
- * @param {EventTarget | null} target
+ * @param {HTMLElement | null} target
  */
 const takesSpace = (target) =>
-  target instanceof HTMLElement &&
-  (isTabbed || target.closest("[role=dialog]") !== null) &&
-  target.matches("a, button, input, summary, [role=button], [role=tab]");
+  (isTabbed || target?.closest("[role=dialog]")) &&
+  target?.matches("a, button, input, summary, [role=button], [role=tab]");
+
+/**
+ * Whether what has the focus has a beginning and an end of its own.
+ * @param {HTMLElement | null} target
+ */
+const takesEnds = (target) =>
+  target?.closest("[role=slider], [role=tablist], [role=listbox], [role=menu], [role=dialog]");
 
 /**
  * @param {KeyboardEvent} event
@@ -55,8 +66,7 @@ const keyOf = ({ code, key, shiftKey }) => {
   const [, row, digit] = /^(Digit|Numpad)(\d)$/.exec(code) ?? [];
   if (row && (row === "Numpad" || shiftKey))
     return key === digit ? keys.get(`Digit${digit}`) : undefined;
-  if (shiftKey) return undefined;
-  if (code) return keys.get(code);
+  if (code) return keys.get(shiftKey ? `Shift+${code}` : code);
   // Keyboards on a screen may tell of no place.
   return [...keys.values()].find(({ character }) => character === key.toLowerCase());
 };
@@ -76,14 +86,21 @@ const tellViser = (character) => {
 export const onKey = (code, act) => void local.set(code, act);
 
 /**
- * Do what a key does.
- * @param {string} code
+ * Have the names of keys of time sent to where these act.
+ * @param {(name: string) => void} tell
  */
-export const press = (code) => {
-  const character = keys.get(code)?.character;
-  const act = local.get(code);
+export const whenTimeKey = (tell) => void (tellTime = tell);
+
+/**
+ * Do what a key does.
+ * @param {string} name
+ */
+export const press = (name) => {
+  const key = keys.get(name);
+  const act = local.get(name);
   if (act) act();
-  else if (character) tellViser(character);
+  else if (key?.ofTime) tellTime(name);
+  else if (key) tellViser(key.character);
 };
 
 /** @param {KeyboardEvent} event */
@@ -91,25 +108,26 @@ const take = (event) => {
   if (told.has(event)) return;
   if (event.key === "Tab") isTabbed = true;
   if (event.ctrlKey || event.metaKey || event.altKey || event.getModifierState("AltGraph")) return;
-  if (event.isComposing || takesText(event.target)) return;
-  if (event.key === "Escape" && event.target instanceof HTMLInputElement)
-    return tellViser(event.key);
+  const target = event.target instanceof HTMLElement ? event.target : null;
+  if (event.isComposing || takesText(target)) return;
+  if (event.key === "Escape" && target?.matches("input")) return tellViser(event.key);
   const key = keyOf(event);
   const typesCharacter = [...event.key].length === 1 || event.key === "Dead";
   if (!key && !typesCharacter) return;
-  if (event.key === " " && takesSpace(event.target)) return;
+  if (event.key === " " && takesSpace(target)) return;
+  if (!typesCharacter && (takesEnds(target) || !areOn())) return;
   event.stopImmediatePropagation();
-  if (typesCharacter && !event.shiftKey) learn(event.code, event.key);
+  if (typesCharacter) learn(`${event.shiftKey ? "Shift+" : ""}${event.code}`, event.key);
   if (!key) return;
   event.preventDefault();
-  if (areOn() && (key.repeats || !event.repeat)) press(key.code);
+  if (areOn() && (key.repeats || !event.repeat)) press(key.name);
 };
 
 /** The list of keys says what is on this keyboard, and whether keys act at all. */
 const fillList = () => {
   const table = document.querySelector("[data-keys]")?.getAttribute("data-keys");
   if (table && keys.size === 0)
-    for (const key of JSON.parse(table)) keys.set(key.code, key);
+    for (const key of JSON.parse(table)) keys.set(key.name, key);
   for (const shown of document.querySelectorAll("kbd[data-code]")) {
     const letter = letters.get(shown.getAttribute("data-code") ?? "");
     if (letter && shown.textContent !== letter) shown.textContent = letter;

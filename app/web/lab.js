@@ -5,6 +5,7 @@ import "./connection.js";
 import "./docks.js";
 import "./drawn.js";
 import "./fields.js";
+import "./frame.js";
 import "./hints.js";
 import "./keys.js";
 import "./names.js";

@@ -12,7 +12,12 @@ from pathlib import Path
 import pytest
 
 from app.server import connections
-from app.server.connections import MIN_UNFINISHED, room_for, tell_of_error
+from app.server.connections import (
+    CONNECTIONS_OF_A_PAGE,
+    MIN_UNFINISHED,
+    room_for,
+    tell_of_error,
+)
 from tests.support.server import PATIENCE_S, Lab, first_line_for, get, get_path, lab_of
 
 STRANGE = (
@@ -107,7 +112,8 @@ def test_descriptors_are_left_for_everything_else(
     assert 1 <= room.pages <= 64
     assert room.backlog >= 1
     # Besides the pages: connections on their way in or out, and those that come in one go.
-    assert in_use + room.pages + MIN_UNFINISHED + room.backlog <= limit
+    pages = room.pages * CONNECTIONS_OF_A_PAGE
+    assert in_use + pages + MIN_UNFINISHED + room.backlog <= limit
 
 
 def test_an_ample_limit_limits_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ import app
 from tests.support.server import Lab, get, get_path, lab_of
 
 WEB = Path(app.__file__).parent / "web"
+TYPES = {".js": "text/javascript", ".css": "text/css"}
 
 
 @pytest.fixture(scope="module")
@@ -33,19 +34,23 @@ def test_the_page_has_our_scripts_ahead_of_visers_and_our_title(titled: Lab) -> 
     assert get_path(titled.port, "/index.html?fixedDpr=1", {}).read().decode() == page
 
 
-@pytest.mark.parametrize("file", sorted(WEB.iterdir()), ids=lambda file: file.name)
-def test_own_files_are_served_as_they_are(titled: Lab, file: Path) -> None:
-    answer = get_path(titled.port, f"/web/{file.name}?x", {})
+@pytest.mark.parametrize(
+    "name", sorted(f.relative_to(WEB).as_posix() for f in WEB.rglob("*") if f.suffix in TYPES)
+)
+def test_own_files_are_served_as_they_are(titled: Lab, name: str) -> None:
+    answer = get_path(titled.port, f"/web/{name}?x", {})
     assert answer.status == 200
-    assert answer.read() == file.read_bytes()
-    kind = {".js": "text/javascript", ".css": "text/css"}[file.suffix]
-    assert answer.headers["Content-Type"] == f"{kind}; charset=utf-8"
+    assert answer.read() == (WEB / name).read_bytes()
+    assert answer.headers["Content-Type"] == f"{TYPES[Path(name).suffix]}; charset=utf-8"
     assert answer.headers["Cache-Control"] == "no-cache"
 
 
 @pytest.mark.parametrize(
     "path",
-    ["/web/", "/web", "/web/nothing.js", "/web/../lab.py", "/web/%2e%2e/lab.py", "/WEB/lab.js"],
+    [
+        *("/web/", "/web", "/web/nothing.js", "/web/../lab.py", "/web/%2e%2e/lab.py"),
+        *("/WEB/lab.js", "/web/time/", "/web/time/index.html", "/web/time/../lab.js"),
+    ],
 )
 def test_nothing_else_is_served(titled: Lab, path: str) -> None:
     assert get_path(titled.port, path, {}).status == 404

@@ -27,6 +27,8 @@ class Stretch(NamedTuple):
     first: float
     until: float
     is_ahead: bool
+    trials: tuple[int, int | None]
+    """The first trial, and the first after it; None if it goes on."""
 
 
 class Piece(NamedTuple):
@@ -46,6 +48,8 @@ class Piece(NamedTuple):
     is_editable: bool
     is_chosen: bool
     hint: str
+    block: Block
+    """What it is drawn of."""
 
 
 class Label(NamedTuple):
@@ -60,12 +64,16 @@ class Label(NamedTuple):
     """Whether it ends at its place, begins there, or has it in its middle."""
     room: float
     """How far it may reach, as a share of the axis."""
+    of: tuple[str, ...] = ()
+    """Ids of the blocks of which it is said."""
 
 
 class Lane(NamedTuple):
     """What is drawn in one row."""
 
     name: str
+    skill: str
+    """Whose blocks these are; empty for those frozen by hand."""
     presence: tuple[Stretch, ...]
     pieces: tuple[Piece, ...]
     labels: tuple[Label, ...]
@@ -81,16 +89,16 @@ def lanes_of(
 ) -> tuple[Lane, ...]:
     """A lane for each skill, and a last one where something was frozen by hand."""
     lanes = [
-        _lane(plain(skill), [block for block in blocks if block.skill == skill], axis, chosen)
+        _lane(skill, [block for block in blocks if block.skill == skill], axis, chosen)
         for skill in skills
     ]
     freezes = [block for block in blocks if block.kind in FREEZES]
     if freezes:
-        lanes.append(_lane(FREEZE_LANE, freezes, axis, chosen))
+        lanes.append(_lane("", freezes, axis, chosen))
     return tuple(lanes)
 
 
-def _lane(name: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
+def _lane(skill: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
     # One that another took the place of at once has held nothing.
     blocks = [
         block for block in blocks if block.kind == "introduction" or block.until != block.first
@@ -98,7 +106,8 @@ def _lane(name: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> La
     shown = [block for block in blocks if not _is_beyond(block, axis)]
     pieces = [_piece(block, axis, chosen) for block in shown if block.kind != "presence"]
     return Lane(
-        name=name,
+        name=plain(skill) or FREEZE_LANE,
+        skill=skill,
         presence=tuple(_presence(shown, axis)),
         # What is short is drawn over what is long.
         pieces=tuple(sorted(pieces, key=lambda piece: piece.first - piece.until)),
@@ -120,11 +129,11 @@ def _presence(blocks: Iterable[Block], axis: TimeAxis) -> Iterable[Stretch]:
     for block in blocks:
         first, until = axis.of_trial(block.first), _until(block, axis)
         if block.kind == "presence":
-            yield Stretch(first, until, is_ahead=False)
+            yield Stretch(first, until, False, (block.first, block.until))
             if block.until is None:
-                yield Stretch(until, 1.0, is_ahead=True)
+                yield Stretch(until, 1.0, True, (axis.trial, None))
         elif block.kind == "introduction" and block.state == "planned":
-            yield Stretch(first, 1.0, is_ahead=True)
+            yield Stretch(first, 1.0, True, (block.first, None))
 
 
 def _piece(block: Block, axis: TimeAxis, chosen: str) -> Piece:
@@ -147,6 +156,7 @@ def _piece(block: Block, axis: TimeAxis, chosen: str) -> Piece:
         is_editable=block.editable,
         is_chosen=block.id == chosen,
         hint=described(block),
+        block=block,
     )
 
 
@@ -204,7 +214,8 @@ class _Writer:
             text = f"{block.probability:.0%}{more}"
             width = _wide(text)
             if until - first >= width and inside.taken(middle - width / 2, middle + width / 2):
-                label = Label("", f"{block.probability:.0%}", more, middle, "within", until - first)
+                chance = f"{block.probability:.0%}"
+                label = Label("", chance, more, middle, "within", until - first, (block.id,))
                 self._labels.append(label)
                 return True
         return False
@@ -215,7 +226,7 @@ class _Writer:
         for after, within in ((more, _NEAR), ("", math.inf)):
             spot = self._room.take_nearest(_wide(text + after), until, within)
             if spot is not None:
-                self._put("", text, after, spot)
+                self._put("", text, after, spot, stretch)
                 return
 
     def _join(self, block: Block, is_beyond: bool) -> None:
@@ -230,13 +241,20 @@ class _Writer:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
         spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)
         if spot is not None:
-            self._put(before, text, after, spot)
+            self._put(before, text, after, spot, [block])
 
-    def _put(self, before: str, text: str, after: str, spot: tuple[float, bool]) -> None:
+    def _put(
+        self,
+        before: str,
+        text: str,
+        after: str,
+        spot: tuple[float, bool],
+        blocks: Sequence[Block],
+    ) -> None:
         edge, is_before = spot
-        self._labels.append(
-            Label(before, text, after, edge, "before" if is_before else "after", 0.0)
-        )
+        side = "before" if is_before else "after"
+        of = tuple(block.id for block in blocks)
+        self._labels.append(Label(before, text, after, edge, side, 0.0, of))
 
     def _reaching(self, label: Label) -> Label:
         """The label with the room that it has up to the next thing in its lane.

@@ -5,9 +5,10 @@ from typing import Final, NamedTuple
 
 from app.charts.bar.axis import TimeAxis
 from app.explain.commands import command_in_words
+from app.live.places import Mark as Note
 from app.words.numbers import counted
 from app.words.placing import Room
-from app.words.plain import plain
+from app.words.plain import plain, shortened
 from learners.commands import Event, Introduce, Remove, SetParameter
 
 _NEAR: Final = 0.008
@@ -18,6 +19,9 @@ beside two panels."""
 _GUTTER: Final = 0.2
 """How far a name may reach out over what stands to the left of the axis."""
 _MOST_LISTED: Final = 8
+_MOST_CHARACTERS: Final = 24
+"""Of what somebody wrote, where there is room, and where there is little."""
+_FEW_CHARACTERS: Final = 10
 
 
 class Mark(NamedTuple):
@@ -35,6 +39,8 @@ class Mark(NamedTuple):
     """All that it stands for, a line each."""
     room: float = 1.0
     """How far the name may reach, as a share of the axis: where the page is narrow, it is cut."""
+    note: int | None = None
+    """Number of the mark that somebody made with a text, if it is one."""
 
 
 class _Spot(NamedTuple):
@@ -56,28 +62,56 @@ class _Spot(NamedTuple):
         return ((counted(len(self.events), "change") if more else _name(one), ""),)
 
     @property
+    def number(self) -> None:
+        """Nobody wrote it."""
+        return None
+
+    @property
     def hint(self) -> str:
         lines = [f"trial {event.trial:,}: {_name(event)}" for event in self.events[:_MOST_LISTED]]
         more = len(self.events) - _MOST_LISTED
         return "\n".join([*lines, f"and {more:,} more"] if more > 0 else lines)
 
 
-def marks_of(history: Iterable[Event], axis: TimeAxis) -> tuple[Mark, ...]:
+class _Written(NamedTuple):
+    at: float
+    of: Note
+
+    @property
+    def names(self) -> tuple[tuple[str, str], ...]:
+        """The text, or its beginning where that does not fit, or nothing but a sign."""
+        beginning = shortened(self.of.text, _MOST_CHARACTERS)
+        return (beginning, ""), (shortened(self.of.text, _FEW_CHARACTERS), "")
+
+    @property
+    def hint(self) -> str:
+        return f"trial {self.of.trial:,}: {self.of.text}"
+
+    @property
+    def number(self) -> int:
+        """By which it is told from others."""
+        return self.of.number
+
+
+def marks_of(
+    history: Iterable[Event], axis: TimeAxis, notes: Iterable[Note] = ()
+) -> tuple[Mark, ...]:
     """The marks of a run, from left to right; of those that are close, one for all.
 
     A skill that is there from the start has no mark; nor have explorations and freezes, which are
-    bands.
+    bands. Notes, which somebody wrote, have one each.
     """
     spots = _spots([event for event in history if _is_marked(event)], axis)
     joins = [spot for spot in spots if spot.joins]
     others = [spot for spot in spots if not spot.joins]
     room = Room(-_GUTTER, 1.0)
     marks: list[Mark] = []
-    # Skills first, over the places of other marks if need be; of these the newest.
-    for kind in (joins, others):
-        for spot in kind:
+    # Skills first, over the places of other marks if need be; then what somebody wrote, and then
+    # the newest.
+    for spots in (joins, [_Written(axis.of_trial(note.trial), note) for note in notes], others):
+        for spot in spots:
             room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
-        marks += [_named(spot, room) for spot in reversed(kind)]
+        marks += [_named(spot, room) for spot in reversed(spots)]
     return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
 
 
@@ -107,16 +141,16 @@ def _spots(events: Sequence[Event], axis: TimeAxis) -> list[_Spot]:
     return spots
 
 
-def _named(spot: _Spot, room: Room) -> Mark:
+def _named(spot: _Spot | _Written, room: Room) -> Mark:
     """A mark with the longest of its names that finds room, to the right of it or to the left."""
     beside = CHARACTER / 2
     for name, more in spot.names:
         width = (len(name + more) + 0.5) * CHARACTER
         if room.taken(spot.at + beside, spot.at + beside + width):
-            return Mark(spot.at, name, more, False, spot.hint)
+            return Mark(spot.at, name, more, False, spot.hint, note=spot.number)
         if room.taken(spot.at - beside - width, spot.at - beside):
-            return Mark(spot.at, name, more, True, spot.hint)
-    return Mark(spot.at, "", "", False, spot.hint)
+            return Mark(spot.at, name, more, True, spot.hint, note=spot.number)
+    return Mark(spot.at, "", "", False, spot.hint, note=spot.number)
 
 
 def _name(event: Event) -> str:

@@ -12,6 +12,7 @@ from app.analysis.estimates import Axis
 from app.charts.bar.axis import TimeAxis, axis_of
 from app.charts.bar.lanes import Lane, lanes_of
 from app.charts.bar.marks import Mark, marks_of
+from app.live.places import Mark as Note
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.schedule.blocks import FREEZES, Block, described
@@ -43,6 +44,8 @@ class Moment(NamedTuple):
     """Id of the block that stands out."""
     greedy: GreedyCurve = NO_CURVE
     ghost: Ghost | None = None
+    notes: tuple[Note, ...] = ()
+    """Marks with a text, of those that lie on this run."""
 
 
 class Band(NamedTuple):
@@ -53,6 +56,7 @@ class Band(NamedTuple):
     kind: Held
     is_ahead: bool
     hint: str
+    block: Block
 
 
 class Points(NamedTuple):
@@ -113,7 +117,7 @@ def bar_of(moment: Moment, unit: Axis, greedy_every: int) -> Bar:
         ghost_name="" if ghost is None else ghost.name,
         ghost_hint="" if ghost is None else ghost.hint,
         bands=bands_of(moment.blocks, axis),
-        marks=marks_of(snapshot.control.history, axis),
+        marks=marks_of(snapshot.control.history, axis, moment.notes),
         lanes=lanes_of(moment.blocks, snapshot.spec.learner.skills, axis, moment.chosen),
         left_out=moment.left_out,
     )
@@ -161,7 +165,7 @@ def bands_of(blocks: Sequence[Block], axis: TimeAxis) -> tuple[Band, ...]:
         middle = min(max(axis.now, first), until)
         for low, high, is_ahead in ((first, middle, False), (middle, until, True)):
             if high > low:
-                bands.append(Band(low, high, kind, is_ahead, described(block)))
+                bands.append(Band(low, high, kind, is_ahead, described(block), block))
     return tuple(bands)
 
 

@@ -1,7 +1,12 @@
-"""What is looked at: boards and texts, made once for all browsers that want to see the same."""
+"""What is looked at: boards and texts, made once for all browsers that want to see the same.
+
+Those that look at what is live share a board if they agree how it is to look; one that looks at a
+moment of the past has its own.
+"""
 
 from collections.abc import Container
 from functools import partial
+from typing import NamedTuple
 
 import viser
 
@@ -16,6 +21,17 @@ from app.picture.multiples import all_headings
 from app.server.stage import Stage
 
 _TEXTS_S = 0.25
+_SETTLED_S = 1.5
+"""After so long there is nothing more to draw of a moment that stays: lines are drawn less often
+than colours."""
+
+
+class Seen(NamedTuple):
+    """What is seen of a board, by one browser or by many."""
+
+    look: Look
+    viewer: int | None = None
+    """The browser that looks at a moment of its own; None for all that look at what is live."""
 
 
 class Exhibit:
@@ -29,42 +45,59 @@ class Exhibit:
         self.texts: Texts | None = None
         """Of a quarter of a second ago at most; None before the first moment."""
         self._read_at = 0.0
+        self._drawn: tuple[object, ...] = ()
+        """What was drawn last, and kept, so that its parts are told by what they are."""
+        self._drawn_s = 0.0
+        """Since when."""
 
     def update(
         self, status: Status, extras: Extras, greedy: GreedyCurve, n_viewers: int, now_s: float
     ) -> Texts:
         """Draw a moment; returns what is read beside it."""
-        look, layer = self._look, LAYERS[self._look.layer]
-        paint = partial(all_headings, layer=layer) if look.frame == ALL else layer.paint
-        picture = paint(status.snapshot, look, extras=extras)
-        opens = status.opening is not None and not status.opening.rising
-        rests = opens or not status.playing
-        self.board.update(status.snapshot, picture, self._look, now_s, rests, named=opens)
-        if self.texts is None or now_s - self._read_at >= _TEXTS_S:
+        self._draw(status, extras, now_s)
+        former = self.texts
+        is_other = status.behind is not None and (
+            former is None or former.status.snapshot is not status.snapshot
+        )
+        if self.texts is None or is_other or now_s - self._read_at >= _TEXTS_S:
             self.texts = Texts(status, self._look, extras, n_viewers, greedy)
             self._read_at = now_s
         return self.texts
 
+    def _draw(self, status: Status, extras: Extras, now_s: float) -> None:
+        look, layer = self._look, LAYERS[self._look.layer]
+        opens = status.opening is not None and not status.opening.rising
+        rests = opens or not status.playing
+        drawn = (status.snapshot, extras.success, rests, opens)
+        if not all(one is other for one, other in zip(drawn, self._drawn, strict=False)):
+            self._drawn_s = now_s
+        elif self._drawn and now_s - self._drawn_s > _SETTLED_S:
+            return
+        self._drawn = drawn
+        paint = partial(all_headings, layer=layer) if look.frame == ALL else layer.paint
+        picture = paint(status.snapshot, look, extras=extras)
+        self.board.update(status.snapshot, picture, self._look, now_s, rests, named=opens)
+
 
 class Gallery:
-    """The boards that are looked at, by how they look. Changed by one thread."""
+    """The boards that are looked at, by what is seen of them. Changed by one thread."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        self._exhibits: dict[Look, Exhibit] = {}
+        self._exhibits: dict[Seen, Exhibit] = {}
 
-    def of(self, status: Status, look: Look) -> Exhibit:
-        """The board that looks so, which is made if there is none yet."""
-        if look not in self._exhibits:
-            self._exhibits[look] = Exhibit(self._server, status, look)
-        return self._exhibits[look]
+    def of(self, status: Status, seen: Seen) -> Exhibit:
+        """The board of which this is seen, which is made if there is none yet."""
+        if seen not in self._exhibits:
+            self._exhibits[seen] = Exhibit(self._server, status, seen.look)
+        return self._exhibits[seen]
 
-    def board(self, look: Look) -> BoardView | None:
-        """The board that looks so, None if there is none. May be called from any thread."""
-        exhibit = self._exhibits.get(look)
+    def board(self, seen: Seen) -> BoardView | None:
+        """The board of which this is seen, None if there is none. May be called from any thread."""
+        exhibit = self._exhibits.get(seen)
         return None if exhibit is None else exhibit.board
 
-    def keep(self, looks: Container[Look]) -> None:
+    def keep(self, seen: Container[Seen]) -> None:
         """Forget the boards that nobody looks at any more."""
-        for look in [look for look in self._exhibits if look not in looks]:
-            del self._exhibits[look]
+        for one in [one for one in self._exhibits if one not in seen]:
+            del self._exhibits[one]

@@ -1,0 +1,318 @@
+// @ts-check
+// Blocks of the schedule in a hand: moved, made longer or shorter, added and deleted, and the probability
+// of an exploration. What a hand does is a draft until it lets go; then it is asked for, once.
+
+import { trialAt } from "./axis.js";
+import { openChance } from "./chance.js";
+import { send } from "./channel.js";
+import { say, whenRefused } from "./said.js";
+import { shareAt, takeBackPresses } from "./scrub.js";
+import { changed, state, whenChanged } from "./state.js";
+
+/** @typedef {import("./hand.js").Grip} Grip */
+/** @typedef {import("./state.js").Piece} Piece */
+/** @typedef {import("./state.js").Draft} Draft */
+/** What of a block a hand has. @typedef {"whole" | "first" | "last"} Part */
+/** @typedef {{id: string, at: number, trials: number, probability: number | null}} Span */
+
+const SNAP_TRIALS = 100;
+const FEW_TRIALS = 100;
+const MANY_TRIALS = 1_000;
+/** As `learners.spec` has it. */
+const MOST_TRIALS = 2_000_000;
+const NEW = { trials: 2_000, probability: 0.5 };
+/** A block that is added by key begins so many trials ahead at least. */
+const NEW_AHEAD = 1_000;
+/** So long a draft waits to be taken or refused. */
+const PATIENCE_MS = 3_000;
+
+const count = (/** @type {number} */ n) => n.toLocaleString("en-US");
+
+// --- What there is ---------------------------------------------------------------------------------
+
+/** @param {string} id */
+export const pieceOf = (id) =>
+  state.bar?.lanes.flatMap((lane) => lane.pieces).find((piece) => piece.id === id);
+
+/** @param {Piece} piece @returns {Span} */
+const spanOf = ({ id, first, until, probability }) => ({
+  id,
+  at: first,
+  trials: (until ?? first) - first,
+  probability,
+});
+
+/**
+ * A block as it is seen: as a hand has it, if one has.
+ * @param {Piece} piece
+ * @returns {Span}
+ */
+const seen = (piece) => ({
+  ...spanOf(piece),
+  ...(state.draft?.id === piece.id ? state.draft : {}),
+});
+
+/** The first trial that is not past at the moment that is looked at. */
+const firstAhead = () => (state.moment?.trial ?? 0) + 1;
+
+/** @param {Piece} piece */
+const whyLocked = (piece) =>
+  piece.until === null || piece.half !== "whole"
+    ? "What is frozen by hand is not in the plan: the tab Run ends it."
+    : `What began at trial ${count(piece.first)} is past, and locked. Go back to before it to change` +
+      " it there: that makes a branch.";
+
+// --- What a hand does with a block: pure ---------------------------------------------------------
+
+/**
+ * @param {number} trial
+ * @param {boolean} isFree
+ */
+const snapped = (trial, isFree) =>
+  isFree ? Math.round(trial) : Math.round(trial / SNAP_TRIALS) * SNAP_TRIALS;
+
+/** @param {number} x @param {number} low @param {number} high */
+const within = (x, low, high) => Math.min(Math.max(x, low), Math.max(low, high));
+
+/**
+ * A block whose part was moved by some trials.
+ * @param {Span} span
+ * @param {Part} part
+ * @param {number} by
+ * @param {boolean} isFree whether it goes to any trial, and not to every hundredth
+ * @param {{earliest: number, shortest: number}} bounds
+ * @returns {Draft}
+ */
+export const moved = (span, part, by, isFree, { earliest, shortest }) => {
+  const { id, at, trials } = span;
+  const until = at + trials;
+  if (part === "whole")
+    return { id, at: within(snapped(at + by, isFree), earliest, MOST_TRIALS), trials };
+  if (part === "last")
+    return { id, at, trials: within(snapped(until + by, isFree) - at, shortest, MOST_TRIALS) };
+  const first = within(snapped(at + by, isFree), earliest, until - shortest);
+  return { id, at: first, trials: until - first };
+};
+
+/** @param {Piece} piece */
+const boundsOf = (piece) => ({
+  earliest: firstAhead(),
+  shortest: piece.kind === "join" ? 0 : 1,
+});
+
+// --- Drafts, and what becomes of them ------------------------------------------------------------
+
+/** What has been asked for and is not answered: how the block was then. @type {Span | null} */
+let asked = null;
+let timer = 0;
+
+/** @param {Draft | null} draft */
+const draftIs = (draft) => {
+  state.draft = draft;
+  changed();
+};
+
+/** Show what is in the plan again. */
+export const forgetDraft = () => {
+  clearTimeout(timer);
+  asked = null;
+  if (state.draft) draftIs(null);
+};
+
+/** @param {Span} one @param {Span} other */
+const isSame = (one, other) =>
+  one.at === other.at && one.trials === other.trials && one.probability === other.probability;
+
+/**
+ * Ask for what a block has become by hand.
+ * @param {Piece} piece
+ */
+const ask = (piece) => {
+  const former = spanOf(piece);
+  const now = seen(piece);
+  if (isSame(former, now)) return forgetDraft();
+  const { id } = former;
+  /** @type {{do: string} & Draft} */
+  const message = { do: "edit", id };
+  if (now.at !== former.at) message.at = now.at;
+  if (now.trials !== former.trials) message.trials = now.trials;
+  if (now.probability !== former.probability && now.probability !== null)
+    message.probability = now.probability;
+  if (!send(message)) {
+    say("There is no connection to the lab: nothing was changed.");
+    return forgetDraft();
+  }
+  asked = former;
+  clearTimeout(timer);
+  timer = setTimeout(forgetDraft, PATIENCE_MS);
+};
+
+whenRefused(forgetDraft);
+// A draft stays until the plan is another one: whatever it is then is what was taken.
+whenChanged(() => {
+  if (!asked || state.held) return;
+  const piece = pieceOf(asked.id);
+  if (!piece || !isSame(spanOf(piece), asked)) forgetDraft();
+});
+
+// --- By pointer ------------------------------------------------------------------------------------
+
+/** @param {Element} element */
+const partOf = (element) => {
+  const edge = element.closest(".edge");
+  return edge?.classList.contains("first") ? "first" : edge ? "last" : "whole";
+};
+
+/**
+ * @param {PointerEvent} event
+ * @returns {Grip | null}
+ */
+export const blockGrip = (event) => {
+  const target = /** @type {Element} */ (event.target);
+  const element = /** @type {HTMLElement | null} */ (target.closest(".piece"));
+  const piece = element && pieceOf(element.dataset.id ?? "");
+  if (!piece) return null;
+  element.focus({ preventScroll: true });
+  const nothing = () => {};
+  if (!piece.editable) {
+    const why = () => say(whyLocked(piece));
+    return { isAtOnce: false, move: why, release: nothing, tap: why, giveUp: nothing };
+  }
+  const part = partOf(target);
+  const former = state.draft;
+  const span = seen(piece);
+  const axis = state.bar?.axis;
+  const from = axis ? trialAt(axis, shareAt(event)) : 0;
+  return {
+    isAtOnce: false,
+    move: (at) => {
+      if (!axis) return;
+      const by = trialAt(axis, shareAt(at)) - from;
+      draftIs({ ...span, ...moved(span, part, by, at.altKey || at.shiftKey, boundsOf(piece)) });
+    },
+    release: () => ask(piece),
+    tap: () => {
+      if (target.closest(".chance")) return editChance(piece);
+      send({ do: "choose", id: piece.id });
+    },
+    giveUp: () => draftIs(former),
+  };
+};
+
+/** @param {Piece} piece */
+const editChance = (piece) => {
+  if (piece.probability === null)
+    return say("A skill that joins has no probability; its explorations have.");
+  const element = document.querySelector(`.piece[data-id="${CSS.escape(piece.id)}"]`);
+  const shown = document.querySelector(`.chance[data-id="${CSS.escape(piece.id)}"]`) ?? element;
+  if (!element || !shown) return;
+  const { probability } = seen(piece);
+  openChance(shown, `Probability that a step takes ${piece.what}`, probability ?? 0, {
+    show: (chance) => draftIs({ ...seen(piece), probability: chance }),
+    take: () => ask(piece),
+    giveUp: forgetDraft,
+    close: () => /** @type {HTMLElement} */ (element).focus({ preventScroll: true }),
+  });
+};
+
+/**
+ * Explore a skill from a trial on.
+ * @param {string} skill
+ * @param {number} at
+ */
+const add = (skill, at) => {
+  if (!skill) return;
+  if (at < firstAhead())
+    return say(
+      `Trial ${count(at)} is past. Go there first: what is added there makes a branch.`,
+    );
+  if (!send({ do: "add", skill, at, ...NEW }))
+    say("There is no connection to the lab: nothing was added.");
+};
+
+document.body.addEventListener("dblclick", (event) => {
+  // The first press may have taken the pointer for all of the page.
+  const target = document.elementFromPoint(event.clientX, event.clientY);
+  const lane = /** @type {HTMLElement | null} */ (target?.closest(".lane"));
+  if (!lane || !state.bar || !target?.closest(".plot") || target.closest(".piece, .playhead")) return;
+  const at = snapped(trialAt(state.bar.axis, shareAt(event)), event.altKey || event.shiftKey);
+  takeBackPresses();
+  add(lane.dataset.skill ?? "", at);
+});
+
+document.body.addEventListener("click", (event) => {
+  const button = /** @type {Element} */ (event.target).closest(".lane .add");
+  const lane = /** @type {HTMLElement | null} */ (button?.closest(".lane"));
+  if (!lane) return;
+  const soon = Math.ceil((firstAhead() + NEW_AHEAD) / SNAP_TRIALS) * SNAP_TRIALS;
+  const mine = state.bar?.lanes.find(({ skill }) => skill === lane.dataset.skill)?.pieces ?? [];
+  // Not before it joins, and where no other exploration is.
+  const joins = mine.find(({ kind, editable }) => kind === "join" && editable);
+  const ends = mine.filter(({ kind }) => kind === "forced").map(({ until }) => until ?? 0);
+  add(lane.dataset.skill ?? "", Math.max(soon, joins?.first ?? 0, ...ends));
+});
+
+// --- By key ----------------------------------------------------------------------------------------
+
+/** @type {Record<string, number>} */
+const ARROWS = { ArrowLeft: -1, ArrowRight: 1 };
+/** The block that arrows are moving, until they are let go. @type {Piece | null} */
+let pushed = null;
+
+/**
+ * @param {Piece} piece
+ * @param {KeyboardEvent} event
+ */
+const push = (piece, { key, shiftKey, altKey }) => {
+  if (!piece.editable) return say(whyLocked(piece));
+  const by = ARROWS[key] * (shiftKey ? MANY_TRIALS : FEW_TRIALS);
+  const span = seen(piece);
+  pushed = piece;
+  draftIs({ ...span, ...moved(span, altKey ? "last" : "whole", by, true, boundsOf(piece)) });
+};
+
+const endPush = () => {
+  if (!pushed) return;
+  const piece = pushed;
+  pushed = null;
+  ask(pieceOf(piece.id) ?? piece);
+};
+
+/** @param {Piece} piece */
+const remove = (piece) => {
+  if (!piece.editable) return say(whyLocked(piece));
+  if (piece.kind === "join") return say("When a skill joins can be moved, not deleted.");
+  forgetDraft();
+  const elements = /** @type {HTMLElement[]} */ ([...document.querySelectorAll(".piece")]);
+  const place = elements.findIndex(({ dataset }) => dataset.id === piece.id);
+  if (!send({ do: "delete", id: piece.id }))
+    return say("There is no connection to the lab: nothing was deleted.");
+  // Who goes by keys is where the next thing is.
+  (elements[place + 1] ?? elements[place - 1])?.focus({ preventScroll: true });
+};
+
+document.body.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey) return;
+  const element = /** @type {HTMLElement | null} */ (
+    /** @type {Element} */ (event.target).closest(".piece")
+  );
+  const piece = element && pieceOf(element.dataset.id ?? "");
+  if (!piece) return;
+  const { key } = event;
+  if (key in ARROWS) push(piece, event);
+  else if (key === "Delete" || key === "Backspace") remove(piece);
+  else if (key === "Enter" || key === " ") {
+    send({ do: "choose", id: piece.id });
+    if (!piece.editable) say(whyLocked(piece));
+    else if (key === "Enter") editChance(piece);
+  } else if (key === "Escape" && state.draft) {
+    pushed = null;
+    forgetDraft();
+  } else return;
+  event.preventDefault();
+  event.stopPropagation();
+});
+document.body.addEventListener("keyup", ({ key }) => {
+  if (key in ARROWS) endPush();
+});
+document.body.addEventListener("focusout", endPush);

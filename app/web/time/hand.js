@@ -1,0 +1,106 @@
+// @ts-check
+// What a hand does with a pointer: one thing has it until it lets go, and what it does is asked for
+// then. Mouse, finger and pen alike.
+
+import { blockGrip } from "./edit.js";
+import "./keys.js";
+import "./menu.js";
+import { playheadGrip } from "./scrub.js";
+import { changed, state } from "./state.js";
+import "./transport.js";
+
+/**
+ * Something that a pointer has taken hold of.
+ * @typedef {{
+ *   isAtOnce: boolean,
+ *   move: (event: PointerEvent) => void,
+ *   release: () => void,
+ *   tap: (event: PointerEvent) => void,
+ *   giveUp: () => void,
+ * }} Grip `isAtOnce` where it moves as soon as the pointer is down; else a pointer that hardly moves
+ *   has only tapped
+ */
+
+/** A pointer that moves no farther has not been moved on purpose. */
+const STILL_PX = 4;
+
+const root = document.body;
+/** @type {{grip: Grip, pointer: number, x: number, y: number, isMoving: boolean} | null} */
+let holding = null;
+
+/** @param {boolean} isMoving */
+const setMoving = (isMoving) => {
+  state.held = isMoving;
+  root.toggleAttribute("data-holding", isMoving);
+  changed();
+};
+
+/** @param {PointerEvent} event */
+const begin = (event) => {
+  if (!holding) return;
+  holding.isMoving = true;
+  // From here on all comes here, wherever the pointer goes, even out of the frame.
+  root.setPointerCapture(event.pointerId);
+  setMoving(true);
+  holding.grip.move(event);
+};
+
+const letGo = () => {
+  const held = holding;
+  holding = null;
+  if (held?.isMoving) setMoving(false);
+  return held;
+};
+
+const giveUp = () => letGo()?.grip.giveUp();
+
+root.addEventListener("pointerdown", (event) => {
+  if (event.button !== 0 || !event.isPrimary || holding) return;
+  const grip = blockGrip(event) ?? playheadGrip(event);
+  if (!grip) return;
+  // What was being typed is finished by that.
+  const focused = document.activeElement;
+  if (focused instanceof HTMLInputElement) focused.blur();
+  const { pointerId: pointer, clientX: x, clientY: y } = event;
+  holding = { grip, pointer, x, y, isMoving: false };
+  // A finger may be about to scroll the page.
+  if (grip.isAtOnce && event.pointerType !== "touch") begin(event);
+});
+
+// What is taken hold of takes the focus itself; nothing else does, and no text is chosen.
+root.addEventListener("mousedown", (event) => {
+  if (holding) event.preventDefault();
+});
+
+root.addEventListener("pointermove", (event) => {
+  if (holding?.pointer !== event.pointerId) return;
+  if (holding.isMoving) return holding.grip.move(event);
+  const { x, y } = holding;
+  if (Math.hypot(event.clientX - x, event.clientY - y) > STILL_PX) begin(event);
+});
+
+root.addEventListener("pointerup", (event) => {
+  if (holding?.pointer !== event.pointerId) return;
+  const { grip, isMoving } = /** @type {NonNullable<typeof holding>} */ (letGo());
+  if (isMoving) grip.release();
+  else grip.tap(event);
+});
+
+for (const kind of /** @type {const} */ (["pointercancel", "lostpointercapture"]))
+  root.addEventListener(kind, (event) => {
+    if (holding?.pointer === event.pointerId && (holding.isMoving || kind === "pointercancel"))
+      giveUp();
+  });
+
+window.addEventListener(
+  "keydown",
+  (event) => {
+    if (event.key !== "Escape" || !holding) return;
+    event.preventDefault();
+    event.stopPropagation();
+    giveUp();
+  },
+  true,
+);
+// A pointer that was down when the page was left comes up elsewhere.
+window.addEventListener("blur", giveUp);

@@ -1,0 +1,223 @@
+// @ts-check
+// What lies over the rows: marks, the playhead, what comes after it, A and B, and what happened.
+
+import { shareOf, shareOfStep } from "./axis.js";
+import { attribute, element, grouped, keep, percent, write } from "./dom.js";
+
+/**
+ * @typedef {import("./state.js").Bar} Bar
+ * @typedef {import("./state.js").Happening} Happening
+ * @typedef {import("./state.js").Moment} Moment
+ * @typedef {import("./state.js").Place} Place
+ */
+
+/** What happened nearer together than this is one sign. */
+const NEAR_PX = 7;
+const MOST_LISTED = 8;
+/** How often the playhead says where it is to those who do not see it. */
+const TOLD_MS = 1000;
+/** Room between the playhead's number and those of the axis. */
+const APART_PX = 6;
+
+/** Width of the axis in pixels, by which things are moved without anything being laid out anew. */
+let wide = 0;
+/** Widths of the playhead's handle, by how many characters are on it. @type {Map<number, number>} */
+let handles = new Map();
+
+/**
+ * @param {number} width
+ */
+export const setWidth = (width) => {
+  wide = width;
+  handles = new Map();
+};
+
+/**
+ * Marks across the rows, each with its name in a box as wide as that may be.
+ * @param {HTMLElement} over
+ * @param {Bar} bar
+ */
+export const drawMarks = (over, bar) => {
+  over.replaceChildren(
+    ...bar.marks.map(({ at, name, more, before, room, hint, note }) => {
+      const mark = element("span", `mark ${before ? "before" : "after"}`);
+      mark.style[before ? "right" : "left"] = percent(before ? 1 - at : at);
+      mark.style.width = percent(room);
+      mark.title = hint;
+      mark.append(element("i", ""));
+      if (note !== null) {
+        mark.classList.add("note");
+        mark.dataset.note = `${note}`;
+      }
+      if (name || note !== null) {
+        const shown = element("b", "", name);
+        if (more) shown.append(element("span", "more", more));
+        mark.append(shown);
+      }
+      return mark;
+    }),
+  );
+};
+
+/**
+ * Signs of what happened, to which one can go.
+ * @param {HTMLElement} plot
+ * @param {Bar} bar
+ */
+export const drawEvents = (plot, bar) => {
+  /** @type {Array<{at: number, of: Happening[]}>} */
+  const signs = [];
+  for (const happening of bar.happenings) {
+    const at = shareOf(bar.axis, happening);
+    const last = signs.at(-1);
+    if (last && (at - last.at) * wide < NEAR_PX) last.of.push(happening);
+    else signs.push({ at, of: [happening] });
+  }
+  keep(
+    plot,
+    signs,
+    ({ of }) => `${of[0].kind} ${of[0].step}`,
+    () => {
+      const sign = element("button", "event");
+      sign.tabIndex = -1;
+      sign.append(element("i", ""));
+      return sign;
+    },
+    (sign, { at, of }) => {
+      const texts = of.slice(0, MOST_LISTED).map(({ text }) => text);
+      if (of.length > MOST_LISTED) texts.push(`and ${grouped(of.length - MOST_LISTED)} more`);
+      sign.style.left = percent(at);
+      sign.dataset.kind = of[0].kind;
+      sign.dataset.step = `${of[0].step}`;
+      attribute(sign, "title", texts.join("\n"));
+      attribute(sign, "aria-label", `${texts.join("; ")}: go there`);
+    },
+  );
+};
+
+/**
+ * Numbers along the axis.
+ * @param {HTMLElement} plot
+ * @param {Bar} bar
+ */
+export const drawTicks = (plot, bar) => {
+  plot.replaceChildren(
+    ...bar.axis.ticks.map(({ at, text }) => {
+      const tick = element("span", "tick", text);
+      tick.style.left = percent(at);
+      return tick;
+    }),
+  );
+};
+
+/**
+ * How far it is along the axis, in pixels.
+ * @param {number} share
+ */
+const along = (share) => share * wide;
+
+/**
+ * The bracket of a loop, or A alone.
+ * @param {HTMLElement} between
+ * @param {Bar} bar
+ * @param {Moment} moment
+ */
+const placeLoop = (between, bar, { a, loop }) => {
+  const first = loop?.a ?? a;
+  between.hidden = !first;
+  if (!first) return;
+  const from = along(shareOf(bar.axis, first));
+  const until = loop ? along(shareOf(bar.axis, loop.b)) : from;
+  between.classList.toggle("alone", !loop);
+  between.style.width = `${Math.max(until - from, 0)}px`;
+  between.style.transform = `translateX(${from}px)`;
+};
+
+let toldAt = 0;
+let toTell = 0;
+
+/**
+ * Tell what does not change with each frame, or those who hear it would hear nothing else.
+ * @param {HTMLElement} handle
+ * @param {Bar} bar
+ * @param {Moment} moment
+ */
+const tell = (handle, bar, moment) => {
+  clearTimeout(toTell);
+  const rest = toldAt + TOLD_MS - performance.now();
+  if (rest > 0) return void (toTell = setTimeout(() => tell(handle, bar, moment), rest));
+  toldAt = performance.now();
+  const { trial, live, behind_trials: behind } = moment;
+  const where = live ? "live" : behindInWords(behind);
+  attribute(handle, "aria-valuemax", `${Math.max(bar.end.trial, trial)}`);
+  attribute(handle, "aria-valuenow", `${trial}`);
+  attribute(handle, "aria-valuetext", `trial ${grouped(trial)}, ${where}`);
+};
+
+/** @param {number} trials */
+const behindInWords = (trials) => {
+  const number = grouped(Math.abs(trials));
+  const what = Math.abs(trials) === 1 ? "trial" : "trials";
+  return `${number} ${what} ${trials < 0 ? "ahead of" : "behind"} the live run`;
+};
+
+/**
+ * What is written on the playhead.
+ * @param {Bar} bar
+ * @param {Moment} moment
+ */
+export const written = ({ axis }, { trial, step }) => {
+  if (axis.unit === "trials") return grouped(trial);
+  const [factor, sign] = axis.end >= 2e5 ? [1e6, "M"] : [1e3, "k"];
+  return step ? `${Number((step / factor).toPrecision(3))} ${sign}` : "0";
+};
+
+/**
+ * Put all that goes with the moment to its place. Nothing is made anew.
+ * @param {HTMLElement} time
+ * @param {Bar} bar
+ * @param {Moment} moment
+ * @param {Place} now how far the line is known
+ */
+export const placeMoment = (time, bar, moment, now) => {
+  const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (time.querySelector(name));
+  const share = shareOf(bar.axis, moment);
+  const x = along(share);
+  const isPast = !moment.live;
+  time.classList.toggle("past", isPast);
+
+  part(".playhead").style.transform = `translateX(${x}px)`;
+  const handle = part(".handle");
+  const text = written(bar, moment);
+  write(part(".handle .here"), text);
+  const width = handles.get(text.length) ?? handle.offsetWidth;
+  handles.set(text.length, width);
+  // It stays within the bar, and its point where the moment is.
+  const room = Math.max(x + width / 2 - wide - reach(time), 0);
+  handle.style.transform = `translateX(calc(-50% - ${room}px))`;
+  tell(handle, bar, moment);
+  for (const tick of time.querySelectorAll(".tick")) {
+    const { style, offsetWidth } = /** @type {HTMLElement} */ (tick);
+    const away = Math.abs((parseFloat(style.left) / 100) * wide - x + room);
+    tick.classList.toggle("covered", away < (width + offsetWidth) / 2 + APART_PX);
+  }
+
+  const end = shareOf(bar.axis, now);
+  const veil = part(".veil");
+  veil.hidden = !isPast || end <= share;
+  veil.style.transform = `translateX(${x}px) scaleX(${Math.max(end - share, 0)})`;
+  const live = part(".live-end");
+  live.hidden = !isPast;
+  live.style.transform = `translateX(${along(end)}px)`;
+  const until = part(".until");
+  until.hidden = moment.until_step === null;
+  if (moment.until_step !== null)
+    until.style.transform = `translateX(${along(shareOfStep(bar.axis, moment.until_step))}px)`;
+  placeLoop(part(".between"), bar, moment);
+};
+
+/**
+ * How far a thing may reach out to the right of the axis.
+ * @param {HTMLElement} time
+ */
+const reach = (time) => Number(time.dataset.right ?? 0);

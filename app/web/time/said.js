@@ -1,0 +1,69 @@
+// @ts-check
+// What is said of what a hand did: why something was refused, what can be undone, and what a branch is.
+// It lies over the bar, so that nothing moves when it comes and goes.
+
+import { on } from "./channel.js";
+
+const LASTS_MS = 8_000;
+
+const over = document.createElement("div");
+over.className = "told";
+over.innerHTML = `
+  <p class="note" role="status" hidden><span></span><button type="button" aria-label="Close">×</button></p>
+  <p class="said" role="status" hidden><span></span><button type="button" class="act" hidden></button
+    ><button type="button" aria-label="Close">×</button></p>`;
+
+/** @param {string} kind */
+const part = (kind) => /** @type {HTMLElement} */ (over.querySelector(`.${kind}`));
+
+let timer = 0;
+let act = () => {};
+
+/**
+ * @param {string} kind
+ * @param {string} text
+ */
+const put = (kind, text) => {
+  const place = part(kind);
+  /** @type {HTMLElement} */ (place.firstElementChild).textContent = text;
+  place.hidden = !text;
+};
+
+/**
+ * Say something for a while.
+ * @param {string} text
+ * @param {{label: string, act: () => void}} [undo] what can be done about it
+ */
+export const say = (text, undo) => {
+  clearTimeout(timer);
+  put("said", text);
+  const button = part("act");
+  button.hidden = !undo;
+  button.textContent = undo?.label ?? "";
+  act = undo?.act ?? (() => {});
+  if (text) timer = setTimeout(() => say(""), LASTS_MS);
+};
+
+over.addEventListener("click", ({ target }) => {
+  const button = /** @type {Element} */ (target).closest("button");
+  if (!button) return;
+  if (button.classList.contains("act")) act();
+  if (button.closest(".note")) put("note", "");
+  else say("");
+});
+
+/** @type {Array<() => void>} */
+const works = [];
+
+/**
+ * Do something when the lab says that something was not done.
+ * @param {() => void} work
+ */
+export const whenRefused = (work) => void works.push(work);
+
+on("said", ({ text, refused }) => {
+  if (refused) for (const work of works) work();
+  say(text);
+});
+on("note", ({ text }) => put("note", text));
+document.body.append(over);

@@ -1,0 +1,203 @@
+// @ts-check
+// The playhead in a hand: anywhere on the curve, the axis, and where lanes are empty.
+
+import { shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
+import { send, sendNewest } from "./channel.js";
+import { changed, state, whenChanged } from "./state.js";
+
+/** @typedef {import("./hand.js").Grip} Grip */
+/** @typedef {import("./state.js").Place} Place */
+
+/** Things with a pointer of their own. */
+const OTHERS = "a, button, input, select, textarea, .piece, .line, [role=menu]";
+/** So long the playhead waits where a hand has let it go, unless it is shown there before. */
+const PATIENCE_MS = 1_500;
+const FEW_TRIALS = 100;
+const MANY_TRIALS = 1_000;
+
+/** What was asked for last, until it is shown. @type {Wish | null} */
+let wished = null;
+let timer = 0;
+/** @typedef {{do: "live"} | {do: "seek", step: number} | {do: "seek_trial", trial: number}} Wish */
+
+/** Where what is looked at ends: now, if it is the live run. */
+const end = () => {
+  const { bar, moment } = state;
+  if (!bar || !moment) return { trial: 0, step: 0 };
+  if (!bar.live) return bar.end;
+  // A bar is seldom sent; how far it is to now is told with each moment.
+  const [trials, steps] = moment.live ? [0, 0] : [moment.behind_trials, moment.behind_steps];
+  return { trial: moment.trial + trials, step: moment.step + steps };
+};
+
+/**
+ * The share of the axis at which a pointer is, below 0 or above 1 beside it.
+ * @param {{clientX: number}} event
+ */
+export const shareAt = ({ clientX }) => {
+  const plot = document.querySelector(".curve .plot") ?? document.body;
+  const { left, width } = plot.getBoundingClientRect();
+  return (clientX - left) / width;
+};
+
+/**
+ * The moment at a place of the axis, none beyond what is known.
+ * @param {number} share
+ * @returns {{place: Place, wish: Wish, isBeyond: boolean} | null}
+ */
+const wishAt = (share) => {
+  if (!state.bar) return null;
+  const { axis, line, live } = state.bar;
+  const last = end();
+  const isTrials = axis.unit === "trials";
+  const at = isTrials ? trialAt(axis, share) : stepAt(axis, share);
+  const isBeyond = at >= (isTrials ? last.trial : last.step);
+  if (isBeyond) return { place: last, wish: live ? { do: "live" } : { do: "seek", step: last.step }, isBeyond };
+  if (isTrials) {
+    const place = { trial: at, step: Math.round(stepOfTrial(axis, at)) };
+    return { place, wish: { do: "seek_trial", trial: at }, isBeyond };
+  }
+  return {
+    place: { trial: Math.floor(trialOfStep(axis, at)), step: at },
+    wish: { do: "seek", step: at },
+    isBeyond,
+  };
+};
+
+/** Whether what is looked at is what was wished for. */
+const isThere = () => {
+  const { moment } = state;
+  if (!wished || !moment) return true;
+  if (wished.do === "live") return moment.live;
+  return wished.do === "seek" ? moment.step === wished.step : moment.trial === wished.trial;
+};
+
+const put = (/** @type {Place | null} */ place) => {
+  clearTimeout(timer);
+  timer = 0;
+  state.scrub = place;
+  changed();
+};
+
+whenChanged(() => {
+  if (timer && isThere()) put(null);
+});
+
+/**
+ * Look at what is at a place of the axis. While a hand moves, of several wishes in a moment only the
+ * last counts.
+ * @param {number} share
+ */
+const look = (share) => {
+  const found = wishAt(share);
+  if (!found) return;
+  put(found.place);
+  if (JSON.stringify(wished) !== JSON.stringify(found.wish)) sendNewest(found.wish);
+  wished = found.wish;
+};
+
+/** Where a hand lets go of the playhead, it stays until that moment is shown. */
+const leaveThere = () => {
+  if (!state.scrub) return;
+  timer = setTimeout(() => put(null), PATIENCE_MS);
+  changed();
+};
+
+/** How to go back to what was looked at. @returns {Wish | null} */
+const wayBack = () => {
+  const { moment } = state;
+  if (!moment) return null;
+  return moment.live ? { do: "live" } : { do: "seek", step: moment.step };
+};
+
+/** Where a click began that may be the first half of a double one. @type {Wish | null} */
+let before = null;
+let pressed = 0;
+const DOUBLE_MS = 600;
+
+/** What two quick presses have moved is where it was before the first of them. */
+export const takeBackPresses = () => {
+  if (before) send(before);
+  wished = before;
+  before = null;
+  put(null);
+};
+
+/**
+ * @param {PointerEvent} event
+ * @returns {Grip | null}
+ */
+export const playheadGrip = (event) => {
+  const target = /** @type {Element} */ (event.target);
+  const isHead = target.closest(".playhead") !== null;
+  if (!isHead && (!target.closest(".plot") || target.closest(OTHERS))) return null;
+  if (!state.bar || !state.moment) return null;
+  const back = wayBack();
+  if (event.timeStamp - pressed > DOUBLE_MS) before = null;
+  pressed = event.timeStamp;
+  const first = wishAt(shareAt(event));
+  // Where nothing is known yet there is nothing to look at; what is to come may be planned there.
+  const isAhead = !isHead && (first?.isBeyond ?? true);
+  // Who takes it by its head, beside its line, does not mean to move it by that.
+  const { axis } = state.bar;
+  const off = isHead ? shareAt(event) - shareOf(axis, state.scrub ?? state.moment) : 0;
+  let isMoved = false;
+  const begin = () => {
+    /** @type {HTMLElement | null} */ (document.querySelector(".playhead"))?.focus({
+      preventScroll: true,
+    });
+    before ??= back;
+  };
+  return {
+    isAtOnce: !isAhead,
+    move: (at) => {
+      if (!isMoved) begin();
+      isMoved = true;
+      look(shareAt(at) - off);
+    },
+    release: leaveThere,
+    tap: (at) => {
+      if (isHead || isAhead) return;
+      begin();
+      look(shareAt(at));
+      leaveThere();
+    },
+    giveUp: () => {
+      if (back) send(back);
+      wished = back;
+      put(null);
+    },
+  };
+};
+
+/**
+ * Go on, or back, from what is looked at.
+ * @param {"steps" | "trials" | "events"} unit
+ * @param {number} n
+ */
+export const goBy = (unit, n) => {
+  put(null);
+  send({ do: "by", unit, n });
+};
+
+/** By key: trials with arrows, the ends with theirs. */
+document.body.addEventListener("keydown", (event) => {
+  const target = /** @type {Element} */ (event.target);
+  if (!target.closest(".playhead") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const many = event.shiftKey ? MANY_TRIALS : FEW_TRIALS;
+  const acts = /** @type {Record<string, () => unknown>} */ ({
+    ArrowLeft: () => goBy("trials", -many),
+    ArrowDown: () => goBy("trials", -many),
+    ArrowRight: () => goBy("trials", many),
+    ArrowUp: () => goBy("trials", many),
+    PageDown: () => goBy("trials", -MANY_TRIALS),
+    PageUp: () => goBy("trials", MANY_TRIALS),
+    Home: () => send({ do: "seek", step: 0 }),
+    End: () => send({ do: "live" }),
+  });
+  const act = acts[event.key];
+  if (!act) return;
+  event.preventDefault();
+  event.stopPropagation();
+  act();
+});

@@ -1,0 +1,97 @@
+// @ts-check
+// What the time bar shows: all that is drawn is a function of this.
+
+/**
+ * A moment of one line. Trials are those that run then.
+ * @typedef {{step: number, trial: number}} Place
+ *
+ * What lies along the axis of a bar, seldom sent anew.
+ * @typedef {import("./axis.js").Axis} Axis
+ * @typedef {{at: number[], reward: number[]}} Points places are shares of the axis
+ * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "frozen"}} Band
+ * @typedef {{
+ *   at: number, name: string, more: string, before: boolean, room: number,
+ *   hint: string, note: number | null,
+ * }} Mark `note` is its number in `notes`, if somebody wrote it
+ * @typedef {{first: number, until: number | null, ahead: boolean}} Stretch
+ * @typedef {{
+ *   key: string, id: string, kind: "join" | "forced" | "frozen", half: "whole" | "upper" | "lower",
+ *   first: number, until: number | null, probability: number | null, skill: string, what: string,
+ *   idle: boolean, hand: boolean, editable: boolean, chosen: boolean, hint: string,
+ * }} Piece `until` is null of what nobody has ended; `key` tells blocks apart, `id` is what
+ *   it is edited by
+ * @typedef {{
+ *   of: string[], before: string, text: string, after: string,
+ *   at: number, side: "before" | "after" | "within", room: number,
+ * }} Label `of` has the keys of the blocks that it is said of
+ * @typedef {{
+ *   name: string, skill: string, presence: Stretch[], pieces: Piece[], labels: Label[],
+ * }} Lane
+ * @typedef {{step: number, trial: number, kind: string, text: string}} Happening
+ * @typedef {{number: number, step: number, trial: number, text: string}} Note a mark with its text
+ * @typedef {{
+ *   line: number, parent: number | null, name: string, fork: Place, until: Place,
+ *   reward: string, digest: string, live: boolean, growing: boolean, hint: string,
+ * }} Line
+ * @typedef {{
+ *   line: number, live: boolean, axis: Axis, end: Place,
+ *   legend: Array<{kind: string, text: string, hint: string}>,
+ *   rewards: [number, number], levels: Array<[number, string]>,
+ *   learned: Points, greedy: Points, gaps: boolean[], ghost: Points | null,
+ *   bands: Band[], marks: Mark[], lanes: Lane[],
+ *   happenings: Happening[], notes: Note[], lines: Line[],
+ *   units: Array<{unit: string, name: string, hint: string}>,
+ *   colours: {light: Record<string, string>, dark: Record<string, string>},
+ * }} Bar `end` is how far the line is known
+ *
+ * What changes with each frame.
+ * @typedef {{
+ *   line: number, step: number, trial: number, live: boolean,
+ *   behind_trials: number, behind_steps: number,
+ *   playing: boolean, direction: number, rate: number, rates: number[],
+ *   a: Place | null, loop: {a: Place, b: Place} | null,
+ *   holds: boolean, stops: boolean, until_step: number | null,
+ * }} Moment
+ *
+ * A block while a hand has it: what is not there is as it was.
+ * @typedef {{id: string, at?: number, trials?: number, probability?: number}} Draft
+ */
+
+/**
+ * `bar` and `moment` come from the lab, which never touches the `draft`: that is the hand's until it
+ * lets go. `moment` may be set here, too, so that the playhead is under the hand at once.
+ * While `scrub` is there, a hand holds the playhead at that place; while something is `held`, a newer
+ * bar waits, since no axis may move under a hand.
+ * @type {{
+ *   bar: Bar | null, moment: Moment | null, draft: Draft | null, said: string,
+ *   scrub: Place | null, held: boolean,
+ * }}
+ */
+export const state = {
+  bar: null,
+  moment: null,
+  draft: null,
+  said: "",
+  scrub: null,
+  held: false,
+};
+
+/** @type {Array<() => void>} */
+const drawers = [];
+let isDue = false;
+
+/**
+ * Draw with each frame in which something has changed.
+ * @param {() => void} draw
+ */
+export const whenChanged = (draw) => void drawers.push(draw);
+
+/** Something of the state is another: it is drawn with the next frame, however often it changes. */
+export const changed = () => {
+  if (isDue) return;
+  isDue = true;
+  requestAnimationFrame(() => {
+    isDue = false;
+    for (const draw of drawers) draw();
+  });
+};

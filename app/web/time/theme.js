@@ -1,0 +1,56 @@
+// @ts-check
+// The frame looks like the page around it: its scheme, its colours and type, its size, and whether it
+// is presented. All of it is taken over at once when it changes there.
+
+const own = document.documentElement;
+const around = window.parent.document.documentElement;
+/** What the frame's styles use of those of viser's page. */
+const NAMES = [
+  "--mantine-color-body",
+  "--mantine-color-text",
+  "--mantine-color-dimmed",
+  "--mantine-color-default",
+  "--mantine-color-default-border",
+  "--mantine-color-default-hover",
+  "--mantine-color-dark-9",
+  "--mantine-primary-color-filled",
+  "--mantine-font-family",
+  "--pounce-link",
+  "--pounce-failed",
+  "--stage-zoom",
+];
+const SCHEME = "data-mantine-color-scheme";
+
+/** @type {Array<() => void>} */
+const works = [];
+let shown = "";
+
+const follow = () => {
+  const scheme = around.getAttribute(SCHEME) ?? around.dataset.wanted ?? "light";
+  const styles = getComputedStyle(around);
+  const values = NAMES.map((name) => styles.getPropertyValue(name).trim());
+  const now = [scheme, around.dataset.present, ...values].join("\n");
+  if (now === shown) return;
+  shown = now;
+  own.setAttribute(SCHEME, scheme);
+  own.toggleAttribute("data-present", around.dataset.present !== undefined);
+  NAMES.forEach((name, place) => own.style.setProperty(name, values[place]));
+  for (const work of works) work();
+};
+
+/**
+ * Do something now, and whenever colours or sizes have changed.
+ * @param {() => void} work
+ */
+export const whenThemeChanges = (work) => {
+  works.push(work);
+  work();
+};
+
+export const isDark = () => own.getAttribute(SCHEME) === "dark";
+export const isPresented = () => own.hasAttribute("data-present");
+
+new MutationObserver(follow).observe(around, {
+  attributeFilter: [SCHEME, "data-present", "style"],
+});
+follow();

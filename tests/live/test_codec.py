@@ -1,0 +1,61 @@
+"""Records come back as they were, and nothing else is taken for one."""
+
+import json
+from typing import Any, get_args
+
+import pytest
+from hypothesis import given
+
+from app.live.codec import UnknownRecordError, decoded, encoded
+from app.live.records import Gave, Record
+from learners.commands import Command, FreezeSelection
+from tests.support.journals import COMMANDS, RECORDS, records
+
+
+def test_every_kind_of_record_and_of_command_is_tried() -> None:
+    assert {type(record) for record in RECORDS} == set(get_args(Record))
+    assert {type(command) for command in COMMANDS} == set(get_args(Command))
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_a_record_comes_back_as_it_was(record: Record) -> None:
+    found = decoded(json.loads(json.dumps(encoded(record))))
+    assert found == record
+    assert type(found) is type(record)
+
+
+@given(records())
+def test_any_record_comes_back_as_it_was(record: Record) -> None:
+    assert decoded(json.loads(json.dumps(encoded(record)))) == record
+
+
+GAVE = encoded(Gave(3, 70, FreezeSelection(True)))
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        (None, "null is not allowed; allowed: values with keys"),
+        ([], "[] is not allowed; allowed: values with keys"),
+        ({}, "kind: null is not allowed; allowed: began, gave, "),
+        ({"kind": ["gave"]}, 'kind: ["gave"] is not allowed; allowed: began, gave, '),
+        ({"kind": "gives"}, 'kind: "gives" is not allowed; allowed: began, gave, '),
+        (GAVE | {"step": -1}, "step: -1 is not allowed"),
+        (GAVE | {"step": 2**63}, "step: 9223372036854775808 is not allowed"),
+        (GAVE | {"step": "70"}, 'step: "70" is not allowed'),
+        (GAVE | {"step": True}, "step: true is not allowed"),
+        (GAVE | {"more": 1}, "more: 1 is not allowed"),
+        ({key: GAVE[key] for key in ("kind", "run", "command")}, "step: "),
+        (GAVE | {"command": {"do": "Exec"}}, 'do: "Exec" is not allowed; allowed: Introduce, '),
+        (GAVE | {"command": {"do": "FreezeSelection", "frozen": 1}}, "frozen: 1 is not allowed"),
+        (GAVE | {"command": "FreezeSelection"}, '"FreezeSelection" is not allowed'),
+        ({"kind": "branched", "commands": "ab"}, 'commands: "ab" is not allowed; allowed: up to'),
+        ({"kind": "branched", "commands": [{}] * 1_001}, "commands: [{}, "),
+        ({"kind": "named_line", "run": 1, "name": "a" * 1_001}, 'name: "aaa'),
+    ],
+)
+def test_what_is_no_record_is_said(document: Any, message: str) -> None:
+    with pytest.raises(UnknownRecordError) as refused:
+        decoded(document)
+    assert str(refused.value).startswith(message)
+    assert len(str(refused.value)) < 250
