@@ -10,7 +10,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -154,7 +154,7 @@ class Lab:
         gui = self.server.gui
         self._controls = Controls(gui, session, presets, self.ask)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
-            self._plan = PlanPanel(gui, self.ask, session)
+            self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
             self.experiments = ExperimentsPanel(
                 gui, session, self.service, self.ask, self.inbox.work, self._show_results
@@ -170,6 +170,7 @@ class Lab:
             service=self.service,
             inbox=self.inbox,
             ask=self.ask,
+            status_of=self.status_of,
             submit=self._submit,
             wake=self.wake,
             drawn=self._begin,
