@@ -205,6 +205,14 @@ class Run:
         if isinstance(command, Undo):
             self._since = self.control
 
+    def check(self, command: Command) -> None:
+        """Judge a command by hand without carrying it out.
+
+        Raises:
+            CommandError: it cannot be carried out now.
+        """
+        control.apply(self.control, self._event(command, "hand"))
+
     def _event(self, command: Command, author: Author, cause: int | None = None) -> Event:
         number, trial_step = len(self.control.history), int(self.state.tally[TRIAL_STEP])
         return Event(number, self.step, self.trial, trial_step, command, author, cause)

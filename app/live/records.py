@@ -4,6 +4,7 @@ Runs are meant by their numbers (:class:`app.live.places.Place`).
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from learners.commands import Command
 from learners.spec import RunSpec
@@ -113,3 +114,17 @@ Record = (
     | Marked
     | Unmarked
 )
+
+
+class Journal(Protocol):
+    """Where records are written down. It never raises, and what it cannot write it says."""
+
+    @property
+    def fault(self) -> str | None:
+        """Why what is done cannot be written down; None while it is."""
+
+    def note(self, record: Record) -> None:
+        """Write down what is about to take effect; once it returns, it is there."""
+
+    def stood(self, record: Stood, at_rest: bool = False) -> None:
+        """Write down how far the live run is; ``at_rest`` if it goes no farther for now."""

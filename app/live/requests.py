@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+from app.live.lines import MadeAgain
 from app.live.places import Place
+from app.live.records import Journal
 from learners.commands import Command
 from learners.spec import RunSpec, ScheduleSpec
 
@@ -172,6 +174,19 @@ class RemoveMark:
     number: int
 
 
+@dataclass(frozen=True)
+class TakeUp:
+    """Show a session that was made again from its journal, with all its lines, and go on in it.
+
+    It takes the place of all that there is, which is in a journal of its own, and stands still. Its
+    runs have numbers that this session has not had.
+    """
+
+    made_again: MadeAgain
+    journal: Journal | None
+    """Of the session that is taken up: what is done from here on is written there."""
+
+
 RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | RunTo | Command
 """What is asked of one run."""
 RequestOfLines = Branch | MakeLive | NameLine | DeleteLine | BringBack | AddMark | RemoveMark
@@ -185,4 +200,5 @@ Request = (
     | StartAgain
     | OpenRun
     | GoBack
+    | TakeUp
 )

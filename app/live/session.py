@@ -1,17 +1,22 @@
 """The runs of a session, the requests made of them, and how the one that is shown stands.
 
-One run goes on at a time, the one that is shown. Beside it one is kept that was set aside for it,
-and stands as it was left: so whoever started again, or opened a run of an experiment, can go back.
+One run goes on at a time, the live one. What branched off it at moments of its past is its family.
+Beside that, one family is kept that was set aside for it, and stands as it was left: so whoever
+started again, or opened a run of an experiment, can go back (:mod:`app.live.tree`).
 """
 
 import math
 import time
-from dataclasses import dataclass
 
 from app.live import snapshot
+from app.live.branching import Begun, NameOf, plain_name
 from app.live.held import Held, Opened
-from app.live.opening import Opening, SlowStart
-from app.live.places import Behind, LineSeen, Mark, Place
+from app.live.lines import Line, MadeAgain
+from app.live.moments import Moments, moment_at
+from app.live.opening import SlowStart
+from app.live.past import Budget, Past
+from app.live.places import Place
+from app.live.records import Journal
 from app.live.requests import (
     AddMark,
     Begin,
@@ -34,11 +39,13 @@ from app.live.requests import (
     SkipOpening,
     StartAgain,
     StepOnce,
+    TakeUp,
     TrialOnce,
 )
 from app.live.snapshot import Snapshot
+from app.live.status import Status
+from app.live.tree import FromMoments, Grown, Ready, Tree
 from app.live.worker import FULL_SPEED, Reply, Worker
-from learners.commands import CommandError, SetSchedule
 from learners.kernel.state import TRIAL_STEP
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
@@ -46,59 +53,12 @@ from learners.spec import MAX_TRIALS, RunSpec
 _CURVE_S = 0.4
 
 
-_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun)
-_END_THE_OPENING = (SkipOpening, SetSpeed, RunTo, StartAgain, OpenRun)
-
-
-@dataclass(frozen=True)
-class Status:
-    """How the worker stands, and the moment it last published."""
-
-    snapshot: Snapshot
-    """Its ``generation`` is what the run that is shown is told from others by."""
-    playing: bool
-    finished: bool
-    """The run has had the trials it was to have; it goes on if it is asked to (:class:`GoOn`)."""
-    exhausted: bool
-    """The run has had all the trials a run may have."""
-    preparing: bool
-    """The learner's code is being compiled, once on each machine."""
-    speed: float
-    """Steps per second that are set; slower while ``opening`` is there."""
-    steps_per_s: float
-    """Steps per second made, over the last second."""
-    error: str | None
-    """What stopped the worker; the state is kept."""
-    answered: int
-    """Requests answered so far: the ticket of the last one."""
-    is_own: bool = True
-    """Whether the run that is shown began here, and was not made again from results."""
-    opened: Opened | None = None
-    """The run of an experiment that is made again, or that stands as it ended."""
-    aside: str | None = None
-    """What was set aside for the run that is shown, in words; None if nothing was."""
-    opening: Opening | None = None
-    """The first hunts, while they are shown slowly and the speed rises after them."""
-    lines: tuple[LineSeen, ...] = ()
-    """The tree of the run that is shown: where that began, and what branched off since."""
-    marks: tuple[Mark, ...] = ()
-    """Moments of these lines that were given a line of text, in their order."""
-    branched: tuple[tuple[int, Place], ...] = ()
-    """Who gave a command at a moment of the past, and where the line begins that came of it; the
-    newest last, and only some of them."""
-    runs_to: int | None = None
-    """Trial at whose start it is to stand still, on its way there at full speed."""
-    pauses_at_joins: bool = False
-    """Whether it stands still at each trial at which the schedule adds a skill."""
-    journal: str | None = None
-    """Why what is done cannot be written down; None while it is, or if nobody asked for it."""
-    behind: Behind | None = None
-    """What the moment that is shown is to the live run; None if it is that itself. A session shows
-    nothing else: it is said by whoever shows somebody the past."""
+_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun, TakeUp)
+_END_THE_OPENING = (SkipOpening, SetSpeed, RunTo, StartAgain, OpenRun, MakeLive, TakeUp)
 
 
 class Session(Worker[Status]):
-    """Runs, of which one is shown and advances. Public methods may be called from any thread."""
+    """Runs, of which one is live and advances. Public methods may be called from any thread."""
 
     def __init__(
         self,
@@ -108,19 +68,40 @@ class Session(Worker[Status]):
         speed: float,
         playing: bool,
         opening: bool = False,
+        *,
+        journal: Journal | None = None,
+        made_again: MadeAgain | None = None,
+        name_of: NameOf = plain_name,
+        budget: Budget | None = None,
     ) -> None:
         """Prepare the own run; :meth:`start` sets it going.
 
         With an ``opening`` its first hunts are slow enough to be seen; what is learned is the same.
 
+        Args:
+            spec: of the run to begin with.
+            preset: what it is called.
+            seed: its seed.
+            speed: steps per second that are set.
+            playing: whether it goes on at once.
+            opening: whether its first hunts are slow.
+            journal: where all that is done is written down.
+            made_again: an earlier session, which is taken up instead of beginning a run; it stands
+                still.
+            name_of: computes names of branches.
+            budget: memory for checkpoints, which that session shares if there is one.
+
         Raises:
             ValueError: the seed is not allowed.
         """
         super().__init__()
-        self._n_runs = 0
-        """That it has had so far."""
-        self._shown = Held(Run(spec, seed), self._next(), preset, spec.trials, playing)
-        self._aside: Held | None = None
+        self.budget = budget or Budget()
+        """Memory that is shared by the checkpoints of all lines."""
+        self._tree = Tree(super().submit, journal, name_of, self.budget)
+        if made_again is None:
+            self._tree.begin(Run(spec, seed), preset, spec.trials, playing)
+        else:
+            self._tree.take_up(TakeUp(made_again, journal))
         self._speed = speed
         self._told_to_play = playing
         """Whether somebody has said that the learner is to go on, or to stand still."""
@@ -130,20 +111,59 @@ class Session(Worker[Status]):
         self._former: Snapshot | None = None
         self._status = self._take_status(-math.inf)
 
+    # What others do
+
     def submit(self, request: Request, reply: Reply | None = None, run: int | None = None) -> int:
-        """Ask for something, as :meth:`Worker.submit`; a run is meant by its generation."""
+        """Ask for something, as :meth:`Worker.submit`; a run is meant by its generation.
+
+        What is asked of the past takes longer than the others' answers: a branch is there once
+        ``Status.branched`` or ``Status.lines`` tells of it.
+        """
         return super().submit(request, reply, run)
 
+    def stop(self) -> None:
+        """End the worker and the thread of moments, and wait for them."""
+        super().stop()
+        self.moments.stop()
+        if not self._thread.is_alive():
+            self._tree.note_stood()
+
+    @property
+    def moments(self) -> Moments:
+        """Makes moments of the lines that are shown."""
+        return self._tree.moments
+
+    @property
+    def n_runs(self) -> int:
+        """Runs that it has had: the next one's number."""
+        return self._tree.n_runs
+
+    def past_of(self, line: int) -> Past | None:
+        """The past of a line that is shown, by its number; None if it is not here any more."""
+        return self._tree.past_of(line)
+
+    def snapshot_at(self, place: Place) -> Snapshot:
+        """A moment, made while the caller waits.
+
+        Raises:
+            CommandError: there is no such line.
+        """
+        family = self._tree.family
+        made = moment_at(family.line(place.line).past, place, family.preset)
+        assert made is not None
+        return made
+
+    # What the worker advances
+
     def _held(self, run: int | None = None) -> Held:
-        """A run by its generation, or the one that is shown.
+        """A live run by its generation, or the one that is shown.
 
         Raises:
             CommandError: it is not here.
         """
-        for held in (self._shown, self._aside):
-            if held is not None and run in (None, held.generation):
-                return held
-        raise CommandError("the run that this was meant for is not here any more")
+        held = self._tree.live_line(run).held
+        assert held is not None
+        return held
 
     def _aim(self) -> float | None:
         held = self._held()
@@ -158,12 +178,14 @@ class Session(Worker[Status]):
     def _advance(self, steps: int) -> int:
         held = self._held()
         if self._slow_start is not None:
-            return self._advance_slowly(self._slow_start, held, steps)
-        hurried = held.hurries
-        made = held.go_on(steps, self._pauses_at_joins)
-        self._preparing = False
-        if held.hurries != hurried:
-            self._pace.restart()
+            made = self._advance_slowly(self._slow_start, held, steps)
+        else:
+            hurried = held.hurries
+            made = held.go_on(steps, self._pauses_at_joins)
+            self._preparing = False
+            if held.hurries != hurried:
+                self._pace.restart()
+        self._tree.family.live.past.note(held.run)
         return made
 
     def _advance_slowly(self, slow: SlowStart, held: Held, steps: int) -> int:
@@ -184,12 +206,19 @@ class Session(Worker[Status]):
         held.error = error
         held.pause()
 
-    def _carry_out(self, request: Request, run: int | None) -> None:
+    # What is asked for
+
+    def _carry_out(
+        self, request: Request | FromMoments, run: int | None, reply: Reply | None = None
+    ) -> None:
         if isinstance(request, _SAY_WHETHER_TO_PLAY):
             self._told_to_play = True
         if isinstance(request, _END_THE_OPENING):
             self._slow_start = None
         match request:
+            case Grown():
+                # The next status tells of it, and there is one for each answer.
+                pass
             case SkipOpening():
                 self._pace.restart()
             case SetSpeed(steps_per_s=speed):
@@ -197,6 +226,16 @@ class Session(Worker[Status]):
                 self._pace.restart()
             case PauseAtJoins(on=on):
                 self._pauses_at_joins = on
+            case StartAgain():
+                self._start_again(request)
+            case OpenRun():
+                self._open(request)
+            case GoBack():
+                self._tree.go_back()
+                self._show()
+            case TakeUp():
+                self._tree.take_up(request)
+                self._show()
             case (
                 Branch()
                 | MakeLive()
@@ -205,22 +244,20 @@ class Session(Worker[Status]):
                 | BringBack()
                 | AddMark()
                 | RemoveMark()
+                | Begun()
+                | Ready()
             ):
-                raise CommandError("branches cannot be made yet")
-            case StartAgain():
-                self._start_again(request)
-            case OpenRun():
-                self._open(request)
-            case GoBack():
-                self._go_back()
+                live = self._tree.family.live
+                self._tree.carry_out(request, reply)
+                if self._tree.family.live is not live:
+                    self._show()
             case _:
-                held = self._held(run)
-                hurried = held.hurries
-                self._carry_out_on(held, request)
-                if held.hurries != hurried:
-                    self._pace.restart()
+                self._carry_out_on(self._tree.live_line(run), request)
 
-    def _carry_out_on(self, held: Held, request: RequestOfRun) -> None:
+    def _carry_out_on(self, line: Line, request: RequestOfRun) -> None:
+        held = line.held
+        assert held is not None
+        hurried = held.hurries
         match request:
             case Begin():
                 if not self._told_to_play:
@@ -241,8 +278,10 @@ class Session(Worker[Status]):
                 held.step_by_hand(trials=1)
                 self._preparing = False
             case _:
-                held.run.apply(request, replacing=True)
-                held.claim_no_more()
+                self._tree.give(line, request)
+        line.past.note(held.run)
+        if held.hurries != hurried:
+            self._pace.restart()
 
     def _play(self, held: Held) -> None:
         held.play()
@@ -250,45 +289,22 @@ class Session(Worker[Status]):
 
     def _start_again(self, request: StartAgain) -> None:
         run = Run(request.spec, request.seed)
-        if request.schedule is not None:
-            run.apply(SetSchedule(request.schedule))
-        goes_on = self._shown.is_learning and not request.paused
+        goes_on = self._held().is_learning and not request.paused
+        plan = request.schedule
+        self._tree.begin(run, request.preset, request.spec.trials, goes_on, plan=plan)
         # One that is to stand still does so even if nobody has come yet.
         self._told_to_play = self._told_to_play or request.paused
-        self._set_aside()
-        self._show(Held(run, self._next(), request.preset, request.spec.trials, goes_on))
+        self._show()
 
     def _open(self, request: OpenRun) -> None:
         opened = Opened(request.name, request.step, request.digest, same=None)
-        # The step alone says where it ended: an experiment may run more trials than a preset has.
         run = Run(request.spec, request.seed)
-        held = Held(run, self._next(), request.preset, MAX_TRIALS, playing=True, opened=opened)
-        self._set_aside(even_if_new=self._aside is None)
-        self._show(held)
+        # The step alone says where it ended: an experiment may run more trials than a preset has.
+        self._tree.begin(run, request.preset, MAX_TRIALS, playing=True, opened=opened)
+        self._show()
 
-    def _set_aside(self, even_if_new: bool = False) -> None:
-        """Keep the run that is shown, in the place of the one that was kept before.
-
-        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
-        again: of several that are opened one after the other, the lesson that came before is kept.
-        """
-        if self._shown.is_own and (self._shown.is_begun or even_if_new):
-            self._aside = self._shown
-
-    def _go_back(self) -> None:
-        if self._aside is None:
-            raise CommandError("no run was set aside")
-        held, self._aside = self._aside, None
-        self._set_aside()
-        self._show(held)
-
-    def _next(self) -> int:
-        """The number of another run."""
-        self._n_runs += 1
-        return self._n_runs - 1
-
-    def _show(self, held: Held) -> None:
-        self._shown = held
+    def _show(self) -> None:
+        """Another run is live."""
         self._curve_at = -math.inf
         self._pace.restart()
 
@@ -304,7 +320,9 @@ class Session(Worker[Status]):
         if former is not None and former.generation != held.generation:
             former = None
         self._former = snapshot.take(held.run, held.preset, held.generation, former, new_curve)
-        aside = self._aside
+        tree = self._tree
+        tree.keep_up(now_s)
+        aside = tree.aside
         return Status(
             snapshot=self._former,
             playing=held.playing,
@@ -315,10 +333,14 @@ class Session(Worker[Status]):
             steps_per_s=self._pace.rate() if held.is_learning else 0.0,
             error=held.error,
             answered=self._answered,
-            is_own=held.is_own,
+            is_own=tree.family.is_own,
             opened=held.opened,
-            aside=None if aside is None else f"{aside.preset}, trial {aside.run.trial:,}",
+            aside=None if aside is None else f"{aside.preset}, trial {aside.held.run.trial:,}",
             opening=None if held.is_over else opening,
+            lines=tree.lines,
+            marks=tree.family.marks,
+            branched=tree.branched,
             runs_to=held.runs_to,
             pauses_at_joins=self._pauses_at_joins,
+            journal=None if tree.journal is None else tree.journal.fault,
         )

@@ -134,8 +134,11 @@ class Worker(ABC, Generic[Stand]):
         """Make at most so many steps; returns how many were made."""
 
     @abstractmethod
-    def _carry_out(self, request: Any, run: int | None) -> None:
-        """Do what is asked for. Raises `CommandError` if it cannot be done."""
+    def _carry_out(self, request: Any, run: int | None, reply: Reply | None = None) -> None:
+        """Do what is asked for. Raises `CommandError` if it cannot be done.
+
+        What takes longer than a moment may be begun here; ``reply`` is told later if it fails.
+        """
 
     @abstractmethod
     def _break_off(self, error: str) -> None:
@@ -241,7 +244,7 @@ class Worker(ABC, Generic[Stand]):
     def _answer(self, envelope: _Envelope) -> None:
         log.debug("asked for %s", envelope.request)
         try:
-            self._carry_out(envelope.request, envelope.run)
+            self._carry_out(envelope.request, envelope.run, envelope.reply)
         except CommandError as error:
             self._reply(envelope, str(error))
         finally:

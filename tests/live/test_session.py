@@ -1065,7 +1065,7 @@ def stood(session: Session, trial: int) -> Status:
 @pytest.mark.parametrize("speed", [FULL_SPEED, 5.0])
 def test_it_runs_to_the_start_of_a_trial_at_full_speed(session_of: SessionOf, speed: float) -> None:
     session, alone = session_of(speed=speed), Run(spec_of(), SEED)
-    assert ask(session, RunTo(250)).runs_to == 250
+    session.submit(RunTo(250))
     status = stood(session, 250)
     assert (status.runs_to, status.speed, status.finished) == (None, speed, False)
     alone.advance(until_trial=250)

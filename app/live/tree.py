@@ -1,0 +1,345 @@
+"""The families of runs that a session has, what is done to them, and what is written down of it.
+
+Each change is judged, then written down if there is a journal, and then made: in the worker's
+thread, which is the only one that changes anything here. What takes longer, to come to a moment of
+the past, is done in the thread of moments; that has no other way back than to ask, like anybody
+else, for what is to come of it.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
+
+from app.live.branching import Begun, Growth, NameOf, begin, run_at
+from app.live.held import Opened
+from app.live.lines import Change, Family, Line, known_of, one_line, root_line
+from app.live.moments import Moments
+from app.live.past import Budget, Past
+from app.live.places import LineSeen, Place
+from app.live.records import (
+    Began,
+    Branched,
+    BroughtBack,
+    Deleted,
+    Gave,
+    Journal,
+    NamedLine,
+    Record,
+    Stood,
+    Unmarked,
+    WentLive,
+)
+from app.live.requests import (
+    AddMark,
+    Branch,
+    BringBack,
+    DeleteLine,
+    MakeLive,
+    NameLine,
+    RemoveMark,
+    RequestOfLines,
+    TakeUp,
+)
+from app.live.worker import Reply
+from learners.commands import Command, CommandError, SetSchedule
+from learners.kernel.state import digest
+from learners.run import Run
+from learners.spec import ScheduleSpec
+
+_STOOD_S: Final = 1.0
+"""How often it is written down how far a run that goes on is."""
+_MOST_NEWS: Final = 16
+"""Of branches, that are told."""
+
+
+class Grown(NamedTuple):
+    """More of a branch is known."""
+
+
+class Ready(NamedTuple):
+    """A run of a line stands where that is to go on as the live one."""
+
+    family: Family
+    line: Line
+    run: Run
+
+
+FromMoments = Grown | Ready | Begun
+"""What comes of what was made in the thread of moments."""
+
+
+class Tree:
+    """The family that is shown, with the live run, and the one that was set aside for it."""
+
+    def __init__(
+        self,
+        submit: Callable[[FromMoments, Reply | None], Any],
+        journal: Journal | None,
+        name_of: NameOf,
+        budget: Budget,
+    ) -> None:
+        """Prepare it; a family has to be begun or taken up before anything else.
+
+        Args:
+            submit: asks the worker to carry out what the thread of moments has made.
+            journal: where what is done is written down.
+            name_of: computes names of branches.
+            budget: memory for checkpoints of all lines.
+        """
+        self.family: Family
+        """The one that is shown."""
+        self.aside: Family | None = None
+        self.journal = journal
+        self.moments = Moments(self.past_of, lambda line: self.family.preset)
+        self.n_runs = 0
+        """Runs that there were so far: the next one's number."""
+        self.branched: tuple[tuple[int, Place], ...] = ()
+        """Who gave a command in the past, and where the line begins that came of it."""
+        self.lines: tuple[LineSeen, ...] = ()
+        """As they are told; the same object until something has changed."""
+        self._submit = submit
+        self._name_of = name_of
+        self._budget = budget
+        self._growth = Growth(self.moments.do_meanwhile, lambda: submit(Grown(), None))
+        self._stood: Stood | None = None
+        self._stood_s = -math.inf
+
+    # What is there
+
+    def past_of(self, number: int) -> Past | None:
+        """The past of a line that is shown; None if it is not here any more. From any thread."""
+        line = self.family.lines.get(number)
+        return None if line is None else line.past
+
+    def live_line(self, number: int | None = None) -> Line:
+        """The line of a live run, by its number, or of the one that is shown.
+
+        Raises:
+            CommandError: it is not here.
+        """
+        for family in (self.family, self.aside):
+            if family is not None and number in (None, family.live.number):
+                return family.live
+        raise CommandError("the run that this was meant for is not here any more")
+
+    def keep_up(self, now_s: float) -> None:
+        """Let journal, branches and what is told of the lines be as the live run is."""
+        family, held = self.family, self.family.held
+        stands = not held.is_learning
+        if stands or now_s - self._stood_s >= _STOOD_S:
+            self._stood_s = now_s
+            self.note_stood(at_rest=stands)
+        branches = [line for line in family.lines.values() if line.grows]
+        self._growth.follow(branches, held.run.trial, stands)
+        family.live.known = known_of(held.run, with_digest=stands)
+        lines = tuple(line.seen(line is family.live) for line in family.lines.values())
+        if lines != self.lines:
+            self.lines = lines
+
+    # What is done to the lines that are shown
+
+    def give(self, line: Line, command: Command) -> None:
+        """Carry out a command on a live run.
+
+        Raises:
+            CommandError: it cannot be carried out now.
+        """
+        assert line.held is not None
+        run = line.held.run
+        run.check(command)
+        self._note(Gave(line.number, run.step, command))
+        run.apply(command, replacing=True)
+        line.held.claim_no_more()
+
+    def carry_out(self, request: RequestOfLines | Ready | Begun, reply: Reply | None) -> None:
+        """Do what is asked of the lines, or begin to do it.
+
+        Raises:
+            CommandError: it cannot be done.
+        """
+        match request:
+            case Branch():
+                self._branch(request, reply)
+            case Begun():
+                self._add(request)
+            case MakeLive():
+                self._make_live(request, reply)
+            case Ready():
+                self._go_live(request.family, request.line, request.run)
+            case NameLine(line=line, name=name):
+                self._change(NamedLine(line, one_line(name)))
+            case DeleteLine(line=line):
+                self._change(Deleted(line))
+            case BringBack(line=line):
+                self._change(BroughtBack(line))
+            case AddMark(place=place, text=text):
+                self._change(self.family.mark(place, one_line(text)))
+            case RemoveMark(number=number):
+                self._change(Unmarked(number))
+
+    def _branch(self, request: Branch, reply: Reply | None) -> None:
+        family = self.family
+        place = family.place(request.place)
+        amends = family.amends(place)
+        if not amends:
+            family.check_room()
+        self.moments.ask(
+            lambda: begin(family, place, (request.command,), amends),
+            lambda begun: self._submit(replace(begun, viewer=request.viewer), reply),
+            reply or _no_matter,
+        )
+
+    def _add(self, begun: Begun) -> None:
+        family, former = begun.family, begun.instead_of
+        self._check_shown(family)
+        family.line(begun.parent)
+        if former is None:
+            family.check_room()
+        elif former.number not in family.lines or not family.amends(former.begins):
+            raise CommandError("that branch has changed meanwhile; give the command again")
+        line = begun.line(self.n_runs, self._budget, self._name_of)
+        instead_of = None if former is None else former.number
+        self._note(Branched(line.number, begun.parent, begun.step, begun.commands, instead_of))
+        self.n_runs += 1
+        family.add(line, instead_of)
+        if begun.viewer is not None:
+            self.branched = (*self.branched, (begun.viewer, line.begins))[-_MOST_NEWS:]
+
+    def _make_live(self, request: MakeLive, reply: Reply | None) -> None:
+        family, step = self.family, request.step
+        line = family.check_going_live(request.line, step)
+        if line.held is not None and step in (None, line.held.run.step):
+            self._go_live(family, line, line.held.run)
+            return
+        line.is_leaving = True
+
+        def ready() -> Ready:
+            self._growth.leave(line)
+            end = line.past.end_step
+            return Ready(family, line, run_at(line.past, end if step is None else step))
+
+        def failed(reason: str) -> None:
+            line.is_leaving = False
+            (reply or _no_matter)(reason)
+
+        self.moments.ask(ready, lambda made: self._submit(made, failed), failed)
+
+    def _go_live(self, family: Family, line: Line, run: Run) -> None:
+        self._check_shown(family)
+        family.check_going_live(line.number, run.step)
+        self.note_stood()
+        self._note(WentLive(line.number, run.step))
+        family.go_live(line, run)
+        line.is_leaving = False
+
+    def _change(self, change: Change) -> None:
+        self.family.check(change)
+        self._note(change)
+        self.family.do(change)
+
+    def _check_shown(self, family: Family) -> None:
+        if family is not self.family:
+            raise CommandError("another run has come on the board meanwhile")
+
+    # Families
+
+    def begin(
+        self,
+        run: Run,
+        preset: str,
+        until_trial: int,
+        playing: bool,
+        opened: Opened | None = None,
+        plan: ScheduleSpec | None = None,
+    ) -> None:
+        """Show a run that begins.
+
+        Args:
+            run: it, before its first step.
+            preset: as shown.
+            until_trial: where it stands still by itself.
+            playing: whether it goes on at once.
+            opened: the run of an experiment that is made again by it.
+            plan: a schedule that takes the place of the preset's own.
+
+        Raises:
+            CommandError: the plan is not one that this run can have.
+        """
+        number, command = self.n_runs, None if plan is None else SetSchedule(plan)
+        if command is not None:
+            run.apply(command)
+        if number > 0:
+            self.note_stood()
+        self._note(Began(number, preset, run.preset, run.seed))
+        if command is not None:
+            self._note(Gave(number, 0, command))
+        if number > 0:
+            self._set_aside(even_if_new=opened is not None and self.aside is None)
+        self.n_runs += 1
+        root = root_line(number, run, preset, self._budget, until_trial, playing, opened)
+        self.family = Family(root)
+
+    def go_back(self) -> None:
+        """Show the family again that was set aside.
+
+        Raises:
+            CommandError: there is none.
+        """
+        family = self.aside
+        if family is None:
+            raise CommandError("no run was set aside")
+        self.note_stood()
+        self._note(WentLive(family.live.number, family.held.run.step))
+        self.aside = None
+        self._set_aside()
+        self.family = family
+
+    def take_up(self, request: TakeUp) -> None:
+        """Show a session that was made again, and write down there what is done from here on.
+
+        Raises:
+            CommandError: its runs have numbers that others have had.
+        """
+        made = request.made_again
+        families = [made.family, *([] if made.aside is None else [made.aside])]
+        numbers = [number for family in families for number in (*family.lines, *family.deleted)]
+        if min(numbers) < self.n_runs:
+            raise CommandError("that session cannot be taken up now; ask for it again")
+        if self.n_runs > 0:
+            self.note_stood()
+            self.family.drop()
+        self.journal = request.journal
+        self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
+
+    def _set_aside(self, even_if_new: bool = False) -> None:
+        """Keep the family that is shown, in the place of the one that was kept before.
+
+        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
+        again: of several that are opened one after the other, the lesson that came before is kept.
+        """
+        family = self.family
+        family.drop()
+        if family.is_own and (family.is_begun or even_if_new):
+            self.aside = family
+
+    # What is written down
+
+    def note_stood(self, at_rest: bool = True) -> None:
+        """Write down how far the live run is, unless that is known."""
+        if self.journal is None:
+            return
+        held = self.family.held
+        run, until_trial = held.run, held.until_trial
+        stood = Stood(held.generation, run.step, run.trial, digest(run.state), until_trial)
+        if stood != self._stood:
+            self._stood = stood
+            self.journal.stood(stood, at_rest)
+
+    def _note(self, record: Record) -> None:
+        if self.journal is not None:
+            self.journal.note(record)
+
+
+def _no_matter(reason: str) -> None:
+    """Nobody has to be told why something could not be done."""
