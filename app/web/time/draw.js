@@ -65,7 +65,6 @@ const drawBar = (bar) => {
     drawUnits(bar);
     drawCurve(part(".curve"), bar);
     drawMarks(part(".marks"), bar);
-    drawTicks(part(".ticks"), bar);
     for (const [scheme, colours] of Object.entries(bar.colours))
       for (const [role, colour] of Object.entries(colours))
         time.style.setProperty(`--${scheme}-${role}`, colour);
@@ -73,6 +72,7 @@ const drawBar = (bar) => {
   if (isNew || isWider) {
     drawTree(part(".tree"), bar, wide);
     drawEvents(part(".events"), bar);
+    drawTicks(part(".ticks"), bar);
   }
   if (isNew || draft !== formerDraft) {
     time.classList.toggle("drafting", draft !== null);

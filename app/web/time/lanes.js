@@ -19,8 +19,8 @@ const MANY_LANES = 5;
 const LOCKED = "It has begun, so it is locked. Look at an earlier moment to change it there.";
 const BY_HAND = "What was begun by hand is not in the plan. Undo takes it back.";
 const CHANGED = "Drag it, or move it with the arrow keys. Enter edits it.";
-/** Where a number at an edge has no room beside its block. */
-const NARROW = 0.09;
+/** Room that a number takes beside its block, in sizes of the type. */
+const NUMBER = 3.7;
 
 /** The blocks that are drawn, with what each is of. @type {Array<[HTMLElement, Piece]>} */
 let drawn = [];
@@ -126,7 +126,7 @@ const drawLane = (plot, bar, lane, draft, spans) => {
   const shown = lane.labels.filter(({ of }) => !of.some((key) => spans.has(key)));
   const held = lane.pieces.find(({ id, editable }) => editable && id === draft?.id);
   const span = held && spans.get(held.key);
-  const told = held && span ? numbersOf(held, span, at) : [];
+  const told = held && span ? numbersOf(held, span, at, roomIn(plot)) : [];
   const ids = new Map(lane.pieces.filter(({ editable }) => editable).map(({ key, id }) => [key, id]));
   labels.replaceChildren(...shown.map((label) => drawnLabel(label, ids)), ...told);
 };
@@ -185,13 +185,18 @@ const edges = (block, piece, bound) => {
   );
 };
 
+/** @param {Element} plot */
+const roomIn = (plot) =>
+  (NUMBER * parseFloat(getComputedStyle(plot).fontSize)) / (plot.clientWidth || 1);
+
 /**
  * The numbers of a block while a hand has it.
  * @param {Piece} piece
  * @param {Span} held
  * @param {(trial: number) => number} at
+ * @param {number} room that a number takes, as a share of the axis
  */
-const numbersOf = (piece, { first, until, probability }, at) => {
+const numbersOf = (piece, { first, until, probability }, at, room) => {
   const last = until ?? first;
   const number = (/** @type {string} */ text, /** @type {string} */ side, /** @type {number} */ place) => {
     const shown = element("span", `number ${side}`, text);
@@ -199,14 +204,16 @@ const numbersOf = (piece, { first, until, probability }, at) => {
     return shown;
   };
   const from = at(first);
-  const numbers = [number(grouped(first), from < NARROW ? "after" : "before", from)];
+  const numbers = [number(grouped(first), from < room ? "after" : "before", from)];
   // When a skill joins, the end is that of the freeze, which is told where it becomes another.
   const isRange = piece.kind !== "join" || last - first !== (piece.until ?? 0) - piece.first;
   if (last > first && isRange) {
-    const side = at(last) > 1 - NARROW ? "before" : "after";
-    if (side === "after" || from >= NARROW) numbers.push(number(grouped(last), side, at(last)));
+    const isAtEnd = at(last) > 1 - room;
+    // Of two that would lie on one another the first is told.
+    const isFree = isAtEnd || from < room ? at(last) - from > room : true;
+    if (isFree) numbers.push(number(grouped(last), isAtEnd ? "before" : "after", at(last)));
   }
-  if (probability !== null && at(last) - from > NARROW)
+  if (probability !== null && at(last) - from > room)
     numbers.push(number(`${Math.round(100 * probability)}%`, "within", (from + at(last)) / 2));
   return numbers;
 };

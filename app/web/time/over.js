@@ -104,12 +104,20 @@ export const drawEvents = (plot, bar) => {
  * @param {Bar} bar
  */
 export const drawTicks = (plot, bar) => {
+  const { ticks } = bar.axis;
   plot.replaceChildren(
-    ...bar.axis.ticks.map(({ at, text }) => {
+    ...ticks.map(({ at, text }) => {
       const tick = element("span", "tick", text);
       tick.style.left = percent(at);
       return tick;
     }),
+  );
+  const last = plot.lastElementChild;
+  const between = ticks.length > 1 ? (ticks[1].at - ticks[0].at) * wide : wide;
+  // Where not all have room, every second one has.
+  plot.classList.toggle(
+    "dense",
+    last instanceof HTMLElement && last.offsetWidth + APART_PX > between,
   );
 };
 

@@ -71,15 +71,32 @@ const makeLine = () => {
  * @param {number} wide the axis, in sizes of the type
  */
 const tell = (told, { reward, digest, growing, until: end }, from, until, wide) => {
-  const last = growing ? `at ${grouped(end.trial)} …` : digest;
-  const text = `${reward}${last ? ` \u00b7 ${last}` : ""}`;
+  const more = growing ? `at ${grouped(end.trial)} …` : digest;
+  const texts = more ? [`${reward} \u00b7 ${more}`, reward] : [reward];
+  const [text, side] = spot(texts, from, until, wide);
   write(told, text);
-  const needs = (CHARACTER * (text.length + 2)) / (wide || 1);
-  const side = until + needs <= 1 ? "after" : from >= needs ? "before" : "on";
   told.className = `told ${side}`;
   const { style } = told;
   style.left = side === "before" ? "" : percent(side === "on" ? (from + until) / 2 : until);
   style.right = side === "before" ? percent(1 - from) : "";
+};
+
+/**
+ * The longest of some texts that has room after a line or before it, and where; else the shortest, on it.
+ * @param {string[]} texts the longest first
+ * @param {number} from
+ * @param {number} until
+ * @param {number} wide
+ * @returns {[string, "after" | "before" | "on"]}
+ */
+export const spot = (texts, from, until, wide) => {
+  for (const text of texts) {
+    const needs = (CHARACTER * (text.length + 2)) / (wide || 1);
+    if (until + needs <= 1) return [text, "after"];
+    if (from >= needs) return [text, "before"];
+    if (until - from >= 2 * needs) return [text, "on"];
+  }
+  return [texts[texts.length - 1], "on"];
 };
 
 /**
