@@ -460,4 +460,4 @@ class Lab:
 
     def _extras(self, which: Seen, status: Status, since: Snapshot | None) -> Extras:
         """What layers show besides the moment of a status."""
-        return Extras(self._success.of(which, status.snapshot), since)
+        return Extras(success=self._success.of(which, status.snapshot), since=since)

@@ -53,8 +53,7 @@ class SuccessMaps:
         maker = self._makers.get(seen.viewer)
         if seen.look.layer == "success":
             if maker is None:
-                live = seen.viewer is None
-                maker = Maker(rest_s=_REST_S) if live else Maker(rest_ratio=_REST_RATIO)
+                maker = _live_maker() if seen.viewer is None else _moment_maker()
                 self._makers[seen.viewer] = maker
             maker.want(moment_of(snapshot), lambda: success_of(snapshot, lambda: not self._stopped))
         if maker is None:

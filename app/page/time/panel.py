@@ -238,10 +238,8 @@ class TimePanel:
                 self._ask(Undo(changes[0].number), seen, ground)
             case messages.ChooseBlock(id=id):
                 self._deeds.choose(id)
-            case messages.AddMark(text=text):
-                snapshot = seen.snapshot
-                place = self._outlook.place or Place(snapshot.generation, snapshot.step)
-                self._ask(requests.AddMark(place, text), seen, ground)
+            case messages.AddMark(text=text, line=line, step=step):
+                self._ask(requests.AddMark(Place(line, step), text), seen, ground)
             case messages.RemoveMark(number=number):
                 self._ask(requests.RemoveMark(number), seen, ground)
             case messages.NameLine(line=line, name=name):

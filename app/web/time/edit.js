@@ -66,11 +66,15 @@ const firstAhead = () => (state.moment?.trial ?? 0) + 1;
 const isFree = (piece) => piece.editable && piece.first >= firstAhead();
 
 /** @param {Piece} piece */
-const whyLocked = (piece) =>
-  piece.kind === "frozen" || piece.first >= firstAhead()
-    ? "What was done by hand is not in the plan. Undo takes it back."
-    : `What began at trial ${grouped(piece.first)} is past, and locked. Go back to before it to change` +
-      " it there: that makes a branch.";
+const whyLocked = (piece) => {
+  if (piece.kind === "frozen" || piece.first >= firstAhead())
+    return "What was done by hand is not in the plan. Undo takes it back.";
+  if (piece.first === 0) return "This was there from the beginning, and is locked.";
+  return (
+    `What began at trial ${grouped(piece.first)} is past, and locked. Go back to before it to change it` +
+    " there: that makes a branch."
+  );
+};
 
 // --- What a hand does with a block: pure ---------------------------------------------------------
 
@@ -170,10 +174,58 @@ whenChanged(() => {
 
 // --- By pointer ------------------------------------------------------------------------------------
 
-/** @param {Element} element */
-const partOf = (element) => {
-  const edge = element.closest(".edge");
-  return edge?.classList.contains("first") ? "first" : edge ? "last" : "whole";
+/** From so far away an end of a block is taken. A finger is broader than a pointer. */
+const NEAR_PX = { mouse: 5, pen: 5, touch: 11 };
+
+/**
+ * What of a lane is taken at a place. By what lies on top nothing could be told: when a skill joins is
+ * a line, its freeze often no broader, and the exploration that begins with it lies below both.
+ * @param {Element} lane
+ * @param {number} x
+ * @param {number} near
+ * @returns {{piece: Piece, part: Part} | null}
+ */
+const taken = (lane, x, near) => {
+  const blocks = [...lane.querySelectorAll(".piece[data-editable]")].flatMap((block) => {
+    const piece = pieceAt(block);
+    const { left, right } = block.getBoundingClientRect();
+    return piece ? [{ piece, left, right, isFocused: block === document.activeElement }] : [];
+  });
+  const joins = blocks.filter(({ piece }) => piece.kind === "join");
+  for (const { piece, left, right, isFocused } of joins) {
+    // What has the focus has its end beside it, however short its freeze is.
+    const end = isFocused ? Math.max(right, left + 2 * near) : right;
+    if ((isFocused || right > left + 4 * near) && Math.abs(x - end) <= near)
+      return { piece, part: "last" };
+    if (Math.abs(x - left) <= near) return { piece, part: "whole" };
+  }
+  const explorations = blocks
+    .filter(({ piece, left, right }) => piece.kind === "forced" && x >= left - near && x <= right + near)
+    .sort((one, other) => one.right - one.left - (other.right - other.left));
+  for (const { piece, left, right } of explorations) {
+    const grip = Math.min(near, (right - left) / 3);
+    if (x >= right - grip) return { piece, part: "last" };
+    // One that begins when its skill joins begins with that.
+    const isBound = joins.some((join) => join.piece.first === piece.first);
+    return { piece, part: x <= left + grip && !isBound ? "first" : "whole" };
+  }
+  const within = joins.find(({ left, right }) => x >= left && x <= right);
+  return within ? { piece: within.piece, part: "whole" } : null;
+};
+
+/**
+ * @param {PointerEvent} event
+ * @returns {{piece: Piece, part: Part, isChance: boolean} | null}
+ */
+const takenBy = ({ target, clientX, pointerType }) => {
+  const element = /** @type {Element} */ (target).closest(".piece, .chance[data-id]");
+  const piece = pieceAt(element);
+  const lane = element?.closest(".lane");
+  if (!piece || !lane) return null;
+  if (element?.matches(".chance")) return { piece, part: "whole", isChance: true };
+  const near = pointerType === "touch" ? NEAR_PX.touch : NEAR_PX.mouse;
+  const found = taken(lane, clientX, near) ?? { piece, part: "whole" };
+  return { ...found, isChance: false };
 };
 
 /**
@@ -181,16 +233,15 @@ const partOf = (element) => {
  * @returns {Grip | null}
  */
 export const blockGrip = (event) => {
-  const target = /** @type {Element} */ (event.target);
-  const piece = pieceAt(target.closest(".piece, .chance[data-id]"));
-  if (!piece) return null;
+  const found = takenBy(event);
+  if (!found) return null;
+  const { piece, part, isChance } = found;
   blockOf(piece)?.focus({ preventScroll: true });
   const nothing = () => {};
   if (!isFree(piece)) {
     const why = () => say(whyLocked(piece));
     return { isAtOnce: false, move: why, release: nothing, tap: why, giveUp: nothing };
   }
-  const part = partOf(target);
   const former = state.draft;
   const span = seen(piece);
   const axis = state.bar?.axis;
@@ -204,12 +255,20 @@ export const blockGrip = (event) => {
     },
     release: () => ask(piece),
     tap: () => {
-      if (target.closest(".chance")) return editChance(piece);
-      send({ do: "choose", id: piece.id });
+      if (isChance) editChance(piece);
+      else send({ do: "choose", id: piece.id });
     },
     giveUp: () => draftIs(former),
   };
 };
+
+// The pointer says what it would take.
+document.body.addEventListener("pointermove", (event) => {
+  if (event.buttons) return;
+  const found = takenBy(event);
+  const what = found && isFree(found.piece) ? (found.part === "whole" ? "block" : "end") : "";
+  if (document.body.dataset.over !== what) document.body.dataset.over = what;
+});
 
 /** @param {Piece} piece */
 const editChance = (piece) => {
