@@ -82,8 +82,9 @@ const isPresenting = () => root.dataset.present !== undefined;
 const arranged = (width, height, zoom) => {
   if (PHONE.matches) return { shape: "stack", size: Math.min(width, height * 0.45) };
   const isAlone = stage.hasAttribute("data-alone");
-  // In a presentation all is to be seen at once, for which the column has to be a broad one.
-  const holdsBar = !isPresenting() || width > BROAD * height;
+  // In a presentation all is to be seen at once, for which the column has to be a broad one; unless the
+  // board would have less than half of the height above the bar.
+  const holdsBar = !isPresenting() || width > BROAD * height || barPx * zoom > height / 2;
   const broad = height < ALL_PX * zoom ? ASIDE_PX : ASIDE_WITH_BAR_PX;
   const beside = holdsBar ? Math.min(height, width - broad * zoom) : 0;
   const said = HEAD_PX + barPx + (isAlone ? LEGEND_PX : 0);
