@@ -154,7 +154,7 @@ class Lab:
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
-            self._plan = PlanPanel(gui, self.ask, session)
+            self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
             self.experiments = ExperimentsPanel(
                 gui, session, self.service, self.ask, self.inbox.work, self._show_results
@@ -170,6 +170,7 @@ class Lab:
             service=self.service,
             inbox=self.inbox,
             ask=self.ask,
+            status_of=self.status_of,
             submit=self._submit,
             wake=self.wake,
             drawn=self._begin,
@@ -462,4 +463,4 @@ class Lab:
 
     def _extras(self, which: Seen, status: Status, since: Snapshot | None) -> Extras:
         """What layers show besides the moment of a status."""
-        return Extras(self._success.of(which, status.snapshot), since)
+        return Extras(success=self._success.of(which, status.snapshot), since=since)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import beside, load, page
+from benchmarks import beside, load, page, scrub
 from benchmarks.compare import (
     c_program,
     compare,
@@ -189,3 +189,13 @@ def test_what_an_experiment_costs_the_learner_is_measured(
         monkeypatch.setattr(beside, name, value)
     beside.main(1)
     assert capsys.readouterr().out.startswith("1 at a time: the learner keeps ")
+
+
+def test_walking_in_the_past_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("STEPS", 50_000), ("TURNS", 2), ("TURN_S", 0.05)):
+        monkeypatch.setattr(scrub, name, value)
+    said: list[str] = []
+    found = scrub.measure_scrub(presets.load("timed"), "timed", 1, said.append)
+    assert found.keys() == {"moments_per_s", "p95_ms", "learner_share"}
+    assert min(found.values()) > 0
+    assert said == ["scrubbing: 1 of 1"]
