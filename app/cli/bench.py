@@ -41,6 +41,7 @@ EXAMPLES = (
     "pounce bench --json",
     "pounce bench --page --json",
     "pounce bench --load 31 --json",
+    "pounce bench --scrub --json",
 )
 
 
@@ -61,6 +62,8 @@ class Bench:
     """Measure what the live page costs the learner, with no browser, one and five."""
     load: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_PAGES})")] = None
     """Measure what so many pages cost: clicks, the learner's share, memory."""
+    scrub: Flag = False
+    """Measure walking in the past: moments a second, how soon one shows, the learner's share."""
 
 
 def obey(command: Bench) -> int:
@@ -74,10 +77,12 @@ def obey(command: Bench) -> int:
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
-    if command.page and command.load is not None:
-        raise UsageError("--page and --load exclude each other; allowed: one of them")
+    if command.page + (command.load is not None) + command.scrub > 1:
+        raise UsageError("--page, --load and --scrub exclude each other; allowed: one of them")
     if command.page:
         return _measure_page(command, specs, repetitions)
+    if command.scrub:
+        return _measure_scrub(command, specs, repetitions)
     if command.load is not None:
         n_pages = whole_number("--load", command.load, 1, MAX_PAGES)
         return _measure_load(command, specs, repetitions, n_pages)
@@ -132,6 +137,24 @@ def _measure_load(
         f" {clicks['max']:.0f} at most\n"
         f"  the learner keeps    {found['learner_share']:.2f} of its rate beside one page\n"
         f"  the lab holds        {found['rss_mb']:.0f} MB"
+    )
+    return EXIT_OK
+
+
+def _measure_scrub(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
+    from benchmarks.scrub import STEPS, measure_scrub
+
+    preset = next(iter(specs)) if command.presets else "timed"
+    with interrupts.undoing(), terminal.status() as on_progress:
+        found = measure_scrub(specs[preset], preset, repetitions, on_progress)
+    if command.json:
+        say(json.dumps(found))
+        return EXIT_OK
+    say(
+        f"{preset} at full speed, and somebody who looks at its first {STEPS / 1e6:.0f} M steps:\n"
+        f"  moments painted      {found['moments_per_s']:.0f} a second\n"
+        f"  a wish shows after   {found['p95_ms']:.0f} ms (95 %)\n"
+        f"  the learner keeps    {found['learner_share']:.2f} of its rate"
     )
     return EXIT_OK
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import beside, load, page
+from benchmarks import beside, load, page, scrub, soak
 from benchmarks.compare import (
     c_program,
     compare,
@@ -189,3 +189,24 @@ def test_what_an_experiment_costs_the_learner_is_measured(
         monkeypatch.setattr(beside, name, value)
     beside.main(1)
     assert capsys.readouterr().out.startswith("1 at a time: the learner keeps ")
+
+
+def test_walking_in_the_past_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("STEPS", 50_000), ("TURNS", 2), ("TURN_S", 0.05)):
+        monkeypatch.setattr(scrub, name, value)
+    said: list[str] = []
+    found = scrub.measure_scrub(presets.load("timed"), "timed", 1, said.append)
+    assert found.keys() == {"moments_per_s", "p95_ms", "learner_share"}
+    assert min(found.values()) > 0
+    assert said == ["scrubbing: 1 of 1"]
+
+
+def test_memory_is_looked_at_while_people_walk_in_the_past(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(soak, "SECONDS", 0.5)
+    monkeypatch.setattr(soak, "MOST_GROWN_MB", 1_000.0)
+    assert soak.main(["--minutes", "2"]) == 0
+    *minutes, grown = capsys.readouterr().out.splitlines()
+    assert [line.partition(":")[0] for line in minutes] == ["minute 1", "minute 2"]
+    assert grown.startswith("beside checkpoints, grown by ")

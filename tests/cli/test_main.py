@@ -528,6 +528,10 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
         ["bench", "--repetitions", "0"],
         "--repetitions: '0' is not allowed; allowed: a whole number, 1 to 1000",
     ),
+    (
+        ["bench", "--scrub", "--load", "2"],
+        "--page, --load and --scrub exclude each other; allowed: one of them",
+    ),
 )
 
 
@@ -838,6 +842,30 @@ def test_bench_prints_json_of_the_promised_shape(
     out, err = capsys.readouterr()
     assert json.loads(out) == {"learners": FOUND["learners"]}
     assert err == "no C compiler: no comparison with C\n"
+
+
+def test_bench_measures_walking_in_the_past(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from benchmarks import scrub
+
+    found = {"moments_per_s": 61.4, "p95_ms": 24.8, "learner_share": 0.964}
+    calls: list[tuple[Any, ...]] = []
+
+    def fake(*given: Any) -> Any:
+        calls.append(given[:3])
+        return found
+
+    monkeypatch.setattr(scrub, "measure_scrub", fake)
+    assert main.main(["bench", "--scrub", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == found
+    assert main.main(["bench", "standard_q", "--scrub", "--repetitions", "2"]) == 0
+    assert "standard_q" in (out := capsys.readouterr().out)
+    assert all(number in out for number in ("61 a second", "25 ms", "0.96 of its rate"))
+    assert calls == [
+        (presets.load("timed"), "timed", 5),
+        (presets.load("standard_q"), "standard_q", 2),
+    ]
 
 
 def test_a_bench_whose_programs_disagree_fails(

@@ -2,7 +2,7 @@
 // The lines of a session above the lanes, each from where it branched off.
 
 import { shareOf } from "./axis.js";
-import { attribute, element, grouped, keep, percent, span, write } from "./dom.js";
+import { attribute, element, grouped, keep, percent, reach, write } from "./dom.js";
 
 /**
  * @typedef {import("./state.js").Bar} Bar
@@ -10,8 +10,9 @@ import { attribute, element, grouped, keep, percent, span, write } from "./dom.j
  */
 
 const MOST_ROWS = 9;
-/** Width of a character of what is written beside a line, on the safe side. */
-const CHARACTER_PX = 7.2;
+/** Width of a character of what is written beside a line, on the safe side, as a share of its type. */
+const CHARACTER = 0.62;
+const APART_PX = 8;
 
 /**
  * @param {HTMLElement} parent
@@ -21,6 +22,7 @@ const CHARACTER_PX = 7.2;
 export const drawTree = (parent, bar, wide) => {
   const lines = bar.lines.slice(0, MOST_ROWS);
   parent.hidden = lines.length === 0;
+  const size = parseFloat(getComputedStyle(parent).fontSize);
   keep(parent, lines, ({ line }) => `${line}`, makeLine, (row, line, index) => {
     row.style.order = `${index}`;
     row.dataset.line = `${line.line}`;
@@ -33,13 +35,18 @@ export const drawTree = (parent, bar, wide) => {
     const stroke = /** @type {HTMLElement} */ (plot.children[1]);
     const from = shareOf(bar.axis, line.fork);
     const until = Math.max(shareOf(bar.axis, line.until), from);
-    span(stroke, from, until);
+    reach(stroke, from, until);
     const above = lines.findIndex(({ line: number }) => number === line.parent);
     const fork = /** @type {HTMLElement} */ (plot.children[0]);
     fork.hidden = above < 0;
     fork.style.left = percent(from);
     fork.style.setProperty("--rows", `${index - above}`);
-    tell(/** @type {HTMLElement} */ (plot.children[2]), line, from, until, wide);
+    // A name reaches as far as no stroke comes down or begins.
+    const starts = lines.slice(index).map(({ fork: begun }) => shareOf(bar.axis, begun));
+    const free = Math.max(Math.min(...starts) * wide - APART_PX, 0);
+    const name = /** @type {HTMLElement} */ (gutter.children[0]);
+    name.style.maxWidth = `calc(100% + ${Math.round(free)}px)`;
+    tell(/** @type {HTMLElement} */ (plot.children[2]), line, from, until, wide / size);
   });
 };
 
@@ -61,18 +68,35 @@ const makeLine = () => {
  * @param {Line} line
  * @param {number} from
  * @param {number} until
- * @param {number} wide
+ * @param {number} wide the axis, in sizes of the type
  */
 const tell = (told, { reward, digest, growing, until: end }, from, until, wide) => {
-  const last = growing ? `at ${grouped(end.trial)} …` : digest;
-  const text = `${reward}${last ? ` \u00b7 ${last}` : ""}`;
+  const more = growing ? `at ${grouped(end.trial)} …` : digest;
+  const texts = more ? [`${reward} \u00b7 ${more}`, reward] : [reward];
+  const [text, side] = spot(texts, from, until, wide);
   write(told, text);
-  const needs = (CHARACTER_PX * (text.length + 2)) / (wide || 1);
-  const side = until + needs <= 1 ? "after" : from >= needs ? "before" : "on";
   told.className = `told ${side}`;
   const { style } = told;
   style.left = side === "before" ? "" : percent(side === "on" ? (from + until) / 2 : until);
   style.right = side === "before" ? percent(1 - from) : "";
+};
+
+/**
+ * The longest of some texts that has room after a line or before it, and where; else the shortest, on it.
+ * @param {string[]} texts the longest first
+ * @param {number} from
+ * @param {number} until
+ * @param {number} wide
+ * @returns {[string, "after" | "before" | "on"]}
+ */
+export const spot = (texts, from, until, wide) => {
+  for (const text of texts) {
+    const needs = (CHARACTER * (text.length + 2)) / (wide || 1);
+    if (until + needs <= 1) return [text, "after"];
+    if (from >= needs) return [text, "before"];
+    if (until - from >= 2 * needs) return [text, "on"];
+  }
+  return [texts[texts.length - 1], "on"];
 };
 
 /**
