@@ -57,26 +57,26 @@ const makeLine = () => {
   const gutter = element("div", "gutter");
   gutter.append(element("span", "name"), element("b", "tag", "live"));
   const plot = element("div", "plot");
-  plot.append(element("i", "fork"), element("i", "stroke"), element("span", "told"));
+  plot.append(element("i", "fork"), element("i", "stroke"), element("span", "came"));
   row.append(gutter, plot);
   return row;
 };
 
 /**
  * What it came to: after the line, before it, or on it, where there is room.
- * @param {HTMLElement} told
+ * @param {HTMLElement} came
  * @param {Line} line
  * @param {number} from
  * @param {number} until
  * @param {number} wide the axis, in sizes of the type
  */
-const tell = (told, { reward, digest, growing, until: end }, from, until, wide) => {
+const tell = (came, { reward, digest, growing, until: end }, from, until, wide) => {
   const more = growing ? `at ${grouped(end.trial)} …` : digest;
   const texts = more ? [`${reward} \u00b7 ${more}`, reward] : [reward];
   const [text, side] = spot(texts, from, until, wide);
-  write(told, text);
-  told.className = `told ${side}`;
-  const { style } = told;
+  write(came, text);
+  came.className = `came ${side}`;
+  const { style } = came;
   style.left = side === "before" ? "" : percent(side === "on" ? (from + until) / 2 : until);
   style.right = side === "before" ? percent(1 - from) : "";
 };
