@@ -6,6 +6,7 @@ standard output answers: a JSON list of the milliseconds until each click showed
 """
 
 import json
+import re
 import sys
 import threading
 import time
@@ -39,6 +40,7 @@ _PLAYING = "Pause"
 """What the button says while the learner learns."""
 _OWN = "Layer"
 """What a page of one's own has: before it is there, clicks are not taken."""
+_FRAME = re.compile(r'src="(?P<address>time/[^"]+)"')
 _PATIENCE_S = 30.0
 _PAUSE_S = DOUBLE_S + 0.1
 """From one click's effect to the next click, which is not to be the second of a double click."""
@@ -59,8 +61,34 @@ def opened(port: int) -> ClientConnection:
 
 
 def read_for_ever(port: int) -> None:
-    """Connect as a browser does, and take in whatever comes."""
+    """Connect as a browser does, and take in whatever comes, in the page and in its frame."""
     with opened(port) as connection:
+        for frame in connection:
+            assert isinstance(frame, bytes)
+            if any(_opens_frame(port, message) for message in messages_in(frame)):
+                break
+        for _ in connection:
+            pass
+
+
+def _opens_frame(port: int, message: dict[str, Any]) -> bool:
+    """Whether a message shows the frame of the time bar, which then is read as well."""
+    if message["type"] != "GuiHtmlMessage":
+        return False
+    found = _FRAME.search(message["props"]["content"])
+    if found is not None:
+        threading.Thread(target=_read_frame, args=(port, found["address"]), daemon=True).start()
+    return found is not None
+
+
+def _read_frame(port: int, address: str) -> None:
+    place = f"127.0.0.1:{port}"
+    with connect(
+        f"ws://{place}/{address}socket",
+        additional_headers={"Origin": f"http://{place}"},
+        max_size=None,
+        proxy=None,
+    ) as connection:
         for _ in connection:
             pass
 
@@ -74,6 +102,7 @@ class Clicker:
         Raises:
             TimeoutError: it did not in time.
         """
+        self._port = port
         self._connection = opened(port)
         self._button = self._label = ""
         self._welcome = False
@@ -114,6 +143,7 @@ class Clicker:
             assert isinstance(frame, bytes)
             for message in messages_in(frame):
                 self._take(message)
+                _opens_frame(self._port, message)
 
     def _take(self, message: dict[str, Any]) -> None:
         label = None

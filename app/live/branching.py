@@ -54,28 +54,31 @@ class Begun:
     before: Control
     """What held there before its commands."""
     commands: tuple[Command, ...]
+    name: str
+    """Computed of these."""
     instead_of: Line | None = None
     """The branch whose place it takes."""
     viewer: int | None = None
     """Who gave the last of its commands."""
 
-    def line(self, number: int, budget: Budget, name_of: NameOf) -> Line:
+    def line(self, number: int, budget: Budget) -> Line:
         """The line that comes of it."""
-        trial = self.run.trial
         return Line(
             number=number,
             past=Past(self.run, budget),
-            known=known_of(self.run, with_digest=False, is_growing=True),
+            known=known_of(self.run, with_digest=False),
             parent=self.parent,
             fork_step=self.step,
-            fork_trial=trial,
+            fork_trial=self.run.trial,
             before=self.before,
             commands=self.commands,
-            computed_name=name_of(self.before, trial, self.commands),
+            computed_name=self.name,
         )
 
 
-def begin(family: Family, place: Place, commands: Sequence[Command], amends: bool) -> Begun:
+def begin(
+    family: Family, place: Place, commands: Sequence[Command], amends: bool, name_of: NameOf
+) -> Begun:
     """Begin a branch by commands at a moment of a line.
 
     Args:
@@ -83,6 +86,7 @@ def begin(family: Family, place: Place, commands: Sequence[Command], amends: boo
         place: the moment, on the line that it is of.
         commands: that are given there.
         amends: whether they are more of those by which that line branched off.
+        name_of: computes its name.
 
     Raises:
         CommandError: one of them cannot be carried out there.
@@ -96,8 +100,17 @@ def begin(family: Family, place: Place, commands: Sequence[Command], amends: boo
         before, parent, earlier = line.before, line.parent, line.commands
     for command in commands:
         run.apply(command, replacing=True)
-    former = line if amends else None
-    return Begun(family, parent, place.step, run, before, (*earlier, *commands), former)
+    all_of_them = (*earlier, *commands)
+    return Begun(
+        family=family,
+        parent=parent,
+        step=place.step,
+        run=run,
+        before=before,
+        commands=all_of_them,
+        name=name_of(before, run.trial, all_of_them),
+        instead_of=line if amends else None,
+    )
 
 
 def run_at(past: Past, step: int) -> Run:
@@ -138,10 +151,15 @@ class Growth:
             self._goal = trial
         self._lines = tuple(lines)
         with self._starting:
-            if self._is_going or not any(map(self._is_behind, lines)):
+            if self._is_going or not any(map(self.is_behind, self._lines)):
                 return
             self._is_going = True
         self._do_meanwhile(self._grow, self._broke_off)
+
+    def is_behind(self, line: Line) -> bool:
+        """Whether a line that is followed is not where it is to be yet."""
+        known = line.known
+        return not line.is_broken and known.trial < self._until(line) and known.step < MOST_STEPS
 
     def leave(self, line: Line) -> None:
         """Make no more of a line that is followed no more; in the thread of moments alone."""
@@ -155,7 +173,7 @@ class Growth:
         with self._starting:
             # What is said meanwhile is either seen here, or begins anew.
             lines = self._lines
-            behind = [line for line in lines if self._is_behind(line)]
+            behind = [line for line in lines if self.is_behind(line)]
             self._is_going = bool(behind)
         for line in [line for line in self._runs if line not in lines]:
             del self._runs[line]
@@ -169,7 +187,7 @@ class Growth:
         run.advance(min(_SLICE_STEPS, MOST_STEPS - run.step), until)
         line.past.note(run)
         rests = run.trial >= until or run.step >= MOST_STEPS
-        line.known = known_of(run, with_digest=rests, is_growing=not rests)
+        line.known = known_of(run, with_digest=rests)
         if rests:
             del self._runs[line]
         now_s = time.perf_counter()
@@ -184,14 +202,9 @@ class Growth:
         log.error("a branch could not be made: %s", reason)
         if line is not None:
             line.is_broken = True
-            line.known = line.known._replace(is_growing=False)
         with self._starting:
             self._is_going = False
         self._tell()
 
     def _until(self, line: Line) -> int:
         return min(max(self._goal, line.fork_trial + LEAST_TRIALS), MAX_TRIALS)
-
-    def _is_behind(self, line: Line) -> bool:
-        known = line.known
-        return not line.is_broken and known.trial < self._until(line) and known.step < MOST_STEPS

@@ -41,15 +41,14 @@ class Known(NamedTuple):
     """Mean per trial over the last trials; NaN before the first has ended."""
     digest: str = ""
     """Of its tables there; "" while it goes on."""
-    is_growing: bool = False
 
 
-def known_of(run: Run, with_digest: bool, is_growing: bool = False) -> Known:
+def known_of(run: Run, with_digest: bool) -> Known:
     """What is known of a line whose run stands there; a digest takes a third of a millisecond."""
     step, trial = run.step, run.trial
     recent = run.state.log_reward[max(trial - RECENT_TRIALS, 0) : trial]
     reward = float(recent.mean()) if recent.size else math.nan
-    return Known(step, trial, reward, digest(run.state) if with_digest else "", is_growing)
+    return Known(step, trial, reward, digest(run.state) if with_digest else "")
 
 
 @dataclass(eq=False)
@@ -92,7 +91,7 @@ class Line:
         """Whether it is made up to where the live run is."""
         return self.held is None and not self.is_leaving
 
-    def seen(self, is_live: bool = False) -> LineSeen:
+    def seen(self, is_live: bool, is_growing: bool) -> LineSeen:
         """What is told of it."""
         known = self.known
         return LineSeen(
@@ -104,9 +103,9 @@ class Line:
             until_step=known.step,
             until_trial=known.trial,
             reward=known.reward,
-            digest=known.digest,
+            digest="" if is_growing else known.digest,
             is_live=is_live,
-            is_growing=known.is_growing,
+            is_growing=is_growing,
         )
 
 

@@ -178,6 +178,17 @@ class Past:
         return self._end_trial
 
     @property
+    def control(self) -> Control:
+        """What holds where what is known of it ends."""
+        return self._control
+
+    @property
+    def outcomes(self) -> np.ndarray:
+        """(trial,) how each trial ended, of those that have; not to be written to."""
+        with self._lock:
+            return self._logs.log_outcome[: self._end_trial]
+
+    @property
     def nbytes(self) -> int:
         """Memory that its checkpoints take."""
         return self._nbytes

@@ -48,7 +48,7 @@ class TrialPath:
     """(step + 1,) int64, its start included."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """One moment of one run. Arrays are copies."""
 

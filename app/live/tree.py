@@ -133,7 +133,10 @@ class Tree:
         branches = [line for line in family.lines.values() if line.grows]
         self._growth.follow(branches, held.run.trial, stands)
         family.live.known = known_of(held.run, with_digest=stands)
-        lines = tuple(line.seen(line is family.live) for line in family.lines.values())
+        lines = tuple(
+            line.seen(line is family.live, line.grows and self._growth.is_behind(line))
+            for line in family.lines.values()
+        )
         if lines != self.lines:
             self.lines = lines
 
@@ -185,7 +188,7 @@ class Tree:
         if not amends:
             family.check_room()
         self.moments.ask(
-            lambda: begin(family, place, (request.command,), amends),
+            lambda: begin(family, place, (request.command,), amends, self._name_of),
             lambda begun: self._submit(replace(begun, viewer=request.viewer), reply),
             reply or _no_matter,
         )
@@ -198,7 +201,7 @@ class Tree:
             family.check_room()
         elif former.number not in family.lines or not family.amends(former.begins):
             raise CommandError("that branch has changed meanwhile; give the command again")
-        line = begun.line(self.n_runs, self._budget, self._name_of)
+        line = begun.line(self.n_runs, self._budget)
         instead_of = None if former is None else former.number
         self._note(Branched(line.number, begun.parent, begun.step, begun.commands, instead_of))
         self.n_runs += 1
@@ -271,7 +274,7 @@ class Tree:
             run.apply(command)
         if number > 0:
             self.note_stood()
-        self._note(Began(number, preset, run.preset, run.seed))
+        self._note(Began(number, preset, run.preset, run.seed, is_own=opened is None))
         if command is not None:
             self._note(Gave(number, 0, command))
         if number > 0:

@@ -1,6 +1,7 @@
 """What one connected browser is shown; what it steers is shared by all, in the lab."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +20,9 @@ from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
 from app.page.time.outlook import Outlook
 from app.page.time.panel import Deeds, TimePanel
+from app.page.time.rise import rise_under
 from app.page.widgets import assign
+from app.picture.layers.reach import REACH
 from app.picture.look import ALL, Look
 from app.results.service import Service
 from app.server.calls import Calls
@@ -43,6 +46,8 @@ class Shared(NamedTuple):
     inbox: Inbox
     ask: Ask
     """For whatever a browser asks, which means the moment that it looks at."""
+    status_of: Callable[[viser.ClientHandle], Status]
+    """What is true for a browser now."""
     submit: Submit
     """Hands a request to the session."""
     wake: Callable[[], None]
@@ -66,6 +71,7 @@ class Browser:
         self.asks = Asks(self.outlook, shared.submit, inbox.put)
         """What it asks for."""
         self._gallery = shared.gallery
+        self._shared = shared
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self.time = TimePanel(
@@ -135,8 +141,25 @@ class Browser:
                 self._wake()
             return
         place = board.place_under(event.ray_origin, event.ray_direction)
-        if place is not None:
-            self._inspection.take_click(place, shift=event.modifier == "shift")
+        if place is None:
+            return
+        shift = event.modifier == "shift"
+        self._inspection.take_click(place, shift)
+        if self._shown.look.layer == REACH.key and not shift:
+            self._go_to_rise(place)
+
+    def _go_to_rise(self, place: tuple[float, float]) -> None:
+        """Go to the moment at which value first came to a place of the board."""
+        snapshot = self._shared.status_of(self.client).snapshot
+        rise = rise_under(snapshot, self._shown.look, place)
+        if rise is None:
+            return
+        moments, inbox, line = self._shared.session.moments, self._shared.inbox, snapshot.generation
+        moments.ask(
+            lambda: moments.rise_of(line, rise.state, rise.trial),
+            lambda found: inbox.put(partial(self.time.go_to, found)),
+            partial(self.time.say, refused=True),
+        )
 
     def frame(self, stage: Stage, shown: Seen) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""

@@ -10,7 +10,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -152,9 +152,9 @@ class Lab:
         self.gallery = Gallery(self.server)
         self._dress_server()
         gui = self.server.gui
-        self._controls = Controls(gui, session, presets, self.ask)
+        self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
-            self._plan = PlanPanel(gui, self.ask, session)
+            self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
             self.experiments = ExperimentsPanel(
                 gui, session, self.service, self.ask, self.inbox.work, self._show_results
@@ -170,6 +170,7 @@ class Lab:
             service=self.service,
             inbox=self.inbox,
             ask=self.ask,
+            status_of=self.status_of,
             submit=self._submit,
             wake=self.wake,
             drawn=self._begin,
@@ -267,7 +268,10 @@ class Lab:
                     seen = self._look(status, started)
                     # What answers a click comes first, and does not wait for the next frame.
                     if self._is_true(status):
-                        self._controls.update(self._shared_by(seen, status))
+                        elsewhere = sum(other.behind is not None for other in seen.values())
+                        self._controls.update(
+                            self._shared_by(seen, status), elsewhere if len(seen) > 1 else 0
+                        )
                     if started >= min(self._due_s, self._moved_s):
                         self._draw_due(status, seen, started)
                 if started >= self._begins_s:
@@ -459,4 +463,4 @@ class Lab:
 
     def _extras(self, which: Seen, status: Status, since: Snapshot | None) -> Extras:
         """What layers show besides the moment of a status."""
-        return Extras(self._success.of(which, status.snapshot), since)
+        return Extras(success=self._success.of(which, status.snapshot), since=since)

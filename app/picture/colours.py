@@ -47,6 +47,15 @@ STAKES: Final = Ramp(
 )
 """How much a choice matters."""
 
+NEARER: Final = Ramp(
+    ((248, 206, 230), (224, 98, 168), (142, 0, 84)), ((96, 34, 74), (192, 62, 138), (255, 146, 210))
+)
+"""By how much a capture has come nearer; with the next for all kinds of sight apart."""
+FARTHER: Final = Ramp(
+    ((238, 220, 184), (180, 128, 52), (90, 58, 6)), ((84, 64, 24), (162, 112, 36), (240, 200, 116))
+)
+"""By how much it has gone farther away."""
+
 
 @functools.lru_cache(maxsize=8)
 def amount_colours(ramp: Ramp, theme: Theme) -> np.ndarray:

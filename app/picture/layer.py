@@ -30,6 +30,8 @@ class Extras:
     """What layers show besides a snapshot."""
 
     success: SuccessMap | None = None
+    since: Snapshot | None = None
+    """The moment A, which another one is set against."""
 
 
 class Label(NamedTuple):

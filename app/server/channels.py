@@ -43,8 +43,6 @@ MOST_UNANSWERED: Final = 2
 
 REPLACED: Final = 4001
 """The code with which a connection ends whose page was opened once more."""
-_LEFT: Final = 4002
-"""The code with which it ends where the browser to which it belonged has gone."""
 
 _PATH: Final = "/time/"
 _SOCKET: Final = "socket"
@@ -142,7 +140,7 @@ class Channel:
             self._has_left = True
             delivery = self._delivery
         if delivery is not None:
-            delivery.end(_LEFT, "gone")
+            delivery.end(CloseCode.GOING_AWAY, "the browser has gone")
 
     async def serve(self, connection: ServerConnection) -> None:
         """Send and take messages for as long as the connection lasts."""

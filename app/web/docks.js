@@ -140,8 +140,10 @@ const foldInstead = (event) => {
 };
 for (const type of ["pointerdown", "click", "keydown"])
   window.addEventListener(type, foldInstead, true);
-// What lies over the stage goes when the stage is wanted.
+/** What lies over the stage goes when the stage is wanted. */
+export const uncoverStage = () => {
+  if (room() === "over") EDGES.forEach(fold);
+};
 document.addEventListener("pointerdown", ({ target }) => {
-  const isStage = target instanceof Element && target.closest("#pounce-stage, canvas");
-  if (isStage && room() === "over") EDGES.forEach(fold);
+  if (target instanceof Element && target.closest("#pounce-stage, canvas")) uncoverStage();
 });

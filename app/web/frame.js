@@ -3,6 +3,7 @@
 // as they do here, and where it does not come up that is said.
 
 import { whenChanged } from "./changes.js";
+import { uncoverStage } from "./docks.js";
 import { whenTimeKey } from "./keys.js";
 
 /** How long it may take until somebody is told. */
@@ -20,7 +21,7 @@ const met = new WeakSet();
 const frame = () => /** @type {HTMLIFrameElement | null} */ (document.querySelector("iframe.pounce-time"));
 
 /** @param {HTMLIFrameElement} node */
-const isOpen = (node) => node.contentDocument?.documentElement.dataset.connection === "open";
+const isOpen = (node) => node.contentDocument?.documentElement?.dataset.connection === "open";
 
 /** @param {KeyboardEvent} event */
 const isMeantForFrame = (event) => {
@@ -74,6 +75,7 @@ const dressPage = (node) => {
   new within.ResizeObserver(fit).observe(body);
   fit();
   within.addEventListener("keydown", passOn);
+  within.addEventListener("pointerdown", uncoverStage);
 };
 
 /** @param {HTMLIFrameElement} node */

@@ -14,7 +14,9 @@ from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.picture.colours import (
+    FARTHER,
     GLOW,
+    NEARER,
     OPTION_COLOURS,
     STAKES,
     TRACES,
@@ -892,6 +894,163 @@ def test_before_anything_is_learned_the_flow_says_that_no_move_is_best() -> None
     assert words("flow", fresh())[1].endswith("no move is clearly best yet.")
 
 
+# Change since A -----------------------------------------------------------------------------
+
+
+def since(steps: float, north: float | None = None) -> Extras:
+    """A moment A at which a place east of the prey was so many steps from a capture, by heading 0.
+
+    Another one, north of it, was as many as that if it is given.
+    """
+    return Extras(since=away(steps, north, step=0))
+
+
+def away(steps: float, north: float | None = None, step: int = 1_000) -> Snapshot:
+    """A moment at which a place is so many steps from a capture, and one in the north."""
+    value = at_one_place(100 * 0.9**steps)
+    if north is not None:
+        value += at_one_place(100 * 0.9**north, 0, 40)
+    return made(value=value, step=step)
+
+
+def shown_at_east(moment: Snapshot, extras: Extras, **look: Any) -> list[int]:
+    return colour_at(paint("change", moment, extras, frame=0, **look), 20, 0)
+
+
+@both_themes
+def test_a_place_that_came_nearer_has_another_hue_than_one_that_went_away(theme: Theme) -> None:
+    for change, ramp in ((-20, NEARER), (20, FARTHER), (-50, NEARER), (80, FARTHER)):
+        level = min(abs(change) / 50, 1) ** 0.5
+        expected = of(amount_colours(ramp, theme), level, theme=theme)
+        assert shown_at_east(away(90 + change), since(90), theme=theme) == expected
+
+
+def test_where_less_than_a_step_changed_it_is_neither_and_not_the_board() -> None:
+    same = shown_at_east(away(20.9), since(20))
+    assert same == shown_at_east(away(19.1), since(20)) == shown_at_east(away(20), since(20))
+    assert same != blank()
+    assert shown_at_east(away(21.1), since(20)) == amount(FARTHER, (1.1 / 50) ** 0.5)
+
+
+@both_themes
+def test_what_is_newly_known_and_what_no_longer_is_have_hatches_of_their_own(
+    theme: Theme,
+) -> None:
+    nowhere = made(value=zeros())
+    looks: list[np.ndarray] = []
+    for moment, extras, ramp in (
+        (away(20), Extras(since=nowhere), NEARER),
+        (nowhere, since(20), FARTHER),
+    ):
+        picture = paint("change", moment, extras, frame=0, theme=theme)
+        strong = np.rint(amount_colours(ramp, theme)[-1])
+        colours = {tuple(colour) for colour in picture.colours.tolist()}
+        assert colours == {theme.unknown, tuple(strong.astype(int).tolist())}
+        drawn = (picture.colours != np.array(theme.unknown)).any(axis=1)
+        looks.append(drawn)
+        place = on_board(state_at(20, 0))
+        assert drawn[place].any()
+        assert not drawn[place].all()
+        assert not drawn[~place].any()
+    assert (looks[0] != looks[1]).any()
+
+
+def on_board(state: tuple[int, int]) -> np.ndarray:
+    """Which cells are of a state."""
+    readings = geometry.readings(fresh().spec.world).ravel()
+    return np.asarray(readings == state[0] * SECTORS + state[1])
+
+
+def test_a_folded_change_is_the_mean_of_those_who_knew_a_way_at_both_moments() -> None:
+    then, now = zeros(), zeros()
+    for heading in range(N_HEADINGS):
+        place = (heading, 9, (3 + heading * SECTORS // N_HEADINGS) % SECTORS)
+        then[place] = 100 * 0.9**60 if heading < 5 else 0
+        now[place] = 100 * 0.9 ** (60 - 10 * heading) if heading else 0
+    moment, extras = made(value=now), Extras(since=made(value=then))
+    picture = paint("change", moment, extras)
+    shown = picture.colours[on_board((9, 3))]
+    # Of the headings 1 to 4: nearer by 10 to 40 steps.
+    assert shown[0].tolist() == amount(NEARER, 0.5**0.5)
+    assert (shown == shown[0]).all()
+    then[2] = then[3] = 0
+    # Fewer than half of all knew it: it is new.
+    fewer = paint("change", moment, Extras(since=made(value=then))).colours[on_board((9, 3))]
+    assert len(np.unique(fewer, axis=0)) == 2
+
+
+def test_the_line_runs_round_what_is_known_at_the_moment_itself() -> None:
+    over = paint("change", away(20), since(20, north=30), frame=0).over()
+    (line,) = over.contours
+    assert line.is_edge
+    assert np.hypot(*line.segments.reshape(-1, 2).T).max() < 30
+
+
+def test_each_moment_is_told_in_the_steps_of_its_own_reward_and_discount() -> None:
+    base = fresh()
+    learner = base.spec.learner.model_copy(update={"gamma": 0.8})
+    patient = made(base, spec=base.spec.model_copy(update={"learner": learner}))
+    moment = made(patient, value=at_one_place(100 * 0.8**20))
+    assert shown_at_east(moment, since(20)) == shown_at_east(away(20), since(20))
+
+
+@pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
+@both_themes
+def test_nearer_and_farther_are_told_apart_and_are_no_outcomes_nor_values(
+    theme: Theme, sight: np.ndarray
+) -> None:
+    ramps = [amount_colours(ramp, theme) for ramp in (NEARER, FARTHER)]
+    for level in (0, 64, 128, 192, 255):
+        assert nearest(ramps[0][[level]], ramps[1][[level]], sight) > PLAINLY_APART
+    board = np.array([theme.unknown], float)
+    ends = np.array([theme.capture, theme.flight], float)
+    for ramp in ramps:
+        assert nearest(ramp, board, sight) > 3 * JUST_NOTICEABLE
+        assert nearest(ramp, ends, sight) > PLAINLY_APART
+        assert nearest(ramp[128:], gain_colours(), SIGHT["ordinary"]) > PLAINLY_APART
+    same = np.array([shown_at_east(away(20), since(20), theme=theme)], float)
+    # A small change is near to none.
+    for other in (ramps[0][128:], ramps[1][128:], board):
+        assert nearest(same, other, sight) > 3 * JUST_NOTICEABLE
+
+
+def test_a_change_is_told_in_numbers() -> None:
+    legend, caption = words("change", away(15, north=30), since(40, north=25), frame=0)
+    assert "nearer by 20" in legend
+    assert "farther by 20" in legend
+    assert "what changed since A, trial 0" in legend
+    east, north = (on_board(state_at(*place)).sum() for place in ((20, 0), (0, 40)))
+    assert caption == (
+        f"Beside A, trial 0: a capture is nearer in {east / (east + north):.0%} of the area that"
+        f" has value, farther in {north / (east + north):.0%}."
+    )
+    nowhere = made(value=zeros(), step=1_000)
+    nothing = words("change", nowhere, Extras(since=made(value=zeros())))[1]
+    assert nothing == "Beside A, trial 0: no way to a capture is known at either moment."
+    gone = words("change", nowhere, since(20), frame=0)[1]
+    assert gone.endswith("farther in 0%, no longer known in 100%.")
+    moment = away(20)
+    assert "this is A itself" in words("change", moment, Extras(since=moment))[1]
+
+
+def test_the_ends_of_a_fitted_change_are_its_largest_on_both_sides() -> None:
+    fixed = words("change", away(15, north=30), since(40, north=25), frame=0)[0]
+    assert re.findall(r">([\d.+]+)</span>", fixed) == ["50+", "20", "5", "0", "5", "20", "50+"]
+    fitted = words("change", away(15, north=30), since(40, north=25), frame=0, fitted=True)[0]
+    assert re.findall(r">([\d.+]+)</span>", fitted) == ["25", "5", "0", "5", "25"]
+    assert "25 steps nearer to as many farther" in fitted
+    assert "nearer by 5" in fitted
+
+
+def test_without_a_the_layer_says_how_to_set_it() -> None:
+    for shown in words("change", away(20)):
+        assert "The key A makes the moment that you look at A" in shown
+    other = made(fresh("timed", "world.size=60"))
+    for shown in words("change", away(20), Extras(since=other)):
+        assert "another world" in shown
+    assert everywhere_blank(paint("change", away(20), Extras(since=other)))
+
+
 # Frames -------------------------------------------------------------------------------------
 
 
@@ -911,9 +1070,11 @@ def noisy(seed: int = 2, base: Snapshot | None = None) -> Snapshot:
     )
 
 
-def noisy_success(base: Snapshot) -> Extras:
+def noisy_extras(base: Snapshot) -> Extras:
+    """Ends of hunts, and a moment A, that are noise."""
     size = base.spec.world.size
-    return successes(np.random.default_rng(3).integers(0, 4, size=(N_HEADINGS, size, size)))
+    ends = np.random.default_rng(3).integers(0, 4, size=(N_HEADINGS, size, size))
+    return dataclasses.replace(successes(ends), since=noisy(4, base))
 
 
 def only(moment: Snapshot, heading: int) -> Snapshot:
@@ -937,19 +1098,21 @@ def same(one: Picture, other: Picture) -> bool:
 
 @every_layer
 def test_a_fixed_heading_shows_its_own_rows(key: str) -> None:
-    moment, extras = noisy(), noisy_success(fresh())
+    moment, extras = noisy(), noisy_extras(fresh())
     heading = 6
     alone = only(moment, heading)
     assert extras.success is not None
-    turned = np.repeat(extras.success.outcomes[[heading]], N_HEADINGS, axis=0)
+    assert extras.since is not None
+    ends = successes(np.repeat(extras.success.outcomes[[heading]], N_HEADINGS, axis=0))
+    turned = dataclasses.replace(ends, since=only(extras.since, heading))
     seen = paint(key, moment, extras, frame=heading)
-    assert same(seen, paint(key, alone, successes(turned), frame=0))
+    assert same(seen, paint(key, alone, turned, frame=0))
     assert key == "skill" or not same(seen, paint(key, moment, extras, frame=5))
 
 
 @every_layer
 def test_the_frame_of_the_trial_is_that_of_its_heading(key: str) -> None:
-    moment, extras = noisy(), noisy_success(fresh())
+    moment, extras = noisy(), noisy_extras(fresh())
     seen = paint(key, moment, extras, frame=OF_TRIAL)
     assert same(seen, paint(key, moment, extras, frame=moment.heading))
 
@@ -1013,7 +1176,7 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
 @pytest.mark.parametrize("frame", [FOLDED, 2])
 def test_captions_are_one_line_that_a_room_can_read(key: str, frame: int) -> None:
     for moment in (fresh(), noisy(), fresh("standard_q")):
-        _, caption = words(key, moment, noisy_success(fresh()), frame=frame)
+        _, caption = words(key, moment, noisy_extras(fresh()), frame=frame)
         assert "\n" not in caption
         assert 20 <= len(caption) <= 160
         assert caption.endswith(".")
@@ -1160,11 +1323,11 @@ def sound(key: str, moment: Snapshot, extras: Extras, look: Look) -> None:
 @pytest.mark.filterwarnings("error")
 def test_every_layer_shows_every_world(key: str, world: str, preset: str) -> None:
     before = fresh(preset, *WORLDS[world])
-    extras = (Extras(), noisy_success(before))
+    extras = (Extras(), noisy_extras(before))
     for moment in (before, noisy(base=before), unknown(before)):
         for place, look in enumerate(LOOKS):
             # In turn, but for the layer that draws them.
-            for more in extras if key == "success" else extras[place % 2 :][:1]:
+            for more in extras if key in ("success", "change") else extras[place % 2 :][:1]:
                 sound(key, moment, more, Look(layer=key, option=1, **look))
 
 
@@ -1177,7 +1340,7 @@ def unknown(base: Snapshot) -> Snapshot:
 @pytest.mark.filterwarnings("error")
 def test_every_layer_shows_a_large_world(key: str) -> None:
     moment = noisy(base=fresh("timed", "world.size=400"))
-    sound(key, moment, noisy_success(moment), Look(layer=key))
+    sound(key, moment, noisy_extras(moment), Look(layer=key))
 
 
 @every_layer
@@ -1209,4 +1372,5 @@ def test_no_table_breaks_a_layer(
         learning_now=np.abs(np.nan_to_num(values[..., 0], neginf=0)),
         first_reach=np.resize(np.array(reach, np.int32), shape[:3]),
     )
-    sound(key, moment, Extras(), Look(layer=key, option=option, **look))
+    since = made(base, selection_q=values[::-1])
+    sound(key, moment, Extras(since=since), Look(layer=key, option=option, **look))

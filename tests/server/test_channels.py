@@ -10,6 +10,7 @@ import msgspec
 import pytest
 import websockets.sync.client
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.frames import CloseCode
 
 from app.server import channels
 from app.server.access import Access
@@ -164,7 +165,7 @@ def test_only_who_knows_the_secret_is_let_in(host: Host) -> None:
 def test_nothing_is_left_of_a_browser_that_has_gone(host: Host) -> None:
     frame = host.frame()
     host.channel.leave()
-    assert frame.close_code() == 4002
+    assert frame.close_code() == CloseCode.GOING_AWAY
     assert host.refusal() == 404
     assert get_path(host.lab.port, f"/{host.channel.address}", {}).status == 404
     assert not host.channel.is_open
@@ -292,7 +293,7 @@ def test_a_huge_message_ends_its_connection_alone(host: Host, in_parts: bool) ->
     frame = host.frame()
     part = '{"do": "seek", "step": 1}'.ljust(MAX_MESSAGE_BYTES // 4)
     frame.socket.send([part] * 5 if in_parts else part * 5)
-    assert frame.close_code() == 1009
+    assert frame.close_code() == CloseCode.MESSAGE_TOO_BIG
     # One of the largest size is read, and packed ones are as large as what is in them.
     frame = host.frame()
     frame.socket.send('{"do": "seek", "step": 1}'.ljust(MAX_MESSAGE_BYTES))
@@ -305,7 +306,7 @@ def test_a_huge_message_ends_its_connection_alone(host: Host, in_parts: bool) ->
 def test_a_text_that_is_none_ends_its_connection_alone(host: Host) -> None:
     frame = host.frame()
     frame.socket.send(b'{"do": "\xff"}', text=True)
-    assert frame.close_code() == 1007
+    assert frame.close_code() == CloseCode.INVALID_DATA
     assert host.hears(host.frame())
 
 

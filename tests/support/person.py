@@ -45,6 +45,9 @@ class Person:
     so does using one that cannot be used. ``"Folder > Label"`` means the one in that folder.
     """
 
+    client_id = -1
+    """Of no browser that is connected."""
+
     def __init__(self, *guis: viser.GuiApi) -> None:
         self._guis = guis
         self.gui = guis[0]

@@ -1,4 +1,8 @@
-"""The plan: what the schedule has ahead, edited in numbers; shared, as it is what will be done."""
+"""The plan: what the schedule has ahead, edited in numbers; shared, as it is what will be done.
+
+Blocks are changed by hand on the time bar; these fields are for those who want numbers, and fold
+away.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
@@ -6,7 +10,7 @@ from typing import Any, Final, NamedTuple
 import viser
 
 from app.charts.bar.axis import last_trial
-from app.live.session import Session, Status
+from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.page.inbox import Ask, Intent
 from app.page.number_field import Limits, NumberField
@@ -97,8 +101,8 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     return Form(
         "",
         _if_followed(
-            "Choose what to change or a new exploration, here, or click an outlined block of the"
-            " bar. The past is locked.",
+            "Choose what to change or a new exploration, here, or drag an outlined block of the"
+            " time bar. The past is locked.",
             snapshot,
         ),
     )
@@ -170,10 +174,16 @@ def _form_of_new(chosen: str, skill: str, blocks: Sequence[Block], snapshot: Sna
 class PlanPanel:
     """The tab; the render loop calls :meth:`update`."""
 
-    def __init__(self, gui: viser.GuiApi, ask: Ask, session: Session) -> None:
-        """Build it where ``gui`` stands."""
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        ask: Ask,
+        status_of: Callable[[viser.ClientHandle], Status],
+        status: Status,
+    ) -> None:
+        """Build it where ``gui`` stands, for how things stand; ``status_of`` a browser, later."""
         self._ask = ask
-        self._session = session
+        self._status_of = status_of
         self._pending: ScheduleSpec | None = None
         """What was asked for and has not been answered."""
         self._past = Past()
@@ -184,24 +194,25 @@ class PlanPanel:
         self.blocks: tuple[Block, ...] = ()
         """All that has happened and is planned, as it was shown last."""
         self._caption = gui.add_html("")
-        self._choice: Choice[str] = Choice(gui, "Change", {_NOTHING: ""}, self._chose)
-        self._earlier = add_buttons(gui, "Earlier", EARLIER, self._nudge, visible=False)
-        self._later = add_buttons(gui, "Later", LATER, self._nudge, visible=False)
-        trials = Limits(0, MAX_TRIALS)
-        self._at = NumberField(gui, "At trial", 0, trials)
-        self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
-        self._chance = NumberField(
-            gui,
-            "Probability",
-            _NEW_CHANCE,
-            Limits(0.0, 1.0, whole=False, share=True),
-            "That a step takes the skill",
-        )
-        self._apply = gui.add_button("Apply", icon=viser.Icon.CHECK)
-        self._delete = gui.add_button("Delete", icon=viser.Icon.TRASH, color="red")
+        with gui.add_folder("Edit plan", expand_by_default=False):
+            self._choice: Choice[str] = Choice(gui, "Change", {_NOTHING: ""}, self._chose)
+            self._earlier = add_buttons(gui, "Earlier", EARLIER, self._nudge, visible=False)
+            self._later = add_buttons(gui, "Later", LATER, self._nudge, visible=False)
+            trials = Limits(0, MAX_TRIALS)
+            self._at = NumberField(gui, "At trial", 0, trials)
+            self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
+            self._chance = NumberField(
+                gui,
+                "Probability",
+                _NEW_CHANCE,
+                Limits(0.0, 1.0, whole=False, share=True),
+                "That a step takes the skill",
+            )
+            self._apply = gui.add_button("Apply", icon=viser.Icon.CHECK)
+            self._delete = gui.add_button("Delete", icon=viser.Icon.TRASH, color="red")
         self._apply.on_click(Intent(lambda client, _: self._edit(client, self._applied)))
         self._delete.on_click(Intent(lambda client, _: self._edit(client, self._deleted)))
-        self.update(session.status)
+        self.update(status)
 
     @property
     def left_out(self) -> int:
@@ -322,7 +333,7 @@ class PlanPanel:
         Raises:
             RefusedError: it cannot be had.
         """
-        snapshot = self._session.status.snapshot
+        snapshot = self._status_of(client).snapshot
         # A second click before the first was answered goes on from what that asked for.
         plan = snapshot.spec.schedule if self._pending is None else self._pending
         try:

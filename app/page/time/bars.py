@@ -184,7 +184,7 @@ def _parent_of(line: LineSeen | None) -> int:
 
 
 def _is_as(former: _Line, moment: Moment, around: Around) -> bool:
-    """Whether a line is drawn as before; of what is kept in it, it is enough that it is the same."""
+    """Whether a line is drawn as before; of what is kept in it, the ids are enough."""
     was = former.moment
     return (
         was.snapshot is moment.snapshot

@@ -149,9 +149,11 @@ class UndoLast(_Message, frozen=True, tag="undo"):
 
 
 class AddMark(_Message, frozen=True, tag="mark"):
-    """Give the moment that is looked at a line of text."""
+    """Give a moment a line of text: that at which somebody began to write, however long it takes."""
 
     text: Text
+    line: Count
+    step: Count
 
 
 class RemoveMark(_Message, frozen=True, tag="unmark"):

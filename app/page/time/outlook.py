@@ -25,6 +25,10 @@ class Makes(Protocol):
         """The newest that was made for a viewer; None if there is none yet."""
         ...
 
+    def fault(self, viewer: Hashable) -> str | None:
+        """Why the last moment that a viewer wished could not be made; None if it was."""
+        ...
+
     def forget(self, viewer: Hashable) -> None:
         """Make nothing more for a viewer."""
         ...
@@ -49,6 +53,11 @@ class Outlook:
     def since(self) -> Snapshot | None:
         """The moment A, with which others are compared; None if there is none, or not yet."""
         return self._at_a.found
+
+    @property
+    def fault(self) -> str | None:
+        """Why the moment that is looked at cannot be shown; None if it can."""
+        return None if self.place is None else self._makes.fault(self.viewer)
 
     @property
     def is_there(self) -> bool:

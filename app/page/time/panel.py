@@ -1,7 +1,7 @@
-"""The time bar of one browser: what its frame is sent, and what is done of what comes from there."""
+"""The time bar of one browser: what its frame is sent, and what is done of what comes back."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -63,10 +63,11 @@ class TimePanel:
         self._bars, self._deeds, self._wake = bars, deeds, wake
         self._unit: Axis = "trials"
         self._bar: msgspec.Raw | None = None
-        self._moment: Mapping[str, Any] | None = None
+        self._moment: dict[str, Any] | None = None
         self._note = ""
         self._plan: ScheduleSpec | None = None
         """What was asked for last and has not been answered."""
+        self._fault: str | None = None
         self._to_be_live: int | None = None
         """A line with which this browser is to be live, once that is."""
         self._waiting: list[Any] = []
@@ -82,14 +83,20 @@ class TimePanel:
         client.gui.add_html(frame_html())
         client.gui.add_html(slot_html("bar", self._channel.frame_html()))
 
-    @property
-    def is_open(self) -> bool:
-        """Whether there is a bar in which something can be said."""
-        return self._channel.is_open
-
     def say(self, text: str, refused: bool = False) -> None:
         """Say something in the frame. May be called from any thread."""
         self._channel.send("said", {"text": text, "refused": refused})
+
+    def go_to(self, place: Place | None) -> None:
+        """Look at a moment; None is one that is not known."""
+        if place is None or self._ground is None:
+            self.say("That moment is not known any more.", refused=True)
+            return
+        try:
+            self._outlook.walk.look(place.line, place.step, time.perf_counter(), self._ground)
+        except WalkError as error:
+            self.say(str(error), refused=True)
+        self._wake()
 
     def leave(self) -> None:
         """Send nothing more, and take nothing."""
@@ -124,6 +131,10 @@ class TimePanel:
             self._outlook.walk.go_live()
         if self._outlook.walk.lost():
             self.say(_GONE)
+        fault = self._outlook.fault
+        if fault is not None and fault != self._fault:
+            self.say(f"This moment could not be shown: {fault}", refused=True)
+        self._fault = fault
         line = self._outlook.walk.line(ground)
         viewer = self._outlook.viewer
         bar = self._bars.sent(viewer, line, seen, live, ground, self._unit, chosen, now_s)
@@ -133,7 +144,7 @@ class TimePanel:
         moment = moment_sent(self._outlook.walk, self._outlook.place, live, ground)
         if moment != self._moment:
             self._moment = moment
-            self._channel.send("moment", {"moment": moment})
+            self._channel.send("moment", moment)
         if self._asks.note != self._note:
             self._note = self._asks.note
             self._channel.send("note", {"text": self._note})
@@ -227,10 +238,8 @@ class TimePanel:
                 self._ask(Undo(changes[0].number), seen, ground)
             case messages.ChooseBlock(id=id):
                 self._deeds.choose(id)
-            case messages.AddMark(text=text):
-                snapshot = seen.snapshot
-                place = self._outlook.place or Place(snapshot.generation, snapshot.step)
-                self._ask(requests.AddMark(place, text), seen, ground)
+            case messages.AddMark(text=text, line=line, step=step):
+                self._ask(requests.AddMark(Place(line, step), text), seen, ground)
             case messages.RemoveMark(number=number):
                 self._ask(requests.RemoveMark(number), seen, ground)
             case messages.NameLine(line=line, name=name):
@@ -276,9 +285,7 @@ def edited(
             return edits.without(plan, id, now)
 
 
-def moment_sent(
-    walk: Walk, place: Place | None, live: Status, ground: Ground
-) -> Mapping[str, Any]:
+def moment_sent(walk: Walk, place: Place | None, live: Status, ground: Ground) -> dict[str, Any]:
     """What the frame is told of where a browser is, with each frame in which that changes."""
     now = live.snapshot
     line = walk.line(ground)

@@ -117,7 +117,8 @@ class Walk:
             self._lost = True
             self.go_live()
             return None
-        passed_s, self._moved_s = max(now_s - self._moved_s, 0.0), now_s
+        passed_s = max(now_s - self._moved_s, 0.0)
+        self._moved_s += passed_s
         if self.direction:
             self._play_on(line, course, passed_s * self._speed(course, ground), ground)
         self._step = min(self._step, float(course.end_step))

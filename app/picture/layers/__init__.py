@@ -2,6 +2,7 @@
 
 from app.picture.layer import Layer
 from app.picture.layers.advantage import ADVANTAGE
+from app.picture.layers.change import CHANGE
 from app.picture.layers.chosen import CHOSEN
 from app.picture.layers.flow import FLOW
 from app.picture.layers.now import NOW
@@ -12,7 +13,7 @@ from app.picture.layers.success import SUCCESS
 from app.picture.layers.value import VALUE
 from app.picture.layers.visits import VISITS
 
-_IN_ORDER = (VALUE, OPTION, CHOSEN, ADVANTAGE, VISITS, REACH, NOW, SUCCESS, SKILL, FLOW)
+_IN_ORDER = (VALUE, OPTION, CHOSEN, ADVANTAGE, VISITS, REACH, NOW, SUCCESS, SKILL, FLOW, CHANGE)
 """The first ten have the hotkeys 1...9 and 0."""
 
 LAYERS: dict[str, Layer] = {layer.key: layer for layer in _IN_ORDER}

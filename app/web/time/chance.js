@@ -39,7 +39,6 @@ export const openChance = (place, label, chance, taker) => {
   const field = document.createElement("input");
   field.className = "chance-field";
   field.setAttribute("aria-label", label);
-  field.title = `${label}: arrows change it by 1 %, Enter takes it, Escape gives it up`;
   field.inputMode = "decimal";
   field.value = percent(chance);
   document.body.append(field);

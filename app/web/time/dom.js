@@ -70,7 +70,7 @@ export const percent = (share) => `${Math.round(share * 1e4) / 100}%`;
  * @param {number} first
  * @param {number} until
  */
-export const span = ({ style }, first, until) => {
+export const reach = ({ style }, first, until) => {
   style.left = percent(first);
   style.width = percent(Math.max(until - first, 0));
 };

@@ -33,7 +33,7 @@ time.innerHTML = `
     <div class="over marks"></div>
     <div class="over moving">
       <div class="veil" hidden></div>
-      <div class="until" title="The run goes to here" hidden></div>
+      <div class="until" hidden><i title="The run stands still here"></i></div>
       <div class="between" hidden><b>A</b><b>B</b></div>
       <div class="live-end" hidden><button type="button" title="Look at what happens now (End)">Live</button></div>
       <div class="playhead"><i></i>
@@ -65,7 +65,6 @@ const drawBar = (bar) => {
     drawUnits(bar);
     drawCurve(part(".curve"), bar);
     drawMarks(part(".marks"), bar);
-    drawTicks(part(".ticks"), bar);
     for (const [scheme, colours] of Object.entries(bar.colours))
       for (const [role, colour] of Object.entries(colours))
         time.style.setProperty(`--${scheme}-${role}`, colour);
@@ -73,8 +72,10 @@ const drawBar = (bar) => {
   if (isNew || isWider) {
     drawTree(part(".tree"), bar, wide);
     drawEvents(part(".events"), bar);
+    drawTicks(part(".ticks"), bar);
   }
   if (isNew || draft !== formerDraft) {
+    time.classList.toggle("drafting", draft !== null);
     drawLanes(part(".lanes"), bar, draft);
     drawBands(part(".bands"), bar, draft);
   }
@@ -105,14 +106,15 @@ const drawUnits = (bar) => {
 };
 
 const draw = () => {
-  const { bar, moment } = state;
+  const { bar, moment, scrub } = state;
   time.hidden = !bar;
   if (!bar) return;
   const isNew = drawBar(bar);
   if (isNew) measure();
-  const seen = moment ?? atEnd(bar);
+  const told = moment ?? atEnd(bar);
   // A bar comes less often than moments: what runs has come as far as the newest of them.
-  const now = seen.live && seen.line === bar.line ? seen : bar.end;
+  const now = told.live && told.line === bar.line ? told : bar.end;
+  const seen = scrub ? held(told, scrub) : told;
   markLanes(bar, now, seen);
   markTree(part(".tree"), seen.line);
   placeMoment(time, bar, seen, now);
@@ -127,6 +129,17 @@ const atEnd = ({ line, live, end }) => ({
   ...{ line, live, ...end, behind_trials: 0, behind_steps: 0, playing: false, direction: 1 },
   ...{ rate: 1, rates: [], a: null, loop: null, holds: false, stops: false, until_step: null },
 });
+
+/**
+ * The moment at which a hand holds the playhead: what the lab shows follows it.
+ * @param {Moment} told
+ * @param {import("./state.js").Place} place
+ * @returns {Moment}
+ */
+const held = (told, { trial, step }) => {
+  const behind_trials = told.trial + told.behind_trials - trial;
+  return { ...told, trial, step, live: false, behind_trials };
+};
 
 /** Widths are measured when they change, and not with each frame. */
 const measure = () => {

@@ -5,6 +5,7 @@
 import { trialAt } from "./axis.js";
 import { openChance } from "./chance.js";
 import { send } from "./channel.js";
+import { element, grouped } from "./dom.js";
 import { say, whenRefused } from "./said.js";
 import { shareAt, takeBackPresses } from "./scrub.js";
 import { changed, state, whenChanged } from "./state.js";
@@ -13,7 +14,7 @@ import { changed, state, whenChanged } from "./state.js";
 /** @typedef {import("./state.js").Piece} Piece */
 /** @typedef {import("./state.js").Draft} Draft */
 /** What of a block a hand has. @typedef {"whole" | "first" | "last"} Part */
-/** @typedef {{id: string, at: number, trials: number, probability: number | null}} Span */
+/** @typedef {{id: string, at: number, trials: number, probability?: number}} Span */
 
 const SNAP_TRIALS = 100;
 const FEW_TRIALS = 100;
@@ -26,20 +27,26 @@ const NEW_AHEAD = 1_000;
 /** So long a draft waits to be taken or refused. */
 const PATIENCE_MS = 3_000;
 
-const count = (/** @type {number} */ n) => n.toLocaleString("en-US");
-
 // --- What there is ---------------------------------------------------------------------------------
 
 /** @param {string} id */
 export const pieceOf = (id) =>
   state.bar?.lanes.flatMap((lane) => lane.pieces).find((piece) => piece.id === id);
 
+/** @param {Element | null} element a block, or a number of one */
+const pieceAt = (element) =>
+  element instanceof HTMLElement ? pieceOf(element.dataset.id ?? "") : undefined;
+
+/** @param {Piece} piece */
+const blockOf = ({ id }) =>
+  /** @type {HTMLElement | null} */ (document.querySelector(`.piece[data-id="${CSS.escape(id)}"]`));
+
 /** @param {Piece} piece @returns {Span} */
 const spanOf = ({ id, first, until, probability }) => ({
   id,
   at: first,
   trials: (until ?? first) - first,
-  probability,
+  probability: probability ?? undefined,
 });
 
 /**
@@ -56,20 +63,27 @@ const seen = (piece) => ({
 const firstAhead = () => (state.moment?.trial ?? 0) + 1;
 
 /** @param {Piece} piece */
-const whyLocked = (piece) =>
-  piece.until === null || piece.half !== "whole"
-    ? "What is frozen by hand is not in the plan: the tab Run ends it."
-    : `What began at trial ${count(piece.first)} is past, and locked. Go back to before it to change` +
-      " it there: that makes a branch.";
+const isFree = (piece) => piece.editable && piece.first >= firstAhead();
+
+/** @param {Piece} piece */
+const whyLocked = (piece) => {
+  if (piece.kind === "frozen" || piece.first >= firstAhead())
+    return "What was done by hand is not in the plan. Undo takes it back.";
+  if (piece.first === 0) return "This was there from the beginning, and is locked.";
+  return (
+    `What began at trial ${grouped(piece.first)} is past, and locked. Go back to before it to change it` +
+    " there: that makes a branch."
+  );
+};
 
 // --- What a hand does with a block: pure ---------------------------------------------------------
 
 /**
  * @param {number} trial
- * @param {boolean} isFree
+ * @param {boolean} isExact
  */
-const snapped = (trial, isFree) =>
-  isFree ? Math.round(trial) : Math.round(trial / SNAP_TRIALS) * SNAP_TRIALS;
+const snapped = (trial, isExact) =>
+  isExact ? Math.round(trial) : Math.round(trial / SNAP_TRIALS) * SNAP_TRIALS;
 
 /** @param {number} x @param {number} low @param {number} high */
 const within = (x, low, high) => Math.min(Math.max(x, low), Math.max(low, high));
@@ -79,26 +93,30 @@ const within = (x, low, high) => Math.min(Math.max(x, low), Math.max(low, high))
  * @param {Span} span
  * @param {Part} part
  * @param {number} by
- * @param {boolean} isFree whether it goes to any trial, and not to every hundredth
+ * @param {boolean} isExact whether it goes to any trial, and not to every hundredth
  * @param {{earliest: number, shortest: number}} bounds
  * @returns {Draft}
  */
-export const moved = (span, part, by, isFree, { earliest, shortest }) => {
+export const moved = (span, part, by, isExact, { earliest, shortest }) => {
   const { id, at, trials } = span;
   const until = at + trials;
   if (part === "whole")
-    return { id, at: within(snapped(at + by, isFree), earliest, MOST_TRIALS), trials };
+    return { id, at: within(snapped(at + by, isExact), earliest, MOST_TRIALS), trials };
   if (part === "last")
-    return { id, at, trials: within(snapped(until + by, isFree) - at, shortest, MOST_TRIALS) };
-  const first = within(snapped(at + by, isFree), earliest, until - shortest);
+    return { id, at, trials: within(snapped(until + by, isExact) - at, shortest, MOST_TRIALS) };
+  const first = within(snapped(at + by, isExact), earliest, until - shortest);
   return { id, at: first, trials: until - first };
 };
 
 /** @param {Piece} piece */
-const boundsOf = (piece) => ({
-  earliest: firstAhead(),
-  shortest: piece.kind === "join" ? 0 : 1,
-});
+const boundsOf = (piece) => {
+  const lane = state.bar?.lanes.find(({ pieces }) => pieces.includes(piece));
+  // A skill is not explored before it joins.
+  const joins = lane?.pieces.find((each) => each.kind === "join" && isFree(each))?.first ?? 0;
+  return piece.kind === "join"
+    ? { earliest: firstAhead(), shortest: 0 }
+    : { earliest: Math.max(firstAhead(), joins), shortest: 1 };
+};
 
 // --- Drafts, and what becomes of them ------------------------------------------------------------
 
@@ -136,8 +154,7 @@ const ask = (piece) => {
   const message = { do: "edit", id };
   if (now.at !== former.at) message.at = now.at;
   if (now.trials !== former.trials) message.trials = now.trials;
-  if (now.probability !== former.probability && now.probability !== null)
-    message.probability = now.probability;
+  if (now.probability !== former.probability) message.probability = now.probability;
   if (!send(message)) {
     say("There is no connection to the lab: nothing was changed.");
     return forgetDraft();
@@ -157,10 +174,58 @@ whenChanged(() => {
 
 // --- By pointer ------------------------------------------------------------------------------------
 
-/** @param {Element} element */
-const partOf = (element) => {
-  const edge = element.closest(".edge");
-  return edge?.classList.contains("first") ? "first" : edge ? "last" : "whole";
+/** From so far away an end of a block is taken. A finger is broader than a pointer. */
+const NEAR_PX = { mouse: 5, pen: 5, touch: 11 };
+
+/**
+ * What of a lane is taken at a place. By what lies on top nothing could be told: when a skill joins is
+ * a line, its freeze often no broader, and the exploration that begins with it lies below both.
+ * @param {Element} lane
+ * @param {number} x
+ * @param {number} near
+ * @returns {{piece: Piece, part: Part} | null}
+ */
+const taken = (lane, x, near) => {
+  const blocks = [...lane.querySelectorAll(".piece[data-editable]")].flatMap((block) => {
+    const piece = pieceAt(block);
+    const { left, right } = block.getBoundingClientRect();
+    return piece ? [{ piece, left, right, isFocused: block === document.activeElement }] : [];
+  });
+  const joins = blocks.filter(({ piece }) => piece.kind === "join");
+  for (const { piece, left, right, isFocused } of joins) {
+    // What has the focus has its end beside it, however short its freeze is.
+    const end = isFocused ? Math.max(right, left + 2 * near) : right;
+    if ((isFocused || right > left + 4 * near) && Math.abs(x - end) <= near)
+      return { piece, part: "last" };
+    if (Math.abs(x - left) <= near) return { piece, part: "whole" };
+  }
+  const explorations = blocks
+    .filter(({ piece, left, right }) => piece.kind === "forced" && x >= left - near && x <= right + near)
+    .sort((one, other) => one.right - one.left - (other.right - other.left));
+  for (const { piece, left, right } of explorations) {
+    const grip = Math.min(near, (right - left) / 3);
+    if (x >= right - grip) return { piece, part: "last" };
+    // One that begins when its skill joins begins with that.
+    const isBound = joins.some((join) => join.piece.first === piece.first);
+    return { piece, part: x <= left + grip && !isBound ? "first" : "whole" };
+  }
+  const within = joins.find(({ left, right }) => x >= left && x <= right);
+  return within ? { piece: within.piece, part: "whole" } : null;
+};
+
+/**
+ * @param {PointerEvent} event
+ * @returns {{piece: Piece, part: Part, isChance: boolean} | null}
+ */
+const takenBy = ({ target, clientX, pointerType }) => {
+  const element = /** @type {Element} */ (target).closest(".piece, .chance[data-id]");
+  const piece = pieceAt(element);
+  const lane = element?.closest(".lane");
+  if (!piece || !lane) return null;
+  if (element?.matches(".chance")) return { piece, part: "whole", isChance: true };
+  const near = pointerType === "touch" ? NEAR_PX.touch : NEAR_PX.mouse;
+  const found = taken(lane, clientX, near) ?? { piece, part: "whole" };
+  return { ...found, isChance: false };
 };
 
 /**
@@ -168,17 +233,15 @@ const partOf = (element) => {
  * @returns {Grip | null}
  */
 export const blockGrip = (event) => {
-  const target = /** @type {Element} */ (event.target);
-  const element = /** @type {HTMLElement | null} */ (target.closest(".piece"));
-  const piece = element && pieceOf(element.dataset.id ?? "");
-  if (!piece) return null;
-  element.focus({ preventScroll: true });
+  const found = takenBy(event);
+  if (!found) return null;
+  const { piece, part, isChance } = found;
+  blockOf(piece)?.focus({ preventScroll: true });
   const nothing = () => {};
-  if (!piece.editable) {
+  if (!isFree(piece)) {
     const why = () => say(whyLocked(piece));
     return { isAtOnce: false, move: why, release: nothing, tap: why, giveUp: nothing };
   }
-  const part = partOf(target);
   const former = state.draft;
   const span = seen(piece);
   const axis = state.bar?.axis;
@@ -192,26 +255,33 @@ export const blockGrip = (event) => {
     },
     release: () => ask(piece),
     tap: () => {
-      if (target.closest(".chance")) return editChance(piece);
-      send({ do: "choose", id: piece.id });
+      if (isChance) editChance(piece);
+      else send({ do: "choose", id: piece.id });
     },
     giveUp: () => draftIs(former),
   };
 };
 
+// The pointer says what it would take.
+document.body.addEventListener("pointermove", (event) => {
+  if (event.buttons) return;
+  const found = takenBy(event);
+  const what = found && isFree(found.piece) ? (found.part === "whole" ? "block" : "end") : "";
+  if (document.body.dataset.over !== what) document.body.dataset.over = what;
+});
+
 /** @param {Piece} piece */
 const editChance = (piece) => {
   if (piece.probability === null)
     return say("A skill that joins has no probability; its explorations have.");
-  const element = document.querySelector(`.piece[data-id="${CSS.escape(piece.id)}"]`);
-  const shown = document.querySelector(`.chance[data-id="${CSS.escape(piece.id)}"]`) ?? element;
-  if (!element || !shown) return;
-  const { probability } = seen(piece);
-  openChance(shown, `Probability that a step takes ${piece.what}`, probability ?? 0, {
+  const shown = document.querySelector(`.chance[data-id="${CSS.escape(piece.id)}"]`);
+  const place = shown ?? blockOf(piece);
+  if (!place) return;
+  openChance(place, `Probability: ${piece.what}`, seen(piece).probability ?? 0, {
     show: (chance) => draftIs({ ...seen(piece), probability: chance }),
     take: () => ask(piece),
     giveUp: forgetDraft,
-    close: () => /** @type {HTMLElement} */ (element).focus({ preventScroll: true }),
+    close: () => blockOf(piece)?.focus({ preventScroll: true }),
   });
 };
 
@@ -224,7 +294,7 @@ const add = (skill, at) => {
   if (!skill) return;
   if (at < firstAhead())
     return say(
-      `Trial ${count(at)} is past. Go there first: what is added there makes a branch.`,
+      `Trial ${grouped(at)} is past. Go there first: what is added there makes a branch.`,
     );
   if (!send({ do: "add", skill, at, ...NEW }))
     say("There is no connection to the lab: nothing was added.");
@@ -240,16 +310,32 @@ document.body.addEventListener("dblclick", (event) => {
   add(lane.dataset.skill ?? "", at);
 });
 
-document.body.addEventListener("click", (event) => {
-  const button = /** @type {Element} */ (event.target).closest(".lane .add");
-  const lane = /** @type {HTMLElement | null} */ (button?.closest(".lane"));
-  if (!lane) return;
+/**
+ * Where an exploration that is added without saying where begins: soon, and not before the skill joins
+ * or where another one is.
+ * @param {string} skill
+ */
+const soonest = (skill) => {
   const soon = Math.ceil((firstAhead() + NEW_AHEAD) / SNAP_TRIALS) * SNAP_TRIALS;
-  const mine = state.bar?.lanes.find(({ skill }) => skill === lane.dataset.skill)?.pieces ?? [];
-  // Not before it joins, and where no other exploration is.
-  const joins = mine.find(({ kind, editable }) => kind === "join" && editable);
+  const mine = state.bar?.lanes.find((lane) => lane.skill === skill)?.pieces ?? [];
+  const joins = mine.find((piece) => piece.kind === "join" && isFree(piece));
   const ends = mine.filter(({ kind }) => kind === "forced").map(({ until }) => until ?? 0);
-  add(lane.dataset.skill ?? "", Math.max(soon, joins?.first ?? 0, ...ends));
+  return Math.max(soon, joins?.first ?? 0, ...ends);
+};
+
+// A button for those who have no mouse to click twice with.
+whenChanged(() => {
+  for (const lane of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".lane"))) {
+    const gutter = lane.querySelector(".gutter");
+    const { skill } = lane.dataset;
+    if (!skill || !gutter || gutter.querySelector(".add")) continue;
+    const button = element("button", "add", "+");
+    const name = gutter.textContent ?? "";
+    button.title = `Add an exploration of ${name}`;
+    button.setAttribute("aria-label", button.title);
+    button.addEventListener("click", () => add(skill, soonest(skill)));
+    gutter.append(button);
+  }
 });
 
 // --- By key ----------------------------------------------------------------------------------------
@@ -264,7 +350,7 @@ let pushed = null;
  * @param {KeyboardEvent} event
  */
 const push = (piece, { key, shiftKey, altKey }) => {
-  if (!piece.editable) return say(whyLocked(piece));
+  if (!isFree(piece)) return say(whyLocked(piece));
   const by = ARROWS[key] * (shiftKey ? MANY_TRIALS : FEW_TRIALS);
   const span = seen(piece);
   pushed = piece;
@@ -280,7 +366,7 @@ const endPush = () => {
 
 /** @param {Piece} piece */
 const remove = (piece) => {
-  if (!piece.editable) return say(whyLocked(piece));
+  if (!isFree(piece)) return say(whyLocked(piece));
   if (piece.kind === "join") return say("When a skill joins can be moved, not deleted.");
   forgetDraft();
   const elements = /** @type {HTMLElement[]} */ ([...document.querySelectorAll(".piece")]);
@@ -293,17 +379,14 @@ const remove = (piece) => {
 
 document.body.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey) return;
-  const element = /** @type {HTMLElement | null} */ (
-    /** @type {Element} */ (event.target).closest(".piece")
-  );
-  const piece = element && pieceOf(element.dataset.id ?? "");
+  const piece = pieceAt(/** @type {Element} */ (event.target).closest(".piece"));
   if (!piece) return;
   const { key } = event;
   if (key in ARROWS) push(piece, event);
   else if (key === "Delete" || key === "Backspace") remove(piece);
   else if (key === "Enter" || key === " ") {
     send({ do: "choose", id: piece.id });
-    if (!piece.editable) say(whyLocked(piece));
+    if (!isFree(piece)) say(whyLocked(piece));
     else if (key === "Enter") editChance(piece);
   } else if (key === "Escape" && state.draft) {
     pushed = null;

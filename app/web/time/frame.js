@@ -2,14 +2,26 @@
 // The page in the frame.
 import { on } from "./channel.js";
 import "./draw.js";
-import { changed, state } from "./state.js";
+import "./hand.js";
+import { changed, state, whenChanged } from "./state.js";
 import "./theme.js";
+import "./tip.js";
+
+/** The newest bar, as long as a hand holds something: no axis is to move under that. @type {import("./state.js").Bar | null} */
+let waiting = null;
 
 on("bar", ({ bar }) => {
-  state.bar = bar;
+  if (state.held) waiting = bar;
+  else state.bar = bar;
   changed();
 });
 on("moment", (moment) => {
   state.moment = moment;
+  changed();
+});
+whenChanged(() => {
+  if (!waiting || state.held) return;
+  state.bar = waiting;
+  waiting = null;
   changed();
 });

@@ -2,7 +2,7 @@
 // The lanes of the schedule, and the bands that its blocks are across the curve.
 
 import { shareOfTrial, trialAt } from "./axis.js";
-import { attribute, element, grouped, keep, percent, span, write } from "./dom.js";
+import { attribute, element, grouped, keep, percent, reach, write } from "./dom.js";
 
 /**
  * @typedef {import("./state.js").Bar} Bar
@@ -19,8 +19,8 @@ const MANY_LANES = 5;
 const LOCKED = "It has begun, so it is locked. Look at an earlier moment to change it there.";
 const BY_HAND = "What was begun by hand is not in the plan. Undo takes it back.";
 const CHANGED = "Drag it, or move it with the arrow keys. Enter edits it.";
-/** Where a number at an edge has no room beside its block. */
-const NARROW = 0.09;
+/** Room that a number takes beside its block, in sizes of the type. */
+const NUMBER = 3.7;
 
 /** The blocks that are drawn, with what each is of. @type {Array<[HTMLElement, Piece]>} */
 let drawn = [];
@@ -81,7 +81,7 @@ export const drawLanes = (parent, bar, draft) => {
     write(gutter.children[0], lane.name);
     attribute(gutter, "title", lane.name);
     attribute(row, "data-skill", lane.skill);
-    drawLane(plot, bar, lane, spans);
+    drawLane(plot, bar, lane, draft, spans);
   });
 };
 
@@ -99,16 +99,17 @@ const makeLane = () => {
  * @param {Element} plot
  * @param {Bar} bar
  * @param {Lane} lane
+ * @param {Draft | null} draft
  * @param {Map<string, Span>} spans
  */
-const drawLane = (plot, bar, lane, spans) => {
+const drawLane = (plot, bar, lane, draft, spans) => {
   const { axis, end: now } = bar;
   const at = (/** @type {number} */ trial) => shareOfTrial(axis, trial);
   const [presence, blocks, labels] = plot.children;
   presence.replaceChildren(
     ...lane.presence.map(({ first, until, ahead }) => {
       const there = element("i", ahead ? "there ahead" : "there");
-      span(there, at(first), until === null ? (ahead ? 1 : at(now.trial)) : at(until));
+      reach(there, at(first), until === null ? (ahead ? 1 : at(now.trial)) : at(until));
       return there;
     }),
   );
@@ -123,10 +124,9 @@ const drawLane = (plot, bar, lane, spans) => {
     drawPiece(block, bar, piece, held, isBound(piece, lane.pieces));
   });
   const shown = lane.labels.filter(({ of }) => !of.some((key) => spans.has(key)));
-  const told = lane.pieces.flatMap((piece) => {
-    const held = spans.get(piece.key);
-    return held ? numbersOf(piece, held, at) : [];
-  });
+  const held = lane.pieces.find(({ id, editable }) => editable && id === draft?.id);
+  const span = held && spans.get(held.key);
+  const told = held && span ? numbersOf(held, span, at, roomIn(plot)) : [];
   const ids = new Map(lane.pieces.filter(({ editable }) => editable).map(({ key, id }) => [key, id]));
   labels.replaceChildren(...shown.map((label) => drawnLabel(label, ids)), ...told);
 };
@@ -148,7 +148,7 @@ const drawPiece = (block, bar, piece, held, bound) => {
   const { first, until, kind, half } = held ? { ...piece, ...held } : piece;
   const at = (/** @type {number} */ trial) => shareOfTrial(bar.axis, trial);
   const ends = until === null ? bar.end.trial : until;
-  span(block, at(first), at(ends));
+  reach(block, at(first), at(ends));
   const flags = {
     idle: piece.idle,
     hand: piece.hand,
@@ -185,13 +185,18 @@ const edges = (block, piece, bound) => {
   );
 };
 
+/** @param {Element} plot */
+const roomIn = (plot) =>
+  (NUMBER * parseFloat(getComputedStyle(plot).fontSize)) / (plot.clientWidth || 1);
+
 /**
  * The numbers of a block while a hand has it.
  * @param {Piece} piece
  * @param {Span} held
  * @param {(trial: number) => number} at
+ * @param {number} room that a number takes, as a share of the axis
  */
-const numbersOf = (piece, { first, until, probability }, at) => {
+const numbersOf = (piece, { first, until, probability }, at, room) => {
   const last = until ?? first;
   const number = (/** @type {string} */ text, /** @type {string} */ side, /** @type {number} */ place) => {
     const shown = element("span", `number ${side}`, text);
@@ -199,12 +204,16 @@ const numbersOf = (piece, { first, until, probability }, at) => {
     return shown;
   };
   const from = at(first);
-  const numbers = [number(grouped(first), from < NARROW ? "after" : "before", from)];
-  if (last > first) {
-    const side = at(last) > 1 - NARROW ? "before" : "after";
-    if (side === "after" || from >= NARROW) numbers.push(number(grouped(last), side, at(last)));
+  const numbers = [number(grouped(first), from < room ? "after" : "before", from)];
+  // When a skill joins, the end is that of the freeze, which is told where it becomes another.
+  const isRange = piece.kind !== "join" || last - first !== (piece.until ?? 0) - piece.first;
+  if (last > first && isRange) {
+    const isAtEnd = at(last) > 1 - room;
+    // Of two that would lie on one another the first is told.
+    const isFree = isAtEnd || from < room ? at(last) - from > room : true;
+    if (isFree) numbers.push(number(grouped(last), isAtEnd ? "before" : "after", at(last)));
   }
-  if (probability !== null && at(last) - from > NARROW)
+  if (probability !== null && at(last) - from > room)
     numbers.push(number(`${Math.round(100 * probability)}%`, "within", (from + at(last)) / 2));
   return numbers;
 };
@@ -259,7 +268,7 @@ export const markLanes = (bar, now, seen) => {
  */
 const markCome = (block, piece, at, now) => {
   const ends = end(piece, now);
-  if (piece.until === null) span(block, at(piece.first), at(ends));
+  if (piece.until === null) reach(block, at(piece.first), at(ends));
   const come = piece.idle ? piece.first : Math.min(Math.max(now.trial, piece.first), ends);
   const share = (at(come) - at(piece.first)) / (at(ends) - at(piece.first) || 1);
   const width = percent(Math.min(share, 1));
@@ -315,7 +324,7 @@ export const drawBands = (over, bar, draft) => {
       ].filter(({ first, until }) => until > first);
     }).map(({ first, until, kind }) => {
       const band = element("i", `band ${kind}`);
-      span(band, shareOfTrial(bar.axis, first), shareOfTrial(bar.axis, until));
+      reach(band, shareOfTrial(bar.axis, first), shareOfTrial(bar.axis, until));
       return band;
     }),
   );

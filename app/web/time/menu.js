@@ -1,9 +1,10 @@
 // @ts-check
-// What can be done with a line of the tree: its menu, and its name, which is edited in place.
+// What can be done with a line of the tree and with a mark: menus, and a name that is edited in place.
 
 import { send } from "./channel.js";
+import { element } from "./dom.js";
 import { say } from "./said.js";
-import { state } from "./state.js";
+import { state, whenChanged } from "./state.js";
 
 /** @typedef {import("./state.js").Line} Line */
 
@@ -14,8 +15,8 @@ const MARGIN_PX = 2;
 const elementAt = (target) =>
   /** @type {HTMLElement | null} */ (/** @type {Element | null} */ (target)?.closest(".line") ?? null);
 
-/** @param {HTMLElement | null} element */
-const lineOf = (element) => state.bar?.lines.find(({ line }) => `${line}` === element?.dataset.line);
+/** @param {HTMLElement | null} row */
+const lineOf = (row) => state.bar?.lines.find(({ line }) => `${line}` === row?.dataset.line);
 
 /** @param {Line} line */
 const elementOf = ({ line }) =>
@@ -25,9 +26,9 @@ const elementOf = ({ line }) =>
 
 /** @param {Line} line */
 const rename = (line) => {
-  const element = elementOf(line);
-  const shown = element?.querySelector(".name") ?? element;
-  if (!element || !shown) return;
+  const row = elementOf(line);
+  const shown = row?.querySelector(".name") ?? row;
+  if (!shown) return;
   const field = document.createElement("input");
   field.className = "name-field";
   field.maxLength = MOST_CHARACTERS;
@@ -90,21 +91,20 @@ const choices = (line) => [
 let close = () => {};
 
 /**
- * @param {HTMLElement} element
- * @param {Line} line
+ * @param {Element} place where it opens
+ * @param {string} name what it is for
+ * @param {Array<[string, () => unknown]>} choices
  */
-const open = (element, line) => {
+const open = (place, name, choices) => {
   close();
-  const menu = document.createElement("div");
-  menu.className = "line-menu";
+  const menu = element("div", "menu");
   menu.setAttribute("role", "menu");
-  menu.setAttribute("aria-label", line.name);
-  const items = choices(line).map(([label, act]) => {
-    const item = document.createElement("button");
+  menu.setAttribute("aria-label", name);
+  const items = choices.map(([label, act]) => {
+    const item = /** @type {HTMLButtonElement} */ (element("button", "", label));
     item.type = "button";
     item.tabIndex = -1;
     item.setAttribute("role", "menuitem");
-    item.textContent = label;
     item.addEventListener("click", () => {
       close();
       act();
@@ -113,7 +113,8 @@ const open = (element, line) => {
   });
   menu.append(...items);
   document.body.append(menu);
-  const box = (element.querySelector(".more") ?? element).getBoundingClientRect();
+  const box = place.getBoundingClientRect();
+  const former = /** @type {HTMLElement | null} */ (document.activeElement);
   const { clientWidth, clientHeight } = document.documentElement;
   // Nothing of it may lie beside the frame, which is low.
   const left = Math.min(box.left, clientWidth - menu.offsetWidth - MARGIN_PX);
@@ -126,7 +127,7 @@ const open = (element, line) => {
     close = () => {};
     const hadFocus = menu.contains(document.activeElement);
     menu.remove();
-    if (hadFocus) elementOf(line)?.focus({ preventScroll: true });
+    if (hadFocus) former?.focus({ preventScroll: true });
   };
   menu.addEventListener("keydown", (event) => {
     const place = items.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
@@ -145,34 +146,78 @@ const open = (element, line) => {
   });
 };
 
+/** @param {HTMLElement} row @param {Line} line */
+const openFor = (row, line) =>
+  open(row.querySelector(".more") ?? row, line.name, choices(line));
+
+// A button for those who have but one, and those who do not look for a menu.
+whenChanged(() => {
+  for (const gutter of document.querySelectorAll(".line > .gutter")) {
+    if (gutter.querySelector(".more")) continue;
+    const button = element("button", "more", "\u22ef");
+    button.tabIndex = -1;
+    button.title = "What can be done with it";
+    button.setAttribute("aria-label", button.title);
+    button.setAttribute("aria-haspopup", "menu");
+    gutter.append(button);
+  }
+});
+
 document.body.addEventListener("click", ({ target }) => {
-  const element = elementAt(target);
-  const line = lineOf(element);
-  if (!element || !line) return;
-  if (/** @type {Element} */ (target).closest(".more")) open(element, line);
+  const row = elementAt(target);
+  const line = lineOf(row);
+  if (!row || !line) return;
+  if (/** @type {Element} */ (target).closest(".more")) openFor(row, line);
   else send({ do: "look", line: line.line });
 });
 
 document.body.addEventListener("contextmenu", (event) => {
-  const element = elementAt(event.target);
-  const line = lineOf(element);
-  if (!element || !line) return;
+  const row = elementAt(event.target);
+  const line = lineOf(row);
+  if (!row || !line) return;
   event.preventDefault();
-  open(element, line);
+  openFor(row, line);
 });
 
 document.body.addEventListener("keydown", (event) => {
-  const element = elementAt(event.target);
-  const line = lineOf(element);
+  const row = elementAt(event.target);
+  const line = lineOf(row);
   // Buttons in it are pressed as any.
-  if (!element || !line || event.target !== element) return;
+  if (!row || !line || event.target !== row) return;
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (event.key === "Enter" || event.key === "ArrowDown" || event.key === "ContextMenu")
-    open(element, line);
+  if (["Enter", "ArrowDown", "ContextMenu"].includes(event.key)) openFor(row, line);
   else if (event.key === " ") send({ do: "look", line: line.line });
   else if (event.key === "F2") rename(line);
   else if (event.key === "Delete" && !line.live) remove(line);
   else return;
   event.preventDefault();
   event.stopPropagation();
+});
+
+// --- Marks -----------------------------------------------------------------------------------------
+
+/** @param {number} number */
+const unmark = (number) => send({ do: "unmark", number });
+
+document.body.addEventListener("click", ({ target }) => {
+  const mark = /** @type {HTMLElement | null} */ (
+    /** @type {Element} */ (target).closest(".mark.note")
+  );
+  const note = state.bar?.notes.find(({ number }) => `${number}` === mark?.dataset.note);
+  if (!mark || !note) return;
+  open(mark.querySelector("b") ?? mark, note.text, [
+    ["Look at it", () => send({ do: "seek", step: note.step })],
+    ["Remove the mark", () => unmark(note.number)],
+  ]);
+});
+
+document.body.addEventListener("keydown", (event) => {
+  const sign = /** @type {HTMLElement | null} */ (
+    /** @type {Element} */ (event.target).closest('.event[data-kind="mark"]')
+  );
+  const note = state.bar?.notes.find(({ step }) => `${step}` === sign?.dataset.step);
+  if (!note || !["Delete", "Backspace"].includes(event.key)) return;
+  event.preventDefault();
+  event.stopPropagation();
+  unmark(note.number);
 });

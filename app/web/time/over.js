@@ -14,6 +14,8 @@ import { attribute, element, grouped, keep, percent, write } from "./dom.js";
 /** What happened nearer together than this is one sign. */
 const NEAR_PX = 7;
 const MOST_LISTED = 8;
+/** A loop shorter than this has its letters beside it. */
+const LEAST_LOOP_PX = 34;
 /** How often the playhead says where it is to those who do not see it. */
 const TOLD_MS = 1000;
 /** Room between the playhead's number and those of the axis. */
@@ -21,15 +23,16 @@ const APART_PX = 6;
 
 /** Width of the axis in pixels, by which things are moved without anything being laid out anew. */
 let wide = 0;
-/** Widths of the playhead's handle, by how many characters are on it. @type {Map<number, number>} */
-let handles = new Map();
+/** Widths of small things, by what they are and how many characters are on them. */
+/** @type {Map<string, number>} */
+const widths = new Map();
 
 /**
  * @param {number} width
  */
 export const setWidth = (width) => {
   wide = width;
-  handles = new Map();
+  widths.clear();
 };
 
 /**
@@ -101,12 +104,20 @@ export const drawEvents = (plot, bar) => {
  * @param {Bar} bar
  */
 export const drawTicks = (plot, bar) => {
+  const { ticks } = bar.axis;
   plot.replaceChildren(
-    ...bar.axis.ticks.map(({ at, text }) => {
+    ...ticks.map(({ at, text }) => {
       const tick = element("span", "tick", text);
       tick.style.left = percent(at);
       return tick;
     }),
+  );
+  const last = plot.lastElementChild;
+  const between = ticks.length > 1 ? (ticks[1].at - ticks[0].at) * wide : wide;
+  // Where not all have room, every second one has.
+  plot.classList.toggle(
+    "dense",
+    last instanceof HTMLElement && last.offsetWidth + APART_PX > between,
   );
 };
 
@@ -129,6 +140,7 @@ const placeLoop = (between, bar, { a, loop }) => {
   const from = along(shareOf(bar.axis, first));
   const until = loop ? along(shareOf(bar.axis, loop.b)) : from;
   between.classList.toggle("alone", !loop);
+  between.classList.toggle("narrow", loop !== null && until - from < LEAST_LOOP_PX);
   between.style.width = `${Math.max(until - from, 0)}px`;
   between.style.transform = `translateX(${from}px)`;
 };
@@ -187,33 +199,69 @@ export const placeMoment = (time, bar, moment, now) => {
   time.classList.toggle("past", isPast);
 
   part(".playhead").style.transform = `translateX(${x}px)`;
-  const handle = part(".handle");
-  const text = written(bar, moment);
-  write(part(".handle .here"), text);
-  const width = handles.get(text.length) ?? handle.offsetWidth;
-  handles.set(text.length, width);
-  // It stays within the bar, and its point where the moment is.
-  const room = Math.max(x + width / 2 - wide - reach(time), 0);
-  handle.style.transform = `translateX(calc(-50% - ${room}px))`;
-  tell(handle, bar, moment);
-  for (const tick of time.querySelectorAll(".tick")) {
-    const { style, offsetWidth } = /** @type {HTMLElement} */ (tick);
-    const away = Math.abs((parseFloat(style.left) / 100) * wide - x + room);
-    tick.classList.toggle("covered", away < (width + offsetWidth) / 2 + APART_PX);
-  }
-
   const end = shareOf(bar.axis, now);
   const veil = part(".veil");
   veil.hidden = !isPast || end <= share;
   veil.style.transform = `translateX(${x}px) scaleX(${Math.max(end - share, 0)})`;
-  const live = part(".live-end");
-  live.hidden = !isPast;
-  live.style.transform = `translateX(${along(end)}px)`;
+
+  const handle = part(".handle");
+  write(part(".here"), written(bar, moment));
+  const far = placeLive(part(".live-end"), bar, isPast, now, time);
+  // It stays within the bar and beside what says where the live run is, its point where the moment is.
+  const half = widthOf(handle) / 2;
+  const isBefore = share <= (far?.share ?? 1);
+  const limit = far && isBefore ? far.left - APART_PX : wide + reach(time);
+  const room = Math.max(x + half - limit, 0);
+  handle.style.transform = `translateX(calc(-50% - ${room}px))`;
+  tell(handle, bar, moment);
+  const spots = [{ x: x - room, half }, ...(far ? [{ x: far.left + far.half, half: far.half }] : [])];
+  for (const tick of time.querySelectorAll(".tick")) {
+    const node = /** @type {HTMLElement} */ (tick);
+    const at = (parseFloat(node.style.left) / 100) * wide;
+    const least = widthOf(node) / 2 + APART_PX;
+    node.classList.toggle(
+      "covered",
+      spots.some((spot) => Math.abs(at - spot.x) < spot.half + least),
+    );
+  }
+
   const until = part(".until");
   until.hidden = moment.until_step === null;
   if (moment.until_step !== null)
     until.style.transform = `translateX(${along(shareOfStep(bar.axis, moment.until_step))}px)`;
   placeLoop(part(".between"), bar, moment);
+};
+
+/**
+ * Where the live run is, as long as one looks at something else.
+ * @param {HTMLElement} mark
+ * @param {Bar} bar
+ * @param {boolean} isPast
+ * @param {Place} now
+ * @param {HTMLElement} time
+ */
+const placeLive = (mark, bar, isPast, now, time) => {
+  const place = bar.live ? now : bar.lines.find(({ live }) => live)?.until;
+  mark.hidden = !isPast || !place;
+  if (mark.hidden || !place) return null;
+  const share = shareOf(bar.axis, place);
+  const button = /** @type {HTMLElement} */ (mark.firstElementChild);
+  const half = widthOf(button) / 2;
+  const room = Math.max(along(share) + half - wide - reach(time), 0);
+  mark.style.transform = `translateX(${along(share)}px)`;
+  button.style.transform = `translateX(calc(-50% - ${room}px))`;
+  return { share, half, left: along(share) - room - half };
+};
+
+/**
+ * The width of something whose characters are all as wide, measured once for each number of them.
+ * @param {HTMLElement} node
+ */
+const widthOf = (node) => {
+  const key = `${node.className} ${node.textContent?.length}`;
+  const width = widths.get(key) ?? node.offsetWidth;
+  widths.set(key, width);
+  return width;
 };
 
 /**

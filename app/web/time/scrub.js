@@ -3,6 +3,7 @@
 
 import { shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
 import { send, sendNewest } from "./channel.js";
+import { plotBox } from "./draw.js";
 import { changed, state, whenChanged } from "./state.js";
 
 /** @typedef {import("./hand.js").Grip} Grip */
@@ -35,8 +36,7 @@ const end = () => {
  * @param {{clientX: number}} event
  */
 export const shareAt = ({ clientX }) => {
-  const plot = document.querySelector(".curve .plot") ?? document.body;
-  const { left, width } = plot.getBoundingClientRect();
+  const { left, width } = plotBox();
   return (clientX - left) / width;
 };
 
@@ -143,7 +143,7 @@ export const playheadGrip = (event) => {
   const off = isHead ? shareAt(event) - shareOf(axis, state.scrub ?? state.moment) : 0;
   let isMoved = false;
   const begin = () => {
-    /** @type {HTMLElement | null} */ (document.querySelector(".playhead"))?.focus({
+    /** @type {HTMLElement | null} */ (document.querySelector(".playhead .handle"))?.focus({
       preventScroll: true,
     });
     before ??= back;
@@ -200,4 +200,17 @@ document.body.addEventListener("keydown", (event) => {
   event.preventDefault();
   event.stopPropagation();
   act();
+});
+
+// What one can go to by a click: what happened, the end of what is known, and the axis of the other unit.
+document.body.addEventListener("click", ({ target }) => {
+  const node = /** @type {HTMLElement | null} */ (
+    /** @type {Element} */ (target).closest(".event, .live-end, .unit")
+  );
+  if (!node) return;
+  const { step, unit } = node.dataset;
+  put(null);
+  if (unit) send({ do: "unit", unit });
+  else if (step) send({ do: "seek", step: Number(step) });
+  else send({ do: "live" });
 });

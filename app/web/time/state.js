@@ -48,7 +48,7 @@
  * @typedef {{
  *   line: number, step: number, trial: number, live: boolean,
  *   behind_trials: number, behind_steps: number,
- *   playing: boolean, direction: number, rate: number, rates: number[],
+ *   playing: boolean, direction: number, rate: number, rates: Array<[number, string]>,
  *   a: Place | null, loop: {a: Place, b: Place} | null,
  *   holds: boolean, stops: boolean, until_step: number | null,
  * }} Moment

@@ -2,6 +2,7 @@
 // The row above the bar: where one looks, how the past is played, and what a moment is marked with.
 
 import { send } from "./channel.js";
+import { attribute, element, grouped, write } from "./dom.js";
 import { goBy } from "./scrub.js";
 import { state, whenChanged } from "./state.js";
 
@@ -48,11 +49,10 @@ row.setAttribute("role", "toolbar");
 row.setAttribute("aria-label", "Time");
 row.innerHTML = `
   <span class="group">${button("begin", "To the beginning", { key: "Home", rare: true })}${button("previous", "To the event before", { key: "[" })}${button("back", "Play backwards")}${button("play", "Play what is looked at")}${button("next", "To the next event", { key: "]" })}</span>
-  <span class="where"><button type="button" class="live" data-act="live"><i></i><span>Live</span></button><span class="place"></span></span>
+  <span class="where"><button type="button" class="live" data-act="live"><i></i><span>Live</span></button><span class="place"><span></span><span aria-hidden="true"></span></span></span>
   <select class="rate rare" aria-label="How fast the past is played" title="How fast the past is played"></select>
   <span class="group rare">${button("stops", "Stop at events", { is: "switch" })}${button("holds", "The learner waits while I look at the past", { is: "switch" })}</span>
   <span class="group rare">${button("a", "This moment is A", { key: "A" })}${button("loop", "From A to here, again and again", { key: "L", is: "switch" })}${button("mark", "Mark this moment with a line of text", { key: "B" })}</span>
-  <span class="group unit" role="group" aria-label="The axis is of"><button type="button" data-act="trials" aria-pressed="false">trials</button><button type="button" data-act="steps" aria-pressed="false">steps</button></span>
   <button type="button" class="more" data-act="more" aria-expanded="false" aria-label="More" title="More">${icon("more")}</button>`;
 
 /**
@@ -66,7 +66,6 @@ const buttonOf = (act) => part(`[data-act="${act}"]`);
 const place = part(".place");
 const rate = /** @type {HTMLSelectElement} */ (part(".rate"));
 const live = part(".live");
-const count = (/** @type {number} */ n) => n.toLocaleString("en-US");
 
 // --- What it says ----------------------------------------------------------------------------------
 
@@ -75,7 +74,7 @@ const distance = (trials, steps) => {
   const [n, unit] = trials ? [trials, "trial"] : [steps, "step"];
   if (n === 0) return "";
   const size = Math.abs(n);
-  return `${count(size)} ${unit}${size === 1 ? "" : "s"} ${n > 0 ? "behind" : "ahead"}`;
+  return `${grouped(size)} ${unit}${size === 1 ? "" : "s"} ${n > 0 ? "behind" : "ahead"}`;
 };
 
 /** Where one looks: in a sentence, and in the fewest words. */
@@ -85,43 +84,31 @@ const whereabouts = () => {
   const line = bar?.lines.find((each) => each.line === moment.line);
   const name = !line || line.live ? "The past" : line.name;
   const far = distance(moment.behind_trials, moment.behind_steps);
-  const parts = [name, `trial ${count(moment.trial)}`, far];
-  return [parts.filter(Boolean).join(", "), `trial ${count(moment.trial)}`];
-};
-
-/** @param {HTMLElement} node @param {string} name @param {string} value */
-const setAttribute = (node, name, value) => {
-  if (node.getAttribute(name) !== value) node.setAttribute(name, value);
+  const parts = [name, `trial ${grouped(moment.trial)}`, far];
+  return [parts.filter(Boolean).join(", "), `trial ${grouped(moment.trial)}`];
 };
 
 /** @param {HTMLElement} node @param {string} label @param {string} [key] */
 const name = (node, label, key) => {
-  setAttribute(node, "aria-label", label);
-  setAttribute(node, "title", key ? `${label} (${key})` : label);
+  attribute(node, "aria-label", label);
+  attribute(node, "title", key ? `${label} (${key})` : label);
 };
 
 let rates = "";
 
 const show = () => {
-  const { bar, moment } = state;
+  const { moment } = state;
   row.toggleAttribute("data-ready", moment !== null);
   if (!moment) return;
   const isLive = moment.live && !state.scrub;
   row.toggleAttribute("data-live", isLive);
   name(live, isLive ? "Live: this is what happens now" : "Back to live", "End");
   const word = isLive ? "Live" : "Back to live";
-  const shown = /** @type {HTMLElement} */ (live.lastElementChild);
-  if (shown.textContent !== word) shown.textContent = word;
+  write(/** @type {HTMLElement} */ (live.lastElementChild), word);
   const [long, short] = whereabouts();
-  if (place.dataset.long !== long) {
-    place.dataset.long = long;
-    place.dataset.short = short;
-    place.title = long;
-    place.innerHTML = "<span></span><span></span>";
-    place.children[0].textContent = long;
-    place.children[1].textContent = short;
-    place.children[1].setAttribute("aria-hidden", "true");
-  }
+  write(place.children[0], long);
+  write(place.children[1], short);
+  attribute(place, "title", long);
   for (const [act, direction, label] of /** @type {const} */ ([
     ["play", 1, "Play what is looked at"],
     ["back", -1, "Play backwards"],
@@ -141,14 +128,12 @@ const show = () => {
   }
   // What somebody is choosing from is theirs.
   if (document.activeElement !== rate) rate.value = `${moment.rate}`;
-  setAttribute(buttonOf("stops"), "aria-pressed", `${moment.stops}`);
-  setAttribute(buttonOf("holds"), "aria-pressed", `${moment.holds}`);
-  setAttribute(buttonOf("loop"), "aria-pressed", `${moment.loop !== null}`);
-  const a = moment.a ? `A is trial ${count(moment.a.trial)}; make it this moment` : "This moment is A";
+  attribute(buttonOf("stops"), "aria-pressed", `${moment.stops}`);
+  attribute(buttonOf("holds"), "aria-pressed", `${moment.holds}`);
+  attribute(buttonOf("loop"), "aria-pressed", `${moment.loop !== null}`);
+  const a = moment.a ? `A is trial ${grouped(moment.a.trial)}; make it this moment` : "This moment is A";
   name(buttonOf("a"), a, "A");
   buttonOf("a").toggleAttribute("data-set", moment.a !== null);
-  for (const unit of ["trials", "steps"])
-    setAttribute(buttonOf(unit), "aria-pressed", `${bar?.axis.unit === unit}`);
 };
 
 // --- A line of text for a moment -------------------------------------------------------------------
@@ -163,7 +148,7 @@ export const askForMark = () => {
   form.innerHTML = `<label><span></span><input type="text" maxlength="${MOST_CHARACTERS}" required autocomplete="off" /></label>
     <button type="submit">Mark</button><button type="button">Cancel</button>`;
   const label = /** @type {HTMLElement} */ (form.querySelector("span"));
-  label.textContent = `Mark trial ${count(moment.trial)}:`;
+  label.textContent = `Mark trial ${grouped(moment.trial)}:`;
   const field = /** @type {HTMLInputElement} */ (form.querySelector("input"));
   const former = document.activeElement;
   const close = () => {
@@ -208,8 +193,6 @@ export const ACTS = {
   loop: () => send({ do: "loop", on: state.moment?.loop === null }),
   a: () => send({ do: "set_a" }),
   mark: askForMark,
-  trials: () => send({ do: "unit", unit: "trials" }),
-  steps: () => send({ do: "unit", unit: "steps" }),
   more: (node) => {
     const isOpen = row.toggleAttribute("data-all");
     node.setAttribute("aria-expanded", `${isOpen}`);

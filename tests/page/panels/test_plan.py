@@ -133,7 +133,9 @@ class Desk:
         self.session = Session(small_spec(), "timed", 3, speed=1.0, playing=False)
         self.session.start()
         self.person = Person(server.gui)
-        self.panel = PlanPanel(server.gui, self.ask, self.session)
+        self.panel = PlanPanel(
+            server.gui, self.ask, lambda _: self.session.status, self.session.status
+        )
 
     def ask(self, client: object, request: Request) -> None:
         assert client is self.person

@@ -32,7 +32,8 @@ def test_what_a_hand_does_is_read() -> None:
     assert edit == EditBlock("episode:0:avoid", at=1_200)
     added = decoded('{"do":"add","skill":"avoid","at":5,"trials":2000,"probability":0.5}')
     assert added == AddExploration("avoid", 5, 2_000, 0.5)
-    assert decoded('{"do":"mark","text":"the ring closes"}') == AddMark("the ring closes")
+    mark = decoded('{"do":"mark","text":"the ring closes","line":2,"step":9}')
+    assert mark == AddMark("the ring closes", 2, 9)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +52,8 @@ def test_what_a_hand_does_is_read() -> None:
         '{"do":"edit","id":"x","probability":1.01}',
         '{"do":"edit","id":"x","probability":NaN}',
         '{"do":"add","skill":"avoid","at":5}',
-        '{"do":"mark","text":"' + "x" * 81 + '"}',
+        '{"do":"mark","line":1,"step":1,"text":"' + "x" * 81 + '"}',
+        '{"do":"mark","line":1,"step":1,"text":""}',
         '{"do":"loop","on":1}',
         '{"do":"explode"}',
         '{"step":1}',

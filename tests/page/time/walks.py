@@ -1,9 +1,15 @@
 """Lines that are as simple as can be, for those who walk on them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from app.live import snapshot
+from app.live.places import Place
+from app.live.session import Status
+from app.live.snapshot import Snapshot
 from app.page.time.walk import Ground
+from learners.run import Run
 
 
 @dataclass
@@ -38,3 +44,47 @@ def ground(
         return events
 
     return Ground(LIVE, known.get, events_of, pace)
+
+
+class Makes:
+    """Who makes moments when a test says so."""
+
+    def __init__(self) -> None:
+        self.wishes: dict[Hashable, Place] = {}
+        self.made: dict[Hashable, Snapshot] = {}
+
+    def want(self, viewer: Hashable, place: Place) -> None:
+        self.wishes[viewer] = place
+
+    def found(self, viewer: Hashable) -> Snapshot | None:
+        return self.made.get(viewer)
+
+    def fault(self, viewer: Hashable) -> str | None:
+        return None
+
+    def forget(self, viewer: Hashable) -> None:
+        self.wishes.pop(viewer, None)
+        self.made.pop(viewer, None)
+
+    def make(self, viewer: Hashable, run: Run) -> Snapshot:
+        """Make what a viewer wishes, of a run that stands there."""
+        place = self.wishes[viewer]
+        assert run.step == place.step
+        self.made[viewer] = shot = snapshot.take(run, "timed", place.line)
+        return shot
+
+
+def status_at(run: Run, number: int = LIVE, **changes: Any) -> Status:
+    """How a session stands whose live run is this one, playing at a set speed."""
+    return Status(
+        snapshot=snapshot.take(run, "timed", number),
+        playing=True,
+        finished=False,
+        exhausted=False,
+        preparing=False,
+        speed=1_000.0,
+        steps_per_s=1_000.0,
+        error=None,
+        answered=0,
+        **changes,
+    )

@@ -1,0 +1,223 @@
+"""Change since A: how much nearer a capture is than it was at another moment, or farther."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from app.live.snapshot import Snapshot
+from app.picture.colours import FARTHER, NEARER, Ramp, amount_colours, css, palette
+from app.picture.contours import Contour, edges
+from app.picture.frames import in_frame
+from app.picture.layer import Extras, Layer, Over, Picture, blank
+from app.picture.legend import bar, frame_in_words, hatch, legend, limits, patch_of_board, swatch
+from app.picture.look import Look
+from app.picture.raster import Raster, hatched, on_raster, raster, sensors_of
+from app.picture.shading import SHOWN_FROM, Ruler, equivalent_steps, mean_of
+from app.picture.theme import Colour, Theme
+from app.picture.value_maps import or_zero, reward_of
+from app.util.html import element, joined
+from app.words.glossary import term
+
+_MOST_STEPS: Final = 50.0
+"""Beyond this it matters no more how much nearer or farther a capture is."""
+_LEAST_STEPS: Final = 1.0
+"""Less than a step is no change that anybody should look at."""
+_MARKS: Final = (20.0, 5.0)
+"""Steps at which the bar has a mark on both sides, besides those at its ends; the first of them
+that are on it are what the legend says in words."""
+_SAME_ON_LIGHT: Final[Colour] = (204, 207, 213)
+_SAME_ON_DARK: Final[Colour] = (68, 72, 82)
+_NO_A: Final = (
+    "There is no A yet. The key A makes the moment that you look at A; then go to another moment."
+)
+
+
+class _Change(NamedTuple):
+    """What two moments say of each place, ``(distance, direction)``."""
+
+    steps: np.ndarray
+    """float64: mean change over the headings that know of it at both, NaN where none does."""
+    was: np.ndarray
+    """bool: at A at least half of the headings knew a way to a capture."""
+    known: np.ndarray
+    """bool: at this moment they do."""
+
+    @property
+    def both(self) -> np.ndarray:
+        """Where there is a change to tell."""
+        return self.was & self.known & ~np.isnan(self.steps)
+
+    @property
+    def new(self) -> np.ndarray:
+        """Where a way to a capture is known, and was not."""
+        return self.known & ~self.both
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Where one was known, and is no longer."""
+        return self.was & ~self.known
+
+
+def _since(snapshot: Snapshot, extras: Extras) -> Snapshot | None:
+    """The moment A, if it is of a world with the same places."""
+    since = extras.since
+    if since is None or sensors_of(since.spec.world) != sensors_of(snapshot.spec.world):
+        return None
+    return since
+
+
+def _steps(snapshot: Snapshot) -> np.ndarray:
+    """Steps to capture, ``(heading, distance, direction) float64``; NaN where there is no value."""
+    gamma = snapshot.spec.learner.gamma
+    return equivalent_steps(or_zero(snapshot.value), reward_of(snapshot), gamma)
+
+
+def _change(snapshot: Snapshot, since: Snapshot, look: Look) -> _Change:
+    then, now = (in_frame(_steps(moment), snapshot, look) for moment in (since, snapshot))
+    differences = now - then
+    both = ~np.isnan(differences)
+    fewest = SHOWN_FROM * len(now)
+    return _Change(
+        steps=mean_of(np.where(both, differences, 0.0), both.sum(axis=0), np.nan),
+        was=(~np.isnan(then)).sum(axis=0) >= fewest,
+        known=(~np.isnan(now)).sum(axis=0) >= fewest,
+    )
+
+
+def _ruler(snapshot: Snapshot, since: Snapshot, look: Look) -> Ruler:
+    """Of the size of a change; the same for what is nearer and for what is farther."""
+    most = _MOST_STEPS
+    if look.fitted:
+        # Of all headings, whatever the frame.
+        sizes = np.abs(_steps(snapshot) - _steps(since))
+        most = max(float(np.nan_to_num(sizes).max()), _LEAST_STEPS)
+    return Ruler(0.0, most, "root")
+
+
+def _same(theme: Theme) -> Colour:
+    return _SAME_ON_DARK if theme.is_dark else _SAME_ON_LIGHT
+
+
+def _colours(steps: np.ndarray, ruler: Ruler, theme: Theme) -> np.ndarray:
+    """Colours of changes, ``(..., 3) uint8``."""
+    level = ruler.place(np.abs(steps))
+    nearer = palette(amount_colours(NEARER, theme), level)
+    farther = palette(amount_colours(FARTHER, theme), level)
+    colours = np.where((steps < 0)[..., None], nearer, farther)
+    is_same = np.abs(steps) < _LEAST_STEPS
+    return np.rint(np.where(is_same[..., None], np.array(_same(theme)), colours)).astype(np.uint8)
+
+
+def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
+    since = _since(snapshot, extras)
+    picture = blank(look, raster)
+    if since is None:
+        return picture
+    theme, world = look.theme, snapshot.spec.world
+    change = _change(snapshot, since, look)
+    both = on_raster(change.both, raster)
+    colours = _colours(np.nan_to_num(change.steps), _ruler(snapshot, since, look), theme)
+    picture.colours[both] = on_raster(colours, raster)[both]
+    new = on_raster(change.new, raster) & hatched(raster, world)
+    picture.colours[new] = _strongest(NEARER, theme)
+    lost = on_raster(change.lost, raster) & hatched(raster, world, falls=True)
+    picture.colours[lost] = _strongest(FARTHER, theme)
+
+    def over() -> Over:
+        return Over((Contour(edges(change.known, world), theme.ink, is_edge=True),))
+
+    return picture._replace(over=over)
+
+
+def _strongest(ramp: Ramp, theme: Theme) -> np.ndarray:
+    return np.rint(amount_colours(ramp, theme)[-1]).astype(np.uint8)
+
+
+def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
+    since = _since(snapshot, extras)
+    frame = frame_in_words(snapshot, look, "the mean of those that knew a way at both moments")
+    if since is None:
+        return legend(look, "Change since A", [element("div", _why_none(extras))], frame)
+    theme, ruler = look.theme, _ruler(snapshot, since, look)
+    marks = [steps for steps in _MARKS if steps < ruler.high / 2]
+    said = marks[0] if marks else ruler.high
+    nearer, farther, same = (_colours(np.array(at), ruler, theme) for at in (-said, said, 0.0))
+    key = [
+        swatch(css(nearer), f"nearer by {_number(said)}"),
+        swatch(css(farther), f"farther by {_number(said)}"),
+        swatch(css(same), "by less than 1"),
+    ]
+    patterns = [
+        hatch(css(_strongest(NEARER, theme)), "newly known"),
+        hatch(css(_strongest(FARTHER, theme)), "no longer known", falls=True),
+        patch_of_board(look, "no value"),
+    ]
+    return legend(
+        look,
+        term("steps to capture", "Steps to capture")
+        + f": what changed since A, trial {since.trial:,}",
+        [
+            bar(_bar(ruler, theme), _bar_marks(ruler, marks, look)),
+            limits(look, f"{_number(ruler.high)} steps nearer", "as many farther"),
+            element("div", joined(key, "")),
+            element("div", joined(patterns, "")),
+            element("div", "Thick line: where value ends at this moment."),
+        ],
+        frame,
+    )
+
+
+def _number(steps: float) -> str:
+    return f"{steps:.0f}" if steps >= 10 else f"{steps:.2g}"
+
+
+def _bar(ruler: Ruler, theme: Theme) -> np.ndarray:
+    """Colours of the bar, ``(256, 3)``: what is nearest on its left, what is farthest right."""
+    place = np.linspace(-1.0, 1.0, 256)
+    # The ruler is by the root.
+    return _colours(np.sign(place) * place**2 * ruler.high, ruler, theme).astype(np.float64)
+
+
+def _bar_marks(ruler: Ruler, marks: list[float], look: Look) -> list[tuple[float, str]]:
+    end = _number(ruler.high) + ("" if look.fitted else "+")
+    texts = [(1.0, end), *((float(ruler.place(steps)), _number(steps)) for steps in marks)]
+    left = [(0.5 - place / 2, text) for place, text in texts]
+    right = [(0.5 + place / 2, text) for place, text in reversed(texts)]
+    return [*left, (0.5, "0"), *right]
+
+
+def _why_none(extras: Extras) -> str:
+    """What to do, or why nothing is to be seen."""
+    return _NO_A if extras.since is None else "A is a moment of another world; set A (key A) anew."
+
+
+def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
+    since = _since(snapshot, extras)
+    if since is None:
+        return f"Change since A: {_why_none(extras)}"
+    against = f"Beside A, trial {since.trial:,}"
+    if (since.generation, since.step) == (snapshot.generation, snapshot.step):
+        return f"{against}: this is A itself. Go to another moment to see what is different."
+    change = _change(snapshot, since, look)
+    steps = np.where(change.both, np.nan_to_num(change.steps), 0.0)
+    nearer, farther, new, lost, there = (
+        int(on_raster(places, raster(snapshot.spec.world)).sum())
+        for places in (
+            steps <= -_LEAST_STEPS,
+            steps >= _LEAST_STEPS,
+            change.new,
+            change.lost,
+            change.was | change.known,
+        )
+    )
+    if not there:
+        return f"{against}: no way to a capture is known at either moment."
+    parts = [f"a capture is nearer in {nearer / there:.0%} of the area that has value"]
+    parts.append(f"farther in {farther / there:.0%}")
+    parts += [f"newly known in {new / there:.0%}"] if new else []
+    parts += [f"no longer known in {lost / there:.0%}"] if lost else []
+    return f"{against}: {', '.join(parts)}."
+
+
+CHANGE = Layer("change", "Change since A", _draw, _legend, _caption)
