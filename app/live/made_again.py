@@ -145,7 +145,9 @@ class _Making:
         if self._family is None:
             raise DamagedError(f"{written.path}: no run has begun in it", None)
         self._family.held.pause()
-        self._family.live.known = known_of(self._family.held.run, with_digest=True)
+        self._family.live.known = known_of(
+            self._family.held.run, digest(self._family.held.run.state)
+        )
         made = MadeAgain(self._family, self._aside, self._n_runs)
         return Remade(made, tuple(self._differ))
 
@@ -272,12 +274,12 @@ class _Making:
         """Have a line known up to a step at least; returns its run, as far as it is."""
         if line.held is not None:
             self._advance(line, line.held.run, step)
-            line.known = known_of(line.held.run, with_digest=False)
+            line.known = known_of(line.held.run)
             return line.held.run
         run = run_at(line.past, line.past.end_step)
         if run.step < step:
             self._advance(line, run, step)
-            line.known = known_of(run, with_digest=False)
+            line.known = known_of(run)
         return run
 
     def _advance(self, line: Line, run: Run, step: int) -> None:
