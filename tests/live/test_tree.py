@@ -76,6 +76,9 @@ class Kept:
         self.looked.append(at_rest)
         self.records.append(record)
 
+    def close(self) -> None:
+        pass
+
 
 class Desk:
     """A session, paused at first, and what is asked of it."""

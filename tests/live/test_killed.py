@@ -1,0 +1,150 @@
+"""Nothing is lost: labs that are killed at any moment, and disks that take nothing."""
+
+import json
+import os
+import random
+import resource
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.live.journal import Journal, is_in_use
+from app.live.made_again import made_again
+from app.live.past import Budget
+from app.live.places import Place
+from app.live.records import Branched, Gave, Stood
+from app.live.replayed import replayed
+from app.live.requests import Branch, MakeLive, NameLine, Pause, Play
+from app.live.session import Session
+from app.live.worker import FULL_SPEED
+from app.live.written import read, whole
+from learners.commands import (
+    Command,
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    Remove,
+    SetParameter,
+)
+from learners.kernel.state import digest
+from learners.run import Run
+from learners.spec import RunSpec
+from tests.support.journals import HEADER
+from tests.support.lines import SPEC
+
+KILLS = 50
+SEED = 11
+LONG: RunSpec = SPEC.model_copy(update={"trials": 1_000_000})
+"""One that is not over before it is killed."""
+FREEZE, THAW = FreezeSkills(True), FreezeSkills(False)
+
+
+def name_of(*_: object) -> str:
+    return "another way"
+
+
+def wish(chance: random.Random) -> Command:
+    return chance.choice(
+        [
+            FreezeSkills(chance.random() < 0.5),
+            FreezeSelection(chance.random() < 0.5),
+            FollowSchedule(chance.random() < 0.5),
+            SetParameter("learner.epsilon", chance.choice([0.05, 0.2, 0.4])),
+            SetParameter("world.capture_reward", chance.choice([50.0, 80.0])),
+            Explore("approach", chance.choice([10, 300]), 0.5),
+            Remove("circle_clockwise"),
+        ]
+    )
+
+
+def live(path: Path, answers: int, seed: int) -> None:
+    """Use a lab until somebody kills it; each answer is told to whoever looks."""
+    chance = random.Random(seed)
+    session = Session(
+        LONG, "timed", SEED, FULL_SPEED, True, journal=Journal(path, HEADER), name_of=name_of
+    )
+    session.start()
+    session.wait_for(lambda status: status.snapshot.step > 0, 60.0)
+    while True:
+        refusals: list[str] = []
+        kind, status = chance.random(), session.status
+        request: Any = wish(chance)
+        if kind < 0.1:
+            request = chance.choice([Pause(), Play()])
+        elif kind < 0.25:
+            line = chance.choice(status.lines)
+            place = Place(line.number, chance.randint(0, line.until_step))
+            request = Branch(place, request)
+        elif kind < 0.3:
+            request = MakeLive(chance.choice(status.lines).number)
+        elif kind < 0.35:
+            request = NameLine(chance.choice(status.lines).number, f"name {chance.random()}")
+        ticket = session.submit(request, refusals.append)
+        session.wait_for(lambda status, t=ticket: status.answered >= t, 60.0)
+        if not refusals and isinstance(request, Command):
+            # Seen by whoever asked, so that it must be there.
+            os.write(answers, json.dumps(repr(request)).encode() + b"\n")
+
+
+def used_and_killed(path: Path, seed: int) -> list[str]:
+    """Let a lab be used in a process of its own until that is killed; returns what it answered."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(reading)
+            live(path, writing, seed)
+        finally:
+            os._exit(1)
+    os.close(writing)
+    chance = random.Random(-seed)
+    seen = b""
+    # So many answers, and then somewhere within the next one.
+    for _ in range(chance.randint(1, 12)):
+        data = os.read(reading, 4_096)
+        assert data, "the lab has ended by itself"
+        seen += data
+    for _ in range(chance.randint(0, 20_000)):
+        pass
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    while data := os.read(reading, 4_096):
+        seen += data
+    os.close(reading)
+    # What was cut off in the pipe nobody saw.
+    return [json.loads(line) for line in seen.split(b"\n")[:-1]]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
+def test_a_lab_that_is_killed_at_any_moment_is_there_again_digest_for_digest(
+    tmp_path: Path,
+) -> None:
+    Run(LONG, SEED).advance(max_steps=2_000)  # What is compiled is there for all that are forked.
+    n_commands = n_branches = 0
+    for kill in range(KILLS):
+        path = tmp_path / f"{kill}.pounce"
+        seen = used_and_killed(path, kill)
+        assert not is_in_use(path)
+        found = read(path)
+        given = [repr(record.command) for record in found.records if isinstance(record, Gave)]
+        assert given[: len(seen)] == seen
+        # No more than the one that was not answered yet.
+        assert len(given) <= len(seen) + 1
+        alone = replayed(found.records)
+        assert alone.is_same
+        remade = made_again(found, Budget(), name_of)
+        assert remade.differ == ()
+        family = remade.made.family
+        assert family.live.number == alone.live
+        for number, line in family.lines.items():
+            run = line.past.run_at(alone.lines[number].run.step)
+            assert run is not None
+            assert digest(run.state) == alone.lines[number].digest
+        assert digest(family.held.run.state) == alone.lines[family.live.number].digest
+        n_commands += len(given)
+        n_branches += sum(isinstance(record, Branched) for record in found.records)
+    assert n_commands > 2 * KILLS
+    assert n_branches > KILLS / 4
