@@ -5,6 +5,8 @@ import os
 import random
 import resource
 import signal
+import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +18,10 @@ from app.live.past import Budget
 from app.live.places import Place
 from app.live.records import Branched, Gave, Stood
 from app.live.replayed import replayed
-from app.live.requests import Branch, MakeLive, NameLine, Pause, Play
-from app.live.session import Session
+from app.live.requests import Branch, MakeLive, NameLine, Pause, Play, TrialOnce
+from app.live.session import Session, Status
 from app.live.worker import FULL_SPEED
-from app.live.written import read, whole
+from app.live.written import read
 from learners.commands import (
     Command,
     Explore,
@@ -89,6 +91,21 @@ def live(path: Path, answers: int, seed: int) -> None:
             os.write(answers, json.dumps(repr(request)).encode() + b"\n")
 
 
+def in_a_process_of_its_own(do: Callable[[], object]) -> int:
+    """Do something in a copy of this process; returns 0 if it came to its end."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            do()
+            code = 0
+        finally:
+            if code:
+                traceback.print_exc()
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
 def used_and_killed(path: Path, seed: int) -> list[str]:
     """Let a lab be used in a process of its own until that is killed; returns what it answered."""
     reading, writing = os.pipe()
@@ -103,7 +120,7 @@ def used_and_killed(path: Path, seed: int) -> list[str]:
     chance = random.Random(-seed)
     seen = b""
     # So many answers, and then somewhere within the next one.
-    for _ in range(chance.randint(1, 12)):
+    for _ in range(chance.randint(1, 6)):
         data = os.read(reading, 4_096)
         assert data, "the lab has ended by itself"
         seen += data
@@ -146,5 +163,56 @@ def test_a_lab_that_is_killed_at_any_moment_is_there_again_digest_for_digest(
         assert digest(family.held.run.state) == alone.lines[family.live.number].digest
         n_commands += len(given)
         n_branches += sum(isinstance(record, Branched) for record in found.records)
-    assert n_commands > 2 * KILLS
-    assert n_branches > KILLS / 4
+    assert n_commands > KILLS
+    assert n_branches > KILLS / 8
+
+
+def stands(session: Session, request: Any) -> Status:
+    """The status in which a request has been answered."""
+    ticket = session.submit(request)
+    return session.wait_for(lambda status: status.answered >= ticket, 60.0)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
+def test_a_lab_goes_on_while_the_disk_is_full_and_nothing_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "full.pounce"
+
+    def use() -> None:
+        session = Session(SPEC, "timed", SEED, 1.0, False, journal=Journal(path, HEADER))
+        session.start()
+        assert stands(session, FREEZE).journal is None
+        before = read(path).records
+        room = path.stat().st_size + 60
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
+        for request in (TrialOnce(), THAW, TrialOnce()):
+            told = stands(session, request)
+        assert told.snapshot.trial == 2
+        assert told.journal is not None
+        assert told.journal.startswith(f"This session is not kept: {tmp_path}: ")
+        assert read(path).records == before
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+        assert stands(session, FREEZE).journal is None
+        session.stop()
+
+    assert in_a_process_of_its_own(use) == 0
+    found = read(path).records
+    assert [record.command for record in found if isinstance(record, Gave)] == [
+        FREEZE,
+        THAW,
+        FREEZE,
+    ]
+    assert replayed(found).is_same
+    assert any(isinstance(record, Stood) and record.trial == 2 for record in found)
+
+
+def test_a_lab_goes_on_where_nothing_can_be_written(tmp_path: Path) -> None:
+    there = tmp_path / "there"
+    there.write_text("no folder")
+    journal = Journal(there / "one.pounce", HEADER)
+    session = Session(SPEC, "timed", SEED, 1.0, False, journal=journal)
+    session.start()
+    told = stands(session, TrialOnce())
+    assert (told.snapshot.trial, told.error) == (1, None)
+    assert told.journal is not None
+    assert told.journal.startswith(f"This session is not kept: {there}: ")
+    session.stop()
