@@ -125,6 +125,20 @@ def test_keys_act_in_the_frame_as_they_do_beside_it(begin: Begin) -> None:
     assert live.ask().snapshot.trial == trial
 
 
+def test_a_frame_that_is_loaded_anew_shows_all_though_nothing_goes_on(begin: Begin) -> None:
+    _, screen = begin(trial=100)
+    lanes = screen.page.frame_locator(FRAME).locator(".lane")
+    expect(lanes.first).to_be_visible()
+    for _ in range(3):
+        screen.page.evaluate(
+            "frame => document.querySelector(frame).contentWindow.location.reload()", FRAME
+        )
+        screen.page.wait_for_function(f"frame => !({IS_OPEN})(frame)", arg=FRAME)
+        wait_for(screen.page, IS_OPEN)
+        expect(lanes.first).to_be_visible()
+        expect(screen.page.frame_locator(FRAME).locator(".transport")).to_be_visible()
+
+
 def test_a_frame_that_does_not_come_up_is_said(begin: Begin, browser: Browser) -> None:
     live, _ = begin()
     context = browser.new_context(viewport=VIEWPORT)
