@@ -22,6 +22,8 @@ _MOST_LISTED: Final = 8
 _MOST_CHARACTERS: Final = 24
 """Of what somebody wrote, where there is room, and where there is little."""
 _FEW_CHARACTERS: Final = 10
+_MOST_WRITTEN: Final = 8
+"""Notes whose lines the names of skills keep clear of: there may be many."""
 
 
 class Mark(NamedTuple):
@@ -106,12 +108,15 @@ def marks_of(
     others = [spot for spot in spots if not spot.joins]
     room = Room(-_GUTTER, 1.0)
     marks: list[Mark] = []
-    # Skills first, over the places of other marks if need be; then what somebody wrote, and then
-    # the newest.
-    for spots in (joins, [_Written(axis.of_trial(note.trial), note) for note in notes], others):
-        for spot in spots:
+    written = [_Written(axis.of_trial(note.trial), note) for note in notes]
+    for spot in written[-_MOST_WRITTEN:]:
+        room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
+    # Skills first, over the places of other marks if need be; then what somebody wrote; of each the
+    # newest.
+    for kind in (joins, written, others):
+        for spot in kind:
             room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
-        marks += [_named(spot, room) for spot in reversed(spots)]
+        marks += [_named(spot, room) for spot in reversed(kind)]
     return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
 
 
