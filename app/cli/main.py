@@ -19,7 +19,7 @@ import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 
 from app import __version__
-from app.cli import bench, doctor, experiment, lab, replicate, report, run
+from app.cli import bench, doctor, experiment, lab, replay, replicate, report, run
 from app.cli.answers import (
     COLUMNS,
     EXIT_FAILED,
@@ -38,6 +38,7 @@ from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.lab import Lab
+from app.cli.replay import Replay
 from app.cli.replicate import Replicate
 from app.cli.report import Report
 from app.cli.run import Run
@@ -55,10 +56,11 @@ class Presets:
     """List the shipped presets."""
 
 
-Command = Lab | Presets | Run | Experiment | Report | Replicate | Bench | Doctor
+Command = Lab | Replay | Presets | Run | Experiment | Report | Replicate | Bench | Doctor
 
 COMMANDS: dict[str, type[Command]] = {
     "lab": Lab,
+    "replay": Replay,
     "presets": Presets,
     "run": Run,
     "experiment": Experiment,
@@ -70,6 +72,7 @@ COMMANDS: dict[str, type[Command]] = {
 
 EXAMPLES: dict[type[Command], Sequence[str]] = {
     Lab: lab.EXAMPLES,
+    Replay: replay.EXAMPLES,
     Presets: ("pounce presets",),
     Run: run.EXAMPLES,
     Experiment: experiment.EXAMPLES,
@@ -89,6 +92,7 @@ class Pounce:
 
     command: OmitArgPrefixes[
         Annotated[Lab, tyro.conf.subcommand("lab")]
+        | Annotated[Replay, tyro.conf.subcommand("replay")]
         | Annotated[Presets, tyro.conf.subcommand("presets")]
         | Annotated[Run, tyro.conf.subcommand("run")]
         | Annotated[Experiment, tyro.conf.subcommand("experiment")]
@@ -248,6 +252,8 @@ def _obey(command: Command | Pounce | None) -> int:
             return EXIT_OK
         case Lab():
             return lab.obey(command)
+        case Replay():
+            return replay.obey(command)
         case Presets():
             return _presets()
         case Run():

@@ -7,11 +7,12 @@ before them: however often a thing is set there, only what comes of it is said.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, NamedTuple
 
+from app.schedule.blocks import planned_joins
 from app.words.plain import PARAMETER_NAMES, joined_by_and, plain, shortened
-from learners.commands import Command, Event, Introduce
-from learners.control import Control, Episode, evolve, timers_of
+from learners.commands import Command, Event
+from learners.control import Control, Episode, evolve
 from learners.parameters import PARAMETERS, value_of
-from learners.spec import MAX_TRIALS, EpisodeSpec, ScheduleSpec
+from learners.spec import EpisodeSpec, ScheduleSpec
 
 MOST_CHARACTERS: Final = 40
 """Of a computed name."""
@@ -96,24 +97,12 @@ def _differences(before: Control, trial: int, commands: Iterable[Command]) -> li
     return [difference for find in finders for difference in find(before, after, trial)]
 
 
-def _planned_joins(control: Control) -> dict[str, int]:
-    """When the schedule has skills join that have not, be it followed or not."""
-    ahead = timers_of(control.spec)[control.next_timer :]
-    return {
-        timer.command.skill: timer.trial
-        for timer in ahead
-        if isinstance(timer.command, Introduce)
-        and timer.trial < MAX_TRIALS
-        and timer.command.skill not in control.present
-    }
-
-
 def _skills(before: Control, after: Control, trial: int) -> Iterator[_Difference]:
     """Skills that join at another time, or leave."""
     # Whether the schedule is followed is a difference of its own.
     is_followed = before.schedule_on or after.schedule_on
-    was_planned = _planned_joins(before) if is_followed else {}
-    is_planned = _planned_joins(after) if is_followed else {}
+    was_planned = planned_joins(before) if is_followed else {}
+    is_planned = planned_joins(after) if is_followed else {}
     for skill in after.spec.learner.skills:
         name, then = plain(skill), was_planned.get(skill)
         if skill in before.present:
@@ -215,7 +204,7 @@ def _held_still(before: Control, after: Control, trial: int) -> Iterator[_Differ
 def _freezes(before: Control, after: Control, trial: int) -> Iterator[_Difference]:
     """Freezes of skills to come that last longer or shorter."""
     was, now = before.spec.schedule, after.spec.schedule
-    for skill in _planned_joins(after).keys() & _planned_joins(before).keys():
+    for skill in planned_joins(after).keys() & planned_joins(before).keys():
         then, trials = was.freeze_of(skill), now.freeze_of(skill)
         if then != trials:
             said = f"the freeze for {plain(skill)} lasts {trials:,} trials and not {then:,}"

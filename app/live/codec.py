@@ -55,6 +55,14 @@ def encoded(record: Record) -> dict[str, Any]:
     return document
 
 
+def encoded_command(command: Command) -> dict[str, Any]:
+    """A command as JSON has it."""
+    document: dict[str, Any] = {_DO: type(command).__name__}
+    for field in dataclasses.fields(command):
+        document[field.name] = _plain(getattr(command, field.name))
+    return document
+
+
 def decoded(document: object) -> Record:
     """The record that something from JSON states.
 
@@ -85,10 +93,7 @@ def _plain(value: Any) -> Any:
         return value.model_dump(mode="json")
     if isinstance(value, tuple):
         return [_plain(part) for part in cast(tuple[Any, ...], value)]
-    if type(value) in _COMMANDS.values():
-        parts = {part.name: _plain(getattr(value, part.name)) for part in dataclasses.fields(value)}
-        return {_DO: type(value).__name__, **parts}
-    return value
+    return encoded_command(value) if type(value) in _COMMANDS.values() else value
 
 
 def _taken_apart(

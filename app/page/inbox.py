@@ -15,7 +15,8 @@ from typing import Any, TypeVar
 
 import viser
 
-from app.live.session import Request
+from app.live.requests import Request
+from app.live.session import Status
 from app.server.callbacks import told_to
 from app.server.workers import Workers
 
@@ -27,6 +28,8 @@ Act = Callable[[viser.ClientHandle, Any], object]
 """Does what somebody wants, given their browser and the value of what they used."""
 Ask = Callable[[viser.ClientHandle, Request], object]
 """Asks the session for something; the browser is told if it cannot be done."""
+StatusOf = Callable[[viser.ClientHandle], Status]
+"""How things stand for a browser: at the moment that it looks at."""
 Work = Callable[[viser.ClientHandle, Callable[[], Any], Callable[[Any], object]], object]
 """:meth:`Inbox.work`."""
 

@@ -152,7 +152,7 @@ class Lab:
         self.gallery = Gallery(self.server)
         self._dress_server()
         gui = self.server.gui
-        self._controls = Controls(gui, session, presets, self.ask)
+        self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
             self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
@@ -268,7 +268,10 @@ class Lab:
                     seen = self._look(status, started)
                     # What answers a click comes first, and does not wait for the next frame.
                     if self._is_true(status):
-                        self._controls.update(self._shared_by(seen, status))
+                        elsewhere = sum(other.behind is not None for other in seen.values())
+                        self._controls.update(
+                            self._shared_by(seen, status), elsewhere if len(seen) > 1 else 0
+                        )
                     if started >= min(self._due_s, self._moved_s):
                         self._draw_due(status, seen, started)
                 if started >= self._begins_s:

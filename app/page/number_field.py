@@ -99,6 +99,11 @@ class NumberField:
         """What stands in the field, finished or not."""
         return str(self.handle.value).strip()
 
+    @property
+    def number(self) -> float:
+        """The number that stood in the field last; what is typed and not finished is none."""
+        return self._number
+
     def read(self) -> float:
         """The number that stands in the field, finished or not.
 

@@ -333,6 +333,18 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
             )
 
 
+def planned_joins(control: Control) -> dict[str, int]:
+    """Trials in which the schedule has skills join that have not, be it followed or not."""
+    ahead = timers_of(control.spec)[control.next_timer :]
+    return {
+        timer.command.skill: timer.trial
+        for timer in ahead
+        if isinstance(timer.command, Introduce)
+        and timer.trial < NEVER
+        and timer.command.skill not in control.present
+    }
+
+
 def _introduction_id(skill: str) -> str:
     return f"introduction:{skill}"
 

@@ -1,6 +1,5 @@
 // @ts-check
 // What the lab's page has beside viser's.
-import "./bar.js";
 import "./connection.js";
 import "./docks.js";
 import "./drawn.js";

@@ -23,6 +23,8 @@ const ASIDE_PX = 280;
 /** Of a column that has the bar, too, and the least height of one in which that is to be seen. */
 const ASIDE_WITH_BAR_PX = 400;
 const ALL_PX = 500;
+/** Share of the height from which on a bar leaves no room for what a presentation says in any run. */
+const TALL_SHARE = 0.52;
 /** Share of what there is that a board above the bar has to have, where it stands there. */
 const LEAST_SHARE = 0.6;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */
@@ -65,6 +67,9 @@ const play = part(".play");
 const bar = part("footer");
 const root = document.documentElement;
 
+/** Height of the bar at scale 1 where it is as broad as the stage; it grows with the branches in it. */
+let barPx = BAR_PX;
+
 const isPresenting = () => root.dataset.present !== undefined;
 
 /**
@@ -77,14 +82,15 @@ const isPresenting = () => root.dataset.present !== undefined;
 const arranged = (width, height, zoom) => {
   if (PHONE.matches) return { shape: "stack", size: Math.min(width, height * 0.45) };
   const isAlone = stage.hasAttribute("data-alone");
-  // In a presentation all is to be seen at once, for which the column has to be a broad one.
-  const holdsBar = !isPresenting() || width > BROAD * height;
+  // In a presentation all is to be seen at once, for which the column has to be a broad one; unless the
+  // board would have less than half of the height above the bar.
+  const holdsBar = !isPresenting() || width > BROAD * height || barPx * zoom > height / 2;
   const broad = height < ALL_PX * zoom ? ASIDE_PX : ASIDE_WITH_BAR_PX;
   const beside = holdsBar ? Math.min(height, width - broad * zoom) : 0;
-  const said = HEAD_PX + BAR_PX + (isAlone ? LEGEND_PX : 0);
+  const said = HEAD_PX + barPx + (isAlone ? LEGEND_PX : 0);
   const between = Math.min(width, height - said * zoom);
   const aside = (isAlone ? ASIDE_PX : TEXT_PX) * zoom;
-  const above = Math.min(height - BAR_PX * zoom, width - aside);
+  const above = Math.min(height - barPx * zoom, width - aside);
   const size = Math.max(beside, between, above, 0);
   if (size < LEAST_SHARE * Math.min(width, height) && !isPresenting())
     // Of a window as small as this the bar takes too much: one scrolls to it.
@@ -112,6 +118,11 @@ const place = () => {
   const isFolded = !isOpen("left") && !beside;
   stage.toggleAttribute("data-alone", isPresenting() || isFolded || room() === "over");
   const { height } = stage.getBoundingClientRect();
+  const tall = bar.getBoundingClientRect().height;
+  // In a column it is no less high.
+  const isBroad = ["column", "corner"].includes(stage.dataset.shape ?? "");
+  barPx = Math.max(BAR_PX, isBroad ? tall / zoom : Math.min(barPx, tall / zoom));
+  stage.toggleAttribute("data-tall", tall > TALL_SHARE * height);
   const { shape, size } = arranged(innerWidth - left - right, height, zoom);
   stage.dataset.shape = shape;
   root.style.setProperty("--board-size", `${size}px`);

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import beside, load, page, scrub
+from benchmarks import beside, load, page, scrub, soak
 from benchmarks.compare import (
     c_program,
     compare,
@@ -199,3 +199,14 @@ def test_walking_in_the_past_is_measured(monkeypatch: pytest.MonkeyPatch) -> Non
     assert found.keys() == {"moments_per_s", "p95_ms", "learner_share"}
     assert min(found.values()) > 0
     assert said == ["scrubbing: 1 of 1"]
+
+
+def test_memory_is_looked_at_while_people_walk_in_the_past(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(soak, "SECONDS", 0.5)
+    monkeypatch.setattr(soak, "MOST_GROWN_MB", 1_000.0)
+    assert soak.main(["--minutes", "2"]) == 0
+    *minutes, grown = capsys.readouterr().out.splitlines()
+    assert [line.partition(":")[0] for line in minutes] == ["minute 1", "minute 2"]
+    assert grown.startswith("beside checkpoints, grown by ")

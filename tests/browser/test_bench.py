@@ -19,7 +19,7 @@ from app.live.session import OpenRun, StartAgain, Status, StepOnce
 from app.live.snapshot import Snapshot
 from app.page import number_field, widgets
 from app.page.panels import steering
-from app.page.panels.controls import slider_of
+from app.page.panels.transport import slider_of
 from app.picture.layer import Extras, Layer, SuccessMap
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, OF_TRIAL, Look

@@ -385,8 +385,8 @@ def test_a_click_is_not_lost_on_a_machine_that_is_slow_to_handle_it(
     frames = threading.Semaphore(0)
     draw = Controls.update
 
-    def counted(self: Controls, status: Status) -> None:
-        draw(self, status)
+    def counted(self: Controls, status: Status, elsewhere: int) -> None:
+        draw(self, status, elsewhere)
         frames.release()
 
     monkeypatch.setattr(Controls, "update", counted)

@@ -169,7 +169,7 @@ def test_a_presentation_has_the_stage_alone_in_large_type(shared: Shared) -> Non
     assert side_of(page) > 1.2 * before
     for slot in ("task", "sentence", "readings", "legend", "bar"):
         expect(page.locator(f"[data-slot-of={slot}]")).to_be_in_viewport()
-    expect(page.locator(".pounce-bar")).to_be_in_viewport(ratio=0.98)
+    expect(page.locator("iframe.pounce-time")).to_be_in_viewport(ratio=0.98)
     assert page.evaluate(SMALL_TYPE, ["#pounce-stage", 18]) == []
     # Keys act as ever.
     trial = live.session.status.snapshot.trial

@@ -1,5 +1,6 @@
 """What is asked again and again: the run is the same, and what is drawn of it stays small."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -8,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.charts.bar.draw import bar_html
 from app.charts.bar.model import Moment, bar_of
+from app.charts.bar.sent import Around, bar_sent
 from app.documents import presets
 from app.live import snapshot
 from app.live.session import (
@@ -248,9 +249,9 @@ def test_the_bar_draws_the_newest_and_says_how_many_more(shaken: Run) -> None:
     others = [block for block in all_blocks if block.kind != "selection_freeze"]
     assert [b for b in blocks if b.kind != "selection_freeze"] == others
     bar = bar_of(Moment(moment(shaken), blocks, past.left_out), "trials", 2_000)
-    html = bar_html(bar, str)
-    assert "300 earlier changes not drawn" in html
-    assert len(html) < 70_000
+    sent = bar_sent(bar, Around(1))
+    assert sent["legend"][-1]["text"] == "300 earlier changes not drawn"
+    assert len(json.dumps(sent)) < 60_000
 
 
 @settings(max_examples=30, deadline=None)

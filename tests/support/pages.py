@@ -16,6 +16,7 @@ PAGES: Final = (
     "docs/references.md",
     "docs/replication.md",
     "docs/serving.md",
+    "docs/sessions.md",
     "docs/speed.md",
     "presets/README.md",
     "presets/experiments/README.md",

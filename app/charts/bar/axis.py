@@ -65,13 +65,6 @@ class TimeAxis(NamedTuple):
         return self._place(self.trial if self.unit == "trials" else self.step)
 
     @property
-    def here(self) -> str:
-        """Where the run is, in few characters."""
-        if self.unit == "trials":
-            return f"{self.trial:,}"
-        return _short(self.step, self._steps_unit)
-
-    @property
     def ticks(self) -> tuple[Tick, ...]:
         """Round numbers along it."""
         if self.unit == "trials":

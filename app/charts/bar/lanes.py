@@ -1,12 +1,12 @@
 """The lanes of the schedule: when each skill is there, explored or frozen."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, Literal, NamedTuple
 
 from app.charts.bar.axis import TimeAxis
 from app.charts.bar.marks import CHARACTER
-from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, described
+from app.schedule.blocks import FREEZES, FROZEN, NEVER, Block, Kind
 from app.words.placing import Room
 from app.words.plain import plain
 
@@ -17,39 +17,34 @@ _LEAST: Final = 1 / 120
 _NEAR: Final = 2 * CHARACTER
 """Farther from its block a text is as short as can be."""
 
+Side = Literal["before", "after", "within"]
+Shape = Literal["join", "forced", "frozen"]
+"""What a block is drawn as."""
 Half = Literal["whole", "upper", "lower"]
 """What part of the height of its lane a block takes."""
 
 
 class Stretch(NamedTuple):
-    """Where a skill can be chosen, or is going to be."""
+    """Where a skill can be chosen, or is going to be, in trials."""
 
-    first: float
-    until: float
+    first: int
+    until: int | None
+    """The first trial after it; None if it goes on."""
     is_ahead: bool
-    trials: tuple[int, int | None]
-    """The first trial, and the first after it; None if it goes on."""
 
 
 class Piece(NamedTuple):
     """A block of the schedule in its lane."""
 
-    id: str
-    """By which it is chosen and edited."""
-    kind: Literal["join", "forced", "frozen"]
-    first: float
-    until: float
-    done: float
-    """Place up to which it has happened."""
-    half: Half
-    is_idle: bool
-    """Whether it is in the plan and will not happen as things stand."""
-    by_hand: bool
-    is_editable: bool
-    is_chosen: bool
-    hint: str
     block: Block
-    """What it is drawn of."""
+    kind: Shape
+    half: Half
+    is_chosen: bool
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether it is in the plan and will not happen as things stand."""
+        return self.block.state == "idle"
 
 
 class Label(NamedTuple):
@@ -60,11 +55,11 @@ class Label(NamedTuple):
     """What is said on the narrowest page, too."""
     after: str
     at: float
-    side: Literal["before", "after", "within"]
+    side: Side
     """Whether it ends at its place, begins there, or has it in its middle."""
     room: float
     """How far it may reach, as a share of the axis."""
-    of: tuple[str, ...] = ()
+    of: tuple[str, ...]
     """Ids of the blocks of which it is said."""
 
 
@@ -104,14 +99,15 @@ def _lane(skill: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> L
         block for block in blocks if block.kind == "introduction" or block.until != block.first
     ]
     shown = [block for block in blocks if not _is_beyond(block, axis)]
-    pieces = [_piece(block, axis, chosen) for block in shown if block.kind != "presence"]
+    drawn = [block for block in shown if block.kind != "presence"]
+    # What is short is drawn over what is long.
+    drawn.sort(key=lambda block: axis.of_trial(block.first) - _until(block, axis))
     return Lane(
         name=plain(skill) or FREEZE_LANE,
         skill=skill,
         presence=tuple(_presence(shown, axis)),
-        # What is short is drawn over what is long.
-        pieces=tuple(sorted(pieces, key=lambda piece: piece.first - piece.until)),
-        labels=_Writer(axis, pieces).labels(blocks),
+        pieces=tuple(_piece(block, chosen) for block in drawn),
+        labels=_Writer(axis, drawn).labels(blocks),
     )
 
 
@@ -127,45 +123,30 @@ def _until(block: Block, axis: TimeAxis) -> float:
 
 def _presence(blocks: Iterable[Block], axis: TimeAxis) -> Iterable[Stretch]:
     for block in blocks:
-        first, until = axis.of_trial(block.first), _until(block, axis)
         if block.kind == "presence":
-            yield Stretch(first, until, False, (block.first, block.until))
+            yield Stretch(block.first, block.until, is_ahead=False)
             if block.until is None:
-                yield Stretch(until, 1.0, True, (axis.trial, None))
+                yield Stretch(axis.trial, None, is_ahead=True)
         elif block.kind == "introduction" and block.state == "planned":
-            yield Stretch(first, 1.0, True, (block.first, None))
+            yield Stretch(block.first, None, is_ahead=True)
 
 
-def _piece(block: Block, axis: TimeAxis, chosen: str) -> Piece:
-    first, until = axis.of_trial(block.first), _until(block, axis)
-    is_past = block.state in ("done", "running")
-    halves: dict[str, Half] = {FREEZES[0]: "upper", FREEZES[1]: "lower"}
-    kinds: dict[str, Literal["join", "forced"]] = {
-        "introduction": "join",
-        "exploration": "forced",
-    }
-    return Piece(
-        id=block.id,
-        kind=kinds.get(block.kind, "frozen"),
-        first=first,
-        until=until,
-        done=min(max(axis.now, first), until) if is_past else first,
-        half=halves.get(block.kind, "whole"),
-        is_idle=block.state == "idle",
-        by_hand=block.by_hand,
-        is_editable=block.editable,
-        is_chosen=block.id == chosen,
-        hint=described(block),
-        block=block,
-    )
+_HALVES: Final[Mapping[Kind, Half]] = {FREEZES[0]: "upper", FREEZES[1]: "lower"}
+_SHAPES: Final[Mapping[Kind, Shape]] = {"introduction": "join", "exploration": "forced"}
+
+
+def _piece(block: Block, chosen: str) -> Piece:
+    shape: Shape = _SHAPES.get(block.kind, "frozen")
+    half: Half = _HALVES.get(block.kind, "whole")
+    return Piece(block, shape, half, is_chosen=block.id == chosen)
 
 
 class _Writer:
     """Finds room in a lane for what is said of its blocks."""
 
-    def __init__(self, axis: TimeAxis, pieces: Iterable[Piece]) -> None:
+    def __init__(self, axis: TimeAxis, drawn: Iterable[Block]) -> None:
         self._axis = axis
-        self._taken = [(p.first, max(p.until, p.first + _LEAST)) for p in pieces]
+        self._taken = [self._span(block) for block in drawn]
         self._room = Room(0.0, 1.0)
         for span in self._taken:
             self._room.take(*span)
@@ -252,7 +233,7 @@ class _Writer:
         blocks: Sequence[Block],
     ) -> None:
         edge, is_before = spot
-        side = "before" if is_before else "after"
+        side: Side = "before" if is_before else "after"
         of = tuple(block.id for block in blocks)
         self._labels.append(Label(before, text, after, edge, side, 0.0, of))
 

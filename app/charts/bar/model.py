@@ -1,6 +1,7 @@
-"""The bar as data: curves, bands, marks and lanes of a moment, at places along one axis.
+"""The bar as data: curves, bands, marks and lanes of a moment, along one axis.
 
-Nothing here knows how it is drawn. Places are shares of the axis; see :mod:`app.charts.bar.axis`.
+Nothing here knows how it is drawn. Places are shares of the axis (:mod:`app.charts.bar.axis`), but
+for blocks, which a hand may move along it: these are told in trials.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from app.charts.bar.marks import Mark, marks_of
 from app.live.places import Mark as Note
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
-from app.schedule.blocks import FREEZES, Block, described
+from app.schedule.blocks import FREEZES, Block
 from learners.measures import Curve, Progress
 
 Held = Literal["forced", "frozen"]
@@ -51,12 +52,8 @@ class Moment(NamedTuple):
 class Band(NamedTuple):
     """Where something is held from outside: forced exploration, or a freeze."""
 
-    first: float
-    until: float
-    kind: Held
-    is_ahead: bool
-    hint: str
     block: Block
+    kind: Held
 
 
 class Points(NamedTuple):
@@ -116,7 +113,7 @@ def bar_of(moment: Moment, unit: Axis, greedy_every: int) -> Bar:
         ghost=None if ghost is None else ghost_of(ghost, axis),
         ghost_name="" if ghost is None else ghost.name,
         ghost_hint="" if ghost is None else ghost.hint,
-        bands=bands_of(moment.blocks, axis),
+        bands=bands_of(moment.blocks),
         marks=marks_of(snapshot.control.history, axis, moment.notes),
         lanes=lanes_of(moment.blocks, snapshot.spec.learner.skills, axis, moment.chosen),
         left_out=moment.left_out,
@@ -152,20 +149,14 @@ def _from_the_start(at: np.ndarray, reward: np.ndarray) -> Points:
     return Points(np.append(0.0, at), np.append(reward[0], reward))
 
 
-def bands_of(blocks: Sequence[Block], axis: TimeAxis) -> tuple[Band, ...]:
-    """Where exploration is forced or something frozen, what is past apart from what is ahead."""
+def bands_of(blocks: Sequence[Block]) -> tuple[Band, ...]:
+    """Where exploration is forced or something frozen, or going to be."""
     bands: list[Band] = []
     for block in blocks:
         is_freeze = block.kind in (*FREEZES, "introduction")
-        if block.state == "idle" or not (is_freeze or block.kind == "exploration"):
-            continue
-        kind: Held = "frozen" if is_freeze else "forced"
-        first = axis.of_trial(block.first)
-        until = axis.now if block.until is None else axis.of_trial(block.until)
-        middle = min(max(axis.now, first), until)
-        for low, high, is_ahead in ((first, middle, False), (middle, until, True)):
-            if high > low:
-                bands.append(Band(low, high, kind, is_ahead, described(block), block))
+        is_held = is_freeze or block.kind == "exploration"
+        if is_held and block.state != "idle" and block.until != block.first:
+            bands.append(Band(block, "frozen" if is_freeze else "forced"))
     return tuple(bands)
 
 

@@ -6,20 +6,20 @@ stands in ``app/web/time/state.js``.
 """
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 from app.analysis.estimates import Axis
 from app.charts.bar.axis import TimeAxis
 from app.charts.bar.lanes import Lane, Piece
 from app.charts.bar.marks import Mark
-from app.charts.bar.model import Bar, Points
+from app.charts.bar.model import Band, Bar, Points
 from app.charts.bar.tree import in_rows
 from app.explain.happenings import Happening
 from app.live.places import LineSeen
 from app.live.places import Mark as Note
 from app.picture.colours import css
 from app.picture.theme import DARK, LIGHT, Theme
-from app.schedule.blocks import Block
+from app.schedule.blocks import Block, described
 from app.util.texts import written
 from app.words.glossary import TERMS
 from app.words.numbers import counted, labelled_ticks, shown_number
@@ -50,8 +50,8 @@ class Around(NamedTuple):
     happenings: Sequence[Happening] = ()
     """What happened in it, by step."""
     ahead: Sequence[Block] | None = None
-    """Blocks of the plan at the moment that is looked at, which can be edited there; None if that is
-    the newest moment of the line."""
+    """The plan at the moment that is looked at, by which blocks can be edited there; None if that
+    is the newest moment of the line."""
 
 
 def bar_sent(bar: Bar, around: Around) -> Sent:
@@ -69,7 +69,7 @@ def bar_sent(bar: Bar, around: Around) -> Sent:
         "greedy": _points(bar.greedy),
         "gaps": list(bar.greedy_gaps),
         "ghost": None if bar.ghost is None else _points(bar.ghost),
-        "bands": _bands(bar),
+        "bands": [_band(band) for band in bar.bands],
         "marks": [_mark(mark) for mark in bar.marks],
         "lanes": [_lane(lane, around.ahead) for lane in bar.lanes],
         "happenings": [happening._asdict() for happening in around.happenings],
@@ -83,15 +83,13 @@ def bar_sent(bar: Bar, around: Around) -> Sent:
 
 def _written(sent: Any) -> Any:
     """The same without characters that no document may have."""
-    match sent:
-        case str():
-            return written(sent)
-        case dict():
-            return {key: _written(each) for key, each in sent.items()}
-        case list():
-            return [_written(each) for each in sent]
-        case _:
-            return sent
+    if isinstance(sent, str):
+        return written(sent)
+    if isinstance(sent, dict):
+        return {key: _written(each) for key, each in cast("Sent", sent).items()}
+    if isinstance(sent, list):
+        return [_written(each) for each in cast("list[Any]", sent)]
+    return sent
 
 
 def _axis(axis: TimeAxis) -> Sent:
@@ -143,13 +141,20 @@ def _legend(bar: Bar) -> Iterable[tuple[str, str, str]]:
         yield "forced", "forced exploration", TERMS["forced exploration"]
     if "frozen" in kinds:
         yield "frozen", "frozen", TERMS["freeze"]
-    pieces = [piece for lane in bar.lanes for piece in lane.pieces]
-    if any(piece.done < piece.until for piece in pieces):
+    blocks = [piece.block for lane in bar.lanes for piece in lane.pieces]
+    if any(_is_ahead(block, bar.axis) for block in blocks):
         yield "planned", "planned", "Outlined: what the schedule has ahead."
-    if any(piece.by_hand for piece in pieces):
+    if any(block.by_hand for block in blocks):
         yield "hand", "by hand", "Begun by hand, or not as the preset has it."
     if bar.left_out:
         yield "more", f"{counted(bar.left_out, 'earlier change')} not drawn", ""
+
+
+def _is_ahead(block: Block, axis: TimeAxis) -> bool:
+    """Whether something of it is to come."""
+    if block.until == block.first:
+        return False
+    return block.state == "idle" or (block.until or 0) > axis.trial
 
 
 def _learned_hint(bar: Bar) -> str:
@@ -169,18 +174,9 @@ def _greedy_hint(bar: Bar) -> str:
 # --- Bands, marks and lanes ----------------------------------------------------------------------
 
 
-def _bands(bar: Bar) -> list[Sent]:
-    # What is past and what is ahead of one block are two bands, whose border moves as time passes.
-    of = {band.block.id: band for band in bar.bands}
-    return [
-        {
-            "key": band.block.id,
-            "first": band.block.first,
-            "until": band.block.until,
-            "kind": band.kind,
-        }
-        for band in of.values()
-    ]
+def _band(band: Band) -> Sent:
+    block = band.block
+    return {"key": block.id, "first": block.first, "until": block.until, "kind": band.kind}
 
 
 def _mark(mark: Mark) -> Sent:
@@ -209,7 +205,7 @@ def _lane(lane: Lane, ahead: Sequence[Block] | None) -> Sent:
         "name": lane.name,
         "skill": lane.skill,
         "presence": [
-            {"first": stretch.trials[0], "until": stretch.trials[1], "ahead": stretch.is_ahead}
+            {"first": stretch.first, "until": stretch.until, "ahead": stretch.is_ahead}
             for stretch in lane.presence
         ],
         "pieces": [_piece(piece, ahead) for piece in lane.pieces],
@@ -242,10 +238,10 @@ def _piece(piece: Piece, ahead: Sequence[Block] | None) -> Sent:
         "skill": block.skill,
         "what": _what(block),
         "idle": piece.is_idle,
-        "hand": piece.by_hand,
+        "hand": block.by_hand,
         "editable": edited_by is not None,
         "chosen": piece.is_chosen,
-        "hint": piece.hint,
+        "hint": described(block),
     }
 
 

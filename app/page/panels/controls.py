@@ -4,7 +4,6 @@ What a person does here is one request. A widget shows the state and never is th
 requests have been answered, the render loop sets every widget to what is true.
 """
 
-import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,30 +14,22 @@ from typing import Any
 import viser
 
 from app.explain.called import run_on_board
-from app.live.session import (
-    GoOn,
-    Pause,
-    Play,
-    Request,
-    Session,
-    SetSpeed,
-    Status,
-    StepOnce,
-    TrialOnce,
-)
+from app.live.requests import Request, StepOnce, TrialOnce
+from app.live.session import Status
 from app.live.snapshot import Snapshot
-from app.live.worker import FULL_SPEED
 from app.page import keys
-from app.page.inbox import Act, Ask, Intent
+from app.page.inbox import Act, Ask, Intent, StatusOf
 from app.page.keys import Key
 from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.page.panels.said import Said
 from app.page.panels.start_again import StartingAgain
 from app.page.panels.steering import Steering, introduction_of
-from app.page.widgets import CALM, Choice, Input, add_buttons, add_hints, assign
+from app.page.panels.transport import Transport, faster, play_or_pause
+from app.page.widgets import CALM, Choice, Input, add_hints, assign
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
-from app.words.numbers import counted, in_short
+from app.words.glossary import term
+from app.words.numbers import counted
 from app.words.plain import by_plain_name, plain
 from learners.commands import (
     Explore,
@@ -49,18 +40,6 @@ from learners.commands import (
 )
 from learners.spec import MAX_TRIALS, RunSpec
 
-_FULL = 7.0
-"""Where the speed slider means as fast as it goes."""
-_SPEED_MARKS = (
-    (0.0, "1"),
-    (1.0, "10"),
-    (2.0, "100"),
-    (3.0, "1 k"),
-    (4.0, "10 k"),
-    (5.0, "100 k"),
-    (6.0, "1 M"),
-    (_FULL, "max"),
-)
 _NO_SKILL = "(no skill yet)"
 _OF_RESULTS = "a run of an experiment."
 
@@ -70,34 +49,24 @@ def _note(html: str) -> str:
     return f'<div class="pounce-note">{html}</div>'
 
 
-_ROUND = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0)
-"""The speeds of a tenth of the slider each, up to the next power of ten."""
+def _of_past(status: Status) -> str:
+    """What these controls do while the only browser looks at a moment that is not now."""
+    behind = status.behind
+    where = term("the past") if behind is None or not behind.branch else escaped(behind.branch)
+    return (
+        f"These controls show <b>{where}</b>, trial {status.snapshot.trial:,}. What is changed here"
+        f" makes a {term('branch')} there; the {term('live')} run stays as it is. End goes back to"
+        " it."
+    )
 
 
-def speed_of(slider: float) -> float:
-    """Steps per second at a place of the speed slider, a round number."""
-    if slider >= _FULL:
-        return FULL_SPEED
-    power, tenth = divmod(round(10 * slider), 10)
-    return _ROUND[tenth] * 10.0**power
-
-
-def slider_of(speed: float) -> float:
-    """Place of the speed slider for a speed."""
-    return _FULL if speed == FULL_SPEED else round(min(max(math.log10(speed), 0.0), _FULL - 0.1), 1)
-
-
-def speed_label(speed: float) -> str:
-    """A speed in words short enough for the slider."""
-    if speed == FULL_SPEED:
-        return "Full speed"
-    if speed < 1_000:
-        number = f"{speed:.3g}"
-    elif speed < 1e6:
-        number = f"{speed / 1e3:.3g} k"
-    else:
-        number = in_short(speed)
-    return f"{number} step/s" if number == "1" else f"{number} steps/s"
+def _of_live(elsewhere: int) -> str:
+    """What they do for browsers that do not look at what they show."""
+    looks = "1 browser looks" if elsewhere == 1 else f"{elsewhere} browsers look"
+    return (
+        f"These controls show the <b>{term('live')}</b> run. {looks} at another moment; there, Play"
+        f" plays what is looked at, and a change makes a {term('branch')}."
+    )
 
 
 def skill_state(status: Status, skill: str) -> str:
@@ -138,27 +107,28 @@ class Controls:
     def __init__(
         self,
         gui: viser.GuiApi,
-        session: Session,
         presets: Mapping[str, RunSpec],
         ask: Ask,
+        status_of: StatusOf,
+        status: Status,
     ) -> None:
+        """Build it for how things stand; ``status_of`` a browser is asked later."""
         self._gui = gui
-        self._session = session
         self._ask = ask
+        self._status_of = status_of
         self._rows: list[_SkillRow] = []
-        status = session.status
-        self._said = Said(gui, session)
+        self._said = Said(gui, status)
         self.tabs = gui.add_tab_group()
         """Where other tabs go."""
         with self.tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
             self._whose = gui.add_html("", visible=False)
-            self._build_transport(status)
+            self._transport = Transport(gui, ask, status_of, status)
             self._skills = gui.add_folder("Skills")
             self._build_explore()
             self._build_learning()
-            self._starting = StartingAgain(gui, session, presets, ask)
+            self._starting = StartingAgain(gui, presets, ask, status_of, status)
         with self.tabs.add_tab("Steer", icon=viser.Icon.ADJUSTMENTS):
-            self._steering = Steering(gui, session, ask)
+            self._steering = Steering(gui, ask, status_of, status)
         self._build_hotkeys()
         self.update(status)
 
@@ -170,12 +140,17 @@ class Controls:
         """Have a preset in the list of those to start again with."""
         self._starting.offer(name, spec)
 
-    def update(self, status: Status) -> None:
-        """Show what is true; not to be called before all requests have been answered."""
+    def update(self, status: Status, elsewhere: int = 0) -> None:
+        """Show what is true; not to be called before all requests have been answered.
+
+        Args:
+            status: what is true at the moment that these controls show.
+            elsewhere: browsers that look at another moment.
+        """
         snapshot = status.snapshot
-        self._show_whose(status)
+        self._show_whose(status, elsewhere)
         self._name_rows(snapshot.spec.learner.skills)
-        self._show_transport(status)
+        self._transport.update(status)
         self._show_skills(status)
         self._show_explore(status)
         self._show_learning(status)
@@ -183,64 +158,31 @@ class Controls:
         self._steering.update(status)
         self._said.update(status, time.monotonic())
 
-    def _asking(self, request: Callable[[], Request]) -> Act:
-        """To ask for something, whatever the value of the widget."""
-        return lambda client, _: self._ask(client, request())
+    def _asking(self, request: Callable[[Status], Request]) -> Act:
+        """To ask for something by what is true for the browser, whatever the widget's value."""
+        return lambda client, _: self._ask(client, request(self._status_of(client)))
 
     def _input(self, handle: Any, request: Callable[[Any], Request]) -> Input:
         """A widget that asks for something whenever a person changes it."""
         return Input(handle, lambda client, value: self._ask(client, request(value)))
 
-    def _show_whose(self, status: Status) -> None:
-        """Say of which experiment the run is, as long as it is not a run like any other."""
-        assign(self._whose, "visible", status.opened is not None)
-        if status.opened is not None:
-            opened = escaped(run_on_board(status))
-            assign(self._whose, "content", _note(f"On the board: <b>{opened}</b>, {_OF_RESULTS}"))
-
-    def _build_transport(self, status: Status) -> None:
-        gui = self._gui
-        self._play = gui.add_button(
-            "Pause",
-            icon=viser.Icon.PLAYER_PAUSE,
-            hint="Let the learner go on, or hold it still (space).",
-        )
-        self._play.on_click(Intent(self._asking(self._play_or_pause)))
-        self._further = gui.add_button(
-            "Go on",
-            icon=viser.Icon.PLAYER_TRACK_NEXT,
-            color=CALM,
-            visible=False,
-            hint="Let the run have as many trials again as it was to have.",
-        )
-        self._further.on_click(Intent(self._asking(GoOn)))
-        add_hints(gui, self._play, self._further)
-        add_buttons(
-            gui,
-            "Go on by",
-            {"One step": StepOnce(), "One trial": TrialOnce()},
-            self._ask,
-            hint="Pause, and make one step (S) or go on to the start of the next trial (T).",
-        )
-        speed = gui.add_slider(
-            speed_label(status.speed),
-            min=0.0,
-            max=_FULL,
-            step=0.1,
-            initial_value=slider_of(status.speed),
-            marks=_SPEED_MARKS,
-            hint="Steps that the learner makes in a second (J slower, K faster). At max it is as"
-            " fast as this machine goes. What is learned is the same at any speed.",
-        )
-        self._speed = self._input(speed, lambda place: SetSpeed(speed_of(place)))
+    def _show_whose(self, status: Status, elsewhere: int) -> None:
+        """Say which moment, and of which run, where that is not the live run like any other."""
+        note = _of_past(status) if status.behind is not None else ""
+        if elsewhere:
+            note = _of_live(elsewhere)
+        elif not note and status.opened is not None:
+            note = f"On the board: <b>{escaped(run_on_board(status))}</b>, {_OF_RESULTS}"
+        assign(self._whose, "visible", bool(note))
+        assign(self._whose, "content", _note(note))
 
     def _build_hotkeys(self) -> None:
-        commands: list[tuple[str, Key, Callable[[], Request]]] = [
-            ("Pause or play", keys.PLAY, self._play_or_pause),
-            ("One step", keys.STEP, StepOnce),
-            ("One trial", keys.TRIAL, TrialOnce),
-            ("Slower", keys.SLOWER, lambda: SetSpeed(self._faster(-0.5))),
-            ("Faster", keys.FASTER, lambda: SetSpeed(self._faster(0.5))),
+        commands: list[tuple[str, Key, Callable[[Status], Request]]] = [
+            ("Pause or play", keys.PLAY, play_or_pause),
+            ("One step", keys.STEP, lambda _: StepOnce()),
+            ("One trial", keys.TRIAL, lambda _: TrialOnce()),
+            ("Slower", keys.SLOWER, partial(faster, -0.5)),
+            ("Faster", keys.FASTER, partial(faster, 0.5)),
             ("Add the next skill", keys.NEXT_SKILL, self._next_skill),
             ("Explore the chosen skill", keys.EXPLORE, self._exploration),
             ("Freeze the selection, or let it learn", keys.FREEZE, self._toggle_freeze),
@@ -250,49 +192,15 @@ class Controls:
             command = self._gui.add_command(label, hotkey=key.hotkey)
             command.on_trigger(Intent(self._asking(request)))
 
-    def _faster(self, by: float) -> float:
-        return speed_of(min(max(slider_of(self._session.status.speed) + by, 0.0), _FULL))
-
-    def _next_skill(self) -> Request:
-        snapshot = self._session.status.snapshot
+    def _next_skill(self, status: Status) -> Request:
+        snapshot = status.snapshot
         absent = [s for s in snapshot.spec.learner.skills if s not in snapshot.present]
         if not absent:
             raise RefusedError("all skills of this learner have joined")
         return introduction_of(snapshot, absent[0])
 
-    def _toggle_freeze(self) -> Request:
-        return FreezeSelection(not self._session.status.snapshot.control.selection_frozen)
-
-    def _play_or_pause(self) -> Request:
-        status = self._session.status
-        if status.finished and not status.exhausted:
-            more = counted(status.snapshot.spec.trials, "trial")
-            raise RefusedError(
-                f"the {counted(status.snapshot.trial, 'trial')} are over; under Run the learner can"
-                f" go on for {more} more, or start again"
-            )
-        return Pause() if status.playing else Play()
-
-    def _show_transport(self, status: Status) -> None:
-        label, icon = "Pause", viser.Icon.PLAYER_PAUSE
-        if not status.playing:
-            label, icon = "Play", viser.Icon.PLAYER_PLAY
-            if status.finished:
-                label = f"The {counted(status.snapshot.trial, 'trial')} are over"
-        if status.exhausted:
-            label = "This run has had all its trials"
-        if status.error is not None:
-            label = "Stopped by an error: start again"
-        if self._play.label != label:
-            self._play.label = label
-            self._play.icon = icon
-        stuck = status.exhausted or status.error is not None
-        assign(self._play, "disabled", stuck or status.finished)
-        assign(self._further, "visible", status.finished and not stuck)
-        more = counted(status.snapshot.spec.trials, "trial")
-        assign(self._further, "label", f"Go on for {more} more")
-        self._speed.show(slider_of(status.speed))
-        assign(self._speed.handle, "label", speed_label(status.speed))
+    def _toggle_freeze(self, status: Status) -> Request:
+        return FreezeSelection(not status.snapshot.control.selection_frozen)
 
     def _name_rows(self, skills: tuple[str, ...]) -> None:
         """Give each skill a row.
@@ -325,10 +233,10 @@ class Controls:
         assign(self._skills, "visible", bool(skills))
         assign(self._explore, "visible", bool(skills))
 
-    def _introduction_by(self, row: _SkillRow) -> Request:
+    def _introduction_by(self, row: _SkillRow, status: Status) -> Request:
         if row.skill is None:
             raise RefusedError("this learner has no such skill")
-        return introduction_of(self._session.status.snapshot, row.skill)
+        return introduction_of(status.snapshot, row.skill)
 
     def _show_skills(self, status: Status) -> None:
         for row in self._rows:
@@ -390,8 +298,8 @@ class Controls:
         self._begin.on_click(Intent(self._asking(self._exploration)))
         self._end.on_click(Intent(self._asking(self._end_of_exploration)))
 
-    def _end_of_exploration(self) -> Request:
-        ending = self._ending(self._session.status.snapshot)
+    def _end_of_exploration(self, status: Status) -> Request:
+        ending = self._ending(status.snapshot)
         if ending is None:
             raise RefusedError("nothing is being explored")
         return StopExploring(ending)
@@ -402,7 +310,7 @@ class Controls:
         chosen = self._explored.chosen
         return chosen if chosen in running else next(iter(running), None)
 
-    def _exploration(self) -> Request:
+    def _exploration(self, _: Status) -> Request:
         chosen = self._explored.chosen
         if chosen is None:
             raise RefusedError("a skill must have joined before it can be explored")

@@ -25,6 +25,7 @@ from app.page.widgets import CALM, Choice, assign
 from app.results.service import BusyError, Quote, Service, Standing
 from app.schedule import carried
 from app.server.callbacks import RefusedError
+from app.server.notices import tell
 from app.util.background import Maker
 from app.util.html import element, escaped, joined
 from app.util.machine import available_cores
@@ -40,7 +41,11 @@ MOST_LOADED: Final = 20
 """Experiments that may be loaded into one lab."""
 
 _N_SESSION_SEEDS: Final = 10
+N_TEST_SEEDS: Final = 30
+"""Of a line of the session that is tried."""
 _MAX_WORKERS: Final = 64
+_MOST_TOLD: Final = 400
+"""Characters of a notification."""
 _FRESH_S: Final = 10.0
 """How long a cost holds: others may put runs into the folder, or take some out, and a session that
 is past the trials of its preset becomes longer."""
@@ -393,9 +398,29 @@ class ExperimentsPanel:
         assign(self._about, "content", small(about))
         assign(self._cost, "content", small(cost))
 
+    def test(self, client: viser.ClientHandle, snapshot: Snapshot) -> None:
+        """Run what was done in a line of the session up to a moment, and is planned, over seeds.
+
+        The results open in that browser. To be called in the render loop.
+
+        Args:
+            client: the browser that wants it.
+            snapshot: the moment, where what is known of the line ends.
+
+        Raises:
+            RefusedError: the number of runs at a time is none.
+        """
+        self._run(client, THIS_SESSION, N_TEST_SEEDS, snapshot)
+        lost = not_repeated(snapshot)
+        if lost:
+            tell(client, "Not all of it is repeated", " ".join(lost)[:_MOST_TOLD])
+
     def _begin(self, client: viser.ClientHandle, _: object) -> None:
         name, snapshot = self._choice.chosen, self._session.status.snapshot
-        n_seeds, workers = int(self._seeds.read()), int(self._workers.read())
+        self._run(client, name, int(self._seeds.read()), snapshot)
+
+    def _run(self, client: viser.ClientHandle, name: str, n_seeds: int, snapshot: Snapshot) -> None:
+        workers = int(self._workers.read())
 
         def begin() -> None:
             try:

@@ -1,6 +1,7 @@
 """What was just done to the learner by hand, said on the board, with the way to undo it.
 
-It is one learner for all browsers, so all are told, of the newest change alone, and for a while.
+It is one learner for all browsers, so all are told, of the newest change alone, and for a while. Of
+what is done at a moment of the past the bar says it, to the browser that did it.
 """
 
 from typing import Final, NamedTuple
@@ -9,7 +10,8 @@ import viser
 
 from app.explain.called import run_on_board
 from app.explain.commands import command_in_words
-from app.live.session import GoBack, Request, Session, Status
+from app.live.requests import GoBack, MakeLive, Request
+from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.page import keys
 from app.page.panels.steering import undoable
@@ -80,12 +82,31 @@ def _of_run(status: Status, is_back: bool) -> Saying:
     return Saying(text, snapshot.generation, way_back, f"Back to {status.aside}")
 
 
+def _of_line(status: Status, former: int) -> Saying:
+    """What to say of another line of the tree that has become the live run."""
+    names = {line.number: line.name for line in status.lines}
+    snapshot = status.snapshot
+    text = f"Live now: {names[snapshot.generation]}, trial {snapshot.trial:,}"
+    way_back = MakeLive(former)
+    return Saying(text, snapshot.generation, way_back, f"Make {names[former]} live again")
+
+
+def _undone_there(snapshot: Snapshot) -> Request:
+    """What takes back the newest change of a moment that is not now, if it was made there."""
+    newest = next(iter(undoable(snapshot.control.history)), None)
+    if newest is None or newest.step != snapshot.step:
+        raise RefusedError(
+            "nothing was done by hand at this moment; Steer lists all changes up to here, and End"
+            " goes back to the live run"
+        )
+    return Undo(newest.number)
+
+
 class Said:
     """The stage's slot for it, in all browsers."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._session = session
-        snapshot = session.status.snapshot
+    def __init__(self, gui: viser.GuiApi, status: Status) -> None:
+        snapshot = status.snapshot
         self._slot = gui.add_html(slot_html("said", ""))
         self._saying: Saying | None = None
         self._until_s = 0.0
@@ -102,14 +123,19 @@ class Said:
             self._saying = None
         assign(self._slot, "content", slot_html("said", saying_html(self._saying)))
 
-    def undo(self) -> Request:
-        """What takes back what is said.
+    def undo(self, status: Status) -> Request:
+        """What takes back what is said, or what was done at the very moment that is looked at.
+
+        Args:
+            status: what is true for the browser that wants it.
 
         Raises:
-            RefusedError: nothing is said, or it cannot be taken back.
+            RefusedError: nothing is said, or was done there; or it cannot be taken back.
         """
+        if status.behind is not None:
+            return _undone_there(status.snapshot)
         saying = self._saying
-        if saying is None or saying.generation != self._session.status.snapshot.generation:
+        if saying is None or saying.generation != status.snapshot.generation:
             raise RefusedError(
                 "nothing was done just now; Steer lists all changes by hand, and Run has the way"
                 " back to the run before"
@@ -119,13 +145,17 @@ class Said:
         return saying.way_back
 
     def _found(self, status: Status) -> Saying | None:
-        """What was done since the last moment."""
+        """What was done since the last moment, in the live run."""
+        if status.behind is not None:
+            return None
         snapshot = status.snapshot
         generation, history = snapshot.generation, snapshot.control.history
         before, self._history = self._history, history
         if generation != self._generation:
-            is_back, self._generation = generation < self._newest, generation
-            self._newest = max(self._newest, generation)
+            former, self._generation = self._generation, generation
+            is_back, self._newest = generation < self._newest, max(self._newest, generation)
+            if {former, generation} <= {line.number for line in status.lines}:
+                return _of_line(status, former)
             return _of_run(status, is_back)
         if history is before:
             return None

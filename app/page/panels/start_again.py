@@ -5,8 +5,9 @@ from typing import Final
 
 import viser
 
-from app.live.session import GoBack, Session, StartAgain, Status
-from app.page.inbox import Ask, Intent
+from app.live.requests import GoBack, StartAgain
+from app.live.session import Status
+from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import Limits, NumberField
 from app.page.widgets import CALM, DESTROYS, Choice, Input, add_hints, assign
 from app.schedule.carried import drawn_schedule
@@ -21,16 +22,20 @@ class StartingAgain:
     """The folder, in the container that is current; shared by all browsers."""
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, presets: Mapping[str, RunSpec], ask: Ask
+        self,
+        gui: viser.GuiApi,
+        presets: Mapping[str, RunSpec],
+        ask: Ask,
+        status_of: StatusOf,
+        status: Status,
     ) -> None:
-        self._session = session
-        self._ask = ask
+        self._status_of = status_of
         self._presets = dict(presets)
         self._loaded: dict[str, RunSpec] = {}
         """Presets besides those, the latest last."""
         self._shown: int | None = None
         """Generation of the run whose preset and seed are offered to be started again."""
-        snapshot = session.status.snapshot
+        snapshot = status.snapshot
         with gui.add_folder("Start again"):
             self._note(snapshot.preset, snapshot.preset_spec)
             self._preset: Choice[str] = Choice(
@@ -74,7 +79,7 @@ class StartingAgain:
                 " latest.",
             )
             add_hints(gui, again, self._back)
-        again.on_click(Intent(lambda client, _: ask(client, self._request())))
+        again.on_click(Intent(lambda client, _: ask(client, self._request(client))))
         self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
 
     def offer(self, name: str, spec: RunSpec) -> None:
@@ -85,7 +90,8 @@ class StartingAgain:
     def update(self, status: Status) -> None:
         """Show what is true."""
         snapshot = status.snapshot
-        if self._shown != snapshot.generation:
+        # A branch is of the same preset and seed: what was set here stays.
+        if self._shown != snapshot.generation and status.behind is None:
             self._shown = snapshot.generation
             self._note(snapshot.preset, snapshot.preset_spec)
             self._preset.offer(self._offered())
@@ -97,8 +103,8 @@ class StartingAgain:
         assign(self._back, "visible", status.aside is not None)
         assign(self._back, "label", f"Back to {status.aside}")
 
-    def _request(self) -> StartAgain:
-        snapshot, preset = self._session.status.snapshot, self._preset.chosen
+    def _request(self, client: viser.ClientHandle) -> StartAgain:
+        snapshot, preset = self._status_of(client).snapshot, self._preset.chosen
         spec = self._presets.get(preset) or self._loaded[preset]
         keeps = preset == snapshot.preset and bool(self._keeps.handle.value)
         schedule = drawn_schedule(snapshot) if keeps else None

@@ -10,10 +10,10 @@ import viser
 from pydantic import TypeAdapter, ValidationError
 
 from app.explain.commands import command_in_words
-from app.live.session import Session, Status
+from app.live.session import Status
 from app.live.snapshot import Snapshot
 from app.page.confirm import confirm
-from app.page.inbox import Ask, Intent
+from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import DIALS_HTML, Dial, Limits
 from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign
 from app.server.callbacks import RefusedError
@@ -151,14 +151,14 @@ def loss_of(snapshot: Snapshot, skill: str) -> str:
 class Steering:
     """The shared panel of what changes the learner while it learns."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, ask: Ask) -> None:
+    def __init__(self, gui: viser.GuiApi, ask: Ask, status_of: StatusOf, status: Status) -> None:
         self._gui = gui
-        self._session = session
+        self._status_of = status_of
         self._ask = ask
         self._history: tuple[Event, ...] | None = None
         """As it was when the list of changes was made."""
         self._dials: dict[str, Dial] = {}
-        self._build_parameters(session.status.snapshot)
+        self._build_parameters(status.snapshot)
         self._build_undo()
         self._build_skills()
         self._build_removal()
@@ -299,7 +299,7 @@ class Steering:
     def _add_other_clicked(self, client: viser.ClientHandle, _: object) -> None:
         if self._other.chosen is None:
             raise RefusedError("there is no such skill to add any more; choose one")
-        self._ask(client, introduction_of(self._session.status.snapshot, self._other.chosen))
+        self._ask(client, introduction_of(self._status_of(client).snapshot, self._other.chosen))
 
     def _define_clicked(self, client: viser.ClientHandle, _: object) -> None:
         name = str(self._name.value)
@@ -309,7 +309,7 @@ class Steering:
             raise RefusedError(
                 f"{name[:40]!r} is not allowed; allowed: {_SKILL_NAME.json_schema()['description']}"
             ) from error
-        if name in self._session.status.snapshot.spec.learner.known_skills:
+        if name in self._status_of(client).snapshot.spec.learner.known_skills:
             # Or the skill of that name that there is would join in the place of this one.
             raise RefusedError(f"there is a skill named {name!r}; allowed: another name")
         weights = {skill: round(dial.read(), 3) for skill, dial in self._weights.items()}
@@ -347,7 +347,7 @@ class Steering:
 
     def _confirm_removal(self, client: viser.ClientHandle, _: object) -> None:
         """Say what is lost, and ask."""
-        snapshot, skill = self._session.status.snapshot, self._leaver.chosen
+        snapshot, skill = self._status_of(client).snapshot, self._leaver.chosen
         if skill is None or skill not in snapshot.present:
             return
         confirm(

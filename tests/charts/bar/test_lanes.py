@@ -43,41 +43,28 @@ def test_each_skill_has_a_lane_and_freezes_by_hand_have_one_once_there_are_any()
     to(run, 40)
     held = lanes(run)["frozen by hand"]
     assert texts(held) == ["selection and skills"]
-    assert [(piece.half, piece.until) for piece in held.pieces] == [
-        ("upper", 0.08),
-        ("lower", 0.08),
+    assert [(piece.half, piece.block.until) for piece in held.pieces] == [
+        ("upper", None),
+        ("lower", None),
     ]
-
-
-def test_a_block_is_done_as_far_as_it_has_come() -> None:
-    def circling(trial: int) -> tuple[float, float, float]:
-        pieces = lanes(to(small_run(), trial))["circle clockwise"].pieces
-        (piece,) = (piece for piece in pieces if piece.kind == "forced")
-        return piece.first, piece.done, piece.until
-
-    assert circling(0) == (0.2, 0.2, 0.32)
-    assert circling(130) == (0.2, 0.26, 0.32)
-    assert circling(170) == (0.2, 0.32, 0.32)
 
 
 def test_a_skill_is_there_from_when_it_joins_and_is_to_stay() -> None:
     shown = lanes(to(small_run(), 130))
     assert [tuple(s) for s in shown["circle clockwise"].presence] == [
-        (0.2, 0.26, False),
-        (0.26, 1, True),
+        (100, None, False),
+        (130, None, True),
     ]
-    assert [tuple(s) for s in shown["avoid"].presence] == [(0.4, 1, True)]
+    assert [tuple(s) for s in shown["avoid"].presence] == [(200, None, True)]
 
 
 def test_what_lies_ahead_can_be_chosen_and_the_past_cannot() -> None:
     run = to(small_run(), 130)
     pieces = [piece for lane in lanes(run, AVOIDING).values() for piece in lane.pieces]
-    assert [piece.id for piece in pieces if piece.is_chosen] == [AVOIDING]
-    assert {piece.id.partition(":")[0] for piece in pieces if piece.is_editable} == {
-        "introduction",
-        "episode",
-    }
-    assert all(piece.first > 0.26 for piece in pieces if piece.is_editable)
+    assert [piece.block.id for piece in pieces if piece.is_chosen] == [AVOIDING]
+    free = [piece.block for piece in pieces if piece.block.editable]
+    assert {block.id.partition(":")[0] for block in free} == {"introduction", "episode"}
+    assert all(block.first > 130 for block in free)
 
 
 def test_what_was_done_by_hand_and_what_will_not_happen_is_told_apart() -> None:
@@ -86,10 +73,10 @@ def test_what_was_done_by_hand_and_what_will_not_happen_is_told_apart() -> None:
     run.apply(FollowSchedule(False))
     shown = lanes(run)
     explored = [piece for piece in shown["approach"].pieces if piece.kind == "forced"]
-    assert [(p.first, p.by_hand, p.is_idle) for p in sorted(explored)[::-1]] == [
-        (0.04, True, False),
-        (0.6, False, True),
-    ]
+    assert {(p.block.first, p.block.by_hand, p.is_idle) for p in explored} == {
+        (20, True, False),
+        (300, False, True),
+    }
     assert {piece.is_idle for piece in shown["avoid"].pieces} == {True}
     assert shown["avoid"].presence == ()
 
@@ -163,19 +150,23 @@ def span_of(label: Label) -> tuple[float, float]:
 def test_no_label_lies_over_another_or_over_a_block_beside_it(
     script: list[tuple[int, Command]],
 ) -> None:
-    for lane in lanes(driven(small_run(), script)).values():
+    run = driven(small_run(), script)
+    axis = axis_of(seen(run), "trials")
+    for lane in lanes(run).values():
+        blocks = [
+            (axis.of_trial(b.first), axis.now if b.until is None else axis.of_trial(b.until))
+            for b in (piece.block for piece in lane.pieces)
+        ]
         spans = sorted(map(span_of, lane.labels))
         assert all(one[1] <= other[0] for one, other in itertools.pairwise(spans))
         for label in lane.labels:
             first, until = span_of(label)
             assert until - first <= label.room + 1e-9
             if label.side != "within":
-                inside = [
-                    p for p in lane.pieces if p.first < until - 1e-9 and first < p.until - 1e-9
-                ]
+                inside = [b for b in blocks if b[0] < until - 1e-9 and first < b[1] - 1e-9]
                 assert inside == []
 
 
 def test_the_block_that_can_be_chosen_lies_over_the_longer_one() -> None:
-    ids = [piece.id for piece in lanes(small_run())["circle clockwise"].pieces]
+    ids = [piece.block.id for piece in lanes(small_run())["circle clockwise"].pieces]
     assert ids == [CIRCLING, "introduction:circle_clockwise"]

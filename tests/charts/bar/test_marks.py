@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from app.charts.bar.axis import axis_of
 from app.charts.bar.marks import CHARACTER, Mark, marks_of
+from app.live.places import Mark as Note
+from app.live.places import Place
 from learners.commands import (
     Command,
     Explore,
@@ -92,3 +94,20 @@ def test_no_name_is_cut_or_lies_over_another(script: list[tuple[int, Command]]) 
             )
     assert all(first >= -0.15 and until <= 1 for first, until in spans)
     assert all(one[1] <= other[0] for one, other in pairwise(sorted(spans)))
+
+
+def test_what_somebody_wrote_is_a_mark_of_its_own_and_as_long_as_there_is_room() -> None:
+    def written(run: Run, *notes: tuple[int, str]) -> list[Mark]:
+        shot = seen(run)
+        noted = [Note(n, Place(1, 9), trial, text) for n, (trial, text) in enumerate(notes)]
+        marks = marks_of(shot.control.history, axis_of(shot, "trials"), noted)
+        return [mark for mark in marks if mark.note is not None]
+
+    run = to(small_run(), 250)
+    (mark,) = written(run, (320, "the ring has closed behind the prey"))
+    assert (mark.at, mark.note, mark.name) == (0.64, 0, "the ring has closed beh…")
+    assert mark.hint == "trial 320: the ring has closed behind the prey"
+    # Each has its line, even where no text has room.
+    many = written(run, *[(320 + n, "here") for n in range(6)])
+    assert [mark.note for mark in many] == list(range(6))
+    assert sum(bool(mark.name) for mark in many) == 2

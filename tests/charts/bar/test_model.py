@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.charts.bar.axis import axis_of
-from app.charts.bar.model import Band, Ghost, Moment, bands_of, bar_of, ghost_of, learned_of
+from app.charts.bar.model import Ghost, Moment, bands_of, bar_of, ghost_of, learned_of
 from app.live.snapshot import Snapshot
 from app.schedule.blocks import blocks_of
 from learners.commands import Explore, FollowSchedule, FreezeSkills
@@ -96,43 +96,27 @@ def test_a_ghost_goes_by_its_own_trials_or_steps_as_far_as_the_axis_goes() -> No
 # Bands
 
 
-def bands(run: Run) -> list[Band]:
-    shot = seen(run)
-    return list(bands_of(blocks_of(shot), axis_of(shot, "trials")))
+def spans(run: Run, kind: str) -> list[tuple[int, int | None]]:
+    bands = bands_of(blocks_of(seen(run)))
+    return [(band.block.first, band.block.until) for band in bands if band.kind == kind]
 
 
-def spans(run: Run, kind: str) -> list[tuple[float, float, bool]]:
-    return [(b.first, b.until, b.is_ahead) for b in bands(run) if b.kind == kind]
-
-
-def test_forced_exploration_is_a_band_the_past_apart_from_what_is_ahead() -> None:
-    run = to(small_run(), 130)
-    assert spans(run, "forced") == [
-        (0.2, 0.26, False),
-        (0.26, 0.32, True),
-        (0.4, 0.5, True),
-        (0.6, 0.68, True),
-    ]
-    assert "95% of the steps" in bands(run)[2].hint
+def test_forced_exploration_is_a_band() -> None:
+    assert spans(to(small_run(), 130), "forced") == [(100, 160), (200, 250), (300, 340)]
 
 
 def test_freezes_are_bands_be_they_by_hand_or_as_a_skill_joins() -> None:
     run = to(small_run(), 30)
     run.apply(FreezeSkills(True))
     to(run, 50)
-    assert spans(run, "frozen") == [
-        (0, 0.02, False),
-        (0.06, 0.1, False),
-        (0.2, 0.24, True),
-        (0.4, 0.44, True),
-    ]
+    assert spans(run, "frozen") == [(0, 10), (30, None), (100, 120), (200, 220)]
 
 
 def test_what_will_not_happen_is_no_band() -> None:
     run = to(small_run(), 30)
     run.apply(Explore("approach", 10, 0.5))
     run.apply(FollowSchedule(False))
-    assert spans(run, "forced") == [(0.06, 0.08, True)]
+    assert spans(run, "forced") == [(30, 40)]
 
 
 def test_the_axis_of_rewards_ends_with_those_of_the_world() -> None:

@@ -14,21 +14,26 @@ import viser
 from app.documents import presets
 from app.live import snapshot
 from app.live.held import Opened
+from app.live.places import Behind, LineSeen
 from app.live.session import (
     GoBack,
     GoOn,
+    MakeLive,
     Pause,
+    PauseAtJoins,
     Play,
     Request,
+    RunTo,
     Session,
     SetSpeed,
     StartAgain,
     Status,
 )
 from app.live.worker import FULL_SPEED
-from app.page import widgets
-from app.page.panels.controls import Controls, skill_state, slider_of, speed_label, speed_of
+from app.page import number_field, widgets
+from app.page.panels.controls import Controls, skill_state
 from app.page.panels.start_again import MOST_LOADED
+from app.page.panels.transport import slider_of, speed_label, speed_of
 from app.server.server import close_server, open_server
 from app.words.plain import plain
 from learners.commands import (
@@ -64,12 +69,18 @@ class Desk:
         self.session: Any = SimpleNamespace(status=status)
         self.status: Status = status
         self.requests: list[Request] = []
-        self.controls = Controls(gui, self.session, OFFERED, self.ask)
+        self.elsewhere: Status | None = None
+        """What is true for the browser, if that looks at another moment than these controls."""
+        self.controls = Controls(gui, OFFERED, self.ask, self.status_of, status)
         self.person = Person(gui)
 
     def ask(self, client: Any, request: Request) -> None:
         assert client is self.person
         self.requests.append(request)
+
+    def status_of(self, client: Any) -> Status:
+        assert client is self.person
+        return self.elsewhere or self.session.status
 
     def show(self, run: Run, generation: int = 0, **changes: Any) -> None:
         """Show the moment at which a run stands."""
@@ -345,6 +356,142 @@ def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
     copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=None)
     desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy, is_own=False)
     assert said(desk).startswith("Opened: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
+
+
+def line(number: int, name: str, parent: int | None, is_live: bool) -> LineSeen:
+    """A line of a tree."""
+    return LineSeen(number, parent, 0, 0, name, 10, 1, 0.0, "", is_live)
+
+
+def test_a_branch_that_is_made_live_is_said_with_the_way_back(desk: Desk) -> None:
+    lines = (line(0, "first run", None, False), line(4, "no <b>avoid</b>", 0, True))
+    desk.show_run(4, "timed", lines=lines, aside="timed, trial 12")
+    assert said(desk) == "Live now: no &lt;b&gt;avoid&lt;/b&gt;, trial 0 Make first run live again"
+    desk.person.press("Undo what was just done by hand")
+    assert desk.requests == [MakeLive(0)]
+
+
+def test_what_is_shown_of_the_past_is_not_said_to_have_been_done_now(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    run.apply(FreezeSelection(True))
+    for behind in (Behind("", 3, 200), Behind("no avoid", -1, -60)):
+        desk.show(run, generation=len(behind.branch), behind=behind)
+        assert said(desk) == ""
+    desk.show(run, behind=None)
+    assert said(desk) == "Selection frozen at trial 0 Undo"
+
+
+def test_undo_in_the_past_takes_back_what_was_done_at_that_very_moment(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    run.advance(max_steps=100)
+    run.apply(FreezeSelection(True))
+    desk.show(run, behind=Behind("selection frozen", 3, 200))
+    desk.person.press("Undo what was just done by hand")
+    assert desk.requests == [Undo(run.control.history[-1].number)]
+    run.advance(max_steps=1)
+    desk.show(run)
+    desk.person.press("Undo what was just done by hand")
+    assert len(desk.requests) == 1
+    assert desk.person.told[-1].startswith("nothing was done by hand at this moment")
+
+
+# The past
+
+
+def test_in_the_past_the_controls_say_so_and_play_it(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    run.advance(until_trial=20)
+    desk.show(run, behind=Behind("", 300, 20_000), playing=False)
+    assert desk.person.reads("These controls show the past, trial 20. What is changed here makes a")
+    assert desk.person.sees("Live run: 100 steps/s")
+    desk.person.click("Play the past")
+    desk.show(run, playing=True)
+    desk.person.click("Pause the past")
+    assert desk.requests == [Play(), Pause()]
+    desk.show(run, behind=Behind("no <b>avoid</b>", 300, 20_000), playing=False)
+    assert desk.person.sees("Play the branch")
+    assert desk.person.reads("These controls show no <b>avoid</b>, trial 20.")
+    desk.show(run, behind=None)
+    assert desk.person.sees("Play")
+    assert not desk.person.reads("These controls show")
+
+
+def test_of_several_browsers_each_acts_at_the_moment_that_it_looks_at(desk: Desk) -> None:
+    now, then = Run(spec_of(), 3), Run(spec_of(), 3)
+    now.apply(Introduce("circle_clockwise", 0))
+    now.apply(FreezeSelection(True))
+    desk.show(now, playing=True)
+    desk.controls.update(desk.status, elsewhere=1)
+    assert desk.person.reads("These controls show the live run. 1 browser looks at another moment")
+    desk.controls.update(desk.status, elsewhere=2)
+    assert desk.person.reads("2 browsers look at another moment; there, Play plays what is looked")
+    past = snapshot.take(then, "timed", 0)
+    desk.elsewhere = replace(desk.status, snapshot=past, behind=Behind("", 9, 90), playing=False)
+    for command in (
+        "Add the next skill",
+        "Freeze the selection, or let it learn",
+        "Pause or play",
+    ):
+        desk.person.press(command)
+    assert desk.requests == [Introduce("circle_clockwise", 300), FreezeSelection(True), Play()]
+    desk.elsewhere = None
+    desk.requests.clear()
+    desk.person.press("Add the next skill")
+    desk.person.press("Freeze the selection, or let it learn")
+    assert desk.requests == [Introduce("avoid", 300), FreezeSelection(False)]
+
+
+def test_a_look_at_a_branch_leaves_what_was_set_to_start_again_with(desk: Desk) -> None:
+    desk.person.fill("Seed", 77)
+    desk.show(Run(spec_of(), 3), generation=5, behind=Behind("no avoid", 3, 200))
+    assert desk.person.value("Seed") == "77"
+    desk.show(Run(spec_of(), 3), generation=5, behind=None)
+    assert desk.person.value("Seed") == "3"
+
+
+# Where it stands still
+
+
+def test_it_can_be_sent_to_a_trial_the_next_join_unless_another_is_typed(desk: Desk) -> None:
+    assert desk.person.value("Run to trial") == "12,000"
+    desk.person.click("Run to it, and pause")
+    desk.person.fill("Run to trial", "13 900")
+    desk.person.click("Run to it, and pause")
+    assert desk.requests == [RunTo(12_000), RunTo(13_900)]
+    desk.person.type("Run to trial", "soon")
+    desk.person.click("Run to it, and pause")
+    assert len(desk.requests) == 2
+    assert desk.person.told[-1].startswith("Run to trial: 'soon' is ")
+
+
+def test_the_way_to_a_trial_is_told_and_one_that_is_past_is_not_offered(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(number_field, "TOUCHED_S", -1.0)
+    run = Run(presets.load("timed", ["world.size=40", "schedule.skills.avoid.at=5"]), 3)
+    desk.show(run)
+    # What was offered first can still be had.
+    assert desk.person.value("Run to trial") == "12,000"
+    desk.person.fill("Run to trial", "5")
+    desk.show(run, runs_to=5)
+    assert desk.person.sees("On the way to trial 5 …")
+    run.advance(until_trial=6)
+    desk.show(run, runs_to=None)
+    assert desk.person.sees("Run to it, and pause")
+    assert desk.person.value("Run to trial") == "12,000"
+    over = replace(desk.status.snapshot, trial=60_000)
+    desk.controls.update(replace(desk.status, snapshot=over))
+    assert desk.person.value("Run to trial") == "60,001"
+
+
+def test_it_may_pause_where_skills_join(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk.person.check("Pause when a skill joins")
+    assert desk.requests == [PauseAtJoins(True)]
+    monkeypatch.setattr(widgets, "TOUCHED_S", -1.0)
+    desk.controls.update(replace(desk.status, pauses_at_joins=True))
+    assert desk.person.value("Pause when a skill joins")
+    desk.controls.update(desk.status)
+    assert not desk.person.value("Pause when a skill joins")
 
 
 # What is true, and what somebody wants

@@ -346,6 +346,23 @@ def test_what_is_chosen_is_started_and_shown_to_whoever_started_it(tab: Tab) -> 
     assert tab.shown == [tab.person]
 
 
+def test_what_a_line_of_the_session_does_is_tried_over_thirty_seeds(tab: Tab) -> None:
+    client: Any = tab.person
+    run = Run(presets.load("timed", ["world.size=40"]), 5)
+    run.advance(until_trial=50)
+    run.apply(Introduce("circle_clockwise", 20))
+    tab.panel.test(client, moment(run, "timed"))
+    workers = int(tab.person.value("At a time"))
+    assert tab.service.started == [("session", 30, workers)]
+    assert tab.shown == [client]
+    assert tab.person.told == []
+    run.apply(SetParameter("learner.epsilon", 0.2))
+    tab.panel.test(client, moment(run, "timed"))
+    # The name of such a branch would promise what its schedule does not hold.
+    (told,) = tab.person.told
+    assert told.startswith("Exploration ε was set to 0.2 at trial 50")
+
+
 def test_what_cannot_be_started_is_told_and_shown_to_nobody(tab: Tab) -> None:
     tab.person.type("Seeds", "some")
     tab.person.click("Start")

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import viser
@@ -47,8 +45,7 @@ class Desk:
         taken = snapshot.take(run, "timed", 0)
         self.status = replace(session.status, snapshot=taken)
         self.requests: list[Request] = []
-        seen: Any = SimpleNamespace(status=self.status)
-        self.steering = Steering(gui, seen, self.ask)
+        self.steering = Steering(gui, self.ask, lambda _: self.status, self.status)
         self.steering.update(self.status)
         self.person = Person(gui)
 

@@ -297,7 +297,7 @@ def test_what_was_done_by_hand_last_is_undone(gui: viser.GuiApi, person: Person)
 def test_what_is_done_to_lines_and_marks_is_asked_of_the_session(desk: Desk) -> None:
     desk.take(messages.Seek(500))
     desk.take(
-        messages.AddMark("here"),
+        messages.AddMark("here", LIVE, 500),
         messages.RemoveMark(4),
         messages.NameLine(BRANCH, "mine"),
         messages.DeleteLine(BRANCH),
@@ -316,10 +316,9 @@ def test_what_is_done_to_lines_and_marks_is_asked_of_the_session(desk: Desk) -> 
     assert (desk.chosen, desk.tested) == ([AVOID], [BRANCH])
 
 
-def test_a_mark_of_now_is_of_what_is_live(desk: Desk) -> None:
-    desk.take(messages.AddMark("here"))
-    now = desk.live.snapshot
-    assert desk.asked == [requests.AddMark(Place(LIVE, now.step), "here")]
+def test_a_mark_is_of_the_moment_at_which_somebody_began_to_write(desk: Desk) -> None:
+    desk.take(messages.AddMark("here", LIVE, 700))
+    assert desk.asked == [requests.AddMark(Place(LIVE, 700), "here")]
 
 
 def test_at_a_the_loop_goes_to_the_newest_mark(desk: Desk) -> None:
