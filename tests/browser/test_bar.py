@@ -3,9 +3,11 @@
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Frame, Locator, expect
 
+from app.analysis.estimates import Axis
 from app.charts.bar.axis import axis_of
 from app.live.places import Place
 from app.live.requests import AddMark, Branch
@@ -127,14 +129,15 @@ def test_both_sides_know_the_same_axis(begin: Begin) -> None:
     run = live.session.status.snapshot
     trials, shares = [0, 1, 100, 333, 699, 700, 900, 5_000], [-1.0, 0.0, 0.25, 0.5, 1.0, 7.0]
     steps = [0, 1, run.step // 3, run.step]
-    for unit, name in (("trials", "trial"), ("steps", "steps")):
+    units: tuple[tuple[Axis, str], ...] = (("trials", "trial"), ("steps", "steps"))
+    for unit, name in units:
         button = screen.time.get_by_role("button", name=name, exact=True)
         button.click()
         expect(button).to_have_attribute("aria-pressed", "true")
         found = screen.time_page.evaluate(_PLACES, [trials, steps, shares])
         axis = axis_of(live.session.status.snapshot, unit)
         assert found["trials"] == pytest.approx([axis.of_trial(trial) for trial in trials])
-        assert found["steps"][:3] == pytest.approx([float(axis.of_steps(s)) for s in steps[:3]])
+        assert found["steps"][:3] == pytest.approx(axis.of_steps(np.array(steps[:3])))
         # There and back again.
         again = screen.time_page.evaluate(_PLACES, [found["backTrials"], found["backSteps"], []])
         within = [min(max(share, 0.0), 1.0) for share in shares]
