@@ -76,7 +76,10 @@ class Bar:
 
     def at(self, trial: float, row: str = ".curve") -> tuple[float, float]:
         """The pixel of a trial in a row, ``(x, y)``."""
-        box = self.frame.locator(f"{row} > .plot").bounding_box()
+        # A frame that has just got another height moves what is in it.
+        plot = self.frame.locator(f"{row} > .plot").element_handle()
+        plot.wait_for_element_state("stable")
+        box = plot.bounding_box()
         assert box is not None
         return box["x"] + trial / TRIALS * box["width"], box["y"] + box["height"] / 2
 
@@ -112,6 +115,7 @@ def bar(begin: Begin) -> Bar:
     bar = Bar(live, screen)
     screen.page.keyboard.press("End")
     bar.looks_at(HERE)
+    expect(bar.handle).to_have_text(f"{HERE}")
     expect(bar.block(JOIN)).to_have_attribute("data-editable", "")
     return bar
 

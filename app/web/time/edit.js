@@ -383,10 +383,10 @@ document.body.addEventListener("keydown", (event) => {
   const { key } = event;
   if (key in ARROWS) push(piece, event);
   else if (key === "Delete" || key === "Backspace") remove(piece);
-  else if (key === "Enter" || key === " ") {
+  else if (key === "Enter") {
     send({ do: "choose", id: piece.id });
-    if (!isFree(piece)) say(whyLocked(piece));
-    else if (key === "Enter") editChance(piece);
+    if (isFree(piece)) editChance(piece);
+    else say(whyLocked(piece));
   } else if (key === "Escape" && state.draft) {
     pushed = null;
     forgetDraft();

@@ -55,7 +55,9 @@ const letGo = () => {
 const giveUp = () => letGo()?.grip.giveUp();
 
 root.addEventListener("pointerdown", (event) => {
-  if (event.button !== 0 || !event.isPrimary || holding) return;
+  if (event.button !== 0 || !event.isPrimary) return;
+  // One that came up elsewhere is not told of.
+  giveUp();
   const grip = blockGrip(event) ?? playheadGrip(event);
   if (!grip) return;
   // What was being typed is finished by that.
@@ -74,6 +76,7 @@ root.addEventListener("mousedown", (event) => {
 
 root.addEventListener("pointermove", (event) => {
   if (holding?.pointer !== event.pointerId) return;
+  if (!event.buttons) return giveUp();
   if (holding.isMoving) return holding.grip.move(event);
   const { x, y } = holding;
   if (Math.hypot(event.clientX - x, event.clientY - y) > STILL_PX) begin(event);
@@ -104,5 +107,3 @@ window.addEventListener(
   },
   true,
 );
-// A pointer that was down when the page was left comes up elsewhere.
-window.addEventListener("blur", giveUp);

@@ -71,4 +71,5 @@ on("said", ({ text, refused }) => {
   say(`${former} ${text}`, offered);
 });
 on("note", ({ text }) => put("note", text));
-document.body.append(over);
+// Below the row of buttons, which comes first, however high that is.
+document.body.prepend(over);
