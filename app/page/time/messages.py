@@ -149,7 +149,7 @@ class UndoLast(_Message, frozen=True, tag="undo"):
 
 
 class AddMark(_Message, frozen=True, tag="mark"):
-    """Give a moment a line of text: that at which somebody began to write, however long it takes."""
+    """Give the moment a line of text at which somebody began to write, however long that takes."""
 
     text: Text
     line: Count
