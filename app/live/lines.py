@@ -43,12 +43,12 @@ class Known(NamedTuple):
     """Of its tables there; "" while it goes on."""
 
 
-def known_of(run: Run, with_digest: bool) -> Known:
-    """What is known of a line whose run stands there; a digest takes a third of a millisecond."""
+def known_of(run: Run, tables: str = "") -> Known:
+    """What is known of a line whose run stands there; ``tables`` is their digest, if it rests."""
     step, trial = run.step, run.trial
     recent = run.state.log_reward[max(trial - RECENT_TRIALS, 0) : trial]
     reward = float(recent.mean()) if recent.size else math.nan
-    return Known(step, trial, reward, digest(run.state) if with_digest else "")
+    return Known(step, trial, reward, tables)
 
 
 @dataclass(eq=False)
@@ -170,12 +170,18 @@ class Family:
     # Branches
 
     def amends(self, place: Place) -> bool:
-        """Whether what is given at a place is one more command of those that made its line."""
+        """Whether what is given at a place is one more command of those that made its line.
+
+        It is not if something hangs on that line, or if it would not begin now as it began: where
+        the line that it left stands still at that moment, more may have been done there since.
+        """
         line = self.line(place.line)
         return (
             line.parent is not None
+            and line.before is not None
             and line.held is None
             and place.step == line.fork_step
+            and self.line(line.parent).past.is_still(place.step, line.before)
             and not self.children(line.number)
             and all(mark.place.line != line.number for mark in self._marks.values())
         )
@@ -235,7 +241,7 @@ class Family:
         former = self.held
         goes_on = former.is_learning
         former.pause()
-        self.live.known = known_of(former.run, with_digest=True)
+        self.live.known = known_of(former.run, digest(former.run.state))
         if line.held is None:
             until_trial = max(former.until_trial, run.trial)
             line.held = Held(run, line.number, self.preset, until_trial, playing=False)
@@ -334,7 +340,7 @@ def root_line(
 ) -> Line:
     """A line that begins by itself, and is live."""
     held = Held(run, number, preset, until_trial, playing, opened=opened)
-    return Line(number, Past(run, budget), known_of(run, with_digest=False), held)
+    return Line(number, Past(run, budget), known_of(run), held)
 
 
 @dataclass(frozen=True)

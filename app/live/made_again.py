@@ -141,7 +141,8 @@ class _Making:
         if self._family is None:
             raise DamagedError(f"{written.path}: no run has begun in it", None)
         self._family.held.pause()
-        self._family.live.known = known_of(self._family.held.run, with_digest=True)
+        run = self._family.held.run
+        self._family.live.known = known_of(run, digest(run.state))
         made = MadeAgain(self._family, self._aside, self._n_runs)
         return Remade(made, tuple(self._differ))
 
@@ -268,12 +269,12 @@ class _Making:
         """Have a line known up to a step at least; returns its run, as far as it is."""
         if line.held is not None:
             self._advance(line, line.held.run, step)
-            line.known = known_of(line.held.run, with_digest=False)
+            line.known = known_of(line.held.run)
             return line.held.run
         run = run_at(line.past, line.past.end_step)
         if run.step < step:
             self._advance(line, run, step)
-            line.known = known_of(run, with_digest=False)
+            line.known = known_of(run)
         return run
 
     def _advance(self, line: Line, run: Run, step: int) -> None:
