@@ -19,6 +19,8 @@ class Began:
     """As shown."""
     spec: RunSpec
     seed: int
+    is_own: bool = True
+    """Whether it began here, and was not made again from the results of an experiment."""
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ class Session(Worker[Status]):
         else:
             self._tree.take_up(TakeUp(made_again, journal))
         self._speed = speed
-        self._told_to_play = playing
+        self._told_to_play = playing or made_again is not None
         """Whether somebody has said that the learner is to go on, or to stand still."""
         self._pauses_at_joins = False
         self._slow_start = SlowStart() if opening else None

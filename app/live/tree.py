@@ -274,7 +274,7 @@ class Tree:
             run.apply(command)
         if number > 0:
             self.note_stood()
-        self._note(Began(number, preset, run.preset, run.seed))
+        self._note(Began(number, preset, run.preset, run.seed, is_own=opened is None))
         if command is not None:
             self._note(Gave(number, 0, command))
         if number > 0:

@@ -9,7 +9,10 @@ import numpy as np
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
+from app.explain.branches import name_of
+from app.live import snapshot
 from app.live.session import Request, Session, SetSpeed, StartAgain, Status, TrialOnce
+from app.live.snapshot import Snapshot
 from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
@@ -17,6 +20,8 @@ from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look
 from app.picture.multiples import all_headings
 from app.results.service import Standing
+from learners.commands import Command
+from learners.run import replay
 from learners.spec import RunSpec
 from tests.support.person import Person
 
@@ -53,7 +58,7 @@ class LiveLab:
         self.results = results
         """Folder below which experiments leave their results; made when it is needed."""
         offered = {name: preset_of(name) for name in ("timed", "hierarchical_2", "standard_q")}
-        self.session = Session(spec, "timed", SEED, speed, False, opening)
+        self.session = Session(spec, "timed", SEED, speed, False, opening, name_of=name_of)
         known = {**offered, "timed": spec}
         self.lab = Lab(self.session, known, "127.0.0.1", 0, results, waits=opening)
         self.gone = threading.Event()
@@ -93,13 +98,22 @@ class LiveLab:
         """The first status that meets a condition."""
         return self.session.wait_for(condition, PATIENCE_S)
 
-    def colours(self, look: Look | None = None) -> np.ndarray:
-        """Colours of all cells as a page of that look must have them, ``(y * x, 3) uint8``."""
+    def colours(self, look: Look | None = None, moment: Snapshot | None = None) -> np.ndarray:
+        """Colours of all cells as a page of that look must have them, ``(y * x, 3) uint8``.
+
+        It looks at what is live, unless a moment is given.
+        """
         look = look or Look()
-        snapshot, layer = self.session.status.snapshot, LAYERS[look.layer]
+        shown, layer = moment or self.session.status.snapshot, LAYERS[look.layer]
         if look.frame == ALL:
-            return all_headings(snapshot, look, layer, Extras()).colours
-        return layer.paint(snapshot, look, Extras()).colours
+            return all_headings(shown, look, layer, Extras()).colours
+        return layer.paint(shown, look, Extras()).colours
+
+    def stopped_at(self, step: int, *journal: tuple[int, Command]) -> Snapshot:
+        """What the run would be if it had been stopped at a step, made apart from the lab."""
+        now = self.session.status.snapshot
+        run = replay(now.preset_spec, now.seed, list(journal), step)
+        return snapshot.take(run, now.preset, now.generation)
 
     def look_of(self, browser: int = 0) -> Look:
         """How the browser that came first, second, ... wants to see the board."""

@@ -7,11 +7,12 @@ import { changed, state, whenChanged } from "./state.js";
 import "./theme.js";
 import "./tip.js";
 
-/** The newest bar, as long as a hand holds something. @type {import("./state.js").Bar | null} */
+/** The newest bar, as long as a hand holds something: no axis is to move under that. @type {import("./state.js").Bar | null} */
 let waiting = null;
 
 on("bar", ({ bar }) => {
-  waiting = bar;
+  if (state.held) waiting = bar;
+  else state.bar = bar;
   changed();
 });
 on("moment", (moment) => {

@@ -14,6 +14,10 @@ const MOST_ROWS = 9;
 const CHARACTER = 0.62;
 const APART_PX = 8;
 
+/** The line that was looked at when this was drawn last, and how many there were. */
+let last = NaN;
+let drawn = 0;
+
 /**
  * @param {HTMLElement} parent
  * @param {Bar} bar
@@ -41,13 +45,31 @@ export const drawTree = (parent, bar, wide) => {
     fork.hidden = above < 0;
     fork.style.left = percent(from);
     fork.style.setProperty("--rows", `${index - above}`);
-    // A name reaches as far as no stroke comes down or begins.
-    const starts = lines.slice(index).map(({ fork: begun }) => shareOf(bar.axis, begun));
-    const free = Math.max(Math.min(...starts) * wide - APART_PX, 0);
+    // Strokes that come down to other lines cross this row, or end in it.
+    const strokes = lines.slice(index + 1).map(({ fork: begun }) => shareOf(bar.axis, begun));
+    const free = Math.max(0, ...strokes.filter((stroke) => stroke < from));
+    const came = /** @type {HTMLElement} */ (plot.children[2]);
+    const side = tell(came, line, { from, until, free }, wide / size);
+    // A name reaches as far as there is nothing else.
+    const room = side === "before" ? 0 : Math.min(from, ...strokes) * wide - APART_PX;
     const name = /** @type {HTMLElement} */ (gutter.children[0]);
-    name.style.maxWidth = `calc(100% + ${Math.round(free)}px)`;
-    tell(/** @type {HTMLElement} */ (plot.children[2]), line, from, until, wide / size);
+    name.style.maxWidth = `calc(100% + ${Math.max(Math.round(room), 0)}px)`;
   });
+  sort(parent);
+  parent.style.setProperty("--scroll-bar", `${parent.offsetWidth - parent.clientWidth}px`);
+  if (lines.length !== drawn) last = NaN;
+  drawn = lines.length;
+};
+
+/**
+ * Have the keyboard go by the order that one sees, unless it is there and would lose its place.
+ * @param {HTMLElement} parent
+ */
+const sort = (parent) => {
+  const rows = /** @type {HTMLElement[]} */ ([...parent.children]);
+  const sorted = rows.toSorted((one, other) => Number(one.style.order) - Number(other.style.order));
+  const isSorted = rows.every((row, index) => row === sorted[index]);
+  if (!isSorted && !parent.contains(document.activeElement)) parent.append(...sorted);
 };
 
 const makeLine = () => {
@@ -57,44 +79,50 @@ const makeLine = () => {
   const gutter = element("div", "gutter");
   gutter.append(element("span", "name"), element("b", "tag", "live"));
   const plot = element("div", "plot");
-  plot.append(element("i", "fork"), element("i", "stroke"), element("span", "told"));
+  plot.append(element("i", "fork"), element("i", "stroke"), element("span", "came"));
   row.append(gutter, plot);
   return row;
 };
 
 /**
- * What it came to: after the line, before it, or on it, where there is room.
- * @param {HTMLElement} told
+ * Where a line is, and up to where there is nothing before it, as shares of the axis.
+ * @typedef {{from: number, until: number, free: number}} Reach
+ */
+
+/**
+ * Say what a line came to, and where that stands.
+ * @param {HTMLElement} came
  * @param {Line} line
- * @param {number} from
- * @param {number} until
+ * @param {Reach} place
  * @param {number} wide the axis, in sizes of the type
  */
-const tell = (told, { reward, digest, growing, until: end }, from, until, wide) => {
+const tell = (came, { reward, digest, growing, until: end }, place, wide) => {
   const more = growing ? `at ${grouped(end.trial)} …` : digest;
   const texts = more ? [`${reward} \u00b7 ${more}`, reward] : [reward];
-  const [text, side] = spot(texts, from, until, wide);
-  write(told, text);
-  told.className = `told ${side}`;
-  const { style } = told;
-  style.left = side === "before" ? "" : percent(side === "on" ? (from + until) / 2 : until);
-  style.right = side === "before" ? percent(1 - from) : "";
+  const [text, side] = spot(texts, place, wide);
+  write(came, text);
+  came.className = `came ${side}`;
+  const { from, until } = place;
+  came.style.left = side === "before" ? "" : percent(side === "on" ? (from + until) / 2 : until);
+  came.style.right = side === "before" ? percent(1 - from) : "";
+  return side;
 };
 
 /**
- * The longest of some texts that has room after a line or before it, and where; else the shortest, on it.
+ * The longest of some texts that has room after a line, on it or before it, and where; else the
+ * shortest, on it.
  * @param {string[]} texts the longest first
- * @param {number} from
- * @param {number} until
+ * @param {Reach} place
  * @param {number} wide
  * @returns {[string, "after" | "before" | "on"]}
  */
-export const spot = (texts, from, until, wide) => {
+export const spot = (texts, { from, until, free }, wide) => {
   for (const text of texts) {
     const needs = (CHARACTER * (text.length + 2)) / (wide || 1);
     if (until + needs <= 1) return [text, "after"];
-    if (from >= needs) return [text, "before"];
+    // So that one sees that there is a line.
     if (until - from >= 2 * needs) return [text, "on"];
+    if (from - free >= needs) return [text, "before"];
   }
   return [texts[texts.length - 1], "on"];
 };
@@ -104,9 +132,23 @@ export const spot = (texts, from, until, wide) => {
  * @param {number} seen the line that is looked at
  */
 export const markTree = (parent, seen) => {
-  for (const row of parent.children) {
-    const isSeen = /** @type {HTMLElement} */ (row).dataset.line === `${seen}`;
+  for (const row of /** @type {Iterable<HTMLElement>} */ (parent.children)) {
+    const isSeen = row.dataset.line === `${seen}`;
     row.classList.toggle("seen", isSeen);
     attribute(row, "aria-current", isSeen ? "true" : null);
+    if (isSeen && seen !== last) show(parent, row);
   }
+  last = seen;
+};
+
+/**
+ * Scroll to a row, and nothing around the tree.
+ * @param {HTMLElement} parent
+ * @param {HTMLElement} row
+ */
+const show = (parent, row) => {
+  const above = row.offsetTop - parent.offsetTop;
+  const below = above + row.offsetHeight - parent.clientHeight;
+  if (above < parent.scrollTop) parent.scrollTop = above;
+  else if (below > parent.scrollTop) parent.scrollTop = below;
 };

@@ -1,0 +1,286 @@
+"""A session from its records: every line, name and mark, and the live run where it stood.
+
+Records are taken in their order into families of runs (:mod:`app.live.lines`), as the session took
+what was asked of it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.live.branching import NameOf, begin, run_at
+from app.live.lines import Family, Line, MadeAgain, known_of, root_line
+from app.live.past import Budget
+from app.live.places import Place
+from app.live.records import (
+    Began,
+    Branched,
+    BroughtBack,
+    Deleted,
+    Gave,
+    Journal,
+    Marked,
+    NamedLine,
+    Record,
+    Stood,
+    Unmarked,
+    WentLive,
+)
+from app.live.written import DamagedError, Written
+from learners.commands import CommandError
+from learners.kernel.state import digest
+from learners.run import Run
+from learners.spec import MAX_TRIALS
+
+_SLICE: Final = 200_000
+"""Steps between two moments at which it can be broken off."""
+
+OnStep = Callable[[float], object]
+"""Told now and then which share of the records has been taken."""
+
+
+@dataclass(frozen=True)
+class Remade:
+    """A session that was made again."""
+
+    made: MadeAgain
+    differ: tuple[str, ...]
+    """Names of the lines whose tables are not those that were written down."""
+
+
+def made_again(
+    written: Written,
+    budget: Budget,
+    name_of: NameOf,
+    first_number: int = 0,
+    on_step: OnStep | None = None,
+) -> Remade:
+    """Make a session again; its live run stands still, where it was last written down to be.
+
+    Args:
+        written: what was read of it.
+        budget: memory for checkpoints of its lines.
+        name_of: computes names of branches.
+        first_number: of its runs; those of its file begin with 0.
+        on_step: told now and then how far it is.
+
+    Raises:
+        DamagedError: its records do not go together.
+    """
+    making = _Making(written.records, budget, name_of, first_number, on_step)
+    for place, record in enumerate(written.records):
+        try:
+            making.take(place, renumbered(record, first_number))
+        except CommandError as error:
+            saved = replace(written, records=written.records[:place])
+            raise DamagedError(f"{written.path}: line {place + 2}: {error}", saved) from error
+    return making.remade(written)
+
+
+def renumbered(record: Record, by: int) -> Record:
+    """A record about the runs that have a number higher by so much."""
+    names = ("run", "parent", "instead_of")
+    numbers = {name: getattr(record, name, None) for name in names}
+    return replace(
+        record, **{name: number + by for name, number in numbers.items() if number is not None}
+    )
+
+
+class Renumbered:
+    """The journal of a session whose runs have higher numbers than in its file."""
+
+    def __init__(self, journal: Journal, by: int) -> None:
+        self._journal = journal
+        self._by = by
+
+    @property
+    def fault(self) -> str | None:
+        """As :attr:`Journal.fault`."""
+        return self._journal.fault
+
+    def note(self, record: Record) -> None:
+        """As :meth:`Journal.note`."""
+        self._journal.note(renumbered(record, -self._by))
+
+    def stood(self, record: Stood, at_rest: bool = False) -> None:
+        """As :meth:`Journal.stood`."""
+        self._journal.stood(replace(record, run=record.run - self._by), at_rest)
+
+
+class _Making:
+    def __init__(
+        self,
+        records: Sequence[Record],
+        budget: Budget,
+        name_of: NameOf,
+        first_number: int,
+        on_step: OnStep | None,
+    ) -> None:
+        self._budget = budget
+        self._name_of = name_of
+        self._on_step = on_step
+        self._n_records = len(records)
+        self._place = 0
+        self._last = {
+            record.run + first_number: place
+            for place, record in enumerate(records)
+            if isinstance(record, Stood)
+        }
+        """Where in the records each line was written down last, which is where it is compared."""
+        self._n_runs = first_number
+        self._family: Family | None = None
+        self._aside: Family | None = None
+        self._differ: list[str] = []
+
+    def remade(self, written: Written) -> Remade:
+        """What came of all records.
+
+        Raises:
+            DamagedError: no run has begun.
+        """
+        if self._family is None:
+            raise DamagedError(f"{written.path}: no run has begun in it", None)
+        self._family.held.pause()
+        self._family.live.known = known_of(self._family.held.run, with_digest=True)
+        made = MadeAgain(self._family, self._aside, self._n_runs)
+        return Remade(made, tuple(self._differ))
+
+    def take(self, place: int, record: Record) -> None:
+        """Take one record in.
+
+        Raises:
+            CommandError: it does not go with those before.
+        """
+        self._place = place
+        match record:
+            case Began():
+                self._begin(record)
+            case Branched():
+                self._branch(record)
+            case Gave(run=number, step=step, command=command):
+                line = self._live_line(number)
+                run = self._know(line, step)
+                if run.step != step:
+                    raise CommandError(f"{line.name} is past step {step:,}")
+                run.apply(command, replacing=True)
+                line.past.note(run)
+            case Stood():
+                self._stand(record)
+            case WentLive():
+                self._go_live(record)
+            case NamedLine() | Deleted() | BroughtBack() | Marked() | Unmarked():
+                family = self._shown()
+                if isinstance(record, Marked):
+                    self._know(family.line(record.run), record.step)
+                family.check(record)
+                family.do(record)
+
+    def _shown(self) -> Family:
+        if self._family is None:
+            raise CommandError("no run has begun")
+        return self._family
+
+    def _live_line(self, number: int) -> Line:
+        for family in (self._family, self._aside):
+            if family is not None and family.live.number == number:
+                return family.live
+        raise CommandError(f"run {number} is not live")
+
+    def _next(self, number: int) -> None:
+        """Take in the number of another run."""
+        if number < self._n_runs:
+            raise CommandError(f"there has been a run {number}")
+        self._n_runs = number + 1
+
+    # Families
+
+    def _begin(self, record: Began) -> None:
+        self._next(record.run)
+        run = Run(record.spec, record.seed)
+        root = root_line(record.run, run, record.preset, self._budget, record.spec.trials)
+        assert root.held is not None
+        root.held.is_own = record.is_own
+        self._set_aside(even_if_new=not record.is_own and self._aside is None)
+        self._family = Family(root)
+
+    def _set_aside(self, even_if_new: bool = False) -> None:
+        """As the session does, whose rule this is."""
+        family = self._family
+        if family is None:
+            return
+        family.held.pause()
+        family.drop()
+        if family.is_own and (family.is_begun or even_if_new):
+            self._aside = family
+
+    # Lines
+
+    def _branch(self, record: Branched) -> None:
+        family, step = self._shown(), record.step
+        self._next(record.run)
+        self._know(family.line(record.parent), step)
+        if record.instead_of is None:
+            family.check_room()
+        else:
+            family.line(record.instead_of)
+        place = Place(record.parent, step)
+        begun = begin(family, place, record.commands, False, self._name_of)
+        family.add(begun.line(record.run, self._budget), record.instead_of)
+
+    def _stand(self, record: Stood) -> None:
+        family = self._shown()
+        line = family.lines.get(record.run)
+        if line is None and self._aside is not None:
+            line = self._aside.lines.get(record.run)
+        if line is None or (line.held is None and self._place != self._last[record.run]):
+            # A branch that is not there any more, or of which more is known later.
+            return
+        run = self._know(line, record.step)
+        if line.held is not None:
+            line.held.until_trial = record.until_trial
+        if self._place == self._last[record.run]:
+            if run.step > record.step:
+                run = run_at(line.past, record.step)
+            if (digest(run.state), run.trial) != (record.digest, record.trial):
+                self._differ.append(line.name)
+
+    def _go_live(self, record: WentLive) -> None:
+        family, aside = self._shown(), self._aside
+        if record.run in family.lines:
+            line, step = family.lines[record.run], record.step
+            if step is not None:
+                self._know(line, step)
+            family.check_going_live(line.number, step)
+            is_there = line.held is not None and step in (None, line.held.run.step)
+            if line.held is not None and is_there:
+                run = line.held.run
+            else:
+                run = run_at(line.past, line.past.end_step if step is None else step)
+            family.go_live(line, run)
+        elif aside is not None and aside.live.number == record.run:
+            self._aside = None
+            self._set_aside()
+            self._family = aside
+        else:
+            raise CommandError(f"there is no run {record.run} to go on with")
+
+    def _know(self, line: Line, step: int) -> Run:
+        """Have a line known up to a step at least; returns its run, as far as it is."""
+        if line.held is not None:
+            self._advance(line, line.held.run, step)
+            line.known = known_of(line.held.run, with_digest=False)
+            return line.held.run
+        run = run_at(line.past, line.past.end_step)
+        if run.step < step:
+            self._advance(line, run, step)
+            line.known = known_of(run, with_digest=False)
+        return run
+
+    def _advance(self, line: Line, run: Run, step: int) -> None:
+        while run.step < step:
+            if self._on_step is not None:
+                self._on_step(self._place / self._n_records)
+            most = min(step - run.step, _SLICE)
+            if run.advance(max_steps=most, until_trial=MAX_TRIALS) == 0:
+                raise CommandError(f"{line.name} ends before step {step:,}")
+            line.past.note(run)

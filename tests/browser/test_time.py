@@ -1,0 +1,168 @@
+"""The past in a real browser: everything on the page is that of the moment that it looks at."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Frame, expect
+
+from app.live.session import Pause, Play, SetSpeed, Status
+from app.live.snapshot import Snapshot
+from app.page.scene.hunt import placed
+from app.picture.look import Look
+from learners.commands import SetParameter
+from learners.kernel.state import digest
+from learners.run import replay
+from tests.support.live import SEED, LiveLab
+from tests.support.screen import Begin, BeginTwo, Screen
+
+LEARNED = 2_000
+"""Trials after which there is a cone in the small world."""
+
+_IS_OPEN = """() => {
+    const page = document.querySelector("iframe.pounce-time")?.contentDocument;
+    return page?.documentElement?.dataset?.connection === "open";
+}"""
+_SEND = """async message => {
+    const { send } = await import(new URL("../../web/time/channel.js", location.href));
+    return send(message);
+}"""
+_POINTS = """name => {
+    const node = window.__viserSceneTree.getState()[name];
+    return Array.from(node.message.props.points);
+}"""
+_MOMENT = """async () => {
+    const { state } = await import(new URL("../../web/time/state.js", location.href));
+    return state.moment;
+}"""
+
+
+def frame_of(screen: Screen) -> Frame:
+    """The page of the time bar, once it is connected."""
+    screen.page.wait_for_function(_IS_OPEN)
+    handle = screen.page.locator("iframe.pounce-time").element_handle()
+    frame = handle.content_frame()
+    assert frame is not None
+    return frame
+
+
+def tell(screen: Screen, do: str, **what: Any) -> None:
+    """Send what a hand on the bar sends."""
+    assert frame_of(screen).evaluate(_SEND, {"do": do, **what})
+
+
+def moment_of(screen: Screen) -> dict[str, Any]:
+    """Where the bar says that the page is."""
+    found: dict[str, Any] = frame_of(screen).evaluate(_MOMENT)
+    return found
+
+
+def expect_moment(live: LiveLab, screen: Screen, shot: Snapshot) -> None:
+    """Wait until the page shows a moment: board, sentence, reading, predator and playhead."""
+    screen.expect_cell_colours(live.colours(moment=shot))
+    expect(screen.reading("Trial")).to_have_text(f"{shot.trial:,}")
+    here = placed(shot.world, shot.spec.world, Look(), np.array([shot.cell]), shot.heading, shown=0)
+    if shot.trial_step:
+        points = np.array(screen.page.evaluate(_POINTS, "/board/predator")).reshape(-1, 3)
+        np.testing.assert_allclose(points[0, :2], here[0], atol=1e-4)
+    moment = moment_of(screen)
+    assert (moment["step"], moment["trial"]) == (shot.step, shot.trial)
+
+
+def is_past(status: Status, step: int) -> bool:
+    return status.snapshot.step > step
+
+
+def test_the_whole_page_is_that_of_a_moment_while_the_learner_goes_on(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
+    end = live.session.status.snapshot.step
+    live.ask(SetSpeed(2_000.0), Play())
+    cell = live.session.status.snapshot.spec.world.size * 20 + 12
+    for step in (end // 3, end - 1_000, 41):
+        tell(screen, "seek", step=step)
+        expect_moment(live, screen, live.stopped_at(step))
+        expect(screen.headline).to_contain_text("The past, trial")
+    shot = live.stopped_at(end // 3)
+    tell(screen, "seek", step=shot.step)
+    expect_moment(live, screen, shot)
+    # West of the prey, where value comes first.
+    x, y = shot.world.size // 2 - 4, shot.world.size // 2
+    screen.page.mouse.click(*screen.place_of(y * shot.world.size + x))
+    expect(screen.page.locator(".pounce-cell")).to_contain_text(_value_at(shot, x, y))
+    screen.turn_to("Now")
+    live.wait_for(lambda status: status.snapshot.step > end)
+    live.ask(Pause())
+    screen.page.keyboard.press("End")
+    now = live.session.status.snapshot
+    expect_moment(live, screen, now)
+    expect(screen.headline).not_to_contain_text("The past")
+    run = replay(now.preset_spec, SEED, [], now.step)
+    np.testing.assert_array_equal(rows.best(run.state.selection), now.value.ravel())
+
+
+def test_a_command_in_the_past_makes_a_branch_and_live_is_as_it_was(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
+    now = live.session.status.snapshot
+    step = now.step // 2
+    tell(screen, "seek", step=step)
+    expect_moment(live, screen, live.stopped_at(step))
+    screen.page.keyboard.press("f")
+    live.wait_for(lambda status: len(status.lines) == 2)
+    expect(screen.headline).to_contain_text("Frozen by hand: the selection")
+    frame = screen.page.frame_locator("iframe.pounce-time")
+    expect(frame.get_by_text("End goes back to the live run")).to_be_visible()
+    assert moment_of(screen)["step"] == step
+    assert live.session.status.snapshot.control == now.control
+    screen.page.keyboard.press("End")
+    expect_moment(live, screen, now)
+    expect(frame.get_by_text("End goes back to the live run")).to_have_count(0)
+
+
+def test_a_click_on_first_reach_goes_to_the_moment_at_which_value_came(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
+    screen.choose("Layer", "First reach")
+    now = live.session.status.snapshot
+    size = now.spec.world.size
+    cell = size * (size // 2) + size // 2 - 3
+    screen.expect_cell_colours(live.colours(Look(layer="reach")))
+    screen.page.mouse.click(*screen.place_of(cell))
+    screen.page.wait_for_function("() => true")
+    expect(screen.headline).to_contain_text("The past, trial")
+    step = moment_of(screen)["step"]
+    before, after = live.stopped_at(step - 1), live.stopped_at(step)
+    risen = (before.first_reach < 0) & (after.first_reach >= 0)
+    assert risen.sum() == 1
+
+
+def test_two_pages_look_at_two_moments_and_a_reload_is_live(begin_two: BeginTwo) -> None:
+    live, one, other = begin_two(trial=LEARNED)
+    now = live.session.status.snapshot
+    first, second = live.stopped_at(now.step // 4), live.stopped_at(now.step // 2)
+    tell(one, "seek", step=first.step)
+    tell(other, "seek", step=second.step)
+    expect_moment(live, one, first)
+    expect_moment(live, other, second)
+    tell(other, "by", unit="trials", n=1)
+    expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
+    expect_moment(live, one, first)
+    one.page.reload()
+    one.settle(live)
+    expect_moment(live, one, now)
+    expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
+
+
+@pytest.mark.parametrize("epsilon", [0.3])
+def test_a_branch_is_exactly_what_it_would_have_been_from_the_start(
+    begin: Begin, epsilon: float
+) -> None:
+    live, screen = begin(trial=LEARNED)
+    step = live.session.status.snapshot.step // 2
+    tell(screen, "seek", step=step)
+    expect_moment(live, screen, live.stopped_at(step))
+    command = SetParameter("learner.epsilon", epsilon)
+    browser = live.lab.browsers[0]
+    live.lab.inbox.put(lambda: live.lab.ask(browser.client, command))
+    live.wait_for(lambda status: len(status.lines) == 2 and not status.lines[-1].is_growing)
+    later = step + 3_000
+    tell(screen, "seek", step=later)
+    expect_moment(live, screen, live.stopped_at(later, (step, command)))
