@@ -86,11 +86,13 @@ root.addEventListener("pointerup", (event) => {
   else grip.tap(event);
 });
 
-for (const kind of /** @type {const} */ (["pointercancel", "lostpointercapture"]))
-  root.addEventListener(kind, (event) => {
-    if (holding?.pointer === event.pointerId && (holding.isMoving || kind === "pointercancel"))
-      giveUp();
-  });
+root.addEventListener("pointercancel", ({ pointerId }) => {
+  if (holding?.pointer === pointerId) giveUp();
+});
+root.addEventListener("lostpointercapture", ({ pointerId, target }) => {
+  // What a finger came down on has it at first, and loses it to all of the page.
+  if (holding?.pointer === pointerId && target === root) giveUp();
+});
 
 window.addEventListener(
   "keydown",

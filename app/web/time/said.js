@@ -17,7 +17,9 @@ over.innerHTML = `
 const part = (kind) => /** @type {HTMLElement} */ (over.querySelector(`.${kind}`));
 
 let timer = 0;
-let act = () => {};
+/** What can be done about what is said. @type {Undo | undefined} */
+let offered;
+/** @typedef {{label: string, act: () => void}} Undo */
 
 /**
  * @param {string} kind
@@ -32,7 +34,7 @@ const put = (kind, text) => {
 /**
  * Say something for a while.
  * @param {string} text
- * @param {{label: string, act: () => void}} [undo] what can be done about it
+ * @param {Undo} [undo] what can be done about it
  */
 export const say = (text, undo) => {
   clearTimeout(timer);
@@ -40,14 +42,14 @@ export const say = (text, undo) => {
   const button = part("act");
   button.hidden = !undo;
   button.textContent = undo?.label ?? "";
-  act = undo?.act ?? (() => {});
+  offered = undo;
   if (text) timer = setTimeout(() => say(""), LASTS_MS);
 };
 
 over.addEventListener("click", ({ target }) => {
   const button = /** @type {Element} */ (target).closest("button");
   if (!button) return;
-  if (button.classList.contains("act")) act();
+  if (button.classList.contains("act")) offered?.act();
   if (button.closest(".note")) put("note", "");
   else say("");
 });
@@ -63,7 +65,10 @@ export const whenRefused = (work) => void works.push(work);
 
 on("said", ({ text, refused }) => {
   if (refused) for (const work of works) work();
-  say(text);
+  if (refused || !offered) return say(text);
+  // What follows of something does not take away that it can be undone.
+  const former = part("said").firstElementChild?.textContent;
+  say(`${former} ${text}`, offered);
 });
 on("note", ({ text }) => put("note", text));
 document.body.append(over);

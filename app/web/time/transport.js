@@ -84,8 +84,9 @@ const whereabouts = () => {
   const line = bar?.lines.find((each) => each.line === moment.line);
   const name = !line || line.live ? "The past" : line.name;
   const far = distance(moment.behind_trials, moment.behind_steps);
-  const parts = [name, `trial ${grouped(moment.trial)}`, far];
-  return [parts.filter(Boolean).join(", "), `trial ${grouped(moment.trial)}`];
+  const parts = [name, `trial ${grouped(moment.trial)}`, far].filter(Boolean);
+  const few = line && !line.live ? parts.slice(0, 2) : parts.slice(1);
+  return [parts.join(", "), few.join(", ").replace(/ trials?( behind| ahead)$/, "$1")];
 };
 
 /** @param {HTMLElement} node @param {string} label @param {string} [key] */
