@@ -17,6 +17,7 @@ from app.live.past import Budget, Past
 from app.live.places import Place
 from learners.commands import Command
 from learners.control import Control
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS
 
@@ -66,7 +67,7 @@ class Begun:
         return Line(
             number=number,
             past=Past(self.run, budget),
-            known=known_of(self.run, with_digest=False),
+            known=known_of(self.run),
             parent=self.parent,
             fork_step=self.step,
             fork_trial=self.run.trial,
@@ -100,7 +101,7 @@ def begin(
         before, parent, earlier = line.before, line.parent, line.commands
     for command in commands:
         run.apply(command, replacing=True)
-    all_of_them = (*earlier, *commands)
+    all_of_them = _that_hold(before, run.control) or (*earlier, *commands)
     return Begun(
         family=family,
         parent=parent,
@@ -111,6 +112,17 @@ def begin(
         name=name_of(before, run.trial, all_of_them),
         instead_of=line if amends else None,
     )
+
+
+def _that_hold(before: Control, after: Control) -> tuple[Command, ...]:
+    """Commands by hand that lead from one moment of control to another, if it is by them alone.
+
+    Of those that were given there, the ones that later ones made void are no more.
+    """
+    known = len(before.history)
+    if after.history[:known] != before.history:
+        return ()
+    return tuple(event.command for event in after.history[known:] if event.author == "hand")
 
 
 def run_at(past: Past, step: int) -> Run:
@@ -187,7 +199,7 @@ class Growth:
         run.advance(min(_SLICE_STEPS, MOST_STEPS - run.step), until)
         line.past.note(run)
         rests = run.trial >= until or run.step >= MOST_STEPS
-        line.known = known_of(run, with_digest=rests)
+        line.known = known_of(run, digest(run.state) if rests else "")
         if rests:
             del self._runs[line]
         now_s = time.perf_counter()

@@ -43,12 +43,12 @@ class Known(NamedTuple):
     """Of its tables there; "" while it goes on."""
 
 
-def known_of(run: Run, with_digest: bool) -> Known:
-    """What is known of a line whose run stands there; a digest takes a third of a millisecond."""
+def known_of(run: Run, tables: str = "") -> Known:
+    """What is known of a line whose run stands there; ``tables`` is their digest, if it rests."""
     step, trial = run.step, run.trial
     recent = run.state.log_reward[max(trial - RECENT_TRIALS, 0) : trial]
     reward = float(recent.mean()) if recent.size else math.nan
-    return Known(step, trial, reward, digest(run.state) if with_digest else "")
+    return Known(step, trial, reward, tables)
 
 
 @dataclass(eq=False)
@@ -170,12 +170,18 @@ class Family:
     # Branches
 
     def amends(self, place: Place) -> bool:
-        """Whether what is given at a place is one more command of those that made its line."""
+        """Whether what is given at a place is one more command of those that made its line.
+
+        It is not if something hangs on that line, or if it would not begin now as it began: where
+        the line that it left stands still at that moment, more may have been done there since.
+        """
         line = self.line(place.line)
         return (
             line.parent is not None
+            and line.before is not None
             and line.held is None
             and place.step == line.fork_step
+            and self.line(line.parent).past.is_still(place.step, line.before)
             and not self.children(line.number)
             and all(mark.place.line != line.number for mark in self._marks.values())
         )
@@ -220,6 +226,13 @@ class Family:
             raise CommandError(
                 f"{line.name} can go on from steps {line.fork_step:,} to {line.past.end_step:,}"
             )
+        if line.held is not None and any(
+            event.author == "hand" and event.step > step for event in line.held.run.control.history
+        ):
+            raise CommandError(
+                f"what was done on {line.name} after that moment would be lost; a command that is"
+                " given there makes a branch"
+            )
         later = [child.name for child in self.children(number) if child.fork_step > step]
         if later:
             raise CommandError(
@@ -235,7 +248,7 @@ class Family:
         former = self.held
         goes_on = former.is_learning
         former.pause()
-        self.live.known = known_of(former.run, with_digest=True)
+        self.live.known = known_of(former.run, digest(former.run.state))
         if line.held is None:
             until_trial = max(former.until_trial, run.trial)
             line.held = Held(run, line.number, self.preset, until_trial, playing=False)
@@ -323,6 +336,18 @@ class Family:
             raise CommandError(f"{children[0].name} branches off {line.name}; delete it first")
 
 
+def aside_after(family: Family, aside: Family | None, even_if_new: bool) -> Family | None:
+    """What is kept once another family takes the place of one, in which one had been kept so far.
+
+    That family, unless nothing has been done in it yet, or it is of an experiment, whose results
+    make it again: of several that are opened one after the other, the lesson that came before is
+    kept. Where there is none, branches of such a run are worth keeping, too.
+    """
+    if family.is_own:
+        return family if family.is_begun or even_if_new else aside
+    return family if aside is None and len(family.lines) > 1 else aside
+
+
 def root_line(
     number: int,
     run: Run,
@@ -334,7 +359,7 @@ def root_line(
 ) -> Line:
     """A line that begins by itself, and is live."""
     held = Held(run, number, preset, until_trial, playing, opened=opened)
-    return Line(number, Past(run, budget), known_of(run, with_digest=False), held)
+    return Line(number, Past(run, budget), known_of(run), held)
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class MakeLive:
     """Let a branch be the live run; the former one stays as a line of its own, where it stands.
 
     It goes on from a step, or from as far as it is known. What is known of it beyond that step is
-    made again as it goes on. It stands still at first.
+    made again as it goes on; it does so at once if the former one did.
     """
 
     line: int

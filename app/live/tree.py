@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 from app.live.branching import Begun, Growth, NameOf, begin, run_at
 from app.live.held import Opened
-from app.live.lines import Change, Family, Line, known_of, one_line, root_line
+from app.live.lines import Change, Family, Line, aside_after, known_of, one_line, root_line
 from app.live.moments import Moments
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Place
@@ -43,6 +43,7 @@ from app.live.requests import (
 )
 from app.live.worker import Reply
 from learners.commands import Command, CommandError, SetSchedule
+from learners.control import Control
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import ScheduleSpec
@@ -104,6 +105,8 @@ class Tree:
         self._growth = Growth(self.moments.do_meanwhile, lambda: submit(Grown(), None))
         self._stood: Stood | None = None
         self._stood_s = -math.inf
+        self._digested: tuple[Run | None, int, Control | None, str] = (None, 0, None, "")
+        """A run, its step, what held there, and the digest of its tables."""
 
     # What is there
 
@@ -127,12 +130,12 @@ class Tree:
         """Let journal, branches and what is told of the lines be as the live run is."""
         family, held = self.family, self.family.held
         stands = not held.is_learning
+        family.live.known = known_of(held.run, self._digest() if stands else "")
         if stands or now_s - self._stood_s >= _STOOD_S:
             self._stood_s = now_s
             self.note_stood(at_rest=stands)
         branches = [line for line in family.lines.values() if line.grows]
         self._growth.follow(branches, held.run.trial, stands)
-        family.live.known = known_of(held.run, with_digest=stands)
         lines = tuple(
             line.seen(line is family.live, line.grows and self._growth.is_behind(line))
             for line in family.lines.values()
@@ -196,11 +199,11 @@ class Tree:
     def _add(self, begun: Begun) -> None:
         family, former = begun.family, begun.instead_of
         self._check_shown(family)
-        family.line(begun.parent)
+        is_still = family.line(begun.parent).past.is_still(begun.step, begun.before)
         if former is None:
             family.check_room()
-        elif former.number not in family.lines or not family.amends(former.begins):
-            raise CommandError("that branch has changed meanwhile; give the command again")
+        if not is_still or (former is not None and not family.amends(former.begins)):
+            raise CommandError("more was done at that moment meanwhile; give the command again")
         line = begun.line(self.n_runs, self._budget)
         instead_of = None if former is None else former.number
         self._note(Branched(line.number, begun.parent, begun.step, begun.commands, instead_of))
@@ -310,21 +313,14 @@ class Tree:
         if min(numbers) < self.n_runs:
             raise CommandError("that session cannot be taken up now; ask for it again")
         if self.n_runs > 0:
-            self.note_stood()
+            self.close()
             self.family.drop()
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
 
     def _set_aside(self, even_if_new: bool = False) -> None:
-        """Keep the family that is shown, in the place of the one that was kept before.
-
-        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
-        again: of several that are opened one after the other, the lesson that came before is kept.
-        """
-        family = self.family
-        family.drop()
-        if family.is_own and (family.is_begun or even_if_new):
-            self.aside = family
+        self.family.drop()
+        self.aside = aside_after(self.family, self.aside, even_if_new)
 
     # What is written down
 
@@ -334,10 +330,25 @@ class Tree:
             return
         held = self.family.held
         run, until_trial = held.run, held.until_trial
-        stood = Stood(held.generation, run.step, run.trial, digest(run.state), until_trial)
+        stood = Stood(held.generation, run.step, run.trial, self._digest(), until_trial)
         if stood != self._stood:
             self._stood = stood
             self.journal.stood(stood, at_rest)
+
+    def close(self) -> None:
+        """Write down where the live run is left; no more is written after that."""
+        self.note_stood()
+        if self.journal is not None:
+            self.journal.close()
+
+    def _digest(self) -> str:
+        """Digest of the live run's tables, made anew only if they can be others."""
+        run = self.family.held.run
+        known, step, control, found = self._digested
+        if known is not run or step != run.step or control is not run.control:
+            found = digest(run.state)
+            self._digested = (run, run.step, run.control, found)
+        return found
 
     def _note(self, record: Record) -> None:
         if self.journal is not None:

@@ -32,6 +32,7 @@ from app.live.requests import (
     GoBack,
     MakeLive,
     NameLine,
+    OpenRun,
     Pause,
     Play,
     RemoveMark,
@@ -75,6 +76,9 @@ class Kept:
     def stood(self, record: Stood, at_rest: bool = False) -> None:
         self.looked.append(at_rest)
         self.records.append(record)
+
+    def close(self) -> None:
+        pass
 
 
 class Desk:
@@ -291,6 +295,63 @@ def test_a_command_where_a_branch_begins_is_one_more_of_its_own(desk: Desk) -> N
     desk.check()
 
 
+def test_where_more_was_done_since_a_branch_stays_as_it_began(desk: Desk) -> None:
+    step = desk.at(30).snapshot.step
+    first = desk.branch(0, step)
+    desk.ask(FreezeSkills(frozen=True))
+    second = desk.branch(first.number, step, SLOWER)
+    third = desk.branch(0, step, SLOWER)
+    assert (second.parent, third.parent) == (first.number, 0)
+    desk.check()
+
+
+def test_what_is_done_while_a_branch_is_begun_is_told_to_whoever_began_it(desk: Desk) -> None:
+    step = desk.at(30).snapshot.step
+    begun, goes_on, refusals = threading.Event(), threading.Event(), list[str]()
+    submit = desk.session._tree._submit
+
+    def late(*made: Any) -> Any:
+        begun.set()
+        goes_on.wait(PATIENCE_S)
+        return submit(*made)
+
+    desk.session._tree._submit = late
+    desk.session.submit(Branch(Place(0, step), FREEZE), refusals.append)
+    assert begun.wait(PATIENCE_S)
+    ticket = desk.session.submit(FreezeSkills(frozen=True))
+    desk.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    goes_on.set()
+    desk.ask(Pause())
+    assert refusals == ["more was done at that moment meanwhile; give the command again"]
+    assert desk.rests().keys() == {0}
+
+
+def test_a_hand_that_shakes_where_a_branch_begins_leaves_what_it_came_to(desk: Desk) -> None:
+    desk.at(60)
+    line = desk.branch(0, 500)
+    for number in range(30):
+        line = desk.branch(line.number, 500, SetParameter("learner.alpha", 0.1 + number / 100))
+    last = desk.kept.records[-1]
+    assert isinstance(last, Branched)
+    assert last.commands == (FREEZE, SetParameter("learner.alpha", 0.1 + 29 / 100))
+    desk.check()
+
+
+def test_the_live_run_is_the_same_whatever_branches_off_it(desk: Desk) -> None:
+    desk.ask(RunTo(30_000))
+    for step in range(40):
+        end = desk.session.status.snapshot.step
+        desk.ask(Branch(Place(0, end * step // 40), SetParameter("learner.alpha", 0.2)))
+        newest = desk.session.status.lines[-1]
+        if not newest.is_live and step % 3:
+            desk.ask(DeleteLine(newest.number))
+    taken = desk.at(30_001).snapshot
+    desk.check()
+    alone = Run(SPEC, SEED)
+    alone.advance(until_trial=taken.trial)
+    assert desk.line(0).digest == digest(alone.state)
+
+
 @pytest.mark.parametrize("what", ["branch", "mark", "was live"])
 def test_where_something_hangs_on_it_a_branch_stays_and_another_begins(
     desk: Desk, what: str
@@ -361,6 +422,19 @@ def test_what_begins_later_on_a_line_is_not_cut_off(desk: Desk) -> None:
     assert not desk.refusals(MakeLive(first.number, 700))
     (why,) = desk.refusals(MakeLive(second.number, 699))
     assert why.startswith(f"{second.name} can go on from steps 700 to ")
+    desk.check()
+
+
+def test_what_was_done_on_a_line_later_is_not_cut_off_either(desk: Desk) -> None:
+    step = desk.at(30).snapshot.step
+    desk.ask(FREEZE)
+    end = desk.at(40).snapshot.step
+    branch = desk.branch(0, 300)
+    desk.ask(MakeLive(branch.number))
+    (why,) = desk.refusals(MakeLive(0, step - 1))
+    assert why.startswith("what was done on first run after that moment would be lost")
+    assert not desk.refusals(MakeLive(0, step))
+    assert desk.at(40).snapshot.step == end
     desk.check()
 
 
@@ -477,6 +551,23 @@ def test_a_family_is_set_aside_and_comes_back_whole(desk: Desk) -> None:
     desk.check()
     assert desk.ask(GoBack()).snapshot.preset_spec == SPEC
     assert other.number in desk.rests()
+    desk.check()
+
+
+def test_branches_of_a_run_of_an_experiment_are_kept_where_nothing_else_is(desk: Desk) -> None:
+    alone = Run(SPEC, 9)
+    alone.advance(max_steps=2_000)
+    desk.at(30)
+    opened = OpenRun(SPEC, "timed", 9, alone.step, digest(alone.state), "figure: timed, seed 9")
+    desk.ask(opened)
+    status = desk.session.wait_for(lambda s: s.opened is not None and s.opened.same, PATIENCE_S)
+    branch = desk.branch(status.snapshot.generation, 1_000)
+    desk.rests()
+    assert desk.ask(GoBack()).snapshot.generation == 0
+    assert branch.number in {line.number for line in desk.ask(GoBack()).lines}
+    # But not in the place of one's own run.
+    desk.ask(StartAgain(SPEC, "timed", 3, paused=True))
+    assert desk.ask(GoBack()).snapshot.generation == 0
     desk.check()
 
 
