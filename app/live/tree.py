@@ -313,7 +313,7 @@ class Tree:
         if min(numbers) < self.n_runs:
             raise CommandError("that session cannot be taken up now; ask for it again")
         if self.n_runs > 0:
-            self.note_stood()
+            self.close()
             self.family.drop()
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
@@ -334,6 +334,12 @@ class Tree:
         if stood != self._stood:
             self._stood = stood
             self.journal.stood(stood, at_rest)
+
+    def close(self) -> None:
+        """Write down where the live run is left; no more is written after that."""
+        self.note_stood()
+        if self.journal is not None:
+            self.journal.close()
 
     def _digest(self) -> str:
         """Digest of the live run's tables, made anew only if they can be others."""

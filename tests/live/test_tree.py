@@ -77,6 +77,9 @@ class Kept:
         self.looked.append(at_rest)
         self.records.append(record)
 
+    def close(self) -> None:
+        pass
+
 
 class Desk:
     """A session, paused at first, and what is asked of it."""
