@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.live.branching import NameOf, begin, run_at
-from app.live.lines import Family, Line, MadeAgain, known_of, root_line
+from app.live.lines import Family, Line, MadeAgain, aside_after, known_of, root_line
 from app.live.past import Budget
 from app.live.places import Place
 from app.live.records import (
@@ -106,10 +106,6 @@ class Renumbered:
         """As :meth:`Journal.stood`."""
         self._journal.stood(replace(record, run=record.run - self._by), at_rest)
 
-    def close(self) -> None:
-        """As :meth:`Journal.close`."""
-        self._journal.close()
-
 
 class _Making:
     def __init__(
@@ -145,9 +141,8 @@ class _Making:
         if self._family is None:
             raise DamagedError(f"{written.path}: no run has begun in it", None)
         self._family.held.pause()
-        self._family.live.known = known_of(
-            self._family.held.run, digest(self._family.held.run.state)
-        )
+        run = self._family.held.run
+        self._family.live.known = known_of(run, digest(run.state))
         made = MadeAgain(self._family, self._aside, self._n_runs)
         return Remade(made, tuple(self._differ))
 
@@ -210,14 +205,12 @@ class _Making:
         self._family = Family(root)
 
     def _set_aside(self, even_if_new: bool = False) -> None:
-        """As the session does, whose rule this is."""
         family = self._family
         if family is None:
             return
         family.held.pause()
         family.drop()
-        if family.is_own and (family.is_begun or even_if_new):
-            self._aside = family
+        self._aside = aside_after(family, self._aside, even_if_new)
 
     # Lines
 

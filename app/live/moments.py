@@ -52,12 +52,15 @@ def moment_at(
     Returns:
         The snapshot; None if it was not wanted any more.
     """
-    step = min(max(place.step, 0), past.end_step)
-    run = past.run_at(step - LEARNING_STEPS, is_wanted)
-    if run is None:
-        return None
-    before = snapshot.selection_q_of(run)
-    past.take_on(run, step)
+    while True:
+        step = min(max(place.step, 0), past.end_step)
+        run = past.run_at(step - LEARNING_STEPS, is_wanted)
+        if run is None:
+            return None
+        before = snapshot.selection_q_of(run)
+        if past.take_on(run, step):
+            break
+        # The line has gone another way in between, which does not happen often.
     made = snapshot.take(run, preset, place.line)
     lately = snapshot.change_between(before, made.selection_q)
     return replace(made, learning_now=lately)
@@ -196,14 +199,14 @@ class Moments:
         if _has_risen(run, state):
             return Place(line, before) if run.state.first_reach[state] == trial else None
         ahead = run.copy()
-        past.take_on(ahead, after)
-        if not _has_risen(ahead, state):
+        if not past.take_on(ahead, after) or not _has_risen(ahead, state):
             return None
         # It has not risen before the first of the two, and has risen after the second.
         while after - before > 1:
             middle = (before + after) // 2
             ahead = run.copy()
-            past.take_on(ahead, middle)
+            if not past.take_on(ahead, middle):
+                return None
             if _has_risen(ahead, state):
                 after = middle
             else:

@@ -84,13 +84,15 @@ class Budget:
                 max(self._pasts, key=lambda past: past.nbytes).thin()
 
 
-class _Known(NamedTuple):
-    """What was known of a line when somebody began to make a moment of it."""
+class _Aim(NamedTuple):
+    """A moment that somebody has begun to make, and what was known of the line then."""
 
-    control: Control
+    step: int
+    until_trial: int
+    """Trials for which there must be room on the way."""
+    events: tuple[Event, ...]
     logs: Logs
     end_step: int
-    end_trial: int
     era: int
 
 
@@ -237,23 +239,31 @@ class Past:
             The run, or None if it was not wanted any more.
         """
         with self._lock:
-            known = self._known()
-            step = min(max(step, 0), known.end_step)
-            self._look_at(step)
-            before = bisect_right(self._steps, step) - 1
+            aim = self._aim(step)
+            self._look_at(aim.step)
+            before = bisect_right(self._steps, aim.step) - 1
             checkpoint = self._checkpoints[before] if before >= 0 else None
-        ended = self.trial_of_step(step)
+            preset = self._control.preset
         if checkpoint is None:
-            run = Run(known.control.preset, self._seed)
+            run = Run(preset, self._seed)
         else:
-            run = Run.restored(checkpoint, known.logs, room=ended + ended // 8 + _BLOCK)
-        return run if self._take_on(run, step, known, is_wanted) else None
+            # With some more, so that they need not be copied again if it goes on a little.
+            room = aim.until_trial + aim.until_trial // 8 + _BLOCK
+            run = Run.restored(checkpoint, aim.logs, room)
+        return run if self._take_on(run, aim, is_wanted) else None
 
-    def take_on(self, run: Run, step: int) -> None:
-        """Advance a run of this line to a later moment of it."""
+    def take_on(self, run: Run, step: int) -> bool:
+        """Advance a run of this line to a later moment of it.
+
+        Returns:
+            Whether it is there; where not, the line has gone another way since the run was made, or
+            ends before it, and nothing was done.
+        """
         with self._lock:
-            known = self._known()
-        self._take_on(run, min(step, known.end_step), known, _always)
+            aim, control = self._aim(step), self._control
+        if run.step > aim.step or not _goes_before(run.control, control):
+            return False
+        return self._take_on(run, aim, _always)
 
     def drop(self) -> None:
         """Give up all checkpoints; moments can still be made, all the way from the beginning."""
@@ -276,23 +286,30 @@ class Past:
 
     # How
 
-    def _known(self) -> _Known:
-        return _Known(self._control, self._logs, self._end_step, self._end_trial, self._era)
+    def _aim(self, step: int) -> _Aim:
+        step = min(max(step, 0), self._end_step)
+        return _Aim(
+            step=step,
+            until_trial=min(self.trial_of_step(step) + 1, MAX_TRIALS),
+            events=self._control.history,
+            logs=self._logs,
+            end_step=self._end_step,
+            era=self._era,
+        )
 
-    def _take_on(self, run: Run, step: int, known: _Known, is_wanted: Callable[[], bool]) -> bool:
+    def _take_on(self, run: Run, aim: _Aim, is_wanted: Callable[[], bool]) -> bool:
         """Advance a run of this line to a moment; returns whether it was wanted to the end."""
-        until_trial = min(self.trial_of_step(step) + 1, MAX_TRIALS)
         ahead = [
             event
-            for event in known.control.history[len(run.control.history) :]
-            if event.author == "hand" and event.step <= step
+            for event in aim.events[len(run.control.history) :]
+            if event.author == "hand" and event.step <= aim.step
         ]
-        stops = self._stops(run.step, step)
+        stops = self._stops(run.step, aim.step)
         for event in ahead:
-            if not self._advance(run, event.step, until_trial, stops, known, is_wanted):
+            if not self._advance(run, event.step, stops, aim, is_wanted):
                 return False
             run.apply(event.command)
-        return self._advance(run, step, until_trial, stops, known, is_wanted)
+        return self._advance(run, aim.step, stops, aim, is_wanted)
 
     def _stops(self, step: int, until: int) -> deque[int]:
         """Where to leave checkpoints on the way from one step to another."""
@@ -307,26 +324,25 @@ class Past:
         self,
         run: Run,
         until: int,
-        until_trial: int,
         stops: deque[int],
-        known: _Known,
+        aim: _Aim,
         is_wanted: Callable[[], bool],
     ) -> bool:
         since = run.step
         while run.step < until:
             if not is_wanted():
                 if run.step - since >= self._budget.nearest_steps:
-                    self._leave(run, known)
+                    self._leave(run, aim)
                 return False
             to = min(until, run.step + _SLICE_STEPS, *list(stops)[:1])
-            if run.advance(max_steps=to - run.step, until_trial=until_trial) == 0:
+            if run.advance(max_steps=to - run.step, until_trial=aim.until_trial) == 0:
                 raise RuntimeError(f"step {until:,} of the line cannot be made again")
             if stops and run.step >= stops[0]:
                 stops.popleft()
-                self._leave(run, known)
+                self._leave(run, aim)
         return True
 
-    def _leave(self, run: Run, known: _Known) -> None:
+    def _leave(self, run: Run, aim: _Aim) -> None:
         """Keep a checkpoint on the way to a moment.
 
         Commands that are given meanwhile come later than what was known of the line, and change
@@ -334,7 +350,7 @@ class Past:
         """
         checkpoint = run.checkpoint()
         with self._lock:
-            if self._era == known.era and checkpoint.step < known.end_step:
+            if self._era == aim.era and checkpoint.step < aim.end_step:
                 self._keep(checkpoint)
 
     def _keep(self, checkpoint: Checkpoint) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 from app.live.branching import Begun, Growth, NameOf, begin, run_at
 from app.live.held import Opened
-from app.live.lines import Change, Family, Line, known_of, one_line, root_line
+from app.live.lines import Change, Family, Line, aside_after, known_of, one_line, root_line
 from app.live.moments import Moments
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Place
@@ -319,15 +319,8 @@ class Tree:
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
 
     def _set_aside(self, even_if_new: bool = False) -> None:
-        """Keep the family that is shown, in the place of the one that was kept before.
-
-        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
-        again: of several that are opened one after the other, the lesson that came before is kept.
-        """
-        family = self.family
-        family.drop()
-        if family.is_own and (family.is_begun or even_if_new):
-            self.aside = family
+        self.family.drop()
+        self.aside = aside_after(self.family, self.aside, even_if_new)
 
     # What is written down
 

@@ -12,7 +12,7 @@ const ABSENT =
   "The time bar does not come up in this browser. The tab Plan has fields for what one edits in it.";
 /** What these keys do in the frame is meant for what has the focus there. */
 const TAKES_KEYS = "input, textarea, select, [contenteditable]";
-const TAKES_SPACE = "a, button, summary, [role=button], [role=slider], [role=tab]";
+const TAKES_SPACE = "a, button, summary, [role=button], [role=tab]";
 const OTHERS = ["Escape", "Home", "End"];
 
 /** @type {WeakSet<Element>} */

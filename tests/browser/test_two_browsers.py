@@ -38,11 +38,11 @@ def test_two_browsers_see_one_session_each_in_its_own_way(begin_two: BeginTwo) -
     assert (live.colours()[0] == LIGHT.unknown).all()
     assert (live.colours(dark)[0] == DARK.unknown).all()
 
-    axes = [screen.page.locator(".pounce-bar .axis").get_by_role("link") for screen in (one, other)]
-    axes[0].click()
-    expect(axes[0]).to_have_text("trial")
-    expect(axes[1]).to_have_text("steps")
-    axes[0].click()
+    units = [screen.time.get_by_role("button", name="steps", exact=True) for screen in (one, other)]
+    units[0].click()
+    expect(units[0]).to_have_attribute("aria-pressed", "true")
+    expect(units[1]).to_have_attribute("aria-pressed", "false")
+    one.time.get_by_role("button", name="trial", exact=True).click()
     other.choose("Value as", "Steps to capture")
     other.check("Dark", False)
 

@@ -1,14 +1,16 @@
 """Any moment of a line can be made again, exactly, in bounded memory; the line is not touched."""
 
+import threading
 from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.documents import presets
 from app.live.past import MOST_BYTES, Budget, Past
-from learners.commands import Explore, FreezeSelection, SetParameter
+from learners.commands import Explore, FreezeSelection, FreezeSkills, SetParameter
 from learners.run import Run, replay
 from tests.support.lines import SEED, SPEC, Script, play, scripts, stands, tell
 
@@ -53,6 +55,7 @@ def test_a_moment_is_what_a_run_stopped_there_would_be(
     assert stands(run) == before == stands(made(past, run.step))
 
 
+@settings(max_examples=25)
 @given(parts=st.lists(scripts, min_size=1, max_size=4), shares=st.lists(st.floats(0, 1)))
 def test_whatever_was_looked_at_while_it_goes_on(parts: list[Script], shares: list[float]) -> None:
     run = Run(SPEC, SEED)
@@ -145,6 +148,67 @@ def test_a_line_that_is_cut_goes_another_way() -> None:
     assert past.step_of_trial(past.end_trial) == int(other.state.log_steps[: other.trial].sum())
 
 
+def test_a_run_of_another_way_is_not_taken_on() -> None:
+    run = Run(SPEC, SEED)
+    past = line(run)
+    play(run, past, [(700, FreezeSelection(True))], rest=2_000)
+    early, late = made(past, 700), made(past, 1_500)
+    past.note(made(past, 1_000))
+    assert not past.take_on(late, 1_600)
+    assert late.step == 1_500
+    assert past.take_on(early, 900)
+    assert stands(early) == stands(replayed(run, 900))
+    other = made(past, 600)
+    play(other, past, [(0, FreezeSkills(True))], rest=900)
+    assert not past.take_on(early, 1_200)
+    assert early.step == 900
+
+
+def test_whatever_the_line_does_a_moment_is_one_of_it() -> None:
+    """It is cut and goes another way, again and again, while others look at it."""
+    run = Run(SPEC, SEED)
+    past = line(run, most_bytes=20 * run.checkpoint().nbytes)
+    run.advance(max_steps=5_000, until_trial=10_000)
+    past.note(run)
+    found: list[Run] = []
+
+    def look(seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        for _ in range(100):
+            at = made(past, int(rng.integers(6_000)))
+            past.take_on(at, at.step + 300)
+            found.append(at)
+
+    looking = [threading.Thread(target=look, args=(seed,)) for seed in range(3)]
+    for thread in looking:
+        thread.start()
+    rng = np.random.default_rng(9)
+    while any(thread.is_alive() for thread in looking):
+        run = made(past, int(rng.integers(1_000, past.end_step + 1)))
+        past.note(run)
+        tell(run, SetParameter("learner.alpha", float(rng.uniform(0.1, 0.5))))
+        past.note(run)
+        for _ in range(8):
+            run.advance(max_steps=250, until_trial=10_000)
+            past.note(run)
+    # What fails in a thread fails the test as well.
+    assert len(found) == 300
+    for at in found[::10]:
+        assert stands(at) == stands(replay(SPEC, SEED, at.journal, at.step))
+
+
+@pytest.mark.parametrize("preset", presets.shipped())
+def test_any_learner_has_a_past(preset: str) -> None:
+    spec = presets.load(preset, ["world.size=40", "trials=2000"])
+    run = Run(spec, SEED)
+    past = Past(run, Budget(MOST_BYTES, 5_000), lambda: 0.0)
+    while run.step < 60_000:
+        run.advance(max_steps=3_001, until_trial=60_000)
+        past.note(run)
+    for step in (0, 1, 9_999, 33_333, 60_001):
+        assert stands(made(past, step)) == stands(replay(spec, SEED, [], step))
+
+
 # Trials
 
 
@@ -180,8 +244,8 @@ def test_memory_is_bounded(room: int) -> None:
     budget = Budget(most, NEAREST)
     lines = [Past(run, budget, lambda: 0.0) for _ in range(3)]
     rng = np.random.default_rng(0)
-    for _ in range(150):
-        run.advance(max_steps=60)
+    for _ in range(60):
+        run.advance(max_steps=120)
         for past in lines:
             past.note(run)
             made(past, int(rng.integers(run.step + 1)))

@@ -15,7 +15,15 @@ from typing import Any, NamedTuple
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from playwright.sync_api import ConsoleMessage, Locator, Page, ViewportSize, expect
+from playwright.sync_api import (
+    ConsoleMessage,
+    Frame,
+    FrameLocator,
+    Locator,
+    Page,
+    ViewportSize,
+    expect,
+)
 
 from tests.support.live import PATIENCE_S, LiveLab
 
@@ -46,6 +54,12 @@ _PUT_DOWN = """() => {
     document.activeElement?.blur();
 }"""
 """Puts notices away, and takes the keyboard from whatever has it."""
+
+_FRAME = "iframe.pounce-time"
+_HAS_TIME = """() => {
+    const page = document.querySelector("iframe.pounce-time")?.contentDocument;
+    return page?.documentElement?.dataset.connection === "open" && !!page.querySelector(".lane");
+}"""
 
 _PROJECT = """index => {
     const { camera, canvas, nodeRefFromName } = window.__viserMutable;
@@ -125,6 +139,19 @@ class Screen:
         numbers = self.page.locator("[data-dock-edge] .pounce-numbers")
         cell = numbers.get_by_text(label, exact=True).locator("xpath=ancestor-or-self::div[1]")
         return cell.locator("xpath=following-sibling::div")
+
+    @property
+    def time(self) -> FrameLocator:
+        """The time bar, which is a page of its own in a frame."""
+        return self.page.frame_locator(_FRAME)
+
+    @property
+    def time_page(self) -> Frame:
+        """The same as one in which scripts can be run, once it is connected and shows a bar."""
+        self.page.wait_for_function(_HAS_TIME)
+        frame = self.page.locator(_FRAME).element_handle().content_frame()
+        assert frame is not None
+        return frame
 
     def text(self, words: str) -> Locator:
         """Something that says these words."""

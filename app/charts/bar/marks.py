@@ -22,6 +22,8 @@ _MOST_LISTED: Final = 8
 _MOST_CHARACTERS: Final = 24
 """Of what somebody wrote, where there is room, and where there is little."""
 _FEW_CHARACTERS: Final = 10
+_MOST_WRITTEN: Final = 8
+"""Notes whose lines the names of skills keep clear of: there may be many."""
 
 
 class Mark(NamedTuple):
@@ -104,15 +106,38 @@ def marks_of(
     spots = _spots([event for event in history if _is_marked(event)], axis)
     joins = [spot for spot in spots if spot.joins]
     others = [spot for spot in spots if not spot.joins]
-    room = Room(-_GUTTER, 1.0)
+    written = [_Written(axis.of_trial(note.trial), note) for note in notes]
+    # Skills first, of these the newest: clear of what somebody wrote, or over it if need be.
     marks: list[Mark] = []
-    # Skills first, over the places of other marks if need be; then what somebody wrote, and then
-    # the newest.
-    for spots in (joins, [_Written(axis.of_trial(note.trial), note) for note in notes], others):
-        for spot in spots:
-            room.take(spot.at - CHARACTER / 2, spot.at + CHARACTER / 2)
-        marks += [_named(spot, room) for spot in reversed(spots)]
+    for kept in (written[-_MOST_WRITTEN:], []):
+        named = {mark.at for mark in marks}
+        rest = [spot for spot in joins if spot.at not in named]
+        room = _room(marks, [*joins, *kept])
+        marks += [mark for mark in _named_of(rest, room) if mark.name or not kept]
+    # Then what somebody wrote, and the rest.
+    for kind in (written, others):
+        marks += _named_of(kind, _room(marks, kind))
     return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
+
+
+def _room(marks: Iterable[Mark], spots: Iterable[_Spot | _Written]) -> Room:
+    """What marks with their names, and the lines of spots, leave."""
+    room = Room(-_GUTTER, 1.0)
+    for at in [*(mark.at for mark in marks), *(spot.at for spot in spots)]:
+        room.take(at - CHARACTER / 2, at + CHARACTER / 2)
+    for mark in marks:
+        away = CHARACTER / 2 + _wide(mark.name + mark.more)
+        room.take(*((mark.at - away, mark.at) if mark.is_before else (mark.at, mark.at + away)))
+    return room
+
+
+def _wide(name: str) -> float:
+    """Width of a name as a share of the axis."""
+    return (len(name) + 0.5) * CHARACTER if name else 0.0
+
+
+def _named_of(spots: Sequence[_Spot | _Written], room: Room) -> list[Mark]:
+    return [_named(spot, room) for spot in reversed(spots)]
 
 
 def _reaching(mark: Mark, marks: Sequence[Mark]) -> Mark:
@@ -145,7 +170,7 @@ def _named(spot: _Spot | _Written, room: Room) -> Mark:
     """A mark with the longest of its names that finds room, to the right of it or to the left."""
     beside = CHARACTER / 2
     for name, more in spot.names:
-        width = (len(name + more) + 0.5) * CHARACTER
+        width = _wide(name + more)
         if room.taken(spot.at + beside, spot.at + beside + width):
             return Mark(spot.at, name, more, False, spot.hint, note=spot.number)
         if room.taken(spot.at - beside - width, spot.at - beside):

@@ -281,7 +281,7 @@ def _edited_by(block: Block, ahead: Sequence[Block] | None) -> str | None:
 
 
 def _line(line: LineSeen) -> Sent:
-    reward = shown_number(line.reward)
+    reward = shown_number(line.reward, ".1f")
     digest = line.digest[:_DIGEST_CHARACTERS]
     return {
         "line": line.number,

@@ -149,7 +149,7 @@ class UndoLast(_Message, frozen=True, tag="undo"):
 
 
 class AddMark(_Message, frozen=True, tag="mark"):
-    """Give a moment a line of text: that at which somebody began to write, however long it takes."""
+    """Give the moment a line of text at which somebody began to write that."""
 
     text: Text
     line: Count
@@ -163,10 +163,10 @@ class RemoveMark(_Message, frozen=True, tag="unmark"):
 
 
 class NameLine(_Message, frozen=True, tag="name"):
-    """Give a line a name."""
+    """Give a line a name; by none it is called as it was at first."""
 
     line: Count
-    name: Text
+    name: Annotated[str, Meta(max_length=MOST_CHARACTERS)]
 
 
 class DeleteLine(_Message, frozen=True, tag="delete_line"):

@@ -126,16 +126,15 @@ let timer = 0;
 
 /** @param {Draft | null} draft */
 const draftIs = (draft) => {
+  // What a hand goes on with is not what it has asked for.
+  clearTimeout(timer);
+  asked = null;
   state.draft = draft;
   changed();
 };
 
 /** Show what is in the plan again. */
-export const forgetDraft = () => {
-  clearTimeout(timer);
-  asked = null;
-  if (state.draft) draftIs(null);
-};
+const forgetDraft = () => draftIs(null);
 
 /** @param {Span} one @param {Span} other */
 const isSame = (one, other) =>
@@ -160,11 +159,12 @@ const ask = (piece) => {
     return forgetDraft();
   }
   asked = former;
-  clearTimeout(timer);
   timer = setTimeout(forgetDraft, PATIENCE_MS);
 };
 
-whenRefused(forgetDraft);
+whenRefused(() => {
+  if (asked) forgetDraft();
+});
 // A draft stays until the plan is another one: whatever it is then is what was taken.
 whenChanged(() => {
   if (!asked || state.held) return;
@@ -242,7 +242,6 @@ export const blockGrip = (event) => {
     const why = () => say(whyLocked(piece));
     return { isAtOnce: false, move: why, release: nothing, tap: why, giveUp: nothing };
   }
-  const former = state.draft;
   const span = seen(piece);
   const axis = state.bar?.axis;
   const from = axis ? trialAt(axis, shareAt(event)) : 0;
@@ -258,7 +257,7 @@ export const blockGrip = (event) => {
       if (isChance) editChance(piece);
       else send({ do: "choose", id: piece.id });
     },
-    giveUp: () => draftIs(former),
+    giveUp: forgetDraft,
   };
 };
 
@@ -384,10 +383,10 @@ document.body.addEventListener("keydown", (event) => {
   const { key } = event;
   if (key in ARROWS) push(piece, event);
   else if (key === "Delete" || key === "Backspace") remove(piece);
-  else if (key === "Enter" || key === " ") {
+  else if (key === "Enter") {
     send({ do: "choose", id: piece.id });
-    if (!isFree(piece)) say(whyLocked(piece));
-    else if (key === "Enter") editChance(piece);
+    if (isFree(piece)) editChance(piece);
+    else say(whyLocked(piece));
   } else if (key === "Escape" && state.draft) {
     pushed = null;
     forgetDraft();

@@ -55,7 +55,9 @@ const letGo = () => {
 const giveUp = () => letGo()?.grip.giveUp();
 
 root.addEventListener("pointerdown", (event) => {
-  if (event.button !== 0 || !event.isPrimary || holding) return;
+  if (event.button !== 0 || !event.isPrimary) return;
+  // One that came up elsewhere is not told of.
+  giveUp();
   const grip = blockGrip(event) ?? playheadGrip(event);
   if (!grip) return;
   // What was being typed is finished by that.
@@ -74,6 +76,7 @@ root.addEventListener("mousedown", (event) => {
 
 root.addEventListener("pointermove", (event) => {
   if (holding?.pointer !== event.pointerId) return;
+  if (!event.buttons) return giveUp();
   if (holding.isMoving) return holding.grip.move(event);
   const { x, y } = holding;
   if (Math.hypot(event.clientX - x, event.clientY - y) > STILL_PX) begin(event);
@@ -86,11 +89,13 @@ root.addEventListener("pointerup", (event) => {
   else grip.tap(event);
 });
 
-for (const kind of /** @type {const} */ (["pointercancel", "lostpointercapture"]))
-  root.addEventListener(kind, (event) => {
-    if (holding?.pointer === event.pointerId && (holding.isMoving || kind === "pointercancel"))
-      giveUp();
-  });
+root.addEventListener("pointercancel", ({ pointerId }) => {
+  if (holding?.pointer === pointerId) giveUp();
+});
+root.addEventListener("lostpointercapture", ({ pointerId, target }) => {
+  // What a finger came down on has it at first, and loses it to all of the page.
+  if (holding?.pointer === pointerId && target === root) giveUp();
+});
 
 window.addEventListener(
   "keydown",
@@ -102,5 +107,3 @@ window.addEventListener(
   },
   true,
 );
-// A pointer that was down when the page was left comes up elsewhere.
-window.addEventListener("blur", giveUp);

@@ -287,11 +287,12 @@ const markCome = (block, piece, at, now) => {
  */
 const markFree = (block, piece, seen, last) => {
   const isFree = piece.editable && piece.first > seen.trial;
-  if (block.dataset.free === `${isFree}`) return;
-  block.dataset.free = `${isFree}`;
+  const isOver = piece.first <= seen.trial;
+  const state = isFree ? "free" : isOver ? "over" : "other";
+  if (block.dataset.free === state) return;
+  block.dataset.free = state;
   block.toggleAttribute("data-editable", isFree);
   block.classList.toggle("locked", !isFree);
-  const isOver = piece.first <= seen.trial;
   const why = isFree ? CHANGED : piece.kind === "frozen" || !isOver ? BY_HAND : LOCKED;
   const { first, hint } = piece;
   attribute(block, "title", `${hint}\n${why}`);

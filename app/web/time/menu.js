@@ -48,7 +48,8 @@ const rename = (line) => {
     const name = field.value.trim();
     const hadFocus = document.activeElement === field;
     field.remove();
-    if (isTaken && name && name !== line.name) send({ do: "name", line: line.line, name });
+    // By no name it is called as it was at first.
+    if (isTaken && name !== line.name) send({ do: "name", line: line.line, name });
     if (hadFocus) elementOf(line)?.focus({ preventScroll: true });
   };
   field.addEventListener("keydown", (event) => {

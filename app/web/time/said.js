@@ -1,6 +1,6 @@
 // @ts-check
-// What is said of what a hand did: why something was refused, what can be undone, and what a branch is.
-// It lies over the bar, so that nothing moves when it comes and goes.
+// What is said of what a hand did. Why something was refused, and what can be undone, lies over the bar
+// for a while, so that nothing moves for it; what a branch does otherwise stays where the legend is.
 
 import { on } from "./channel.js";
 
@@ -9,15 +9,17 @@ const LASTS_MS = 8_000;
 const over = document.createElement("div");
 over.className = "told";
 over.innerHTML = `
-  <p class="note" role="status" hidden><span></span><button type="button" aria-label="Close">×</button></p>
-  <p class="said" role="status" hidden><span></span><button type="button" class="act" hidden></button
-    ><button type="button" aria-label="Close">×</button></p>`;
+  <p class="note" role="status"><span></span><button type="button" aria-label="Close" hidden>×</button></p>
+  <p class="said" role="status"><span></span><button type="button" class="act" hidden></button
+    ><button type="button" aria-label="Close" hidden>×</button></p>`;
 
 /** @param {string} kind */
 const part = (kind) => /** @type {HTMLElement} */ (over.querySelector(`.${kind}`));
 
 let timer = 0;
-let act = () => {};
+/** What can be done about what is said. @type {Undo | undefined} */
+let offered;
+/** @typedef {{label: string, act: () => void}} Undo */
 
 /**
  * @param {string} kind
@@ -25,14 +27,16 @@ let act = () => {};
  */
 const put = (kind, text) => {
   const place = part(kind);
+  // What is said is heard where the place for it has been there before.
   /** @type {HTMLElement} */ (place.firstElementChild).textContent = text;
-  place.hidden = !text;
+  /** @type {HTMLElement} */ (place.lastElementChild).hidden = !text;
+  place.toggleAttribute("data-told", text !== "");
 };
 
 /**
  * Say something for a while.
  * @param {string} text
- * @param {{label: string, act: () => void}} [undo] what can be done about it
+ * @param {Undo} [undo] what can be done about it
  */
 export const say = (text, undo) => {
   clearTimeout(timer);
@@ -40,14 +44,14 @@ export const say = (text, undo) => {
   const button = part("act");
   button.hidden = !undo;
   button.textContent = undo?.label ?? "";
-  act = undo?.act ?? (() => {});
+  offered = undo;
   if (text) timer = setTimeout(() => say(""), LASTS_MS);
 };
 
 over.addEventListener("click", ({ target }) => {
   const button = /** @type {Element} */ (target).closest("button");
   if (!button) return;
-  if (button.classList.contains("act")) act();
+  if (button.classList.contains("act")) offered?.act();
   if (button.closest(".note")) put("note", "");
   else say("");
 });
@@ -63,7 +67,11 @@ export const whenRefused = (work) => void works.push(work);
 
 on("said", ({ text, refused }) => {
   if (refused) for (const work of works) work();
-  say(text);
+  if (refused || !offered) return say(text);
+  // What follows of something does not take away that it can be undone.
+  const former = part("said").firstElementChild?.textContent;
+  say(`${former} ${text}`, offered);
 });
 on("note", ({ text }) => put("note", text));
-document.body.append(over);
+// Below the row of buttons, which comes first, however high that is.
+document.body.prepend(over);

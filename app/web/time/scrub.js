@@ -143,6 +143,8 @@ export const playheadGrip = (event) => {
   const off = isHead ? shareAt(event) - shareOf(axis, state.scrub ?? state.moment) : 0;
   let isMoved = false;
   const begin = () => {
+    // Whatever was wished before, another hand or the keys may have gone elsewhere since.
+    wished = null;
     /** @type {HTMLElement | null} */ (document.querySelector(".playhead .handle"))?.focus({
       preventScroll: true,
     });

@@ -49,7 +49,7 @@ row.setAttribute("role", "toolbar");
 row.setAttribute("aria-label", "Time");
 row.innerHTML = `
   <span class="group">${button("begin", "To the beginning", { key: "Home", rare: true })}${button("previous", "To the event before", { key: "[" })}${button("back", "Play backwards")}${button("play", "Play what is looked at")}${button("next", "To the next event", { key: "]" })}</span>
-  <span class="where"><button type="button" class="live" data-act="live"><i></i><span>Live</span></button><span class="place"><span></span><span aria-hidden="true"></span></span></span>
+  <span class="where"><button type="button" class="live" data-act="live"><i></i><span class="back">Back to live</span><span class="now">Live</span></button><span class="place"><span></span><span aria-hidden="true"></span></span></span>
   <select class="rate rare" aria-label="How fast the past is played" title="How fast the past is played"></select>
   <span class="group rare">${button("stops", "Stop at events", { is: "switch" })}${button("holds", "The learner waits while I look at the past", { is: "switch" })}</span>
   <span class="group rare">${button("a", "This moment is A", { key: "A" })}${button("loop", "From A to here, again and again", { key: "L", is: "switch" })}${button("mark", "Mark this moment with a line of text", { key: "B" })}</span>
@@ -84,8 +84,9 @@ const whereabouts = () => {
   const line = bar?.lines.find((each) => each.line === moment.line);
   const name = !line || line.live ? "The past" : line.name;
   const far = distance(moment.behind_trials, moment.behind_steps);
-  const parts = [name, `trial ${grouped(moment.trial)}`, far];
-  return [parts.filter(Boolean).join(", "), `trial ${grouped(moment.trial)}`];
+  const parts = [name, `trial ${grouped(moment.trial)}`, far].filter(Boolean);
+  const few = line && !line.live ? parts.slice(0, 2) : parts.slice(1);
+  return [parts.join(", "), few.join(", ").replace(/ trials?( behind| ahead)$/, "$1")];
 };
 
 /** @param {HTMLElement} node @param {string} label @param {string} [key] */
@@ -103,8 +104,6 @@ const show = () => {
   const isLive = moment.live && !state.scrub;
   row.toggleAttribute("data-live", isLive);
   name(live, isLive ? "Live: this is what happens now" : "Back to live", "End");
-  const word = isLive ? "Live" : "Back to live";
-  write(/** @type {HTMLElement} */ (live.lastElementChild), word);
   const [long, short] = whereabouts();
   write(place.children[0], long);
   write(place.children[1], short);

@@ -12,7 +12,8 @@ import { attribute, element, grouped, keep, percent, reach, write } from "./dom.
 const MOST_ROWS = 9;
 /** Width of a character of what is written beside a line, on the safe side, as a share of its type. */
 const CHARACTER = 0.62;
-const APART_PX = 8;
+/** What stands after a name. */
+const AFTER_PX = 36;
 
 /** The line that was looked at when this was drawn last, and how many there were. */
 let last = NaN;
@@ -51,7 +52,7 @@ export const drawTree = (parent, bar, wide) => {
     const came = /** @type {HTMLElement} */ (plot.children[2]);
     const side = tell(came, line, { from, until, free }, wide / size);
     // A name reaches as far as there is nothing else.
-    const room = side === "before" ? 0 : Math.min(from, ...strokes) * wide - APART_PX;
+    const room = side === "before" ? 0 : Math.min(from, ...strokes) * wide - AFTER_PX;
     const name = /** @type {HTMLElement} */ (gutter.children[0]);
     name.style.maxWidth = `calc(100% + ${Math.max(Math.round(room), 0)}px)`;
   });
