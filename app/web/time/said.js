@@ -1,6 +1,6 @@
 // @ts-check
-// What is said of what a hand did: why something was refused, what can be undone, and what a branch is.
-// It lies over the bar, so that nothing moves when it comes and goes.
+// What is said of what a hand did. Why something was refused, and what can be undone, lies over the bar
+// for a while, so that nothing moves for it; what a branch does otherwise stays where the legend is.
 
 import { on } from "./channel.js";
 
@@ -9,9 +9,9 @@ const LASTS_MS = 8_000;
 const over = document.createElement("div");
 over.className = "told";
 over.innerHTML = `
-  <p class="note" role="status" hidden><span></span><button type="button" aria-label="Close">×</button></p>
-  <p class="said" role="status" hidden><span></span><button type="button" class="act" hidden></button
-    ><button type="button" aria-label="Close">×</button></p>`;
+  <p class="note" role="status"><span></span><button type="button" aria-label="Close" hidden>×</button></p>
+  <p class="said" role="status"><span></span><button type="button" class="act" hidden></button
+    ><button type="button" aria-label="Close" hidden>×</button></p>`;
 
 /** @param {string} kind */
 const part = (kind) => /** @type {HTMLElement} */ (over.querySelector(`.${kind}`));
@@ -27,8 +27,10 @@ let offered;
  */
 const put = (kind, text) => {
   const place = part(kind);
+  // What is said is heard where the place for it has been there before.
   /** @type {HTMLElement} */ (place.firstElementChild).textContent = text;
-  place.hidden = !text;
+  /** @type {HTMLElement} */ (place.lastElementChild).hidden = !text;
+  place.toggleAttribute("data-told", text !== "");
 };
 
 /**
