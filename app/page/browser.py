@@ -22,6 +22,7 @@ from app.page.time.outlook import Outlook
 from app.page.time.panel import Deeds, TimePanel
 from app.page.time.rise import rise_under
 from app.page.widgets import assign
+from app.picture.layers.change import CHANGE
 from app.picture.layers.reach import REACH
 from app.picture.look import ALL, Look
 from app.results.service import Service
@@ -119,8 +120,10 @@ class Browser:
 
     def seen(self, status: Status) -> Seen:
         """What it is to see of a board, given the status that is true for it."""
-        viewer = None if status.behind is None else self.client.client_id
-        return Seen(self.look, viewer)
+        look = self.look
+        compares = look.layer == CHANGE.key and self.outlook.since is not None
+        is_own = status.behind is not None or compares
+        return Seen(look, self.client.client_id if is_own else None)
 
     def leave(self) -> None:
         """Answer no more calls of this browser."""

@@ -60,25 +60,27 @@ class GreedyWatch:
     def until(self, snapshot: Snapshot, lines: Iterable[LineSeen]) -> GreedyCurve:
         """What is known of the line of a moment up to there, with what it has of those it left.
 
-        Where nothing is left out it is the same object until there is another point.
+        Where that is one line's, and nothing is left out, it is the same object until there is
+        another point.
 
         Args:
             snapshot: the moment.
             lines: the tree.
         """
         by_number = {line.number: line for line in lines}
-        number, until_step = snapshot.generation, snapshot.step
-        while number not in self._curves:
+        number: int | None = snapshot.generation
+        until_step = snapshot.step
+        parts: list[GreedyCurve] = []
+        while number is not None:
+            parts.append(_until(self._curves.get(number, NO_CURVE), until_step))
             line = by_number.get(number)
-            if line is None or line.parent is None:
-                return NO_CURVE
+            number = None if line is None else line.parent
             # It is itself only from where it left its parent on.
-            number, until_step = line.parent, min(until_step, line.fork_step)
-        curve = self._curves[number]
-        known = int(np.searchsorted(curve.step, until_step, side="right"))
-        if known == curve.step.size:
-            return curve
-        return GreedyCurve(curve.trial[:known], curve.step[:known], curve.reward[:known])
+            until_step = until_step if line is None else min(until_step, line.fork_step)
+        known = [part for part in reversed(parts) if part.step.size]
+        if len(known) < 2:
+            return known[0] if known else NO_CURVE
+        return GreedyCurve(*(np.concatenate(each) for each in zip(*known, strict=True)))
 
     def stop(self) -> None:
         """Measure nothing more, and wait for what is being measured."""
@@ -98,6 +100,13 @@ class GreedyWatch:
         self._curves[of.generation] = curve
         for former in list(self._curves)[:-_MOST_RUNS]:
             del self._curves[former]
+
+
+def _until(curve: GreedyCurve, step: int) -> GreedyCurve:
+    known = int(np.searchsorted(curve.step, step, side="right"))
+    if known == curve.step.size:
+        return curve
+    return GreedyCurve(curve.trial[:known], curve.step[:known], curve.reward[:known])
 
 
 def _is_due(status: Status, curve: GreedyCurve) -> bool:

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from playwright.sync_api import Frame, expect
 
-from app.live.session import Pause, Play, SetSpeed, Status
+from app.explain.cell import reading_at
+from app.explain.cell_html import reading_html
+from app.live.session import Pause, Play, SetSpeed
 from app.live.snapshot import Snapshot
 from app.page.scene.hunt import placed
 from app.picture.look import Look
 from learners.commands import SetParameter
-from learners.kernel.state import digest
+from learners.kernel import rows
 from learners.run import replay
 from tests.support.live import SEED, LiveLab
+from tests.support.person import words
 from tests.support.screen import Begin, BeginTwo, Screen
 
 LEARNED = 2_000
@@ -69,15 +72,10 @@ def expect_moment(live: LiveLab, screen: Screen, shot: Snapshot) -> None:
     assert (moment["step"], moment["trial"]) == (shot.step, shot.trial)
 
 
-def is_past(status: Status, step: int) -> bool:
-    return status.snapshot.step > step
-
-
 def test_the_whole_page_is_that_of_a_moment_while_the_learner_goes_on(begin: Begin) -> None:
     live, screen = begin(trial=LEARNED)
     end = live.session.status.snapshot.step
     live.ask(SetSpeed(2_000.0), Play())
-    cell = live.session.status.snapshot.spec.world.size * 20 + 12
     for step in (end // 3, end - 1_000, 41):
         tell(screen, "seek", step=step)
         expect_moment(live, screen, live.stopped_at(step))
@@ -88,8 +86,10 @@ def test_the_whole_page_is_that_of_a_moment_while_the_learner_goes_on(begin: Beg
     # West of the prey, where value comes first.
     x, y = shot.world.size // 2 - 4, shot.world.size // 2
     screen.page.mouse.click(*screen.place_of(y * shot.world.size + x))
-    expect(screen.page.locator(".pounce-cell")).to_contain_text(_value_at(shot, x, y))
-    screen.turn_to("Now")
+    # Folded, so that of a prey that looks east.
+    read = words(reading_html(reading_at(shot, x, y, 0), Look()).partition("</div>")[0])
+    expect(screen.page.get_by_text(read)).to_be_visible()
+    screen.page.evaluate("document.activeElement.blur()")
     live.wait_for(lambda status: status.snapshot.step > end)
     live.ask(Pause())
     screen.page.keyboard.press("End")
@@ -126,7 +126,6 @@ def test_a_click_on_first_reach_goes_to_the_moment_at_which_value_came(begin: Be
     cell = size * (size // 2) + size // 2 - 3
     screen.expect_cell_colours(live.colours(Look(layer="reach")))
     screen.page.mouse.click(*screen.place_of(cell))
-    screen.page.wait_for_function("() => true")
     expect(screen.headline).to_contain_text("The past, trial")
     step = moment_of(screen)["step"]
     before, after = live.stopped_at(step - 1), live.stopped_at(step)

@@ -5,9 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from app.live.held import Opened
+from app.live.places import LineSeen
 from app.live.session import Session, Status
 from app.page import ghost
-from app.page.ghost import FORMER_NAME, OWN_NAME, GhostWatch, ghost_run, is_changed_by_hand
+from app.page.ghost import (
+    FORMER_NAME,
+    OWN_NAME,
+    GhostWatch,
+    ghost_of_line,
+    ghost_run,
+    is_changed_by_hand,
+)
 from learners.commands import FreezeSelection, Introduce, SetParameter, Undo
 from learners.run import Run
 from tests.support.schedules import seen, small_run, small_spec, to
@@ -99,3 +107,13 @@ def test_a_run_that_nobody_waits_for_any_more_is_given_up() -> None:
     spec = small_spec("trials=1000000")
     assert ghost_run(spec, 5, 1_000_000, is_wanted) is None
     assert len(asked) == 3
+
+
+def test_behind_a_branch_stands_the_line_that_it_left() -> None:
+    end = seen(to(small_run(), 120))
+    line = LineSeen(0, None, 0, 0, "first run", end.step, end.trial, 0.0, "", is_live=True)
+    found = ghost_of_line(line, end)
+    assert found.name == "the live run"
+    assert found.trial_curve is end.trial_curve
+    assert "trial 120" in found.hint
+    assert ghost_of_line(replace(line, is_live=False), end).name == "first run"

@@ -8,6 +8,7 @@ import pytest
 from app.documents import presets
 from app.live import snapshot
 from app.live.held import Opened
+from app.live.places import LineSeen
 from app.live.session import Session, Status
 from app.metrics.course import GREEDY_HUNTS, GreedyCurve, greedy_of
 from app.page import greedy
@@ -127,3 +128,30 @@ def test_only_so_many_runs_are_remembered(
     for generation in range(3):
         followed(watch, replace(status, snapshot=replace(status.snapshot, generation=generation)))
     assert list(watch._curves) == [1, 2]
+
+
+def test_of_a_moment_and_of_a_branch_what_had_been_measured_by_then_is_known(
+    watch: GreedyWatch, spec: RunSpec
+) -> None:
+    run = Run(spec, 1)
+    for trial in (EVERY, 2 * EVERY, 3 * EVERY):
+        run.advance(until_trial=trial)
+        whole = followed(watch, status_of(run))
+    now = snapshot.take(run, "timed", 0)
+    assert watch.until(now, ()) is whole
+    second = int(whole.step[1])
+    assert points(watch.until(replace(now, step=second), ())) == points(whole)[:2]
+    assert points(watch.until(replace(now, step=second - 1), ())) == points(whole)[:1]
+
+    def line(number: int, parent: int | None, fork: int) -> LineSeen:
+        return LineSeen(number, parent, fork, 0, "", now.step, now.trial, 0.0, "", is_live=False)
+
+    lines = (line(0, None, 0), line(1, 0, second), line(2, 1, second - 1))
+    assert points(watch.until(replace(now, generation=1), lines)) == points(whole)[:2]
+    assert points(watch.until(replace(now, generation=2), lines)) == points(whole)[:1]
+    assert points(watch.until(replace(now, generation=9), lines)) == []
+    # Once it is live, what is measured of it comes after what it has of the line that it left.
+    run.advance(until_trial=4 * EVERY)
+    own = followed(watch, status_of(run, generation=1))
+    both = watch.until(snapshot.take(run, "timed", 1), lines)
+    assert points(both) == points(whole)[:2] + points(own)

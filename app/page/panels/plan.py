@@ -101,8 +101,8 @@ def form_of(chosen: str, blocks: Sequence[Block], snapshot: Snapshot) -> Form:
     return Form(
         "",
         _if_followed(
-            "Choose what to change or a new exploration, here, or drag an outlined block of the"
-            " time bar. The past is locked.",
+            "Choose under Edit plan what to change or a new exploration, or drag an outlined block"
+            " of the time bar. The past is locked.",
             snapshot,
         ),
     )

@@ -31,7 +31,8 @@ class Seen(NamedTuple):
 
     look: Look
     viewer: int | None = None
-    """The browser that looks at a moment of its own; None for all that look at what is live."""
+    """The browser that has something of its own to see, such as a moment of the past; None for all
+    that look at what is live."""
 
 
 class Exhibit:
@@ -68,7 +69,7 @@ class Exhibit:
         look, layer = self._look, LAYERS[self._look.layer]
         opens = status.opening is not None and not status.opening.rising
         rests = opens or not status.playing
-        drawn = (status.snapshot, extras.success, rests, opens)
+        drawn = (status.snapshot, extras.success, extras.since, rests, opens)
         if not all(one is other for one, other in zip(drawn, self._drawn, strict=False)):
             self._drawn_s = now_s
         elif self._drawn and now_s - self._drawn_s > _SETTLED_S:

@@ -16,11 +16,13 @@ from app.live.snapshot import Snapshot
 from app.page.browser import Browser
 from app.page.lab import Lab
 from app.page.scene.gallery import Seen
+from app.page.success import success_of
 from app.page.time import messages
 from app.page.time.messages import FromFrame
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
-from learners.commands import FreezeSelection, SetParameter
+from app.picture.layers.change import CHANGE
+from learners.commands import Command, FreezeSelection, SetParameter
 from learners.kernel.state import digest
 from learners.run import Run, replay
 from tests.support.server import CAMERA, PATIENCE_S, Page
@@ -107,10 +109,10 @@ class Theatre:
     def shown(self, browser: Browser) -> Snapshot:
         return self.status(browser).snapshot
 
-    def expect_board(self, browser: Browser, shot: Snapshot) -> None:
+    def expect_board(self, browser: Browser, shot: Snapshot, extras: Extras | None = None) -> None:
         """Wait until the board of a browser is that of a moment."""
         layer = LAYERS[browser.look.layer]
-        colours = layer.paint(shot, browser.look, Extras()).colours
+        colours = layer.paint(shot, browser.look, extras or Extras()).colours
 
         def is_so() -> bool:
             status = self.status(browser)
@@ -215,7 +217,7 @@ def test_a_command_in_the_past_makes_a_branch_where_only_its_browser_goes(
     branch = there.generation
     theatre.session.wait_for(lambda status: not status.lines[-1].is_growing, PATIENCE_S)
     later = theatre.go(anna, 30_000)
-    journal = [(5_000, epsilon), (5_000, freeze)]
+    journal: list[tuple[int, Command]] = [(5_000, epsilon), (5_000, freeze)]
     true = snapshot.take(replay(SPEC, SEED, journal, 30_000), "timed", branch)
     np.testing.assert_array_equal(later.selection_q, true.selection_q)
     theatre.tell(anna, messages.Live())
@@ -299,3 +301,30 @@ def test_an_experiment_of_a_line_repeats_what_was_done_on_it(theatre: Theatre) -
     assert standing is not None
     theatre.lab.service.stop()
     assert len(standing.experiment.seeds) == 30
+
+
+def test_what_changed_since_a_is_drawn_for_who_set_it_and_for_nobody_else(theatre: Theatre) -> None:
+    anna, bert = theatre.enter(), theatre.enter()
+    # There is a cone by then.
+    theatre.learn(2_500)
+    for browser in (anna, bert):
+        theatre.do(lambda view=browser.readings.view: view._choose_layer(CHANGE))
+    a = theatre.go(anna, 5_000)
+    theatre.tell(anna, messages.SetA(), messages.Live())
+    theatre.wait(lambda: anna.outlook.since is not None)
+    live, look = theatre.session.status.snapshot, anna.look
+    theatre.expect_board(anna, live, Extras(since=a))
+    theatre.expect_board(bert, live, Extras())
+    assert not np.array_equal(
+        CHANGE.paint(live, look, Extras(since=a)).colours,
+        CHANGE.paint(live, look, Extras()).colours,
+    )
+
+
+def test_the_success_map_is_of_the_moment_that_is_looked_at(theatre: Theatre) -> None:
+    anna = theatre.enter()
+    theatre.learn()
+    theatre.do(lambda: anna.readings.view._choose_layer(LAYERS["success"]))
+    shot = theatre.go(anna, 20_000)
+    found = success_of(shot, lambda: True)
+    theatre.expect_board(anna, shot, Extras(success=found))
