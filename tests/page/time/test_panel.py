@@ -63,14 +63,20 @@ class Desk:
         self.bar = msgspec.Raw(b"{}")
         self.outlook = Outlook(1, self.makes)
         self.asks = Asks(self.outlook, lambda request, _: self.asked.append(request), print)
-        bars: Any = SimpleNamespace(sent=lambda *_: self.bar)
+        bars: Any = SimpleNamespace(sent=self.sent)
         inbox: Any = AtOnce()
         client: Any = SimpleNamespace(gui=gui)
         frames: Any = self.frames
-        deeds = Deeds(self.chosen.append, lambda _, line: self.tested.append(line))
+        deeds = Deeds(self.chosen.append, self.test)
         self.panel = TimePanel(
             client, self.outlook, self.asks, frames, bars, inbox, deeds, lambda: None
         )
+
+    def sent(self, *_: object) -> msgspec.Raw:
+        return self.bar
+
+    def test(self, client: object, line: int) -> None:
+        self.tested.append(line)
 
     def show(self, is_answered: bool = True) -> Status:
         known = ground(self.lines, events=(300, 900))
