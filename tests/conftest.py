@@ -32,6 +32,12 @@ settings.register_profile("search", deadline=None, max_examples=5_000)
 settings.load_profile("pounce")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep the sessions of labs that tests open away from the user's own."""
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
 @pytest.fixture(scope="session")
 def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[str, Any]:
     """Launch the system's browser; without one, browser tests skip, or fail where CI is set."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction, arg
 
+from app.cli import terminal
 from app.cli.answers import (
     EXIT_FAILED,
     HIDDEN_HINT,
@@ -15,20 +16,32 @@ from app.cli.answers import (
     Flag,
     UsageError,
     complain,
+    filled,
     shown,
     spec_of,
     whole_number,
 )
+from app.cli.replay import folder_of, refused, written_of
 from app.util.logs import LEVELS
+from app.util.texts import as_text
 
 if TYPE_CHECKING:
+    from app.live.journal import Journal
+    from app.live.lines import MadeAgain
+    from app.live.past import Budget
     from app.server.origin import Authority
 
 EXAMPLES = (
     "pounce",
     "pounce lab hierarchical_3 --seed 7",
     "pounce lab my-preset.yaml --port 9000 --no-browser",
+    "pounce lab --resume",
 )
+
+
+LATEST = "latest"
+"""The session that ``--resume`` takes up alone."""
+_MOST_MEMORY = 4_096
 
 
 @dataclass(frozen=True)
@@ -60,6 +73,18 @@ class Lab:
     """Let *Save as preset* write into that folder as well."""
     results: Annotated[str, arg(metavar="FOLDER")] = RESULTS
     """Where experiments that are started in the page put their folders."""
+    resume: Annotated[
+        str | None, arg(metavar="[SESSION]", help_behavior_hint="(alone: the latest)")
+    ] = None
+    """Take up an earlier session where it ended, by its name or its file."""
+    sessions: Annotated[
+        str | None, arg(metavar="FOLDER", help_behavior_hint="(default: the user's own)")
+    ] = None
+    """Where sessions are kept: all that is done, so that it can be taken up again."""
+    no_journal: Flag = False
+    """Keep nothing of this session."""
+    past_memory: Annotated[str, arg(metavar="MB")] = "64"
+    """Memory for moments of the past, from which others are made; more is quicker."""
     log_level: Annotated[str, arg(metavar="LEVEL")] = "warning"
     """What the terminal is told: debug, info, warning or error, and all that is worse."""
 
@@ -88,18 +113,29 @@ def obey(command: Lab) -> int:
         raise UsageError(
             f"--log-level: {shown(command.log_level)} is not allowed; allowed: {', '.join(LEVELS)}"
         )
+    past_memory = whole_number("--past-memory", command.past_memory, 1, _MOST_MEMORY)
+    _check_keeping(command, seed)
+    folder = folder_of(command.sessions)
     names = [*_declared("--name", command.name)]
     names += _declared("POUNCE_NAMES", filter(None, os.environ.get("POUNCE_NAMES", "").split(",")))
     token = _token(command)
     spec = spec_of(command.preset)
     from app.documents import presets
     from app.documents.sources import called
+    from app.live.past import Budget
     from app.page.serving import BrokenLabError, ListenError, run_lab
 
+    preset, made, budget = called(command.preset), None, Budget(past_memory * 1_000_000)
+    if command.resume is None:
+        journal = _begun(command, folder, preset, seed)
+    else:
+        journal, made = _taken_up(command, command.resume, folder, budget)
+        run = made.family.held.run
+        spec, preset, seed = run.preset, made.family.preset, run.seed
     try:
         return run_lab(
             spec=spec,
-            preset=called(command.preset),
+            preset=preset,
             seed=seed,
             presets={name: presets.load(name) for name in presets.shipped()},
             host=command.host,
@@ -110,7 +146,11 @@ def obey(command: Lab) -> int:
             names=names,
             token=token,
             log_level=log_level,
-            opening=not command.no_opening,
+            opening=not command.no_opening and made is None,
+            sessions=folder,
+            journal=journal,
+            made_again=made,
+            budget=budget,
         )
     except ListenError as error:
         raise UsageError(
@@ -120,6 +160,82 @@ def obey(command: Lab) -> int:
     except BrokenLabError as error:
         complain(str(error))
         return EXIT_FAILED
+
+
+def _check_keeping(command: Lab, seed: int) -> None:
+    """Refuse options that say nothing together.
+
+    Raises:
+        UsageError: there are such.
+    """
+    if command.resume is None:
+        if command.no_journal and command.sessions is not None:
+            raise UsageError("--sessions and --no-journal exclude each other; allowed: one of them")
+    elif command.preset != Lab.preset or command.seed != Lab.seed:
+        raise UsageError("--resume goes on with a session's own preset and seed; allowed: it alone")
+
+
+def _begun(command: Lab, folder: Path | None, preset: str, seed: int) -> "Journal | None":
+    """What is written down of a session that begins; None if nothing is.
+
+    Raises:
+        UsageError: the folder that is to have it cannot be written to.
+    """
+    from app.live import kept
+
+    if command.no_journal:
+        return None
+    if folder is None:
+        complain(
+            "Warning: this session is not kept, as there is no telling where this user's files are."
+        )
+        return None
+    if command.sessions is not None:
+        try:
+            kept.try_out(folder)
+        except OSError as error:
+            raise UsageError(
+                f"--sessions: {shown(command.sessions)} cannot be written to:"
+                f" {error.strerror or error}; allowed: a folder that can, or --no-journal"
+            ) from error
+    return kept.begun(folder, preset, seed)
+
+
+def _taken_up(
+    command: Lab, name: str, folder: Path | None, budget: "Budget"
+) -> "tuple[Journal | None, MadeAgain]":
+    """An earlier session, made again, and its journal, unless nothing is to be kept.
+
+    Raises:
+        UsageError: it cannot be taken up.
+    """
+    from app.explain.branches import name_of
+    from app.live.journal import Journal
+    from app.live.made_again import made_again
+    from app.live.written import DamagedError, SessionError
+
+    written = written_of("--resume", name, folder)
+    try:
+        journal = None if command.no_journal else Journal.going_on(written)
+    except SessionError as error:
+        raise UsageError(f"--resume: {as_text(str(error))}") from error
+    try:
+        with terminal.status() as show:
+            remade = made_again(
+                written, budget, name_of, on_step=lambda share: show(f"made again: {share:.0%}")
+            )
+    except DamagedError as error:
+        if journal is not None:
+            journal.close()
+        raise UsageError(f"--resume: {refused(error)}") from error
+    for line in remade.differ:
+        complain(
+            filled(
+                f"Warning: {line} is not what was recorded: this pounce learns otherwise than"
+                f" {written.header.version}. pounce replay says from where on."
+            )
+        )
+    return journal, remade.made
 
 
 def _declared(option: str, texts: Iterable[str]) -> "Iterator[Authority]":

@@ -142,7 +142,7 @@ def _parsed(kind: type[Any], prog: str, argv: Sequence[str]) -> Any:
                 kind,
                 prog=prog,
                 description=_description(kind),
-                args=_one_value_for_each_set(argv),
+                args=_with_the_latest(_one_value_for_each_set(argv), kind),
                 return_unknown_args=True,
                 config=(FlagCreatePairsOff,),
             )
@@ -211,6 +211,16 @@ def _one_value_for_each_set(argv: Sequence[str]) -> list[str]:
         else:
             after_setting = False
         words.append(word)
+    return words
+
+
+def _with_the_latest(argv: Sequence[str], kind: type[Any]) -> list[str]:
+    """``--resume`` of the lab, where no session is named, with the latest one."""
+    words = list(argv)
+    if kind is Lab:
+        for place in [place for place, word in enumerate(argv) if word == "--resume"][::-1]:
+            if all(word.startswith("-") for word in argv[place + 1 : place + 2]):
+                words.insert(place + 1, lab.LATEST)
     return words
 
 

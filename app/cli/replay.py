@@ -120,7 +120,7 @@ def written_of(option: str, name: str, folder: Path | None) -> "Written":
     try:
         written = read(found(name, folder))
     except DamagedError as error:
-        raise UsageError(f"{option}: {_refused(error)}") from error
+        raise UsageError(f"{option}: {refused(error)}") from error
     except SessionError as error:
         raise UsageError(f"{option}: {as_text(str(error))}") from error
     if written.is_torn:
@@ -133,7 +133,7 @@ def written_of(option: str, name: str, folder: Path | None) -> "Written":
     return written
 
 
-def _refused(error: "DamagedError") -> str:
+def refused(error: "DamagedError") -> str:
     """What is said of a damaged session: what is wrong, and what could be saved."""
     from app.live.written import save
 

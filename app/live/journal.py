@@ -2,6 +2,7 @@
 
 import contextlib
 import fcntl
+import logging
 import os
 import threading
 import time
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from app.live.codec import encoded
-from app.live.records import Record, Stood
+from app.live.records import Began, Record, Stood
 from app.live.written import (
     MAX_BYTES,
     MAX_LINE,
@@ -22,6 +23,8 @@ from app.live.written import (
     line_of,
     read,
 )
+
+log = logging.getLogger(__name__)
 
 _STANDS: Final = 20_000
 """By so many parts of its age where a run stands is written down apart: a month is 20 MB."""
@@ -52,6 +55,8 @@ class Journal:
         self._is_unsure = False
         """Whether the file may have something behind what is whole."""
         self._fault: str | None = None
+        self._is_begun = False
+        """Whether anything has been learned or done."""
         self._is_over = False
         self._began_s = self._stood_s = time.monotonic()
         self._lock = threading.Lock()
@@ -88,6 +93,7 @@ class Journal:
         journal._good, journal._sum = written.n_bytes, written.last_sum
         journal._start()
         journal._is_unsure = written.is_torn
+        journal._is_begun = True
         return journal
 
     @property
@@ -104,6 +110,7 @@ class Journal:
         """Write a record down; it is on the disk when this returns, or there is a fault."""
         with self._lock:
             if not self._is_over:
+                self._is_begun = self._is_begun or not isinstance(record, Began)
                 self._waiting.append(record)
                 self._write()
 
@@ -115,6 +122,7 @@ class Journal:
             if self._is_over or not (at_rest or is_due):
                 return
             self._stood_s = now_s
+            self._is_begun = self._is_begun or record.step > 0
             newest = self._waiting[-1] if self._waiting else None
             if isinstance(newest, Stood) and newest.run == record.run:
                 # Where it stood before that nobody will ask, and a disk may be full for days.
@@ -123,10 +131,16 @@ class Journal:
             self._write()
 
     def close(self) -> None:
-        """Try once more to write what waits, and let the file go."""
+        """Try once more to write what waits, and let the file go.
+
+        There is no file any more if nothing has been learned or done in the session.
+        """
         with self._lock:
             if not self._is_over and self._waiting:
                 self._write()
+            if self._file is not None and not self._is_begun:
+                with contextlib.suppress(OSError):
+                    self._path.unlink()
             self._end(self._fault)
 
     def _end(self, fault: str | None) -> None:
@@ -145,20 +159,27 @@ class Journal:
             total = lines[-1].sum
         data = b"".join(line.data for line in lines)
         if self._good + len(data) > MAX_BYTES or max(len(line.data) for line in lines) > MAX_LINE:
-            self._end(
+            fault = (
                 f"This session has all the {MAX_BYTES // 2**20} MB that one may have: what is done"
                 " from here on is not kept."
             )
+            log.warning("%s", fault)
+            self._end(fault)
             return
         try:
             self._put(data)
         except OSError as error:
             self._is_unsure = True
-            self._fault = f"This session is not kept: {self._path.parent}: {_reason(error)}."
+            fault = f"This session is not kept: {self._path.parent}: {_reason(error)}."
+            if self._fault is None:
+                log.warning("%s", fault)
+            self._fault = fault
             return
         self._good, self._sum, self._first = self._good + len(data), total, None
         self._waiting.clear()
-        self._fault = None
+        if self._fault is not None:
+            log.warning("the session is kept again")
+            self._fault = None
 
     def _put(self, data: bytes) -> None:
         """Write behind what is whole.

@@ -4,6 +4,7 @@ import contextlib
 import glob
 import os
 import re
+import tempfile
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -33,6 +34,18 @@ def default_folder() -> Path:
     state = os.environ.get("XDG_STATE_HOME", "")
     base = Path(state) if os.path.isabs(state) else Path.home() / ".local" / "state"
     return base / "pounce" / "sessions"
+
+
+def try_out(folder: Path) -> None:
+    """Make the folder, and write something there.
+
+    Raises:
+        OSError: that cannot be.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(b"\n")
+        file.flush()
 
 
 def begun(folder: Path, preset: str, seed: int) -> Journal:

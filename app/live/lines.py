@@ -226,6 +226,13 @@ class Family:
             raise CommandError(
                 f"{line.name} can go on from steps {line.fork_step:,} to {line.past.end_step:,}"
             )
+        if line.held is not None and any(
+            event.author == "hand" and event.step > step for event in line.held.run.control.history
+        ):
+            raise CommandError(
+                f"what was done on {line.name} after that moment would be lost; a command that is"
+                " given there makes a branch"
+            )
         later = [child.name for child in self.children(number) if child.fork_step > step]
         if later:
             raise CommandError(
@@ -327,6 +334,18 @@ class Family:
         children = self.children(line.number)
         if children:
             raise CommandError(f"{children[0].name} branches off {line.name}; delete it first")
+
+
+def aside_after(family: Family, aside: Family | None, even_if_new: bool) -> Family | None:
+    """What is kept once another family takes the place of one, in which one had been kept so far.
+
+    That family, unless nothing has been done in it yet, or it is of an experiment, whose results
+    make it again: of several that are opened one after the other, the lesson that came before is
+    kept. Where there is none, branches of such a run are worth keeping, too.
+    """
+    if family.is_own:
+        return family if family.is_begun or even_if_new else aside
+    return family if aside is None and len(family.lines) > 1 else aside
 
 
 def root_line(

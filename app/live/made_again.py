@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.live.branching import NameOf, begin, run_at
-from app.live.lines import Family, Line, MadeAgain, known_of, root_line
+from app.live.lines import Family, Line, MadeAgain, aside_after, known_of, root_line
 from app.live.past import Budget
 from app.live.places import Place
 from app.live.records import (
@@ -205,14 +205,12 @@ class _Making:
         self._family = Family(root)
 
     def _set_aside(self, even_if_new: bool = False) -> None:
-        """As the session does, whose rule this is."""
         family = self._family
         if family is None:
             return
         family.held.pause()
         family.drop()
-        if family.is_own and (family.is_begun or even_if_new):
-            self._aside = family
+        self._aside = aside_after(family, self._aside, even_if_new)
 
     # Lines
 

@@ -130,3 +130,6 @@ class Journal(Protocol):
 
     def stood(self, record: Stood, at_rest: bool = False) -> None:
         """Write down how far the live run is; ``at_rest`` if it goes no farther for now."""
+
+    def close(self) -> None:
+        """Write down what waits, if that can be; nothing is written after that."""

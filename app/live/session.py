@@ -85,7 +85,7 @@ class Session(Worker[Status]):
             speed: steps per second that are set.
             playing: whether it goes on at once.
             opening: whether its first hunts are slow.
-            journal: where all that is done is written down.
+            journal: where all that is done is written down; closed when the session ends.
             made_again: an earlier session, which is taken up instead of beginning a run; it stands
                 still.
             name_of: computes names of branches.
@@ -126,7 +126,7 @@ class Session(Worker[Status]):
         super().stop()
         self.moments.stop()
         if not self._thread.is_alive():
-            self._tree.note_stood()
+            self._tree.close()
 
     @property
     def moments(self) -> Moments:

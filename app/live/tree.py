@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 from app.live.branching import Begun, Growth, NameOf, begin, run_at
 from app.live.held import Opened
-from app.live.lines import Change, Family, Line, known_of, one_line, root_line
+from app.live.lines import Change, Family, Line, aside_after, known_of, one_line, root_line
 from app.live.moments import Moments
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Place
@@ -313,21 +313,14 @@ class Tree:
         if min(numbers) < self.n_runs:
             raise CommandError("that session cannot be taken up now; ask for it again")
         if self.n_runs > 0:
-            self.note_stood()
+            self.close()
             self.family.drop()
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
 
     def _set_aside(self, even_if_new: bool = False) -> None:
-        """Keep the family that is shown, in the place of the one that was kept before.
-
-        Unless nothing has been done in it yet, or it is of an experiment, whose results make it
-        again: of several that are opened one after the other, the lesson that came before is kept.
-        """
-        family = self.family
-        family.drop()
-        if family.is_own and (family.is_begun or even_if_new):
-            self.aside = family
+        self.family.drop()
+        self.aside = aside_after(self.family, self.aside, even_if_new)
 
     # What is written down
 
@@ -341,6 +334,12 @@ class Tree:
         if stood != self._stood:
             self._stood = stood
             self.journal.stood(stood, at_rest)
+
+    def close(self) -> None:
+        """Write down where the live run is left; no more is written after that."""
+        self.note_stood()
+        if self.journal is not None:
+            self.journal.close()
 
     def _digest(self) -> str:
         """Digest of the live run's tables, made anew only if they can be others."""

@@ -30,11 +30,14 @@ class _Number(NamedTuple):
 
 
 def sentence_html(status: Status, said: Markup) -> str:
-    """The one sentence (:func:`sentence.said`), and where a run of an experiment is from."""
+    """The one sentence (:func:`sentence.said`), and what is not kept, and where a run of an
+    experiment is from."""
     parts = [element("div", said)]
+    if status.journal is not None:
+        parts.append(element("div", status.journal, class_="pounce-unkept"))
     if status.behind is not None:
         # The rest is of how the live run stands.
-        return str(parts[0])
+        return str(joined(parts, ""))
     if status.error:
         parts.append(element("b", status.error))
     if status.opened is not None:

@@ -6,6 +6,11 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from app.explain.branches import name_of
+from app.live import kept
+from app.live.lines import MadeAgain
+from app.live.past import Budget
+from app.live.records import Journal
 from app.live.session import Session
 from app.page.lab import DEFAULT_SPEED, Lab
 from app.server.origin import Authority
@@ -40,18 +45,37 @@ def run_lab(
     token: str | None,
     log_level: int,
     opening: bool,
+    sessions: Path | None,
+    journal: Journal | None,
+    made_again: MadeAgain | None,
+    budget: Budget,
 ) -> int:
     """Serve the live page until Ctrl-C or another signal; returns the exit code.
 
-    With an ``opening`` the first hunts are slow enough to be seen. What is logged meanwhile is
-    said sparingly (:func:`app.util.logs.sparing_log`).
+    With an ``opening`` the first hunts are slow enough to be seen. A session that was made again is
+    taken up instead of beginning a run. What is logged meanwhile is said sparingly
+    (:func:`app.util.logs.sparing_log`).
 
     Raises:
         ListenError: the host is not an address of this machine, or no port is free.
         BrokenLabError: it has ended by itself; the message says why.
     """
     with sparing_log(log_level), watched() as ending:
-        session = Session(spec, preset, seed, DEFAULT_SPEED, False, opening)
+        session = Session(
+            spec,
+            preset,
+            seed,
+            DEFAULT_SPEED,
+            False,
+            opening,
+            journal=journal,
+            made_again=made_again,
+            name_of=name_of,
+            budget=budget,
+        )
+        if journal is not None and sessions is not None:
+            # Its own file is there by now, and in use.
+            kept.clear(sessions)
         try:
             lab = Lab(
                 session,

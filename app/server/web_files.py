@@ -55,9 +55,13 @@ def own_file(request: Request) -> Response:
     return response(file.read_bytes(), headers)
 
 
+@functools.cache
 def frame_document() -> bytes:
-    """The page of a frame."""
-    return (_FRAME_FOLDER / "index.html").read_bytes()
+    """The page of a frame: it asks for all of its scripts at once, and not for one by one."""
+    scripts = sorted(path for path in _files() if path.startswith("/web/time/") and ".js" in path)
+    links = "".join(f'<link rel="modulepreload" href="../..{path}" />\n' for path in scripts)
+    page = (_FRAME_FOLDER / "index.html").read_text("utf-8")
+    return page.replace("</head>", f"{links}</head>", 1).encode()
 
 
 def response(body: bytes, headers: Headers, status: HTTPStatus = HTTPStatus.OK) -> Response:

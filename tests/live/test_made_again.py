@@ -67,6 +67,9 @@ def test_whatever_was_done_is_there_again_and_can_be_gone_on_with(
             session.stop()
             journal.close()
         left = session._tree
+        if not path.exists():
+            assert not any(kind in ("trial", "step", "give") for kind, *_ in some)
+            return
         found = read(path)
         assert replayed(found.records).is_same
         remade = made_again(found, Budget(), name_of)

@@ -32,6 +32,7 @@ from app.live.requests import (
     GoBack,
     MakeLive,
     NameLine,
+    OpenRun,
     Pause,
     Play,
     RemoveMark,
@@ -75,6 +76,9 @@ class Kept:
     def stood(self, record: Stood, at_rest: bool = False) -> None:
         self.looked.append(at_rest)
         self.records.append(record)
+
+    def close(self) -> None:
+        pass
 
 
 class Desk:
@@ -421,6 +425,19 @@ def test_what_begins_later_on_a_line_is_not_cut_off(desk: Desk) -> None:
     desk.check()
 
 
+def test_what_was_done_on_a_line_later_is_not_cut_off_either(desk: Desk) -> None:
+    step = desk.at(30).snapshot.step
+    desk.ask(FREEZE)
+    end = desk.at(40).snapshot.step
+    branch = desk.branch(0, 300)
+    desk.ask(MakeLive(branch.number))
+    (why,) = desk.refusals(MakeLive(0, step - 1))
+    assert why.startswith("what was done on first run after that moment would be lost")
+    assert not desk.refusals(MakeLive(0, step))
+    assert desk.at(40).snapshot.step == end
+    desk.check()
+
+
 def test_a_line_that_could_not_be_made_live_still_grows(desk: Desk) -> None:
     desk.at(40)
     branch = desk.branch(0, 300)
@@ -534,6 +551,23 @@ def test_a_family_is_set_aside_and_comes_back_whole(desk: Desk) -> None:
     desk.check()
     assert desk.ask(GoBack()).snapshot.preset_spec == SPEC
     assert other.number in desk.rests()
+    desk.check()
+
+
+def test_branches_of_a_run_of_an_experiment_are_kept_where_nothing_else_is(desk: Desk) -> None:
+    alone = Run(SPEC, 9)
+    alone.advance(max_steps=2_000)
+    desk.at(30)
+    opened = OpenRun(SPEC, "timed", 9, alone.step, digest(alone.state), "figure: timed, seed 9")
+    desk.ask(opened)
+    status = desk.session.wait_for(lambda s: s.opened is not None and s.opened.same, PATIENCE_S)
+    branch = desk.branch(status.snapshot.generation, 1_000)
+    desk.rests()
+    assert desk.ask(GoBack()).snapshot.generation == 0
+    assert branch.number in {line.number for line in desk.ask(GoBack()).lines}
+    # But not in the place of one's own run.
+    desk.ask(StartAgain(SPEC, "timed", 3, paused=True))
+    assert desk.ask(GoBack()).snapshot.generation == 0
     desk.check()
 
 

@@ -1021,16 +1021,29 @@ def test_a_change_is_told_in_numbers() -> None:
     assert "what changed since A, trial 0" in legend
     east, north = (on_board(state_at(*place)).sum() for place in ((20, 0), (0, 40)))
     assert caption == (
-        f"Beside A, trial 0: a capture is nearer in {east / (east + north):.0%} of the area that"
+        f"Since A, trial 0: a capture is nearer in {east / (east + north):.0%} of the area that"
         f" has value, farther in {north / (east + north):.0%}."
     )
     nowhere = made(value=zeros(), step=1_000)
     nothing = words("change", nowhere, Extras(since=made(value=zeros())))[1]
-    assert nothing == "Beside A, trial 0: no way to a capture is known at either moment."
+    assert nothing == "Since A, trial 0: no way to a capture is known at either moment."
     gone = words("change", nowhere, since(20), frame=0)[1]
     assert gone.endswith("farther in 0%, no longer known in 100%.")
+    later = away(15, step=0)
+    assert words("change", later, Extras(since=away(40)))[1].startswith("Beside A, trial 0: ")
     moment = away(20)
     assert "this is A itself" in words("change", moment, Extras(since=moment))[1]
+
+
+def test_side_by_side_the_numbers_are_of_all_headings_each_by_itself() -> None:
+    then, now = zeros(), zeros()
+    then[0, 9, 3] = then[5, 9, 3] = 100 * 0.9**40
+    now[0, 9, 3], now[5, 9, 3] = 100 * 0.9**20, 100 * 0.9**60
+    moment, extras = made(value=now, step=1_000), Extras(since=made(value=then))
+    caption = words("change", moment, extras, frame=ALL)[1]
+    assert "nearer in 50% of the area that has value, farther in 50%." in caption
+    # What no half of the headings knows is not in the folded picture.
+    assert "nearer in 0% of" in words("change", moment, extras)[1]
 
 
 def test_the_ends_of_a_fitted_change_are_its_largest_on_both_sides() -> None:

@@ -18,6 +18,7 @@ PAGES: Final = (
     "docs/serving.md",
     "docs/sessions.md",
     "docs/speed.md",
+    "docs/time.md",
     "presets/README.md",
     "presets/experiments/README.md",
 )

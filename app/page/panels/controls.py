@@ -306,7 +306,7 @@ class Controls:
 
     def _ending(self, snapshot: Snapshot) -> str | None:
         """The exploration that a click would end: the chosen skill's, or else the newest."""
-        running = [episode.skill for episode in snapshot.control.episodes]
+        running = [episode.skill for episode in snapshot.control.running(snapshot.trial)]
         chosen = self._explored.chosen
         return chosen if chosen in running else next(iter(running), None)
 
@@ -328,8 +328,7 @@ class Controls:
         lines = [
             f"{escaped(plain(e.skill))} at {e.probability:.0%}:"
             f" {counted(e.until_trial - snapshot.trial, 'trial')} left"
-            for e in snapshot.control.episodes
-            if e.until_trial > snapshot.trial
+            for e in snapshot.control.running(snapshot.trial)
         ]
         if nothing:
             lines = ["A skill must have joined before it can be explored."]

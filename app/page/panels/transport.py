@@ -116,6 +116,8 @@ class Transport:
             ask,
             hint="Pause, and make one step (S) or go on to the start of the next trial (T).",
         )
+        self._build_stops(gui, status)
+        # The last: what is written below it needs room.
         speed = gui.add_slider(
             speed_label(status.speed),
             min=0.0,
@@ -127,7 +129,6 @@ class Transport:
             " fast as this machine goes. What is learned is the same at any speed.",
         )
         self._speed = Input(speed, lambda client, place: ask(client, SetSpeed(speed_of(place))))
-        self._build_stops(gui, status)
 
     def _build_stops(self, gui: viser.GuiApi, status: Status) -> None:
         self._trial = NumberField(

@@ -11,13 +11,14 @@ from app.picture.contours import Contour, edges
 from app.picture.frames import in_frame
 from app.picture.layer import Extras, Layer, Over, Picture, blank
 from app.picture.legend import bar, frame_in_words, hatch, legend, limits, patch_of_board, swatch
-from app.picture.look import Look
+from app.picture.look import ALL, Look
 from app.picture.raster import Raster, hatched, on_raster, raster, sensors_of
 from app.picture.shading import SHOWN_FROM, Ruler, equivalent_steps, mean_of
 from app.picture.theme import Colour, Theme
 from app.picture.value_maps import or_zero, reward_of
 from app.util.html import element, joined
 from app.words.glossary import term
+from sim.spec import N_HEADINGS
 
 _MOST_STEPS: Final = 50.0
 """Beyond this it matters no more how much nearer or farther a capture is."""
@@ -26,6 +27,8 @@ _LEAST_STEPS: Final = 1.0
 _MARKS: Final = (20.0, 5.0)
 """Steps at which the bar has a mark on both sides, besides those at its ends; the first of them
 that are on it are what the legend says in words."""
+_LEAST_SHARE: Final = 0.005
+"""Less of the area than this is not told of."""
 _SAME_ON_LIGHT: Final[Colour] = (204, 207, 213)
 _SAME_ON_DARK: Final[Colour] = (68, 72, 82)
 _NO_A: Final = (
@@ -196,28 +199,40 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     since = _since(snapshot, extras)
     if since is None:
         return f"Change since A: {_why_none(extras)}"
-    against = f"Beside A, trial {since.trial:,}"
+    word = "Since" if since.step <= snapshot.step else "Beside"
+    against = f"{word} A, trial {since.trial:,}"
     if (since.generation, since.step) == (snapshot.generation, snapshot.step):
         return f"{against}: this is A itself. Go to another moment to see what is different."
-    change = _change(snapshot, since, look)
-    steps = np.where(change.both, np.nan_to_num(change.steps), 0.0)
-    nearer, farther, new, lost, there = (
-        int(on_raster(places, raster(snapshot.spec.world)).sum())
-        for places in (
+    if not (snapshot.value > 0).any() and not (since.value > 0).any():
+        return f"{against}: no way to a capture is known at either moment."
+    nearer, farther, new, lost = _shares(snapshot, since, look)
+    parts = [f"a capture is nearer in {nearer:.0%} of the area that has value"]
+    parts.append(f"farther in {farther:.0%}")
+    parts += [
+        f"{what} in {share:.0%}"
+        for what, share in (("newly known", new), ("no longer known", lost))
+        if share >= _LEAST_SHARE
+    ]
+    return f"{against}: {', '.join(parts)}."
+
+
+def _shares(snapshot: Snapshot, since: Snapshot, look: Look) -> np.ndarray:
+    """How much of the area that has or had value came nearer, went away, is new, and is lost."""
+    frames = range(N_HEADINGS) if look.frame == ALL else (look.frame,)
+    pixels = raster(snapshot.spec.world)
+    areas = np.zeros(5)
+    for frame in frames:
+        change = _change(snapshot, since, look._replace(frame=frame))
+        steps = np.where(change.both, np.nan_to_num(change.steps), 0.0)
+        kinds = (
             steps <= -_LEAST_STEPS,
             steps >= _LEAST_STEPS,
             change.new,
             change.lost,
             change.was | change.known,
         )
-    )
-    if not there:
-        return f"{against}: no way to a capture is known at either moment."
-    parts = [f"a capture is nearer in {nearer / there:.0%} of the area that has value"]
-    parts.append(f"farther in {farther / there:.0%}")
-    parts += [f"newly known in {new / there:.0%}"] if new else []
-    parts += [f"no longer known in {lost / there:.0%}"] if lost else []
-    return f"{against}: {', '.join(parts)}."
+        areas += [on_raster(places, pixels).sum() for places in kinds]
+    return areas[:-1] / max(areas[-1], 1)
 
 
 CHANGE = Layer("change", "Change since A", _draw, _legend, _caption)

@@ -1,0 +1,255 @@
+"""What ``pounce lab`` is told of sessions: which it keeps, which it takes up, which it refuses."""
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.cli import main
+from app.live.journal import Journal
+from app.live.kept import begun
+from app.live.records import Began, Branched, Gave, NamedLine, Record, Stood
+from app.live.written import Header, read, whole
+from learners.commands import FreezeSkills, SetParameter, Undo
+from learners.kernel.state import digest
+from learners.run import replay
+from tests.support.schedules import small_spec
+
+SPEC, SEED = small_spec(), 5
+HEADER = Header("1.2.3", "mine", SEED, "2026-11-29T15:00:00+00:00")
+FREEZE, EPSILON = FreezeSkills(True), SetParameter("learner.epsilon", 0.3)
+ENDED = replay(SPEC, SEED, [(300, FREEZE)], 900)
+STOOD = Stood(0, 900, ENDED.trial, digest(ENDED.state), 500)
+RECORDS: tuple[Record, ...] = (
+    Began(0, "mine", SPEC, SEED),
+    Gave(0, 300, FREEZE),
+    Branched(1, 0, 500, (EPSILON,)),
+    NamedLine(1, "looser"),
+    STOOD,
+)
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the command runs; the user's own sessions are below it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def folder(here: Path) -> Path:
+    """The user's own sessions, of which there are two."""
+    folder = here / "pounce" / "sessions"
+    folder.mkdir(parents=True)
+    (folder / "a.pounce").write_bytes(whole(HEADER, RECORDS))
+    return folder
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """What the lab was opened with, in place of opening it."""
+    calls: list[dict[str, Any]] = []
+
+    def run_lab(**arguments: Any) -> int:
+        calls.append(arguments)
+        if arguments["journal"] is not None:
+            arguments["journal"].close()
+        return 0
+
+    monkeypatch.setattr("app.page.serving.run_lab", run_lab)
+    return calls
+
+
+def told(capsys: pytest.CaptureFixture[str]) -> str:
+    """What was said on standard error; a path that is longer than a line is broken there."""
+    out, err = capsys.readouterr()
+    assert out == ""
+    return "".join(err.split())
+
+
+def said(text: str) -> str:
+    return "".join(text.split())
+
+
+def test_a_session_is_kept_in_the_users_own_folder(
+    here: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["lab", "hierarchical_2", "--seed", "3"]) == 0
+    (call,) = opened
+    assert told(capsys) == ""
+    assert call["sessions"] == here / "pounce" / "sessions"
+    assert call["journal"].path.parent == call["sessions"]
+    assert call["journal"].path.name.endswith("-hierarchical_2-seed3.pounce")
+    assert (call["made_again"], call["budget"].most_bytes) == (None, 64_000_000)
+    # Nothing is made before there is something to keep.
+    assert list(here.iterdir()) == []
+
+
+def test_a_session_is_kept_elsewhere_or_not_at_all(
+    here: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["lab", "--sessions", "lecture", "--past-memory", "200"]) == 0
+    assert main.main(["lab", "--no-journal"]) == 0
+    assert told(capsys) == ""
+    assert opened[0]["journal"].path.parent == Path("lecture")
+    assert opened[0]["budget"].most_bytes == 200_000_000
+    assert opened[1]["journal"] is None
+    assert list((here / "lecture").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--resume"],
+        ["lab", "--resume"],
+        ["lab", "--resume", "--no-browser"],
+        ["lab", "--resume", "a"],
+        ["lab", "--resume=a.pounce"],
+        ["lab", "--no-browser", "--resume", "latest", "--port", "0"],
+        ["lab", "--resume", "--no-journal"],
+    ],
+)
+def test_a_session_is_taken_up_where_it_ended(
+    folder: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+) -> None:
+    assert main.main(words) == 0
+    assert told(capsys) == ""
+    (call,) = opened
+    assert (call["spec"], call["preset"], call["seed"]) == (SPEC, "mine", SEED)
+    assert call["opening"] is False
+    family = call["made_again"].family
+    assert digest(family.held.run.state) == STOOD.digest
+    assert [line.name for line in family.lines.values()] == ["first run", "looser"]
+    if "--no-journal" in words:
+        assert call["journal"] is None
+    else:
+        assert call["journal"].path == folder / "a.pounce"
+
+
+def test_a_torn_record_is_said_and_cut_off(
+    folder: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = folder / "a.pounce"
+    path.write_bytes(path.read_bytes()[:-1])
+    assert main.main(["lab", "--resume"]) == 0
+    assert said("its last record was torn when the lab was killed, and is dropped") in told(capsys)
+    assert opened[0]["made_again"].family.held.run.step == 500
+
+
+def test_tables_that_are_not_those_recorded_are_said(
+    folder: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = replace(STOOD, digest="ab" * 32)
+    (folder / "a.pounce").write_bytes(whole(HEADER, (*RECORDS[:-1], wrong)))
+    assert main.main(["lab", "--resume"]) == 0
+    assert told(capsys) == said(
+        "Warning: first run is not what was recorded: this pounce learns otherwise than 1.2.3."
+        " pounce replay says from where on."
+    )
+    assert len(opened) == 1
+
+
+def damaged(folder: Path) -> None:
+    path = folder / "a.pounce"
+    data = bytearray(path.read_bytes())
+    data[len(whole(HEADER, RECORDS[:3])) + 50] ^= 1
+    path.write_bytes(data)
+
+
+def inconsistent(folder: Path) -> None:
+    (folder / "a.pounce").write_bytes(whole(HEADER, (*RECORDS[:3], Gave(0, 600, Undo(9)))))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (damaged, "line 5 does not have the checksum that it states"),
+        (inconsistent, "line 5: nothing was done by hand under the number 9"),
+    ],
+)
+def test_a_damaged_session_is_refused_with_what_could_be_saved(
+    folder: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    change: Callable[[Path], None],
+    reason: str,
+) -> None:
+    change(folder)
+    assert main.main(["lab", "--resume"]) == 2
+    assert told(capsys) == said(
+        f"--resume: {folder}/a.pounce: {reason}; the 3 records before it are saved in"
+        f" {folder}/a-saved.pounce; allowed: that one"
+    )
+    assert opened == []
+    assert read(folder / "a-saved.pounce").records == RECORDS[:3]
+    assert main.main(["lab", "--resume", "a-saved"]) == 0
+    assert opened[0]["made_again"].family.held.run.step == 500
+
+
+def test_a_session_in_use_is_refused(
+    folder: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with contextlib.closing(Journal.going_on(read(folder / "a.pounce"))):
+        assert main.main(["lab", "--resume"]) == 2
+    assert told(capsys) == said(
+        f"--resume: {folder}/a.pounce: another lab is at work on it; allowed: a session that is"
+        " over"
+    )
+    assert opened == []
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--resume"], "--resume: {}/pounce/sessions: no session is kept there; allowed: the file"),
+        (["--resume", "none"], "--resume: none: is no file; allowed: a session that there is"),
+        (["--resume", "text"], "--resume: text: is no session of pounce; allowed: a file .pounce"),
+        (["--resume", "a", "--seed", "3"], "--resume goes on with a session's own preset and"),
+        (["standard_q", "--resume"], "--resume goes on with a session's own preset and seed;"),
+        (["--sessions", "text"], "--sessions: 'text' is not allowed; allowed: a folder"),
+        (["--sessions", "a", "--no-journal"], "--sessions and --no-journal exclude each other;"),
+        (["--past-memory", "0"], "--past-memory: '0' is not allowed; allowed: a whole number, 1"),
+        (["--sessions", "text/in"], "--sessions: 'text/in' cannot be written to: Not a directory"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    here: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+    message: str,
+) -> None:
+    (here / "text").write_text("nothing of ours\n")
+    assert main.main(["lab", *words]) == 2
+    assert told(capsys).startswith(said(message.format(here)))
+    assert opened == []
+
+
+def test_a_user_without_a_folder_is_told_that_nothing_is_kept(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def nowhere() -> Path:
+        raise RuntimeError
+
+    monkeypatch.setattr("app.live.kept.default_folder", nowhere)
+    assert main.main(["lab"]) == 0
+    assert said("this session is not kept, as there is no telling") in told(capsys)
+    assert (opened[0]["journal"], opened[0]["sessions"]) == (None, None)
+
+
+def test_a_session_in_which_nothing_was_done_leaves_no_file(tmp_path: Path) -> None:
+    journal = begun(tmp_path / "new", "timed", 0)
+    journal.note(RECORDS[0])
+    journal.stood(Stood(0, 0, 0, "", 500), at_rest=True)
+    assert journal.path.exists()
+    journal.close()
+    assert not journal.path.exists()
