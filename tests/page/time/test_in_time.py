@@ -295,6 +295,19 @@ def test_the_learner_stands_still_while_somebody_looks_who_wants_that(theatre: T
     theatre.session.wait_for(lambda status: status.playing, PATIENCE_S)
 
 
+def test_who_leaves_while_the_learner_stands_still_for_them_lets_it_go_on(
+    theatre: Theatre,
+) -> None:
+    anna = theatre.enter()
+    theatre.learn()
+    theatre.ask(SetSpeed(2_000.0), Play())
+    theatre.tell(anna, messages.SetHolds(True))
+    theatre.go(anna, 5_000)
+    theatre.session.wait_for(lambda status: not status.playing, PATIENCE_S)
+    theatre.pages.pop().close()
+    theatre.session.wait_for(lambda status: status.playing, PATIENCE_S)
+
+
 def test_steps_and_trials_of_the_controls_are_those_of_what_is_looked_at(theatre: Theatre) -> None:
     anna = theatre.enter()
     theatre.learn()

@@ -292,6 +292,11 @@ def test_what_was_done_by_hand_last_is_undone(gui: viser.GuiApi, person: Person)
     desk = Desk(gui, run)
     desk.take(messages.UndoLast())
     assert desk.asked == [Undo(run.control.history[-1].number)]
+    # In the past, what was done at another moment stays as it is.
+    desk.take(messages.Seek(500))
+    desk.arrive()
+    desk.take(messages.UndoLast())
+    assert "at this moment" in desk.refused
     nothing = Desk(gui, to(small_run(), 5))
     nothing.take(messages.UndoLast())
     assert "by hand" in nothing.refused
