@@ -106,6 +106,10 @@ class Renumbered:
         """As :meth:`Journal.stood`."""
         self._journal.stood(replace(record, run=record.run - self._by), at_rest)
 
+    def close(self) -> None:
+        """As :meth:`Journal.close`."""
+        self._journal.close()
+
 
 class _Making:
     def __init__(

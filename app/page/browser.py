@@ -9,6 +9,7 @@ import viser
 
 from app.live.session import Session, Status
 from app.page.inbox import Ask, Inbox, Intent
+from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
@@ -59,6 +60,10 @@ class Shared(NamedTuple):
     offer_preset: OfferPreset
     save_dir: Path | None
     """Where presets may be saved, if anywhere."""
+    sessions: Path | None
+    """Where sessions are kept, if anywhere."""
+    n_viewers: Callable[[], int]
+    """Browsers that there are."""
 
 
 class Browser:
@@ -107,6 +112,15 @@ class Browser:
                 shared.offer_preset,
                 shared.save_dir,
             )
+            if shared.sessions is not None:
+                Earlier(
+                    client,
+                    shared.session,
+                    shared.submit,
+                    inbox.work,
+                    shared.n_viewers,
+                    shared.sessions,
+                )
         self.results = ResultsPanel(client, shared.calls, shared.service, ask, inbox, wake)
         clicked = Intent(self._clicked)
         client.scene.on_click()(clicked)

@@ -91,10 +91,12 @@ class Lab:
         waits: bool = False,
         names: Sequence[Authority] = (),
         token: str | None = None,
+        sessions: Path | None = None,
     ) -> None:
         """Open the page; with ``waits`` the learner begins when a browser has drawn the board.
 
-        It answers to ``names`` besides its addresses; without the ``token`` nobody comes in.
+        It answers to ``names`` besides its addresses; without the ``token`` nobody comes in. Those
+        who do can take up an earlier one of the ``sessions``.
 
         Raises:
             OSError: the host is not an address of this machine, or no port is free.
@@ -177,6 +179,8 @@ class Lab:
             take_experiment=self.experiments.take,
             offer_preset=self._controls.offer_preset,
             save_dir=save_dir,
+            sessions=sessions,
+            n_viewers=lambda: len(self._browsers),
         )
         self._for_script = self.server.gui.add_html("")
         self._said: tuple[str, bool] | None = None
@@ -396,6 +400,10 @@ class Lab:
     def _forget(self, client: viser.ClientHandle) -> None:
         browser = self._browsers.pop(client.client_id, None)
         if browser is not None:
+            walk = browser.outlook.walk
+            walk.go_live()
+            if walk.hold(self.session.status.playing) == "play":
+                self._submit(Play())
             browser.leave()
         self._has_garbage = True
 

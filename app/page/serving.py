@@ -87,6 +87,7 @@ def run_lab(
                 True,
                 names,
                 token,
+                sessions,
             )
         except OSError as error:
             raise ListenError(error.strerror or str(error)) from error

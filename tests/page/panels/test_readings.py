@@ -86,6 +86,13 @@ def test_an_error_is_shown_only_when_there_is_one() -> None:
     assert "Error" not in Page(sentence_html(status_of(moment()))).text
 
 
+def test_what_is_not_kept_is_said_under_the_sentence() -> None:
+    fault = "This session is not kept: /a<b>: no space left on device."
+    plain = Page(sentence_html(status_of(moment()))).text
+    page = Page(sentence_html(status_of(moment(), journal=fault)))
+    assert page.text == f"{plain} {fault}"
+
+
 @pytest.mark.parametrize("same", [None, True, False])
 def test_a_run_of_an_experiment_is_named_under_the_sentence(same: bool | None) -> None:
     digest = "3fa9c1d2" + "0" * 56
