@@ -145,8 +145,12 @@ def _measure_scrub(command: Bench, specs: "dict[str, RunSpec]", repetitions: int
     from benchmarks.scrub import STEPS, measure_scrub
 
     preset = next(iter(specs)) if command.presets else "timed"
-    with interrupts.undoing(), terminal.status() as on_progress:
-        found = measure_scrub(specs[preset], preset, repetitions, on_progress)
+    try:
+        with interrupts.undoing(), terminal.status() as on_progress:
+            found = measure_scrub(specs[preset], preset, repetitions, on_progress)
+    except RuntimeError as error:
+        complain(str(error))
+        return EXIT_FAILED
     if command.json:
         say(json.dumps(found))
         return EXIT_OK

@@ -400,6 +400,10 @@ class Lab:
     def _forget(self, client: viser.ClientHandle) -> None:
         browser = self._browsers.pop(client.client_id, None)
         if browser is not None:
+            walk = browser.outlook.walk
+            walk.go_live()
+            if walk.hold(self.session.status.playing) == "play":
+                self._submit(Play())
             browser.leave()
         self._has_garbage = True
 

@@ -198,7 +198,12 @@ def test_walking_in_the_past_is_measured(monkeypatch: pytest.MonkeyPatch) -> Non
     found = scrub.measure_scrub(presets.load("timed"), "timed", 1, said.append)
     assert found.keys() == {"moments_per_s", "p95_ms", "learner_share"}
     assert min(found.values()) > 0
-    assert said == ["scrubbing: 1 of 1"]
+    assert said == ["scrubbing: 1 of 2", "scrubbing: 2 of 2"]
+
+
+def test_what_keeping_the_past_costs_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scrub, "_KEPT_STEPS", 1_000_000)
+    assert 0 < scrub.share_beside_keeping(spec_of("timed"), 1) < 10
 
 
 def test_memory_is_looked_at_while_people_walk_in_the_past(

@@ -1,12 +1,14 @@
 """The time bar in a real browser: what is drawn of a run, of a moment and of what a hand holds."""
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from playwright.sync_api import Frame, Locator, expect
 
+import app
 from app.analysis.estimates import Axis
 from app.charts.bar.axis import axis_of
 from app.live.places import Place
@@ -98,6 +100,13 @@ def look_at_now(screen: Screen) -> None:
     """Look at what is live."""
     assert screen.time_page.evaluate(_SEND, {"do": "live"})
     expect(screen.time.locator(".time:not(.past)")).to_be_attached()
+
+
+def test_all_scripts_of_the_frame_are_fetched_at_once() -> None:
+    folder = Path(app.__file__).parent / "web" / "time"
+    scripts = {script.name for script in folder.glob("*.js")} - {"frame.js"}
+    html = (folder / "index.html").read_text("utf-8")
+    assert set(re.findall(r'modulepreload" href="../../web/time/([\w.]+)"', html)) == scripts
 
 
 def test_curves_and_lanes_share_an_axis(begin: Begin) -> None:

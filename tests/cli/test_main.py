@@ -872,6 +872,13 @@ def test_bench_measures_walking_in_the_past(
         (presets.load("standard_q"), "standard_q", 2),
     ]
 
+    def fail(*_: Any) -> Any:
+        raise RuntimeError("a moment was not made in time")
+
+    monkeypatch.setattr(scrub, "measure_scrub", fail)
+    assert main.main(["bench", "--scrub"]) == 1
+    assert capsys.readouterr() == ("", "a moment was not made in time\n")
+
 
 def test_a_bench_whose_programs_disagree_fails(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

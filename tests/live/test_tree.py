@@ -221,6 +221,26 @@ def test_branches_follow_the_live_run(desk: Desk) -> None:
     desk.check()
 
 
+def test_a_branch_grows_by_so_many_steps_and_no_farther(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.live.branching.MOST_STEPS", 20_000)
+    desk.at(40)
+    branch = desk.branch(0, 300)
+    line = desk.rests()[branch.number]
+    assert line.until_step == 20_000
+    assert line.digest == digest(desk.reference(branch.number, 20_000).state)
+
+
+def test_what_goes_on_has_no_digest(desk: Desk) -> None:
+    desk.ask(SetSpeed(50.0))
+    desk.ask(Play())
+    status = desk.session.wait_for(lambda s: s.playing and s.snapshot.step > 3, PATIENCE_S)
+    assert status.lines[0].digest == ""
+    assert desk.ask(Pause()).lines[0].digest != ""
+    desk.check()
+
+
 def test_a_branch_branches(desk: Desk) -> None:
     desk.at(60)
     first = desk.branch(0, 500)

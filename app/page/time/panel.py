@@ -128,7 +128,8 @@ class TimePanel:
             self._plan = None
         if self._to_be_live == ground.live:
             self._to_be_live = None
-            self._outlook.walk.go_live()
+            if self._outlook.walk.line(ground) == ground.live:
+                self._outlook.walk.go_live()
         if self._outlook.walk.lost():
             self.say(_GONE)
         fault = self._outlook.fault
@@ -232,10 +233,7 @@ class TimePanel:
                 self._plan = edited(plan, message, edits.now_of(seen.snapshot))
                 self._ask(SetSchedule(self._plan), seen, ground)
             case messages.UndoLast():
-                changes = undoable(seen.snapshot.control.history)
-                if not changes:
-                    raise RefusedError("Nothing has been changed by hand.")
-                self._ask(Undo(changes[0].number), seen, ground)
+                self._ask(Undo(_last_change(seen)), seen, ground)
             case messages.ChooseBlock(id=id):
                 self._deeds.choose(id)
             case messages.AddMark(text=text, line=line, step=step):
@@ -264,6 +262,22 @@ class TimePanel:
     def _ask(self, request: requests.Request, seen: Status, ground: Ground) -> None:
         refuse = partial(self.say, refused=True)
         self._asks.take(request, refuse, seen, ground, time.perf_counter())
+
+
+def _last_change(seen: Status) -> int:
+    """The number of what was done by hand last; in the past, at the very moment.
+
+    Raises:
+        RefusedError: there is nothing that could be undone.
+    """
+    snapshot = seen.snapshot
+    changes = undoable(snapshot.control.history)
+    if seen.behind is not None:
+        changes = [event for event in changes if event.step == snapshot.step]
+    if not changes:
+        where = "" if seen.behind is None else " at this moment"
+        raise RefusedError(f"Nothing has been changed by hand{where}.")
+    return changes[0].number
 
 
 def edited(

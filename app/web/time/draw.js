@@ -2,7 +2,7 @@
 // Draws the time bar from the state: what a new bar has is drawn anew, and a moment only moves things.
 
 import { drawCurve } from "./curve.js";
-import { attribute, element, write } from "./dom.js";
+import { attribute, element, keep, write } from "./dom.js";
 import { drawBands, drawLanes, markLanes } from "./lanes.js";
 import { drawEvents, drawMarks, drawTicks, placeMoment, setWidth } from "./over.js";
 import { state, whenChanged } from "./state.js";
@@ -82,15 +82,29 @@ const drawBar = (bar) => {
   return isNew;
 };
 
+/** What has a meaning of its own beside the curves: it is explained to the keyboard, too. */
+const TERMS = ["forced", "frozen"];
+
 /** @param {Bar} bar */
 const drawLegend = (bar) =>
-  part(".legend").replaceChildren(
-    ...bar.legend.map(({ kind, text, hint }) => {
+  keep(
+    part(".legend"),
+    bar.legend,
+    ({ kind }) => kind,
+    ({ kind }) => {
       const item = element("span", `item ${kind}`);
-      if (hint) item.title = hint;
-      item.append(element("i", ""), text);
+      item.append(element("i", ""), element("span", ""));
+      if (TERMS.includes(kind)) {
+        item.tabIndex = 0;
+        item.setAttribute("role", "term");
+      }
       return item;
-    }),
+    },
+    (item, { text, hint }, place) => {
+      item.style.order = `${place}`;
+      write(item.children[1], text);
+      attribute(item, "title", hint || null);
+    },
   );
 
 /** @param {Bar} bar */

@@ -19,6 +19,8 @@ const MANY_LANES = 5;
 const LOCKED = "It has begun, so it is locked. Look at an earlier moment to change it there.";
 const BY_HAND = "What was begun by hand is not in the plan. Undo takes it back.";
 const CHANGED = "Drag it, or move it with the arrow keys. Enter edits it.";
+/** Of more blocks than this the keyboard stops only at those that it can change. */
+const MOST_STOPS = 20;
 /** Room that a number takes beside its block, in sizes of the type. */
 const NUMBER = 3.7;
 
@@ -297,7 +299,7 @@ const markFree = (block, piece, seen, last) => {
   const { first, hint } = piece;
   attribute(block, "title", `${hint}\n${why}`);
   attribute(block, "aria-label", hint);
-  attribute(block, "tabindex", "0");
+  attribute(block, "tabindex", isFree || drawn.length <= MOST_STOPS ? "0" : "-1");
   attribute(block, "role", isFree ? "slider" : "img");
   attribute(block, "aria-disabled", isFree ? null : "true");
   attribute(block, "aria-valuenow", isFree ? `${first}` : null);

@@ -133,13 +133,17 @@ const along = (share) => share * wide;
  * @param {Bar} bar
  * @param {Moment} moment
  */
-const placeLoop = (between, bar, { a, loop }) => {
+const placeLoop = (between, bar, { line, a, loop }) => {
   const first = loop?.a ?? a;
   between.hidden = !first;
   if (!first) return;
   const from = along(shareOf(bar.axis, first));
   const until = loop ? along(shareOf(bar.axis, loop.b)) : from;
   between.classList.toggle("alone", !loop);
+  // Of another line, it is told apart from a moment of this one.
+  const isHere = !a || a.line === undefined || a.line === line;
+  between.classList.toggle("elsewhere", !isHere);
+  attribute(between.children[0], "title", isHere ? "A" : "A is a moment of another line");
   between.classList.toggle("narrow", loop !== null && until - from < LEAST_LOOP_PX);
   between.style.width = `${Math.max(until - from, 0)}px`;
   between.style.transform = `translateX(${from}px)`;

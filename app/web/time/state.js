@@ -49,7 +49,7 @@
  *   line: number, step: number, trial: number, live: boolean,
  *   behind_trials: number, behind_steps: number,
  *   playing: boolean, direction: number, rate: number, rates: Array<[number, string]>,
- *   a: Place | null, loop: {a: Place, b: Place} | null,
+ *   a: (Place & {line?: number}) | null, loop: {a: Place, b: Place} | null,
  *   holds: boolean, stops: boolean, until_step: number | null,
  * }} Moment
  *
@@ -63,7 +63,7 @@
  * While `scrub` is there, a hand holds the playhead at that place; while something is `held`, a newer
  * bar waits, since no axis may move under a hand.
  * @type {{
- *   bar: Bar | null, moment: Moment | null, draft: Draft | null, said: string,
+ *   bar: Bar | null, moment: Moment | null, draft: Draft | null,
  *   scrub: Place | null, held: boolean,
  * }}
  */
@@ -71,7 +71,6 @@ export const state = {
   bar: null,
   moment: null,
   draft: null,
-  said: "",
   scrub: null,
   held: false,
 };

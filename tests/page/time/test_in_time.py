@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,11 +16,12 @@ from app.live.session import Session, Status
 from app.live.snapshot import Snapshot
 from app.page.browser import Browser
 from app.page.lab import Lab
+from app.page.scene.board import BoardView
 from app.page.scene.gallery import Seen
 from app.page.success import success_of
 from app.page.time import messages
 from app.page.time.messages import FromFrame
-from app.picture.layer import Extras
+from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
 from app.picture.layers.change import CHANGE
 from learners.commands import Command, FreezeSelection, SetParameter
@@ -117,7 +119,7 @@ class Theatre:
         def is_so() -> bool:
             status = self.status(browser)
             board = self.lab.gallery.board(browser.seen(status))
-            return board is not None and np.array_equal(board._cells.colors, colours)
+            return board is not None and np.array_equal(colours_of(board), colours)
 
         self.wait(is_so)
 
@@ -127,6 +129,16 @@ def theatre(tmp_path: Path) -> Iterator[Theatre]:
     theatre = Theatre(tmp_path / "results")
     yield theatre
     theatre.close()
+
+
+def colours_of(board: BoardView) -> np.ndarray:
+    """What the cells of a board were given last."""
+    return board._cells.colors  # pyright: ignore[reportPrivateUsage]
+
+
+def choose(browser: Browser, layer: Layer) -> None:
+    """Show a layer, as its key does."""
+    browser.readings.view._choose_layer(layer)  # pyright: ignore[reportPrivateUsage]
 
 
 def stopped_at(step: int) -> Run:
@@ -154,8 +166,12 @@ def test_what_is_shown_is_a_run_that_was_stopped_there_while_the_learner_goes_on
     theatre.tell(anna, messages.Live())
     theatre.expect_board(anna, now)
     assert theatre.status(anna).behind is None
-    assert theatre.session._tree.family.held.run.step == now.step
-    assert digest(theatre.session._tree.family.held.run.state) == digest(stopped_at(now.step).state)
+    # Of the line as it is known, and so of the tables of the live run.
+    (line,) = theatre.session.wait_for(
+        lambda status: status.lines[0].digest != "", PATIENCE_S
+    ).lines
+    assert line.until_step == now.step
+    assert line.digest == digest(stopped_at(now.step).state)
 
 
 def test_two_browsers_in_two_moments_do_not_disturb_each_other_nor_a_third(
@@ -184,9 +200,13 @@ def test_a_moment_that_stays_is_drawn_once(
     anna = theatre.enter()
     theatre.learn()
     theatre.expect_board(anna, theatre.go(anna, 5_000))
-    exhibit = theatre.lab.gallery._exhibits[Seen(anna.look, anna.client.client_id)]
+    board = theatre.lab.gallery.board(Seen(anna.look, anna.client.client_id))
     stood = threading.Event()
-    monkeypatch.setattr(exhibit.board, "update", lambda *_, **__: stood.set())
+
+    def update(*_: Any, **__: Any) -> None:
+        stood.set()
+
+    monkeypatch.setattr(board, "update", update)
     for _ in range(5):
         theatre.do(theatre.lab.wake)
     assert not stood.is_set()
@@ -275,6 +295,19 @@ def test_the_learner_stands_still_while_somebody_looks_who_wants_that(theatre: T
     theatre.session.wait_for(lambda status: status.playing, PATIENCE_S)
 
 
+def test_who_leaves_while_the_learner_stands_still_for_them_lets_it_go_on(
+    theatre: Theatre,
+) -> None:
+    anna = theatre.enter()
+    theatre.learn()
+    theatre.ask(SetSpeed(2_000.0), Play())
+    theatre.tell(anna, messages.SetHolds(True))
+    theatre.go(anna, 5_000)
+    theatre.session.wait_for(lambda status: not status.playing, PATIENCE_S)
+    theatre.pages.pop().close()
+    theatre.session.wait_for(lambda status: status.playing, PATIENCE_S)
+
+
 def test_steps_and_trials_of_the_controls_are_those_of_what_is_looked_at(theatre: Theatre) -> None:
     anna = theatre.enter()
     theatre.learn()
@@ -308,7 +341,7 @@ def test_what_changed_since_a_is_drawn_for_who_set_it_and_for_nobody_else(theatr
     # There is a cone by then.
     theatre.learn(2_500)
     for browser in (anna, bert):
-        theatre.do(lambda view=browser.readings.view: view._choose_layer(CHANGE))
+        theatre.do(lambda browser=browser: choose(browser, CHANGE))
     a = theatre.go(anna, 5_000)
     theatre.tell(anna, messages.SetA(), messages.Live())
     theatre.wait(lambda: anna.outlook.since is not None)
@@ -324,7 +357,7 @@ def test_what_changed_since_a_is_drawn_for_who_set_it_and_for_nobody_else(theatr
 def test_the_success_map_is_of_the_moment_that_is_looked_at(theatre: Theatre) -> None:
     anna = theatre.enter()
     theatre.learn()
-    theatre.do(lambda: anna.readings.view._choose_layer(LAYERS["success"]))
+    theatre.do(lambda: choose(anna, LAYERS["success"]))
     shot = theatre.go(anna, 20_000)
     found = success_of(shot, lambda: True)
     theatre.expect_board(anna, shot, Extras(success=found))

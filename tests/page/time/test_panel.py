@@ -63,14 +63,20 @@ class Desk:
         self.bar = msgspec.Raw(b"{}")
         self.outlook = Outlook(1, self.makes)
         self.asks = Asks(self.outlook, lambda request, _: self.asked.append(request), print)
-        bars: Any = SimpleNamespace(sent=lambda *_: self.bar)
+        bars: Any = SimpleNamespace(sent=self.sent)
         inbox: Any = AtOnce()
         client: Any = SimpleNamespace(gui=gui)
         frames: Any = self.frames
-        deeds = Deeds(self.chosen.append, lambda _, line: self.tested.append(line))
+        deeds = Deeds(self.chosen.append, self.test)
         self.panel = TimePanel(
             client, self.outlook, self.asks, frames, bars, inbox, deeds, lambda: None
         )
+
+    def sent(self, *_: object) -> msgspec.Raw:
+        return self.bar
+
+    def test(self, client: object, line: int) -> None:
+        self.tested.append(line)
 
     def show(self, is_answered: bool = True) -> Status:
         known = ground(self.lines, events=(300, 900))
@@ -286,6 +292,11 @@ def test_what_was_done_by_hand_last_is_undone(gui: viser.GuiApi, person: Person)
     desk = Desk(gui, run)
     desk.take(messages.UndoLast())
     assert desk.asked == [Undo(run.control.history[-1].number)]
+    # In the past, what was done at another moment stays as it is.
+    desk.take(messages.Seek(500))
+    desk.arrive()
+    desk.take(messages.UndoLast())
+    assert "at this moment" in desk.refused
     nothing = Desk(gui, to(small_run(), 5))
     nothing.take(messages.UndoLast())
     assert "by hand" in nothing.refused
