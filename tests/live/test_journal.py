@@ -19,6 +19,8 @@ from learners.commands import FreezeSkills
 from tests.support.journals import HEADER, RECORDS, records
 
 FEW = (RECORDS[0], RECORDS[4], RECORDS[12], *RECORDS[-4:])
+SHORT = (*RECORDS[4:6], *RECORDS[-4:])
+"""Without those that are long, so that each of their bytes can be tried."""
 GAVE = Gave(0, 10, FreezeSkills(True))
 
 
@@ -100,9 +102,9 @@ def test_two_sessions_of_one_name_have_a_file_each(path: Path, journal: Journal)
 
 
 def test_a_file_cut_off_at_any_byte_has_the_first_of_its_records(path: Path) -> None:
-    data, ends = whole(HEADER, FEW), []
-    for count in range(len(FEW) + 1):
-        ends.append(len(whole(HEADER, FEW[:count])))
+    data, ends = whole(HEADER, SHORT), []
+    for count in range(len(SHORT) + 1):
+        ends.append(len(whole(HEADER, SHORT[:count])))
     for length in range(len(data)):
         n_whole = sum(end <= length for end in ends) - 1
         path.write_bytes(data[:length])
@@ -111,25 +113,25 @@ def test_a_file_cut_off_at_any_byte_has_the_first_of_its_records(path: Path) -> 
                 read(path)
             continue
         found = read(path)
-        assert found.records == FEW[:n_whole]
+        assert found.records == SHORT[:n_whole]
         assert found.is_torn == (length not in ends)
         assert found.n_bytes == ends[n_whole]
 
 
-@given(st.integers(0, len(whole(HEADER, FEW)) - 1), st.integers(1, 255))
+@given(st.integers(0, len(whole(HEADER, SHORT)) - 1), st.integers(1, 255))
 def test_another_byte_is_damage_or_a_torn_end_and_never_another_record(
     tmp_path_factory: pytest.TempPathFactory, place: int, change: int
 ) -> None:
-    path, data = tmp_path_factory.getbasetemp() / "flipped.pounce", bytearray(whole(HEADER, FEW))
+    path, data = tmp_path_factory.getbasetemp() / "flipped.pounce", bytearray(whole(HEADER, SHORT))
     data[place] ^= change
     found = read_of(path, bytes(data))
-    assert found == FEW[: len(found)]
+    assert found == SHORT[: len(found)]
     n_before = bytes(data[:place]).count(b"\n") - 1
     assert len(found) <= max(n_before, 0)
 
 
 def test_every_byte_that_is_flipped_is_noticed(path: Path) -> None:
-    original = whole(HEADER, FEW)
+    original = whole(HEADER, SHORT)
     for place in range(len(original)):
         changed = bytearray(original)
         changed[place] ^= 1 << place % 8
@@ -141,7 +143,7 @@ def test_every_byte_that_is_flipped_is_noticed(path: Path) -> None:
         # No line but one without an end is taken for torn.
         assert found.is_torn
         assert place == len(original) - 1
-        assert found.records == FEW[:-1]
+        assert found.records == SHORT[:-1]
 
 
 @pytest.mark.parametrize(
