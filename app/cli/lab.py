@@ -160,6 +160,9 @@ def obey(command: Lab) -> int:
     except BrokenLabError as error:
         complain(str(error))
         return EXIT_FAILED
+    finally:
+        if journal is not None:
+            journal.close()
 
 
 def _check_keeping(command: Lab, seed: int) -> None:

@@ -71,7 +71,6 @@ TERMS: Final[Mapping[str, str]] = {
         "Another way that a run might have gone: the same up to a moment, at which something was"
         " done otherwise."
     ),
-    "mark": "A line of text at a moment of a run, by which to find it again.",
     "seed": "The number that all chance in a run comes from: the same seed gives the same run.",
     "digest": "A fingerprint of what was learned: the same digest means exactly the same tables.",
     # Experiments

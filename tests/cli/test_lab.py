@@ -56,8 +56,6 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 
     def run_lab(**arguments: Any) -> int:
         calls.append(arguments)
-        if arguments["journal"] is not None:
-            arguments["journal"].close()
         return 0
 
     monkeypatch.setattr("app.page.serving.run_lab", run_lab)
@@ -244,6 +242,14 @@ def test_a_user_without_a_folder_is_told_that_nothing_is_kept(
     assert main.main(["lab"]) == 0
     assert said("this session is not kept, as there is no telling") in told(capsys)
     assert (opened[0]["journal"], opened[0]["sessions"]) == (None, None)
+
+
+def test_a_lab_that_cannot_be_opened_leaves_no_file(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["lab", "--host", "192.0.2.1", "--sessions", "lecture"]) == 2
+    assert "cannot be listened on" in capsys.readouterr().err
+    assert list((here / "lecture").iterdir()) == []
 
 
 def test_a_session_in_which_nothing_was_done_leaves_no_file(tmp_path: Path) -> None:
