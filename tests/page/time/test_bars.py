@@ -51,12 +51,13 @@ class Desk:
             self.now_s += 1.0
             ground = self.grounds.of(self.live)
             seen = outlook.status(self.live, self.now_s, ground)
+            is_there = outlook.is_there
             line = outlook.walk.line(ground)
             bar = self.bars.sent(
                 outlook.viewer, line, seen, self.live, ground, "trials", chosen, self.now_s
             )
             self.bars.tidy(self.now_s)
-            if bar is not None and outlook.is_there:
+            if bar is not None and is_there:
                 return bar
             self.let_moments_be_made()
         pytest.fail("no bar was made")

@@ -27,7 +27,8 @@ from app.picture.layers.change import CHANGE
 from learners.commands import Command, FreezeSelection, SetParameter
 from learners.kernel.state import digest
 from learners.run import Run, replay
-from tests.support.server import CAMERA, PATIENCE_S, Page
+from tests.support.live import PATIENCE_S
+from tests.support.server import CAMERA, Page
 
 SEED = 7
 SPEC = presets.load(
