@@ -16,7 +16,7 @@ from app.live.requests import Branch, Pause, Play, Request, StepOnce, TrialOnce
 from app.live.session import Status
 from app.live.worker import Reply
 from app.page.time.outlook import Outlook
-from app.page.time.walk import Ground
+from app.page.time.walk import Ground, WalkError
 from app.server.callbacks import RefusedError
 from learners.commands import Command
 from learners.control import Control
@@ -135,10 +135,16 @@ class Asks:
         if making is None:
             return
         branch = new[-1]
-        self._made = self._as_made(branch, making)
-        self._outlook.walk.look(branch.line, branch.step, now_s, ground)
-        status = self._outlook.status(live, now_s, ground)
         waiting, self._waiting = self._waiting, deque()
+        try:
+            self._outlook.walk.look(branch.line, branch.step, now_s, ground)
+        except WalkError as error:
+            # Somebody has deleted it meanwhile, or has begun another run.
+            for _, refuse in waiting:
+                refuse(str(error))
+            return
+        self._made = self._as_made(branch, making)
+        status = self._outlook.status(live, now_s, ground)
         for request, refuse in waiting:
             self.take(request, refuse, status, ground, now_s)
 
