@@ -45,6 +45,7 @@ class _Making:
     request: Branch
     before: Control
     trial: int
+    refuse: Reply
 
 
 class Asks:
@@ -140,7 +141,7 @@ class Asks:
             self._outlook.walk.look(branch.line, branch.step, now_s, ground)
         except WalkError as error:
             # Somebody has deleted it meanwhile, or has begun another run.
-            for _, refuse in waiting:
+            for refuse in (making.refuse, *(refuse for _, refuse in waiting)):
                 refuse(str(error))
             return
         self._made = self._as_made(branch, making)
@@ -151,7 +152,7 @@ class Asks:
     def _branch(self, place: Place, command: Command, refuse: Reply, status: Status) -> None:
         snapshot = status.snapshot
         request = Branch(place, command, self._outlook.viewer)
-        self._making = making = _Making(request, snapshot.control, snapshot.trial)
+        self._making = making = _Making(request, snapshot.control, snapshot.trial, refuse)
 
         def refused(reason: str) -> None:
             refuse(reason)

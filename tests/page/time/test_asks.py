@@ -159,7 +159,7 @@ def test_a_branch_that_is_gone_before_one_comes_to_it_takes_nobody_along(desk: D
     desk.live = replace(desk.live, branched=((ANNA, Place(BRANCH, 500)),))
     desk.asks.follow(desk.live, ground(desk.lines), 0.0)
     assert not desk.asks.is_branching
-    assert desk.told == ["That line is not there any more."]
+    assert desk.told == ["That line is not there any more."] * 2
     desk.seen()
     assert desk.outlook.place == Place(LIVE, 500)
     assert len(desk.asked) == 1
