@@ -16,7 +16,7 @@ from app.live.requests import Branch, Pause, Play, Request, StepOnce, TrialOnce
 from app.live.session import Status
 from app.live.worker import Reply
 from app.page.time.outlook import Outlook
-from app.page.time.walk import Ground
+from app.page.time.walk import Ground, WalkError
 from app.server.callbacks import RefusedError
 from learners.commands import Command
 from learners.control import Control
@@ -45,6 +45,7 @@ class _Making:
     request: Branch
     before: Control
     trial: int
+    refuse: Reply
 
 
 class Asks:
@@ -135,17 +136,23 @@ class Asks:
         if making is None:
             return
         branch = new[-1]
-        self._made = self._as_made(branch, making)
-        self._outlook.walk.look(branch.line, branch.step, now_s, ground)
-        status = self._outlook.status(live, now_s, ground)
         waiting, self._waiting = self._waiting, deque()
+        try:
+            self._outlook.walk.look(branch.line, branch.step, now_s, ground)
+        except WalkError as error:
+            # Somebody has deleted it meanwhile, or has begun another run.
+            for refuse in (making.refuse, *(refuse for _, refuse in waiting)):
+                refuse(str(error))
+            return
+        self._made = self._as_made(branch, making)
+        status = self._outlook.status(live, now_s, ground)
         for request, refuse in waiting:
             self.take(request, refuse, status, ground, now_s)
 
     def _branch(self, place: Place, command: Command, refuse: Reply, status: Status) -> None:
         snapshot = status.snapshot
         request = Branch(place, command, self._outlook.viewer)
-        self._making = making = _Making(request, snapshot.control, snapshot.trial)
+        self._making = making = _Making(request, snapshot.control, snapshot.trial, refuse)
 
         def refused(reason: str) -> None:
             refuse(reason)

@@ -30,6 +30,7 @@ from learners.commands import SetSchedule, Undo
 from learners.spec import ScheduleSpec
 
 _GONE: Final = "What you looked at is not there any more. This is the live run."
+_NOT_DONE: Final = "What you did while the branch was being made is not done."
 _EDITS = messages.EditBlock | messages.AddExploration | messages.DeleteBlock | messages.UndoLast
 """What goes by the plan as it is, and so waits for a branch that is being made."""
 _MOST_WAITING: Final = 32
@@ -71,6 +72,9 @@ class TimePanel:
         self._to_be_live: int | None = None
         """A line with which this browser is to be live, once that is."""
         self._waiting: list[Any] = []
+        """Edits that are meant for a branch that is not there yet."""
+        self._left = -1
+        """The line that it branches off."""
         self._seen: Status | None = None
         self._live: Status | None = None
         self._ground: Ground | None = None
@@ -149,7 +153,20 @@ class TimePanel:
         if self._asks.note != self._note:
             self._note = self._asks.note
             self._channel.send("note", {"text": self._note})
-        if self._waiting and not self._asks.is_branching and self._outlook.is_there:
+        if self._waiting and not self._asks.is_branching:
+            self._take_waiting()
+
+    def _take_waiting(self) -> None:
+        """Do what waited for a branch, once that is shown."""
+        place = self._outlook.place
+        if place is None:
+            # It has gone back; the live run is not to have that.
+            self._waiting = []
+            self.say(_NOT_DONE, refused=True)
+        elif place.line == self._left:
+            # There is no branch, and that has been told.
+            self._waiting = []
+        elif self._outlook.is_there:
             waiting, self._waiting = self._waiting, []
             for message in waiting:
                 self.take(message)
@@ -178,6 +195,8 @@ class TimePanel:
         if isinstance(message, _EDITS) and (self._asks.is_branching or self._waiting):
             if len(self._waiting) >= _MOST_WAITING:
                 raise RefusedError("a branch is being made; wait until it is there")
+            if not self._waiting:
+                self._left = self._outlook.walk.line(ground)
             self._waiting.append(message)
             return
         if not self._walk(message, live, ground, time.perf_counter()):
@@ -308,6 +327,8 @@ def moment_sent(walk: Walk, place: Place | None, live: Status, ground: Ground) -
     if place is not None and course is not None:
         step, trial = place.step, course.trial_of_step(place.step)
     loop, a = walk.loop, walk.a
+    if loop is not None and loop.line != line:
+        loop = None
     return {
         "line": line,
         "step": step,

@@ -153,6 +153,18 @@ def test_a_refusal_is_told_and_what_waited_for_the_branch_is_given_up(desk: Desk
     assert desk.asked[1:] == [Branch(Place(LIVE, 500), EPSILON, ANNA)]
 
 
+def test_a_branch_that_is_gone_before_one_comes_to_it_takes_nobody_along(desk: Desk) -> None:
+    desk.look(LIVE, 500)
+    desk.ask(FREEZE, EPSILON)
+    desk.live = replace(desk.live, branched=((ANNA, Place(BRANCH, 500)),))
+    desk.asks.follow(desk.live, ground(desk.lines), 0.0)
+    assert not desk.asks.is_branching
+    assert desk.told == ["That line is not there any more."] * 2
+    desk.seen()
+    assert desk.outlook.place == Place(LIVE, 500)
+    assert len(desk.asked) == 1
+
+
 def test_a_branch_that_somebody_else_makes_takes_nobody_along(desk: Desk) -> None:
     desk.look(LIVE, 500)
     desk.branch_off(BRANCH, 500, viewer=BERT)

@@ -25,6 +25,9 @@ from tests.support.person import AtOnce, Person
 from tests.support.schedules import APPROACHING, AVOID, small_run, to
 
 
+NOT_DONE = "What you did while the branch was being made is not done."
+
+
 class Frames:
     """Frames that keep what they are sent."""
 
@@ -286,6 +289,23 @@ def test_an_edit_while_a_branch_is_made_is_one_of_the_plan_of_that(desk: Desk) -
     assert (timer.at, timer.freeze) == (250, 33)
 
 
+@pytest.mark.parametrize("goes_back", [True, False])
+def test_an_edit_that_was_meant_for_a_branch_is_done_to_no_other_line(
+    desk: Desk, goes_back: bool
+) -> None:
+    desk.take(messages.Seek(500))
+    desk.arrive()
+    desk.take(messages.EditBlock(AVOID, at=250), messages.EditBlock(AVOID, trials=33))
+    desk.live = replace(desk.live, branched=((1, Place(BRANCH, 500)),))
+    # Somebody has deleted it meanwhile.
+    desk.asks.follow(desk.live, ground(desk.lines), 0.0)
+    if goes_back:
+        desk.outlook.walk.go_live()
+    desk.show()
+    assert len(desk.asked) == 1
+    assert desk.refused == (NOT_DONE if goes_back else "That line is not there any more.")
+
+
 def test_what_was_done_by_hand_last_is_undone(gui: viser.GuiApi, person: Person) -> None:
     run = to(small_run(), 150)
     run.apply(FreezeSelection(True))
@@ -336,6 +356,15 @@ def test_at_a_the_loop_goes_to_the_newest_mark(desk: Desk) -> None:
     marks = (Mark(1, Place(LIVE, 700), 7, "one"), Mark(2, Place(BRANCH, 800), 8, "other"))
     desk.live = replace(desk.live, marks=marks)
     desk.take(messages.Seek(500), messages.SetA(), messages.SetLoop(True))
+    assert desk.moment["loop"]["b"]["step"] == 700
+
+
+def test_a_loop_is_shown_on_its_own_line_alone(desk: Desk) -> None:
+    desk.lines[BRANCH] = Even(900)
+    desk.take(messages.Seek(300), messages.SetA(), messages.Seek(700), messages.SetLoop(True))
+    desk.take(messages.Look(BRANCH))
+    assert desk.moment["loop"] is None
+    desk.take(messages.Look(LIVE), messages.Seek(400))
     assert desk.moment["loop"]["b"]["step"] == 700
 
 
