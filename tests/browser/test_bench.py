@@ -15,8 +15,9 @@ from app.explain import cell
 from app.explain.cell import OUTCOME_NAMES
 from app.explain.cell_html import reading_html
 from app.explain.chain import action_text, chain_of, ending_text, sum_text
-from app.live.session import OpenRun, StartAgain, Status, StepOnce
+from app.live.requests import OpenRun, StartAgain, StepOnce
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page import number_field, widgets
 from app.page.keys import list_html
 from app.page.panels import steering

@@ -14,7 +14,7 @@ from playwright.sync_api import FrameLocator, Locator, Page, expect
 
 from app.live.places import Place
 from app.live.requests import RunTo
-from app.live.session import Status
+from app.live.status import Status
 from app.page.time import messages
 from learners.commands import SetSchedule
 from learners.spec import EpisodeSpec, ScheduleSpec

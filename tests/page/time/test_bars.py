@@ -9,7 +9,8 @@ import pytest
 
 from app.live.places import Place
 from app.live.requests import Branch, Play
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.time.bars import Bars

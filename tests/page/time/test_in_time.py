@@ -12,8 +12,9 @@ import pytest
 from app.documents import presets
 from app.live import snapshot
 from app.live.requests import Pause, Play, Request, SetSpeed, StartAgain, TrialOnce
-from app.live.session import Session, Status
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.browser import Browser
 from app.page.lab import Lab
 from app.page.scene.board import BoardView
