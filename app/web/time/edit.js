@@ -222,9 +222,11 @@ const takenBy = ({ target, clientX, pointerType }) => {
   const piece = pieceAt(element);
   const lane = element?.closest(".lane");
   if (!piece || !lane) return null;
-  if (element?.matches(".chance")) return { piece, part: "whole", isChance: true };
   const near = pointerType === "touch" ? NEAR_PX.touch : NEAR_PX.mouse;
-  const found = taken(lane, clientX, near) ?? { piece, part: "whole" };
+  const found = taken(lane, clientX, near) ?? { piece, part: /** @type {Part} */ ("whole") };
+  // The end of a freeze may lie under a number.
+  if (element?.matches(".chance") && found.part === "whole")
+    return { piece, part: "whole", isChance: true };
   return { ...found, isChance: false };
 };
 
