@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import viser
 
-from app.live.journal import Journal
+from app.live.journal import Journal, is_in_use
 from app.live.kept import begun
 from app.live.made_again import made_again
 from app.live.past import Budget
@@ -130,6 +130,18 @@ def test_a_damaged_session_is_refused_with_what_could_be_saved(desk: Desk, folde
     assert str(folder) not in desk.person.html
     assert read(folder / "a-saved.pounce").records == RECORDS[:3]
     assert desk.does(StepOnce()).snapshot.preset == "timed"
+
+
+def test_a_session_that_cannot_be_made_again_is_left_to_others(
+    desk: Desk, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("app.page.panels.earlier.made_again", fail)
+    with contextlib.suppress(MemoryError):
+        desk.person.click("Resume")
+    assert not is_in_use(folder / "a.pounce")
 
 
 def test_tables_that_are_not_those_recorded_are_said(desk: Desk, folder: Path) -> None:

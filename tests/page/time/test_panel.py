@@ -24,7 +24,6 @@ from tests.page.time.walks import BRANCH, LIVE, Even, Makes, ground, status_at
 from tests.support.person import AtOnce, Person
 from tests.support.schedules import APPROACHING, AVOID, small_run, to
 
-
 NOT_DONE = "What you did while the branch was being made is not done."
 
 
