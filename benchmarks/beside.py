@@ -12,7 +12,8 @@ from pathlib import Path
 
 from app.documents import experiments, presets
 from app.experiments.runner import Progress
-from app.live.session import Session, StartAgain
+from app.live.requests import StartAgain
+from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from app.results.service import Service
 from learners.spec import MAX_TRIALS, RunSpec

@@ -19,7 +19,8 @@ from typing import Final, NamedTuple
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
-from app.live.session import Play, Session
+from app.live.requests import Play
+from app.live.session import Session
 from app.page.lab import Lab
 from app.util.machine import available_cores
 from app.util.web_browser import find_chromium

@@ -11,7 +11,8 @@ import subprocess
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.live.session import Play, Session, StartAgain
+from app.live.requests import Play, StartAgain
+from app.live.session import Session
 from app.util.machine import resident_mb
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate
 from learners.spec import MAX_TRIALS, RunSpec

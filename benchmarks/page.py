@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from app.live.session import Play, Session, StartAgain
+from app.live.requests import Play, StartAgain
+from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from app.page.lab import Lab
 from learners.run import Run

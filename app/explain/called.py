@@ -1,6 +1,6 @@
 """What the run on the board is called, wherever it is named."""
 
-from app.live.session import Status
+from app.live.status import Status
 
 
 def run_on_board(status: Status) -> str:

@@ -9,8 +9,8 @@ from markupsafe import Markup
 from app.explain.shape import Shape, bearings, shape_of, unseen
 from app.live.held import Opened
 from app.live.places import Behind
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.schedule.forced import forced_now
 from app.util.html import element, joined
 from app.words.glossary import term

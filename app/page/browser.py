@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import viser
 
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment

@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 from app.charts.bar.axis import last_trial
 from app.charts.bar.model import Ghost
 from app.live.places import LineSeen
-from app.live.session import Status
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
+from app.live.status import Status
 from app.util.background import Maker
 from learners import measures
 from learners.commands import Event, Undo

@@ -12,8 +12,8 @@ import numpy as np
 
 from app.explain.cell import policy_of
 from app.live.places import LineSeen
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.metrics.course import NO_CURVE, Greedy, GreedyCurve, greedy_by
 from app.util.background import Maker
 

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from markupsafe import Markup
 
 from app.explain import sentence
-from app.live.session import Status
+from app.live.status import Status
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.schedule.forced import forced_now, forced_until
 from app.server.pulse import Reading

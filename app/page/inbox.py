@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import viser
 
 from app.live.requests import Request
-from app.live.session import Status
+from app.live.status import Status
 from app.server.callbacks import told_to
 from app.server.workers import Workers
 

@@ -19,8 +19,9 @@ import viser
 
 from app.live.places import Place
 from app.live.requests import Begin, Pause, Play, Request, StartAgain
-from app.live.session import Session, Status
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.live.worker import Reply
 from app.page.browser import Browser, Shared
 from app.page.confirm import confirm

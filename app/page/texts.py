@@ -5,7 +5,7 @@ from functools import cached_property
 from markupsafe import Markup
 
 from app.explain import sentence
-from app.live.session import Status
+from app.live.status import Status
 from app.metrics.course import NO_CURVE, GreedyCurve
 from app.page.headline import numbers_html, readings_html, sentence_html
 from app.picture.layer import Extras

@@ -99,7 +99,11 @@ export const press = (name) => {
   const key = keys.get(name);
   const act = local.get(name);
   if (act) act();
-  else if (key?.ofTime) tellTime(name);
+  else if (key?.ofTime) {
+    // What is open over the page keeps the focus, which a mark would take.
+    const dialogs = [...document.querySelectorAll("[role=dialog]")];
+    if (!dialogs.some((dialog) => dialog.checkVisibility())) tellTime(name);
+  }
   else if (key) tellViser(key.character);
 };
 

@@ -102,11 +102,13 @@ def look_at_now(screen: Screen) -> None:
     expect(screen.time.locator(".time:not(.past)")).to_be_attached()
 
 
-def test_all_scripts_of_the_frame_are_fetched_at_once() -> None:
+def test_all_scripts_and_styles_of_the_frame_are_fetched_at_once() -> None:
     folder = Path(app.__file__).parent / "web" / "time"
     scripts = {script.name for script in folder.glob("*.js")} - {"frame.js"}
+    styles = {style.name for style in folder.glob("*.css")}
     html = (folder / "index.html").read_text("utf-8")
     assert set(re.findall(r'modulepreload" href="../../web/time/([\w.]+)"', html)) == scripts
+    assert set(re.findall(r'stylesheet" href="../../web/time/([\w.]+)"', html)) == styles
 
 
 def test_curves_and_lanes_share_an_axis(begin: Begin) -> None:

@@ -15,9 +15,11 @@ from app.explain import cell
 from app.explain.cell import OUTCOME_NAMES
 from app.explain.cell_html import reading_html
 from app.explain.chain import action_text, chain_of, ending_text, sum_text
-from app.live.session import OpenRun, StartAgain, Status, StepOnce
+from app.live.requests import OpenRun, StartAgain, StepOnce
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page import number_field, widgets
+from app.page.keys import list_html
 from app.page.panels import steering
 from app.page.panels.transport import slider_of
 from app.picture.layer import Extras, Layer, SuccessMap
@@ -140,10 +142,12 @@ def test_each_layer_by_its_key_and_from_the_list(begin: Begin) -> None:
     live, screen = begin("hierarchical_2", trial=LEARNED)
     extras = success_of(now_of(live))
     seen: list[bytes] = []
-    for key, layer in zip("1234567890", LAYERS.values(), strict=True):
+    keys = "1234567890"
+    # Those after the first ten have no key.
+    for key, layer in zip(keys, LAYERS.values(), strict=False):
         screen.page.keyboard.press(key)
         seen.append(expect_layer(screen, live, layer, extras).tobytes())
-    assert len(set(seen)) == len(LAYERS)
+    assert len(set(seen)) == len(keys)
     screen.choose("Layer", "Value of one option")
     expect_layer(screen, live, LAYERS["option"], extras)
     screen.choose("of", "circle clockwise")
@@ -510,7 +514,7 @@ def test_keys_do_what_their_list_says(begin: Begin) -> None:
     screen.page.keyboard.press("h")
     dialog = screen.page.get_by_role("dialog")
     expect(dialog).to_contain_text("freeze the selection, or let it learn")
-    expect(dialog.get_by_role("row")).to_have_count(14)
+    expect(dialog.get_by_role("row")).to_have_count(list_html().count("<tr"))
     dialog.get_by_role("button", name="Close", exact=True).click()
     expect(dialog).to_have_count(0)
 

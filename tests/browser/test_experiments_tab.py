@@ -18,7 +18,7 @@ from app.documents.experiments import Experiment
 from app.experiments import task
 from app.experiments.store import COLUMNS
 from app.live.held import Opened
-from app.live.session import Play, SetSpeed
+from app.live.requests import Play, SetSpeed
 from app.page.panels.experiments import THIS_SESSION
 from learners.commands import Introduce
 from tests.support.live import SMALL, LiveLab, preset_of, small_experiment

@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from app.live.session import Begin, Pause, Play, Request
+from app.live.requests import Begin, Pause, Play, Request
 from tests.support.live import preset_of
 from tests.support.screen import OpenPage, StartLab
 

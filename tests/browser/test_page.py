@@ -20,8 +20,9 @@ import pytest
 import viser
 from playwright.sync_api import BrowserContext, Page, expect
 
-from app.live.session import Play, StartAgain, Status
+from app.live.requests import Play, StartAgain
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.page import lab as lab_module
 from app.page.lab import Browser

@@ -8,7 +8,7 @@ from playwright.sync_api import Frame, expect
 
 from app.explain.cell import reading_at
 from app.explain.cell_html import reading_html
-from app.live.session import Pause, Play, SetSpeed
+from app.live.requests import Pause, Play, SetSpeed
 from app.live.snapshot import Snapshot
 from app.page.scene.hunt import placed
 from app.picture.look import Look

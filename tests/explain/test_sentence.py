@@ -15,8 +15,9 @@ from app.explain.shape import shape_of
 from app.live import snapshot
 from app.live.held import Opened
 from app.live.places import Behind
-from app.live.session import Session, Status
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from learners.commands import (
     Command,
     Explore,

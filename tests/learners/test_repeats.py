@@ -13,17 +13,8 @@ from app.charts.bar.model import Moment, bar_of
 from app.charts.bar.sent import Around, bar_sent
 from app.documents import presets
 from app.live import snapshot
-from app.live.session import (
-    Begin,
-    Pause,
-    Play,
-    Request,
-    Session,
-    SetSpeed,
-    StartAgain,
-    StepOnce,
-    TrialOnce,
-)
+from app.live.requests import Begin, Pause, Play, Request, SetSpeed, StartAgain, StepOnce, TrialOnce
+from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.worker import MOST_WAITING
 from app.schedule.blocks import MAX_PAST, Past, blocks_of

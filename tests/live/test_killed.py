@@ -19,7 +19,8 @@ from app.live.places import Place
 from app.live.records import Branched, Gave, Stood
 from app.live.replayed import replayed
 from app.live.requests import Branch, MakeLive, NameLine, Pause, Play, TrialOnce
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.live.written import read
 from learners.commands import (

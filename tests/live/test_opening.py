@@ -9,18 +9,18 @@ from app.documents import presets
 from app.live import session as session_module
 from app.live import worker as worker_module
 from app.live.opening import END_S, HUNTS, Opening, seen_at
-from app.live.session import (
+from app.live.requests import (
     Begin,
     OpenRun,
     Pause,
     Play,
     Request,
-    Session,
     SetSpeed,
     SkipOpening,
     StartAgain,
     TrialOnce,
 )
+from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from learners.kernel.state import digest
 from learners.run import Run

@@ -16,7 +16,7 @@ from app.live import session as session_module
 from app.live import snapshot
 from app.live import worker as worker_module
 from app.live.held import Opened
-from app.live.session import (
+from app.live.requests import (
     GoBack,
     GoOn,
     OpenRun,
@@ -25,14 +25,14 @@ from app.live.session import (
     Play,
     Request,
     RunTo,
-    Session,
     SetSpeed,
     StartAgain,
-    Status,
     StepOnce,
     TrialOnce,
 )
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.schedule import carried
 from learners import run as run_module

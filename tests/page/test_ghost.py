@@ -6,7 +6,8 @@ import numpy as np
 
 from app.live.held import Opened
 from app.live.places import LineSeen
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.page import ghost
 from app.page.ghost import (
     FORMER_NAME,

@@ -9,7 +9,8 @@ from app.documents import presets
 from app.live import snapshot
 from app.live.held import Opened
 from app.live.places import LineSeen
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.metrics.course import GREEDY_HUNTS, GreedyCurve, greedy_of
 from app.page import greedy
 from app.page.greedy import EVERY_TRIALS, GreedyWatch

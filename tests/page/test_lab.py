@@ -19,7 +19,8 @@ import viser
 from viser import _messages as wire
 
 from app.documents import presets
-from app.live.session import Session, SetSpeed
+from app.live.requests import SetSpeed
+from app.live.session import Session
 from app.page import lab as page_lab
 from app.page import widgets
 from app.page.browser import Browser

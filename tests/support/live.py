@@ -11,8 +11,10 @@ from app.documents import experiments, presets
 from app.documents.experiments import Experiment
 from app.explain.branches import name_of
 from app.live import snapshot
-from app.live.session import Request, Session, SetSpeed, StartAgain, Status, TrialOnce
+from app.live.requests import Request, SetSpeed, StartAgain, TrialOnce
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras

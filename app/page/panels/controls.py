@@ -15,8 +15,8 @@ import viser
 
 from app.explain.called import run_on_board
 from app.live.requests import Request, StepOnce, TrialOnce
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Act, Ask, Intent, StatusOf
 from app.page.keys import Key

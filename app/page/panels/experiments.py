@@ -16,8 +16,10 @@ from app.documents.presets import dump
 from app.experiments.runner import Progress
 from app.experiments.store import FolderError
 from app.explain.called import run_on_board
-from app.live.session import GoBack, Session, Status
+from app.live.requests import GoBack
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.inbox import Ask, Intent, Work
 from app.page.number_field import Limits, NumberField
 from app.page.panels.file_tab import safe_name

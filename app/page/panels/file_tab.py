@@ -18,7 +18,8 @@ import viser
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment, ExperimentError
 from app.documents.tree import PresetError, document_of, printable
-from app.live.session import Session, StartAgain
+from app.live.requests import StartAgain
+from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.page.inbox import Ask, Intent, Work
 from app.page.widgets import CALM, DESTROYS, NAME_HTML, add_hints, assign

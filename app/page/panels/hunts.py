@@ -15,8 +15,9 @@ import numpy as np
 from app.charts.page.svg import frame_html, link
 from app.explain.cell import policy_of
 from app.live.opening import Opening, seen_at
-from app.live.session import SkipOpening, Status
+from app.live.requests import SkipOpening
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Ask, Inbox, Intent
 from app.page.scene.hunt import Chase, Way

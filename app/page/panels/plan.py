@@ -10,8 +10,8 @@ from typing import Any, Final, NamedTuple
 import viser
 
 from app.charts.bar.axis import last_trial
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.inbox import Ask, Intent
 from app.page.number_field import Limits, NumberField
 from app.page.widgets import Choice, add_buttons, assign

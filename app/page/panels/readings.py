@@ -9,7 +9,7 @@ import viser
 
 from app.charts.page.svg import frame_html
 from app.explain.sentence import said
-from app.live.session import Status
+from app.live.status import Status
 from app.page import keys
 from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
 from app.page.inbox import Inbox, Intent

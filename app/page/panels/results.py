@@ -14,7 +14,7 @@ from app.charts.page.svg import Address, frame_html, link
 from app.charts.paper.drawing import missing_note
 from app.charts.view import Size, View, answer, first_view
 from app.experiments.store import FolderError, table_csv
-from app.live.session import OpenRun
+from app.live.requests import OpenRun
 from app.page.inbox import Ask, Inbox
 from app.page.panels.experiments import progress_html
 from app.page.slots import slot_html

@@ -11,8 +11,8 @@ import viser
 from app.explain.called import run_on_board
 from app.explain.commands import command_in_words
 from app.live.requests import GoBack, MakeLive, Request
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page import keys
 from app.page.panels.steering import undoable
 from app.page.slots import slot_html

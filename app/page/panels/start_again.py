@@ -6,7 +6,7 @@ from typing import Final
 import viser
 
 from app.live.requests import GoBack, StartAgain
-from app.live.session import Status
+from app.live.status import Status
 from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import Limits, NumberField
 from app.page.widgets import CALM, DESTROYS, Choice, Input, add_hints, assign

@@ -10,8 +10,8 @@ import viser
 from pydantic import TypeAdapter, ValidationError
 
 from app.explain.commands import command_in_words
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.confirm import confirm
 from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import DIALS_HTML, Dial, Limits

@@ -16,7 +16,7 @@ from app.live.requests import (
     StepOnce,
     TrialOnce,
 )
-from app.live.session import Status
+from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import Limits, NumberField

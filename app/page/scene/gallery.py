@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import viser
 
-from app.live.session import Status
+from app.live.status import Status
 from app.metrics.course import GreedyCurve
 from app.page.scene.board import BoardView
 from app.page.texts import Texts

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from app.explain.branches import difference_in_words
 from app.live.places import Place
 from app.live.requests import Branch, Pause, Play, Request, StepOnce, TrialOnce
-from app.live.session import Status
+from app.live.status import Status
 from app.live.worker import Reply
 from app.page.time.outlook import Outlook
 from app.page.time.walk import Ground, WalkError

@@ -14,8 +14,8 @@ from app.charts.bar.model import Ghost, Moment, bar_of
 from app.charts.bar.sent import Around, bar_sent
 from app.charts.bar.tree import marks_on
 from app.live.places import LineSeen, Place
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.ghost import GhostWatch, ghost_of_line
 from app.page.greedy import EVERY_TRIALS, GreedyWatch
 from app.page.time.grounds import Grounds

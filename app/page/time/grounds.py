@@ -6,7 +6,8 @@ from typing import Final, NamedTuple
 
 from app.explain.happenings import Happening, first_capture_in, happenings_of
 from app.live.places import Mark
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.page.time.walk import Ground
 from learners.commands import Event
 

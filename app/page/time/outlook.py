@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Protocol
 
 from app.live.places import Behind, Place
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.time.walk import Ground, Walk
 
 

@@ -13,7 +13,7 @@ from app.charts.bar.axis import axis_of
 from app.charts.page.svg import frame_html
 from app.live import requests
 from app.live.places import Place
-from app.live.session import Status
+from app.live.status import Status
 from app.page.inbox import Inbox
 from app.page.panels.steering import undoable
 from app.page.slots import slot_html

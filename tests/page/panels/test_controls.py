@@ -15,7 +15,7 @@ from app.documents import presets
 from app.live import snapshot
 from app.live.held import Opened
 from app.live.places import Behind, LineSeen
-from app.live.session import (
+from app.live.requests import (
     GoBack,
     GoOn,
     MakeLive,
@@ -24,11 +24,11 @@ from app.live.session import (
     Play,
     Request,
     RunTo,
-    Session,
     SetSpeed,
     StartAgain,
-    Status,
 )
+from app.live.session import Session
+from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.page import number_field, widgets
 from app.page.panels.controls import Controls, skill_state

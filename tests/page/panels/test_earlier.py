@@ -14,7 +14,8 @@ from app.live.made_again import made_again
 from app.live.past import Budget
 from app.live.records import Began, Branched, Gave, NamedLine, Stood
 from app.live.requests import StepOnce, TakeUp, TrialOnce
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.live.worker import Reply
 from app.live.written import read, whole
 from app.page.panels.earlier import Earlier

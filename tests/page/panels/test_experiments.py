@@ -16,8 +16,10 @@ from app.experiments.cost import Plan
 from app.experiments.runner import Progress
 from app.experiments.store import FolderError
 from app.live import snapshot
-from app.live.session import GoBack, Request, Session, Status
+from app.live.requests import GoBack, Request
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.panels import experiments
 from app.page.panels.experiments import (
     ExperimentsPanel,

@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
-from app.live.session import Request, Session, StartAgain, Status, TrialOnce
+from app.live.requests import Request, StartAgain, TrialOnce
+from app.live.session import Session
+from app.live.status import Status
 from app.page.panels import file_tab
 from app.page.panels.file_tab import FileTab
 from app.server.server import close_server, open_server

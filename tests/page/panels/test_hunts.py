@@ -13,7 +13,9 @@ import pytest
 from app.documents import presets
 from app.live import snapshot
 from app.live.opening import Opening
-from app.live.session import Session, SkipOpening, Status
+from app.live.requests import SkipOpening
+from app.live.session import Session
+from app.live.status import Status
 from app.page.panels.hunts import Hunts, hunt_from_anywhere
 from app.picture.look import Look
 from app.picture.theme import DARK

@@ -7,8 +7,10 @@ import viser
 
 from app.documents import presets
 from app.live import snapshot
-from app.live.session import Request, Session, StartAgain, Status, TrialOnce
+from app.live.requests import Request, StartAgain, TrialOnce
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.panels import plan
 from app.page.panels.plan import PlanPanel
 from app.schedule import blocks

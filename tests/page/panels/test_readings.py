@@ -11,8 +11,9 @@ from app.explain.sentence import provenance, said
 from app.live import snapshot
 from app.live.held import Opened
 from app.live.places import Behind
-from app.live.session import Session, Status
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page import headline
 from app.picture.theme import DARK, LIGHT, Theme
 from app.server.pulse import Reading

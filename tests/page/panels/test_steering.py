@@ -9,7 +9,8 @@ import viser
 
 from app.documents import presets
 from app.live import snapshot
-from app.live.session import Request, Session
+from app.live.requests import Request
+from app.live.session import Session
 from app.page import widgets
 from app.page.panels.steering import DEFAULT_FREEZE_TRIALS, SLIDERS, Steering, introduction_of
 from app.server.server import close_server, open_server

@@ -7,7 +7,7 @@ import pytest
 
 from app.live.places import Place
 from app.live.requests import Branch, Pause, Play, Request, SetSpeed, StepOnce, TrialOnce
-from app.live.session import Status
+from app.live.status import Status
 from app.live.worker import Reply
 from app.page.time.asks import Asks
 from app.page.time.outlook import Outlook

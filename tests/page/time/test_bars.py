@@ -9,7 +9,8 @@ import pytest
 
 from app.live.places import Place
 from app.live.requests import Branch, Play
-from app.live.session import Session, Status
+from app.live.session import Session
+from app.live.status import Status
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.time.bars import Bars
@@ -51,12 +52,13 @@ class Desk:
             self.now_s += 1.0
             ground = self.grounds.of(self.live)
             seen = outlook.status(self.live, self.now_s, ground)
+            is_there = outlook.is_there
             line = outlook.walk.line(ground)
             bar = self.bars.sent(
                 outlook.viewer, line, seen, self.live, ground, "trials", chosen, self.now_s
             )
             self.bars.tidy(self.now_s)
-            if bar is not None and outlook.is_there:
+            if bar is not None and is_there:
                 return bar
             self.let_moments_be_made()
         pytest.fail("no bar was made")

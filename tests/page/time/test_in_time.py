@@ -12,8 +12,9 @@ import pytest
 from app.documents import presets
 from app.live import snapshot
 from app.live.requests import Pause, Play, Request, SetSpeed, StartAgain, TrialOnce
-from app.live.session import Session, Status
+from app.live.session import Session
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.browser import Browser
 from app.page.lab import Lab
 from app.page.scene.board import BoardView
@@ -27,7 +28,8 @@ from app.picture.layers.change import CHANGE
 from learners.commands import Command, FreezeSelection, SetParameter
 from learners.kernel.state import digest
 from learners.run import Run, replay
-from tests.support.server import CAMERA, PATIENCE_S, Page
+from tests.support.live import PATIENCE_S
+from tests.support.server import CAMERA, Page
 
 SEED = 7
 SPEC = presets.load(

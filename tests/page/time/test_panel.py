@@ -13,7 +13,7 @@ import viser
 from app.live import requests
 from app.live.places import Mark, Place
 from app.live.requests import Branch, Request
-from app.live.session import Status
+from app.live.status import Status
 from app.page.time import messages
 from app.page.time.asks import Asks
 from app.page.time.outlook import Outlook

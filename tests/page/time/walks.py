@@ -6,8 +6,8 @@ from typing import Any
 
 from app.live import snapshot
 from app.live.places import Place
-from app.live.session import Status
 from app.live.snapshot import Snapshot
+from app.live.status import Status
 from app.page.time.walk import Ground
 from learners.run import Run
 
