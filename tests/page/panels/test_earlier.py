@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import viser
 
+from app.live.branching import plain_name
 from app.live.journal import Journal, is_in_use
 from app.live.kept import begun
 from app.live.made_again import made_again
@@ -105,7 +106,7 @@ def test_a_session_is_taken_up_and_the_one_before_is_kept(desk: Desk, folder: Pa
     # What was on the board is offered now, and the other is not.
     (offered,) = desk.person.options("Session")
     assert "· timed, seed 3 · trial 1 · 0 commands" in offered
-    assert made_again(read(mine), Budget(), lambda *_: "").made.family.held.run.trial == 1
+    assert made_again(read(mine), Budget(), plain_name).made.family.held.run.trial == 1
     desk.does(FREEZE)
     desk.session.stop()
     assert read(folder / "a.pounce").records[: len(RECORDS)] == RECORDS
