@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
+from app.live.requests import SetSpeed
 from app.page import keys
 from app.page.keys import KEYS
 from learners.commands import SetParameter
@@ -117,6 +118,30 @@ def test_no_key_moves_the_camera(shared: Shared) -> None:
     # It follows the room for the board, and that alone.
     assert page.evaluate(CAMERA) == pytest.approx(home, abs=1e-3)
     expect(page.get_by_role("button", name="Reset view")).to_be_hidden()
+
+
+def test_ends_are_of_time_after_a_click_and_of_what_has_the_focus_by_tab(shared: Shared) -> None:
+    live, screen = shared
+    keyboard, speed = screen.page.keyboard, screen.page.get_by_role("slider").first
+    tab, place = screen.tab("Run"), screen.time.locator(".transport .place")
+    live.go_to_trial(max(live.session.status.snapshot.trial, 3))
+    for clicked in (tab, speed):
+        clicked.click()
+        speed_then = live.session.status.speed
+        keyboard.press("Home")
+        expect(screen.reading("Trial")).to_have_text("0")
+        expect(place).to_contain_text("The past")
+        keyboard.press("End")
+        expect(place).not_to_contain_text("The past")
+        expect(tab).to_have_attribute("aria-selected", "true")
+        assert live.session.status.speed == speed_then
+    keyboard.press("Shift+Tab")
+    keyboard.press("Tab")
+    expect(speed).to_be_focused()
+    keyboard.press("Home")
+    live.wait_for(lambda status: status.speed == 1.0)
+    expect(place).not_to_contain_text("The past")
+    live.ask(SetSpeed(20_000.0))
 
 
 @pytest.mark.parametrize("letter", ["ы", "ד", "\N{GREEK SMALL LETTER SIGMA}", "س", "o", "s"])
