@@ -68,6 +68,13 @@ class Held:
         return self.opened is not None and self.opened.same is None
 
     @property
+    def own_end(self) -> int:
+        """The trial at which it is to stand still once it is a run like any other."""
+        if self.is_made_again:
+            return max(self.run.spec.trials, self.run.trial)
+        return self.until_trial
+
+    @property
     def hurries(self) -> bool:
         """Whether it goes as fast as it can: the set speed is for watching, not for catching up."""
         return self.is_made_again or self.runs_to is not None
@@ -158,7 +165,7 @@ class Held:
     def claim_no_more(self) -> None:
         """From here on it is a run like any other, with the trials it was to have."""
         if self.is_made_again:
-            self.until_trial = max(self.run.spec.trials, self.run.trial)
+            self.until_trial = self.own_end
             self.playing = self.playing and not self.is_over
         self.opened = None
 

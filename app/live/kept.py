@@ -21,8 +21,10 @@ MOST_SESSIONS: Final = 50
 MOST_BYTES: Final = 256 * 2**20
 """Of all sessions in a folder that were named here; the oldest go first."""
 
-_NAMED_HERE: Final = re.compile(r"\d{4}-\d\d-\d\d-\d{6}-[A-Za-z0-9_-]+\.pounce")
-"""A file that was given another name is its owner's, and stays."""
+_NAMED_HERE: Final = re.compile(
+    r"\d{4}-\d\d-\d\d-\d{6}-[A-Za-z0-9_-]+-seed\d+(-\d+)?(-saved\d*)?\.pounce"
+)
+"""A file that was given another name is its owner's, and stays, even if it begins so."""
 
 
 def default_folder() -> Path:

@@ -71,7 +71,8 @@ def made_again(
     for place, record in enumerate(written.records):
         try:
             making.take(place, renumbered(record, first_number))
-        except CommandError as error:
+        except ValueError as error:
+            # Refused commands are such, and so are seeds and settings that no run can have.
             saved = replace(written, records=written.records[:place])
             raise DamagedError(f"{written.path}: line {place + 2}: {error}", saved) from error
     return making.remade(written)

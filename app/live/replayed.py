@@ -134,16 +134,15 @@ class _Replayer:
                 self.made.live = number
             case Branched():
                 self._branch(record)
+            case Gave(run=number, step=step) | Stood(run=number, step=step) if self._is_later(step):
+                self._go_so_far(number)
             case Gave(run=number, step=step, command=command):
-                if not self._is_later(step):
-                    line = self._line(number)
-                    self._go(line, step)
-                    self._give(line, Given(step, command))
+                line = self._line(number)
+                self._go(line, step)
+                self._give(line, Given(step, command))
             case Stood():
-                if not self._is_later(record.step):
-                    self._compare(self._line(record.run), record)
+                self._compare(self._line(record.run), record)
             case WentLive(run=number, step=step):
-                # One that begins later than is asked for has not been made.
                 if self._until is None or number in self.made.lines:
                     self._go_live(self._line(number), step)
             case _:
@@ -152,6 +151,13 @@ class _Replayer:
 
     def _is_later(self, step: int) -> bool:
         return self._until is not None and step > self._until
+
+    def _go_so_far(self, number: int) -> None:
+        """Make a line up to the step that is asked for; more of it is written down."""
+        line = self.made.lines.get(number)
+        # One that begins later than is asked for has not been made.
+        if line is not None and self._until is not None:
+            self._go(line, self._until)
 
     def _line(self, number: int) -> LineMade:
         line = self.made.lines.get(number)
@@ -166,6 +172,7 @@ class _Replayer:
 
     def _branch(self, record: Branched) -> None:
         if self._is_later(record.step):
+            self._go_so_far(record.parent)
             return
         parent = self._line(record.parent)
         run = self._made_up_to(parent, record.step)
@@ -187,7 +194,10 @@ class _Replayer:
 
     def _go_live(self, line: LineMade, step: int | None) -> None:
         self.made.live = line.number
-        if step is None or self._is_later(step):
+        if step is None:
+            return
+        if self._is_later(step):
+            self._go_so_far(line.number)
             return
         if step < line.run.step:
             line.run = self._made_up_to(line, step)

@@ -329,8 +329,9 @@ class Tree:
         if self.journal is None:
             return
         held = self.family.held
-        run, until_trial = held.run, held.until_trial
-        stood = Stood(held.generation, run.step, run.trial, self._digest(), until_trial)
+        run = held.run
+        # Taken up later, it is no copy of another run any more.
+        stood = Stood(held.generation, run.step, run.trial, self._digest(), held.own_end)
         if stood != self._stood:
             self._stood = stood
             self.journal.stood(stood, at_rest)

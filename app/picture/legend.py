@@ -141,8 +141,9 @@ def legend(
         frame: how the board lies, and what that means for the layer.
         turns: whether it matters to the layer where the prey looks.
     """
+    signs = [_prey(look, turns), _predator(look.theme), _ends(look.theme)]
     content = (
-        element("div", joined([_prey(look, turns), _predator(look.theme), _ends(look.theme)], "")),
+        element("div", joined(signs, ""), class_="signs"),
         element("div", title, style="font-weight:600"),
         *parts,
         _circles(look),

@@ -23,8 +23,8 @@ const ASIDE_PX = 280;
 /** Of a column that has the bar, too, and the least height of one in which that is to be seen. */
 const ASIDE_WITH_BAR_PX = 400;
 const ALL_PX = 500;
-/** Share of the height from which on a bar leaves no room for what a presentation says in any run. */
-const TALL_SHARE = 0.52;
+/** What a presentation does without where not all has room, first what most is said without it. */
+const SPARED = ["task", "signs", "forced"];
 /** Share of what there is that a board above the bar has to have, where it stands there. */
 const LEAST_SHARE = 0.6;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */
@@ -64,6 +64,8 @@ const board = part(".board");
 const present = part(".present");
 const reset = part(".reset");
 const play = part(".play");
+const aside = part(".aside");
+const legend = part('[data-slot-of="legend"]');
 const bar = part("footer");
 const root = document.documentElement;
 
@@ -98,6 +100,31 @@ const arranged = (width, height, zoom) => {
   return { size, shape: size === between ? "column" : size === above ? "corner" : "side" };
 };
 
+/** Whether something of the column beside the board is not to be seen, but for a pixel of rounding. */
+const isCut = () =>
+  [aside, legend].some(({ scrollHeight, clientHeight }) => scrollHeight > clientHeight + 1);
+
+/** By what there was room when something was spared. */
+let roomy = "";
+
+/**
+ * Nobody scrolls in a presentation, and the bar has to be seen down to its axis. What is spared comes
+ * back when the room is another one, and not with each sentence that is shorter: nothing is to jump.
+ * @param {string} shape
+ */
+const spare = (shape) => {
+  const key = [shape, innerWidth, innerHeight, bar.offsetHeight, isPresenting()].join(" ");
+  if (key !== roomy) stage.dataset.spares = "";
+  roomy = key;
+  if (!isPresenting() || !["side", "corner"].includes(shape)) return;
+  const spared = SPARED.filter((what) => stage.dataset.spares?.includes(what));
+  for (const what of SPARED.slice(spared.length)) {
+    if (!isCut()) return;
+    spared.push(what);
+    stage.dataset.spares = spared.join(" ");
+  }
+};
+
 /** The stage lies between the panels, and the canvas where its board is. */
 const place = () => {
   const { innerWidth, innerHeight } = window;
@@ -122,11 +149,11 @@ const place = () => {
   // In a column it is no less high.
   const isBroad = ["column", "corner"].includes(stage.dataset.shape ?? "");
   barPx = Math.max(BAR_PX, isBroad ? tall / zoom : Math.min(barPx, tall / zoom));
-  stage.toggleAttribute("data-tall", tall > TALL_SHARE * height);
   const { shape, size } = arranged(innerWidth - left - right, height, zoom);
   stage.dataset.shape = shape;
   root.style.setProperty("--board-size", `${size}px`);
   root.style.setProperty("--bar-height", `${bar.getBoundingClientRect().height}px`);
+  spare(shape);
   const place = board.getBoundingClientRect();
   for (const edge of /** @type {const} */ (["left", "top", "width", "height"]))
     root.style.setProperty(`--board-${edge}`, `${place[edge]}px`);

@@ -13,7 +13,12 @@ from typing import NamedTuple
 from playwright.sync_api import ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
+from app.live.places import Place
+from app.live.requests import Branch
+from app.schedule.blocks import blocks_of
+from app.schedule.edits import changed, moved, now_of
 from app.util.web_browser import find_chromium
+from learners.commands import SetSchedule
 from tests.support.browser import BROWSER_ARGS
 from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import VIEWPORT, Screen
@@ -46,6 +51,14 @@ MOMENTS = {
     "ring": Moment(24_000, presents=True),
     "filled": Moment(48_000, presents=True),
 }
+
+WALKS = ("past", "branches")
+"""Pictures of the bar: at a past moment, and with branches."""
+WALKS_AT = 24_000
+"""Trial of the live run then, at least."""
+PAST_TRIAL = 13_000
+FORK_TRIAL = 11_900
+BRANCH_TRIAL = 17_000
 
 
 class Shown(NamedTuple):
@@ -83,6 +96,57 @@ def run_experiment(screen: Screen, shown: Shown) -> None:
     expect(screen.page.get_by_text(over)).to_be_visible(timeout=LONGEST_S * 1000)
 
 
+def walk(screen: Screen, do: str, **what: object) -> None:
+    """Have the bar ask for what a hand on it asks for."""
+    screen.time_page.evaluate(
+        """async (message) => {
+            const { send } = await import(new URL("../../web/time/channel.js", location.href));
+            send(message);
+        }""",
+        {"do": do, **what},
+    )
+
+
+def branch(live: LiveLab) -> int:
+    """Make three branches as people would; returns the number of the one to look at."""
+    snapshot = live.session.status.snapshot
+    past = live.session.past_of(snapshot.generation)
+    assert past is not None
+    fork = Place(snapshot.generation, past.step_of_trial(FORK_TRIAL))
+    then = live.session.snapshot_at(fork)
+    plan, now = then.spec.schedule, now_of(then)
+    circle = next(
+        block.id
+        for block in blocks_of(then)
+        if block.skill == "circle_clockwise" and block.kind == "exploration"
+    )
+    plans = (
+        moved(plan, "introduction:avoid", -2_500, now),
+        changed(plan, circle, now, probability=0.3),
+        moved(plan, "introduction:avoid", 3_000, now),
+    )
+    for other in plans:
+        n_lines = len(live.session.status.lines)
+        live.session.submit(Branch(fork, SetSchedule(other)))
+        live.wait_for(lambda status, n=n_lines: len(status.lines) > n)
+    status = live.wait_for(lambda status: not any(line.is_growing for line in status.lines))
+    return next(line.number for line in status.lines if line.parent is not None)
+
+
+def show_time(screen: Screen, live: LiveLab, names: list[str]) -> None:
+    """Take the pictures of the bar."""
+    if live.session.status.snapshot.trial < WALKS_AT:
+        live.go_to_trial(WALKS_AT)
+    if "past" in names:
+        walk(screen, "seek_trial", trial=PAST_TRIAL)
+        take(screen, "past")
+    if "branches" in names:
+        walk(screen, "look", line=branch(live))
+        walk(screen, "seek_trial", trial=BRANCH_TRIAL)
+        take(screen, "branches")
+    walk(screen, "live")
+
+
 def main(names: list[str]) -> None:
     """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
@@ -108,6 +172,8 @@ def main(names: list[str]) -> None:
                         take(screen, name)
                         screen.page.keyboard.press("Escape")
                 screen.page.set_viewport_size(VIEWPORT)
+                if any(name in names for name in WALKS):
+                    show_time(screen, live, names)
                 for name, shown in RESULTS.items():
                     if name in names:
                         if live.session.status.snapshot.trial < BESIDE_TRIAL:
@@ -120,7 +186,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *RESULTS]
+    known = [*MOMENTS, *WALKS, *RESULTS]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:

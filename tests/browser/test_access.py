@@ -121,7 +121,7 @@ def test_every_control_and_the_board_have_names(shared: Shared) -> None:
     expect(board).to_have_attribute("aria-label", re.compile(r"Layer: State value\. Paused\."))
     screen.choose("Layer", "Policy flow")
     expect(board).to_have_attribute("aria-label", re.compile(r"Layer: Policy flow\. "))
-    expect(screen.page.get_by_role("img", name="Learning curve")).to_be_visible()
+    expect(screen.time.get_by_role("img", name="Learning curve")).to_be_visible()
 
 
 NAMES = """() => Object.entries(window.__viserSceneTree.getState())

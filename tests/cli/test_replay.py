@@ -112,7 +112,8 @@ def test_it_stops_where_it_is_told_to(here: Path, capsys: pytest.CaptureFixture[
     written(here / "one.pounce")
     found = document(capsys, "one.pounce", "--until", "400")
     (line,) = found["lines"]
-    assert (found["until"], line["step"], line["same"]) == (400, 300, None)
+    assert (found["until"], line["step"], line["same"]) == (400, 400, None)
+    assert line["digest"] == digest(replay(SPEC, SEED, [(300, FREEZE)], 400).state)
 
 
 @pytest.mark.parametrize("word", ["latest", "two", "two.pounce"])

@@ -36,6 +36,7 @@ def test_a_session_is_called_by_its_time_preset_and_seed(tmp_path: Path) -> None
         name = journal.path.name
         assert name[17:] == "-my_wn_preset" + "x" * 28 + "-seed7.pounce"
         assert kept._NAMED_HERE.fullmatch(name)
+        assert kept._NAMED_HERE.fullmatch(f"{name[:-7]}-2-saved3.pounce")
         (listed,) = sessions_in(tmp_path / "new")
         assert (listed.name, listed.in_use, listed.is_begun) == (name[:-7], True, True)
         assert listed.glance.header.version == __version__
@@ -91,17 +92,19 @@ def test_the_oldest_are_deleted_but_for_those_in_use_or_renamed(
     for at, name in enumerate(names, 1):
         written(tmp_path, name, at * 10, BEGAN)
     written(tmp_path, "for-the-lecture.pounce", 1, BEGAN)
+    mine = f"{names[0].removesuffix('.pounce')}-lecture.pounce"
+    written(tmp_path, mine, 2, BEGAN)
     clear(tmp_path)
-    assert len(list(tmp_path.iterdir())) == 8
+    assert len(list(tmp_path.iterdir())) == 9
     monkeypatch.setattr(kept, "MOST_SESSIONS", 3)
     with contextlib.closing(Journal.going_on(read(tmp_path / names[1]))):
         clear(tmp_path)
         left = sorted(path.name for path in tmp_path.iterdir())
-        assert left == [names[1], *names[4:], "for-the-lecture.pounce"]
+        assert left == [mine, names[1], *names[4:], "for-the-lecture.pounce"]
     monkeypatch.setattr(kept, "MOST_BYTES", 2 * len(whole(HEADER, [BEGAN])))
     clear(tmp_path)
     left = sorted(path.name for path in tmp_path.iterdir())
-    assert left == [*names[5:], "for-the-lecture.pounce"]
+    assert left == [mine, *names[5:], "for-the-lecture.pounce"]
 
 
 def test_the_folder_is_the_users_own(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -156,6 +156,7 @@ def test_it_can_be_taken_up_by_a_session_that_has_had_runs(tmp_path: Path) -> No
         ((Gave(0, 1, FREEZE),), "line 2: run 0 is not live", 0),
         ((), "no run has begun in it", None),
         ((WentLive(0),), "line 2: no run has begun", 0),
+        ((Began(0, "timed", SPEC, 2**63),), "line 2: seed", 0),
         ((BEGAN, BEGAN), "line 3: there has been a run 0", 1),
         ((BEGAN, Gave(0, 9, FREEZE), Gave(0, 8, FREEZE)), "line 4: first run is past step 8", 2),
         ((BEGAN, Gave(0, 9, Undo(5))), "line 3: nothing was done by hand", 1),

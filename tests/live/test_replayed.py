@@ -141,7 +141,7 @@ def test_runs_that_began_one_after_the_other_are_made_each() -> None:
 
 
 @pytest.mark.parametrize("until", [0, 299, 300, 450, 500, 700, 5_000])
-def test_each_line_is_made_no_farther_than_is_asked_for(until: int) -> None:
+def test_each_line_is_made_up_to_what_is_asked_for_and_no_farther(until: int) -> None:
     records = [
         BEGAN,
         Gave(0, 300, FREEZE),
@@ -154,7 +154,7 @@ def test_each_line_is_made_no_farther_than_is_asked_for(until: int) -> None:
     assert made.is_same
     assert list(made.lines) == ([0, 1] if until >= 500 else [0])
     for line in made.lines.values():
-        assert line.run.step <= until
+        assert line.run.step == min(until, 600 + 100 * line.number)
         assert line.n_stands == (until >= 600 + 100 * line.number)
 
 

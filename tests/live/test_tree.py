@@ -665,6 +665,16 @@ def test_how_far_a_run_is_is_written_down_whenever_it_stops(desk: Desk) -> None:
     assert desk.kept.records[-1].step == desk.session._held().run.step
 
 
+def test_a_run_of_an_experiment_that_is_taken_up_on_the_way_ends_where_its_preset_does(
+    desk: Desk,
+) -> None:
+    desk.ask(OpenRun(SPEC, "timed", 9, 10**12, "0" * 64, "figure: timed, seed 9"))
+    desk.ask(StartAgain(SPEC, "timed", 3, paused=True))
+    stood = [r for r in desk.kept.records if isinstance(r, Stood) and r.run == 1]
+    assert [r.until_trial for r in stood] == [max(SPEC.trials, r.trial) for r in stood]
+    assert stood
+
+
 def test_what_is_wrong_with_a_journal_is_told(desk: Desk) -> None:
     desk.kept.fault = "the disk is full"
     assert desk.ask(StepOnce()).journal == "the disk is full"

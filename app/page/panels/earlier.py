@@ -161,9 +161,12 @@ def _made(path: Path, session: Session, first_number: int) -> tuple[Journal, Rem
         written = read(path)
         journal = Journal.going_on(written)
         return journal, made_again(written, session.budget, name_of, first_number)
-    except SessionError as error:
+    except BaseException as error:
         if journal is not None:
+            # Nobody could resume it as long as this lab holds its file.
             journal.close()
+        if not isinstance(error, SessionError):
+            raise
         return _refused(path, error)
 
 

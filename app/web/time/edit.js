@@ -215,17 +215,17 @@ const taken = (lane, x, near) => {
 
 /**
  * @param {PointerEvent} event
- * @returns {{piece: Piece, part: Part, isChance: boolean} | null}
+ * @returns {{piece: Piece, part: Part, chance: Piece | null} | null} `chance`: whose number is under it
  */
 const takenBy = ({ target, clientX, pointerType }) => {
   const element = /** @type {Element} */ (target).closest(".piece, .chance[data-id]");
   const piece = pieceAt(element);
   const lane = element?.closest(".lane");
   if (!piece || !lane) return null;
-  if (element?.matches(".chance")) return { piece, part: "whole", isChance: true };
   const near = pointerType === "touch" ? NEAR_PX.touch : NEAR_PX.mouse;
-  const found = taken(lane, clientX, near) ?? { piece, part: "whole" };
-  return { ...found, isChance: false };
+  const found = taken(lane, clientX, near) ?? { piece, part: /** @type {Part} */ ("whole") };
+  // The end of a freeze may lie under a number: a drag has that end, and a tap the number.
+  return { ...found, chance: element?.matches(".chance") ? piece : null };
 };
 
 /**
@@ -235,7 +235,7 @@ const takenBy = ({ target, clientX, pointerType }) => {
 export const blockGrip = (event) => {
   const found = takenBy(event);
   if (!found) return null;
-  const { piece, part, isChance } = found;
+  const { piece, part, chance } = found;
   blockOf(piece)?.focus({ preventScroll: true });
   const nothing = () => {};
   if (!isFree(piece)) {
@@ -254,7 +254,7 @@ export const blockGrip = (event) => {
     },
     release: () => ask(piece),
     tap: () => {
-      if (isChance) editChance(piece);
+      if (chance) editChance(chance);
       else send({ do: "choose", id: piece.id });
     },
     giveUp: forgetDraft,

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 import viser
 
-from app.live.journal import Journal
+from app.live.branching import plain_name
+from app.live.journal import Journal, is_in_use
 from app.live.kept import begun
 from app.live.made_again import made_again
 from app.live.past import Budget
@@ -105,7 +106,7 @@ def test_a_session_is_taken_up_and_the_one_before_is_kept(desk: Desk, folder: Pa
     # What was on the board is offered now, and the other is not.
     (offered,) = desk.person.options("Session")
     assert "· timed, seed 3 · trial 1 · 0 commands" in offered
-    assert made_again(read(mine), Budget(), lambda *_: "").made.family.held.run.trial == 1
+    assert made_again(read(mine), Budget(), plain_name).made.family.held.run.trial == 1
     desk.does(FREEZE)
     desk.session.stop()
     assert read(folder / "a.pounce").records[: len(RECORDS)] == RECORDS
@@ -131,6 +132,18 @@ def test_a_damaged_session_is_refused_with_what_could_be_saved(desk: Desk, folde
     assert str(folder) not in desk.person.html
     assert read(folder / "a-saved.pounce").records == RECORDS[:3]
     assert desk.does(StepOnce()).snapshot.preset == "timed"
+
+
+def test_a_session_that_cannot_be_made_again_is_left_to_others(
+    desk: Desk, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("app.page.panels.earlier.made_again", fail)
+    with contextlib.suppress(MemoryError):
+        desk.person.click("Resume")
+    assert not is_in_use(folder / "a.pounce")
 
 
 def test_tables_that_are_not_those_recorded_are_said(desk: Desk, folder: Path) -> None:
