@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.live.places import Place
-from app.live.requests import AddMark, Branch, RunTo
+from app.live.requests import AddMark, Branch
 from app.live.status import Status
 from learners.commands import FreezeSkills, SetParameter
 from tests.support.live import LiveLab, preset_of
@@ -27,9 +27,7 @@ def a_session_of(folder: Path, tmp_path: Path) -> Status:
     """Do something in a lab, and end it; what was last true there."""
     live = LiveLab(preset_of(), 20_000.0, tmp_path / "results", sessions=folder)
     try:
-        live.ask(RunTo(LEFT))
-        live.wait_for(lambda status: status.snapshot.trial == LEFT and not status.playing)
-        line = live.session.status.snapshot.generation
+        line = live.go_to_trial(LEFT).snapshot.generation
         past = live.session.past_of(line)
         assert past is not None
         place = Place(line, past.step_of_trial(500))
@@ -44,9 +42,7 @@ def test_an_earlier_session_goes_on_where_it_was_left(
     start_lab: StartLab, open_page: OpenPage, folder: Path, tmp_path: Path
 ) -> None:
     left = a_session_of(folder, tmp_path)
-    live = start_lab(sessions=folder)
-    live.ask(RunTo(40))
-    live.wait_for(lambda status: status.snapshot.trial == 40 and not status.playing)
+    live = start_lab(trial=40, sessions=folder)
     screen = open_page(live)
     expect(screen.reading("Trial")).to_have_text("40")
 

@@ -12,11 +12,10 @@ from app.documents.experiments import Experiment
 from app.explain.branches import name_of
 from app.live import snapshot
 from app.live.kept import begun
-from app.live.requests import Request, SetSpeed, StartAgain, TrialOnce
+from app.live.requests import Request, RunTo, SetSpeed, StartAgain
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.status import Status
-from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
@@ -105,11 +104,10 @@ class LiveLab:
     def go_to_trial(self, trial: int) -> Status:
         """Learn, and stand still at the start of a trial."""
         status = self.session.status
-        while status.snapshot.trial < trial:
-            # A session takes only so many requests at a time.
-            ahead = min(trial - status.snapshot.trial, MOST_WAITING)
-            status = self.ask(*[TrialOnce()] * ahead)
-        return status
+        if status.snapshot.trial >= trial:
+            return status
+        self.ask(RunTo(trial))
+        return self.wait_for(lambda status: status.snapshot.trial >= trial and not status.playing)
 
     def wait_for(self, condition: Callable[[Status], bool]) -> Status:
         """The first status that meets a condition."""
