@@ -4,10 +4,7 @@
 import { send } from "./channel.js";
 import { attribute, element, grouped, write } from "./dom.js";
 import { goBy } from "./scrub.js";
-import { state, whenChanged } from "./state.js";
-
-/** Of the text of a mark; the lab takes no longer one. */
-const MOST_CHARACTERS = 80;
+import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
 
 /** Drawn in a square of 16 by 16, filled. */
 const ICONS = {
