@@ -226,7 +226,8 @@ def test_the_playhead_goes_by_its_keys(bar: Bar) -> None:
     expect(bar.button("Back to live")).to_be_visible()
     assert int(bar.handle.inner_text()) in (430, 440)
     bar.handle.focus()
-    for key, trial in [("ArrowRight", 500), ("Shift+Period", 501), ("ArrowLeft", 500), ("End", HERE)]:
+    by_key = {"ArrowRight": 500, "Shift+Period": 501, "ArrowLeft": 500, "End": HERE}
+    for key, trial in by_key.items():
         bar.page.keyboard.press(key)
         bar.looks_at(trial)
     for key, trial in [
@@ -560,7 +561,7 @@ def test_single_keys_that_are_off_are_off_in_the_frame(bar: Bar) -> None:
 def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
     bar.live.go_to_trial(JOINS + 100)
     bar.looks_at(JOINS + 100)
-    said = bar.frame.locator(f"{CIRCLE} .label").first
+    said = bar.frame.locator(f"{CIRCLE} .label").filter(has_text=f"{JOINS:,}")
     expect(said).to_contain_text("joined at")
     for trial, until in ((500, 2_700), (600, 2_800)):
         bar.page.keyboard.press("End")
