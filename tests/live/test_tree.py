@@ -315,6 +315,29 @@ def test_a_command_where_a_branch_begins_is_one_more_of_its_own(desk: Desk) -> N
     desk.check()
 
 
+def test_a_slider_that_is_shaken_where_it_was_set_before_is_written_down_once(desk: Desk) -> None:
+    step = desk.at(30).snapshot.step
+    desk.ask(SetParameter("learner.epsilon", 0.2))
+    desk.at(40)
+    line = 0
+    for epsilon in (0.3, 0.4, 0.5):
+        line = desk.branch(line, step, SetParameter("learner.epsilon", epsilon)).number
+    *_, branched = [record for record in desk.kept.records if isinstance(record, Branched)]
+    assert branched.commands == (SetParameter("learner.epsilon", 0.5),)
+    desk.check()
+
+
+def test_no_more_is_done_at_a_moment_than_can_be_written_down(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.live.branching.MOST_COMMANDS", 1)
+    desk.at(60)
+    first = desk.branch(0, 500)
+    (refusal,) = desk.refusals(Branch(Place(first.number, 500), SLOWER))
+    assert refusal == "1 things were done at that very moment, as many as may be; go a step on"
+    assert desk.rests().keys() == {0, first.number}
+
+
 def test_where_more_was_done_since_a_branch_stays_as_it_began(desk: Desk) -> None:
     step = desk.at(30).snapshot.step
     first = desk.branch(0, step)
