@@ -21,7 +21,6 @@ from app.live.replayed import replayed
 from app.live.requests import Branch, MakeLive, NameLine, Pause, Play, TrialOnce
 from app.live.session import Session
 from app.live.status import Status
-from app.live.worker import FULL_SPEED
 from app.live.written import read
 from learners.commands import (
     Command,
@@ -40,6 +39,8 @@ from tests.support.lines import SPEC
 
 KILLS = 50
 SEED = 11
+SPEED = 500_000.0
+"""Steps/s: so few that what was learned until the kill is soon learned again, four times."""
 LONG: RunSpec = SPEC.model_copy(update={"trials": 1_000_000})
 """One that is not over before it is killed."""
 FREEZE, THAW = FreezeSkills(True), FreezeSkills(False)
@@ -67,7 +68,7 @@ def live(path: Path, answers: int, seed: int) -> None:
     """Use a lab until somebody kills it; each answer is told to whoever looks."""
     chance = random.Random(seed)
     session = Session(
-        LONG, "timed", SEED, FULL_SPEED, True, journal=Journal(path, HEADER), name_of=name_of
+        LONG, "timed", SEED, SPEED, True, journal=Journal(path, HEADER), name_of=name_of
     )
     session.start()
     session.wait_for(lambda status: status.snapshot.step > 0, 60.0)
