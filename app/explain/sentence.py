@@ -205,21 +205,22 @@ def _said(*parts: Markup | str) -> Markup:
 
 def how_far(behind: Behind) -> str:
     """How far a moment that is not now lies from the live run, in a few words."""
-    apart, unit = (behind.trials, "trial") if behind.trials else (behind.steps, "step")
-    if not apart:
+    # At one trial of two lines, which of them made more steps by then says nothing of when it is.
+    if not behind.trials and (behind.branch or not behind.steps):
         return "level with the live run"
+    apart, unit = (behind.trials, "trial") if behind.trials else (behind.steps, "step")
     return f"{counted(abs(apart), unit)} {'behind' if apart > 0 else 'ahead'}"
 
 
 def _not_now(behind: Behind, trial: int) -> Markup:
     """Which moment it is that is shown, as a state that is seen first."""
-    where = term("the past", "The past")
     if behind.branch:
-        where = _said(term("branch", "Branch"), f" \N{LEFT DOUBLE QUOTATION MARK}{behind.branch}")
-        where = _said(where, "\N{RIGHT DOUBLE QUOTATION MARK}")
-    return element(
-        "b", _said(where, f", trial {trial:,}, {how_far(behind)}."), class_="pounce-behind"
-    )
+        # Its name is long enough; how far behind it is stands with the readings.
+        name = f"\N{LEFT DOUBLE QUOTATION MARK}{behind.branch}\N{RIGHT DOUBLE QUOTATION MARK}"
+        where = _said(term("branch", "Branch"), f" {name}, trial {trial:,}.")
+    else:
+        where = _said(term("the past", "The past"), f", trial {trial:,}, {how_far(behind)}.")
+    return element("b", where, class_="pounce-behind")
 
 
 def said(status: Status) -> Markup:

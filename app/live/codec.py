@@ -143,5 +143,9 @@ def _model_of(kind: type[Any]) -> type[BaseModel]:
 
 def _shown(value: object) -> str:
     """A value in a message, on one line and not too long."""
-    text = json.dumps(value, default=str)
+    try:
+        text = json.dumps(value, default=str)
+    except RecursionError:
+        # It could be read, but only just.
+        return "what lies as deep"
     return text if len(text) <= 60 else f"{text[:57]}..."

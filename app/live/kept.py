@@ -7,6 +7,7 @@ import re
 import tempfile
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -90,9 +91,16 @@ def sessions_in(folder: Path) -> list[Kept]:
     found: list[Kept] = []
     for path in _files_in(folder):
         with contextlib.suppress(OSError, SessionError):
-            seen, stand = glance(path), path.stat()
+            stand = path.stat()
+            seen = _glance(path, stand.st_mtime_ns, stand.st_size)
             found.append(Kept(path, seen, stand.st_mtime, stand.st_size, is_in_use(path)))
     return sorted(found, key=lambda kept: (kept.written_at, kept.name), reverse=True)
+
+
+@lru_cache(maxsize=2 * MOST_SESSIONS)
+def _glance(path: Path, changed_ns: int, n_bytes: int) -> Glance:
+    """A look at a file as it is since then: each page that comes asks for all of them."""
+    return glance(path)
 
 
 def found(name: str, folder: Path | None) -> Path:

@@ -119,6 +119,8 @@ class Family:
         """Of the run from which all branched off, as shown."""
         self.is_own = root.held.is_own
         """Whether that began in its session, and was not made again from results."""
+        self.is_resumed = False
+        """Whether it was made again from what was kept of an earlier session."""
         self.lines: dict[int, Line] = {root.number: root}
         self.deleted: dict[int, Line] = {}
         """Those that can be brought back."""

@@ -334,6 +334,7 @@ class Session(Worker[Status]):
             error=held.error,
             answered=self._answered,
             is_own=tree.family.is_own,
+            is_resumed=tree.family.is_resumed,
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.held.run.trial:,}",
             opening=None if held.is_over else opening,

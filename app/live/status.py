@@ -31,6 +31,8 @@ class Status:
     """Requests answered so far: the ticket of the last one."""
     is_own: bool = True
     """Whether the run that is shown began here, and was not made again from results."""
+    is_resumed: bool = False
+    """Whether it was made again from what was kept of an earlier session."""
     opened: Opened | None = None
     """The run of an experiment that is made again, or that stands as it ended."""
     aside: str | None = None

@@ -315,6 +315,8 @@ class Tree:
         if self.n_runs > 0:
             self.close()
             self.family.drop()
+        for family in families:
+            family.is_resumed = True
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
 

@@ -418,6 +418,9 @@ class Lab:
         past = self.session.past_of(line)
         if past is None:
             raise RefusedError("that line is not there any more")
+        if not self.inbox.is_free_for(client.client_id):
+            # A frame's messages are not counted as those of viser's page are.
+            raise RefusedError("much is being made for this browser already; wait for that")
         end = Place(line, past.end_step)
         self.inbox.work(
             client,

@@ -23,6 +23,9 @@ const local = new Map();
 /** Where keys of time go. @type {(name: string) => void} */
 let tellTime = () => {};
 let isTabbed = false;
+/** Whether a pointer is down, and whether one was used since the focus was last given by other means. */
+let isPointing = false;
+let isClicked = false;
 
 const areOn = () => localStorage.getItem(SWITCH) !== "off";
 
@@ -50,11 +53,13 @@ const takesSpace = (target) =>
   target?.matches("a, button, input, summary, [role=button], [role=tab]");
 
 /**
- * Whether what has the focus has a beginning and an end of its own.
+ * Whether what has the focus has a beginning and an end of its own that are meant, which those of
+ * what was only clicked are not.
  * @param {HTMLElement | null} target
  */
 const takesEnds = (target) =>
-  target?.closest("[role=slider], [role=tablist], [role=listbox], [role=menu], [role=dialog]");
+  target?.closest("[role=listbox], [role=menu], [role=dialog]") ||
+  (!isClicked && target?.closest("[role=slider], [role=tablist]"));
 
 /**
  * @param {KeyboardEvent} event
@@ -142,6 +147,12 @@ const fillList = () => {
 
 window.addEventListener("keydown", take, true);
 window.addEventListener("pointerdown", () => (isTabbed = false), true);
+// A finger's press gives the focus after it is up, as a mouse's.
+for (const kind of ["pointerdown", "mousedown"])
+  window.addEventListener(kind, () => (isPointing = isClicked = true), true);
+for (const kind of ["pointerup", "pointercancel", "mouseup"])
+  window.addEventListener(kind, () => (isPointing = false), true);
+window.addEventListener("focusin", () => (isClicked = isPointing), true);
 document.body.addEventListener("keydown", (event) => {
   // What arrows move is a slider, or a tab, and never the camera.
   if (event.key.startsWith("Arrow")) event.stopPropagation();

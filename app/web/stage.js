@@ -169,6 +169,13 @@ const setPresenting = (wanted) => {
   place();
 };
 
+/** What is looked at plays, which the bar knows; without one it is the live run. */
+const sayPlay = () => {
+  /** @type {HTMLElement | null} */
+  const told = document.querySelector("iframe[data-playing]") ?? document.querySelector("[data-playing]");
+  play.textContent = told?.dataset.playing === "yes" ? "Pause" : "Play";
+};
+
 present.addEventListener("click", () => setPresenting(!isPresenting()));
 play.addEventListener("click", () => press("Space"));
 reset.addEventListener("click", resetView);
@@ -194,6 +201,6 @@ whenChanged(() => {
       watch.observe(dock);
     }
   place();
-  const isPlaying = document.querySelector('[data-playing="yes"]') !== null;
-  play.textContent = isPlaying ? "Pause" : "Play";
+  sayPlay();
 });
+document.addEventListener("pounce-playing", sayPlay);

@@ -37,10 +37,14 @@ def start_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartLab]:
     started: list[LiveLab] = []
 
     def start(
-        spec: RunSpec | None = None, trial: int = 0, speed: float = 20_000.0, opening: bool = False
+        spec: RunSpec | None = None,
+        trial: int = 0,
+        speed: float = 20_000.0,
+        opening: bool = False,
+        sessions: Path | None = None,
     ) -> LiveLab:
         results = tmp_path_factory.mktemp("lab") / "results"
-        live = LiveLab(spec or preset_of(), speed, results, opening)
+        live = LiveLab(spec or preset_of(), speed, results, opening, sessions)
         started.append(live)
         if trial:
             live.go_to_trial(trial)
@@ -86,9 +90,14 @@ class Stage:
         if self._shared is None:
             expect.set_options(timeout=PATIENCE_S * 1000)
             live = LiveLab(preset_of(), 20_000.0, self._folder())
-            live.go_to_trial(FIRST_TRIAL)
             self._shared = Shared(live, self._new_page())
-            self._shared.screen.open(live)
+            try:
+                live.go_to_trial(FIRST_TRIAL)
+                self._shared.screen.open(live)
+            except BaseException:
+                # A lab that is not closed keeps this process from ending.
+                self.close()
+                raise
         return self._shared
 
     @property

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
+from app.live.requests import SetSpeed
 from app.page import keys
 from app.page.keys import KEYS
 from learners.commands import SetParameter
@@ -105,18 +106,52 @@ def test_no_key_moves_the_camera(shared: Shared) -> None:
     page = shared.screen.page
     page.mouse.click(560, 300)
     home = page.evaluate(CAMERA)
-    others = [key for key in KEYS if key not in (keys.PLAY, keys.PRESENT)]
-    for key in [*others, "KeyW", "KeyA", "KeyD", "KeyQ", "ArrowLeft", "ArrowUp"]:
-        place = key if isinstance(key, str) else key.code
-        page.keyboard.down(place)
+    codes = {key.code for key in KEYS if key not in (keys.PLAY, keys.PRESENT)}
+    # What would turn it back is not held with what turns it, and what takes the focus comes last.
+    back, last = {"KeyS", "KeyD", "KeyE"}, {"KeyB", "KeyH"}
+    codes = {*codes, "KeyW", "KeyA", "KeyQ", "ArrowLeft", "ArrowUp"} - back - last
+    for held in (codes, back, {"KeyB"}):
+        for place in sorted(held):
+            page.keyboard.down(place)
         page.evaluate(TWO_FRAMES)
-        page.keyboard.up(place)
+        for place in sorted(held):
+            page.keyboard.up(place)
+    note = shared.screen.time.get_by_role("textbox")
+    expect(note).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(note).to_have_count(0)
+    page.keyboard.press("KeyH")
     expect(page.get_by_role("dialog")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
+    page.keyboard.press("End")
     # It follows the room for the board, and that alone.
     assert page.evaluate(CAMERA) == pytest.approx(home, abs=1e-3)
     expect(page.get_by_role("button", name="Reset view")).to_be_hidden()
+
+
+def test_ends_are_of_time_after_a_click_and_of_what_has_the_focus_by_tab(shared: Shared) -> None:
+    live, screen = shared
+    keyboard, speed = screen.page.keyboard, screen.page.get_by_role("slider").first
+    tab, place = screen.tab("Run"), screen.time.locator(".transport .place")
+    live.go_to_trial(max(live.session.status.snapshot.trial, 3))
+    for clicked in (tab, speed):
+        clicked.click()
+        speed_then = live.session.status.speed
+        keyboard.press("Home")
+        expect(screen.reading("Trial")).to_have_text("0")
+        expect(place).to_contain_text("The past")
+        keyboard.press("End")
+        expect(place).not_to_contain_text("The past")
+        expect(tab).to_have_attribute("aria-selected", "true")
+        assert live.session.status.speed == speed_then
+    keyboard.press("Shift+Tab")
+    keyboard.press("Tab")
+    expect(speed).to_be_focused()
+    keyboard.press("Home")
+    live.wait_for(lambda status: status.speed == 1.0)
+    expect(place).not_to_contain_text("The past")
+    live.ask(SetSpeed(20_000.0))
 
 
 @pytest.mark.parametrize("letter", ["ы", "ד", "\N{GREEK SMALL LETTER SIGMA}", "س", "o", "s"])

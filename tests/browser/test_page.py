@@ -259,6 +259,39 @@ def test_the_speed_is_set_by_its_slider(begin: Begin) -> None:
     assert live.session.status.snapshot.step == 0
 
 
+def test_it_runs_to_a_trial_and_stands_still_there(begin: Begin) -> None:
+    live, screen = begin("timed", "schedule.skills.circle_clockwise.at=150", trial=5, speed=10.0)
+    field, button = screen.field("Run to trial"), screen.button("Run to it, and pause")
+    # Where the next skill joins is offered.
+    expect(field).to_have_value("150")
+    button.click()
+    # At full speed, whatever the speed is.
+    status = live.wait_for(lambda s: s.snapshot.trial == 150 and not s.playing)
+    assert (status.snapshot.trial_step, status.snapshot.present) == (0, ("approach",))
+    expect(screen.reading("Trial")).to_have_text("150")
+    assert live.session.status.speed == 10.0
+    screen.fill("Run to trial", "300")
+    button.click()
+    status = live.wait_for(lambda s: s.snapshot.trial == 300 and not s.playing)
+    assert status.snapshot.present == ("approach", "circle_clockwise")
+    expect(screen.reading("Trial")).to_have_text("300")
+    # Nobody can go where it has been; where the next one joins is offered again.
+    screen.fill("Run to trial", "7")
+    expect(field).to_have_value("14,500")
+
+
+def test_it_stands_still_where_a_skill_joins_if_that_is_wished(begin: Begin) -> None:
+    live, screen = begin("timed", "schedule.skills.circle_clockwise.at=150", trial=5)
+    screen.check("Pause when a skill joins")
+    live.wait_for(lambda status: status.pauses_at_joins)
+    screen.click("Play")
+    status = live.wait_for(lambda s: s.snapshot.trial == 150 and not s.playing)
+    assert (status.snapshot.trial_step, status.snapshot.present) == (0, ("approach",))
+    expect(screen.headline).to_contain_text("Paused")
+    screen.check("Pause when a skill joins", False)
+    live.wait_for(lambda status: not status.pauses_at_joins)
+
+
 def test_a_run_that_is_over_offers_to_go_on(begin: Begin) -> None:
     live, screen = begin("timed", "trials=400", speed=FULL_SPEED)
     live.ask(Play())

@@ -3,12 +3,11 @@
 from typing import Any, NamedTuple
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT
-from tests.support.live import PATIENCE_S
-from tests.support.screen import VIEWPORT, Begin, Screen, Shared
+from tests.support.screen import VIEWPORT, Begin, Shared
 
 BOARD = "#pounce-stage .board"
 # What may not lie over the board, or the board over it, where it is to be seen.
@@ -242,23 +241,24 @@ def test_the_board_grows_at_once_as_panels_fold(shared: Shared) -> None:
 
 
 def test_the_page_is_dark_where_the_browser_asks_for_it_until_somebody_chooses(
-    begin: Begin, browser: Browser
+    begin: Begin,
 ) -> None:
-    live, _ = begin()
-    context = browser.new_context(viewport=VIEWPORT, color_scheme="dark")
-    context.set_default_timeout(PATIENCE_S * 1000)
-    screen = Screen(context.new_page())
-    screen.open(live)
+    live, screen = begin()
+    page = screen.page
     scheme: Any = "([name]) => document.documentElement.dataset.mantineColorScheme === name"
-    screen.page.wait_for_function(scheme, arg=["dark"])
+    # As a browser in which nobody has chosen yet.
+    page.evaluate("localStorage.removeItem('pounce-scheme')")
+    page.emulate_media(color_scheme="dark")
+    page.reload()
+    screen.settle(live)
+    page.wait_for_function(scheme, arg=["dark"])
     screen.expect_cell_colours(live.colours(Look(theme=DARK)))
     expect(screen.text("Software WebGL")).to_be_hidden()
-    screen.page.get_by_text("Show", exact=True).click()
+    screen.turn_to_overlays()
     screen.check("Dark", False)
-    screen.page.wait_for_function("() => localStorage.getItem('pounce-scheme') === 'light'")
-    screen.page.reload()
+    page.wait_for_function("() => localStorage.getItem('pounce-scheme') === 'light'")
+    page.reload()
     screen.settle(live)
-    screen.page.wait_for_function(scheme, arg=["light"])
+    page.wait_for_function(scheme, arg=["light"])
     screen.expect_cell_colours(live.colours(Look(theme=LIGHT)))
-    assert screen.complaints == []
-    context.close()
+    page.emulate_media(color_scheme="light")

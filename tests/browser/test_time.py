@@ -11,6 +11,7 @@ from app.explain.cell_html import reading_html
 from app.live.requests import Pause, Play, SetSpeed
 from app.live.snapshot import Snapshot
 from app.page.scene.hunt import placed
+from app.picture.layer import Extras
 from app.picture.look import Look
 from learners.commands import SetParameter
 from learners.kernel import rows
@@ -131,6 +132,29 @@ def test_a_click_on_first_reach_goes_to_the_moment_at_which_value_came(begin: Be
     before, after = live.stopped_at(step - 1), live.stopped_at(step)
     risen = (before.first_reach < 0) & (after.first_reach >= 0)
     assert risen.sum() == 1
+
+
+def test_what_changed_since_a_is_a_layer_of_this_page_alone(begin: Begin) -> None:
+    live, screen = begin(trial=LEARNED)
+    look, now = Look(layer="change"), live.session.status.snapshot
+    screen.choose("Layer", "Change since A")
+    expect(screen.legend).to_contain_text("There is no A yet. The key A makes the moment")
+    screen.expect_cell_colours(live.colours(look))
+    # What is newly known on the way from one to the other is known no longer on the way back.
+    early, late = live.stopped_at(now.step // 8), live.stopped_at(now.step // 2)
+    for a, others in ((early, (late, now)), (late, (early, now))):
+        tell(screen, "seek", step=a.step)
+        expect(screen.reading("Trial")).to_have_text(f"{a.trial:,}")
+        screen.page.keyboard.press("a")
+        expect(screen.legend).to_contain_text(f"what changed since A, trial {a.trial:,}")
+        for shot in others:
+            # The end of the live run is what is live.
+            tell(screen, "seek", step=shot.step)
+            screen.expect_cell_colours(live.colours(look, shot, Extras(since=a)))
+        screen.page.keyboard.press("End")
+    seen = live.colours(look, now, Extras(since=late))
+    assert (seen != live.colours(look, now, Extras(since=early))).any()
+    assert len(np.unique(seen, axis=0)) > 3
 
 
 def test_two_pages_look_at_two_moments_and_a_reload_is_live(begin_two: BeginTwo) -> None:

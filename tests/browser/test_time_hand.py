@@ -13,7 +13,6 @@ import pytest
 from playwright.sync_api import FrameLocator, Locator, Page, expect
 
 from app.live.places import Place
-from app.live.requests import RunTo
 from app.live.status import Status
 from app.page.time import messages
 from learners.commands import SetSchedule
@@ -109,9 +108,7 @@ CIRCLE, APPROACH = lane("circle_clockwise"), lane("approach")
 @pytest.fixture
 def bar(begin: Begin) -> Bar:
     """The bar of a run that has a part of its schedule ahead."""
-    live, screen = begin("timed", *PLAN)
-    live.ask(RunTo(HERE))
-    live.wait_for(lambda status: status.snapshot.trial == HERE and not status.playing)
+    live, screen = begin("timed", *PLAN, trial=HERE)
     bar = Bar(live, screen)
     screen.page.keyboard.press("End")
     bar.looks_at(HERE)
@@ -311,8 +308,7 @@ def test_nothing_from_the_lab_moves_what_is_in_a_hand(bar: Bar) -> None:
 
 
 def test_what_is_past_is_locked_and_says_so(bar: Bar) -> None:
-    bar.live.ask(RunTo(JOINS + 700))
-    bar.live.wait_for(lambda s: s.snapshot.trial == JOINS + 700 and not s.playing)
+    bar.live.go_to_trial(JOINS + 700)
     bar.looks_at(JOINS + 700)
     block = bar.frame.locator(f"{CIRCLE} .piece.forced")
     expect(block).to_have_attribute("aria-disabled", "true")

@@ -59,3 +59,18 @@ def test_what_is_no_record_is_said(document: Any, message: str) -> None:
         decoded(document)
     assert str(refused.value).startswith(message)
     assert len(str(refused.value)) < 250
+
+
+def test_whatever_could_be_read_can_be_refused_however_deep_it_lies() -> None:
+    refused = 0
+    for depth in range(1, 1_500):
+        try:
+            document = json.loads(
+                f'{{"kind":"gave","run":0,"step":0,"command":{"[" * depth}{"]" * depth}}}'
+            )
+        except RecursionError:
+            break
+        with pytest.raises(UnknownRecordError, match="allowed"):
+            decoded(document)
+        refused += 1
+    assert refused > 100

@@ -11,11 +11,11 @@ from app.documents import experiments, presets
 from app.documents.experiments import Experiment
 from app.explain.branches import name_of
 from app.live import snapshot
-from app.live.requests import Request, SetSpeed, StartAgain, TrialOnce
+from app.live.kept import begun
+from app.live.requests import Request, RunTo, SetSpeed, StartAgain
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.status import Status
-from app.live.worker import MOST_WAITING
 from app.page.lab import Lab
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
@@ -53,16 +53,30 @@ def small_experiment(text: str = SMALL, n_seeds: int | None = None) -> Experimen
 class LiveLab:
     """A session with its page, served by this process; paused until somebody plays."""
 
-    def __init__(self, spec: RunSpec, speed: float, results: Path, opening: bool = False) -> None:
+    def __init__(
+        self,
+        spec: RunSpec,
+        speed: float,
+        results: Path,
+        opening: bool = False,
+        sessions: Path | None = None,
+    ) -> None:
         """With an ``opening`` the learner begins as people see it, with slow hunts once a page is
-        there.
+        there. With a folder of ``sessions`` this one is kept there.
         """
         self.results = results
         """Folder below which experiments leave their results; made when it is needed."""
+        # What compiled functions take to be there is not waited for with everything else.
+        replay(spec, SEED, [], 1)
         offered = {name: preset_of(name) for name in ("timed", "hierarchical_2", "standard_q")}
-        self.session = Session(spec, "timed", SEED, speed, False, opening, name_of=name_of)
+        journal = None if sessions is None else begun(sessions, "timed", SEED)
+        self.session = Session(
+            spec, "timed", SEED, speed, False, opening, journal=journal, name_of=name_of
+        )
         known = {**offered, "timed": spec}
-        self.lab = Lab(self.session, known, "127.0.0.1", 0, results, waits=opening)
+        self.lab = Lab(
+            self.session, known, "127.0.0.1", 0, results, waits=opening, sessions=sessions
+        )
         self.gone = threading.Event()
         """Set when a page has left."""
         self.lab.server.on_client_disconnect(lambda _: self.gone.set())
@@ -90,17 +104,21 @@ class LiveLab:
     def go_to_trial(self, trial: int) -> Status:
         """Learn, and stand still at the start of a trial."""
         status = self.session.status
-        while status.snapshot.trial < trial:
-            # A session takes only so many requests at a time.
-            ahead = min(trial - status.snapshot.trial, MOST_WAITING)
-            status = self.ask(*[TrialOnce()] * ahead)
-        return status
+        if status.snapshot.trial >= trial:
+            return status
+        self.ask(RunTo(trial))
+        return self.wait_for(lambda status: status.snapshot.trial >= trial and not status.playing)
 
     def wait_for(self, condition: Callable[[Status], bool]) -> Status:
         """The first status that meets a condition."""
         return self.session.wait_for(condition, PATIENCE_S)
 
-    def colours(self, look: Look | None = None, moment: Snapshot | None = None) -> np.ndarray:
+    def colours(
+        self,
+        look: Look | None = None,
+        moment: Snapshot | None = None,
+        extras: Extras = Extras(),  # noqa: B008  (it never changes)
+    ) -> np.ndarray:
         """Colours of all cells as a page of that look must have them, ``(y * x, 3) uint8``.
 
         It looks at what is live, unless a moment is given.
@@ -108,8 +126,8 @@ class LiveLab:
         look = look or Look()
         shown, layer = moment or self.session.status.snapshot, LAYERS[look.layer]
         if look.frame == ALL:
-            return all_headings(shown, look, layer, Extras()).colours
-        return layer.paint(shown, look, Extras()).colours
+            return all_headings(shown, look, layer, extras).colours
+        return layer.paint(shown, look, extras).colours
 
     def stopped_at(self, step: int, *journal: tuple[int, Command]) -> Snapshot:
         """What the run would be if it had been stopped at a step, made apart from the lab."""

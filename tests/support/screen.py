@@ -32,6 +32,8 @@ VIEWPORT: ViewportSize = {"width": 1366, "height": 768}
 
 FIRST_LAYER = "State value"
 
+_LOADING_S = 3 * PATIENCE_S
+
 _CELL_COLOURS = """() => {
     const cells = window.__viserSceneTree?.getState()["/board/cells"];
     return cells ? Array.from(cells.message.props.colors) : [];
@@ -89,13 +91,14 @@ class Screen:
 
     def open(self, live: LiveLab) -> None:
         """Go to the page, and wait until it shows everything."""
-        self.page.goto(live.url)
+        self.page.goto(live.url, timeout=_LOADING_S * 1000)
         self.settle(live)
 
     def settle(self, live: LiveLab) -> None:
         """Wait until a page that loads shows everything."""
         cells = live.session.status.snapshot.spec.world.size**2
-        self.page.wait_for_function(_HAS_CELLS_OF, arg=cells)
+        # What loads takes many times as long on a machine under load as what is there already.
+        self.page.wait_for_function(_HAS_CELLS_OF, arg=cells, timeout=_LOADING_S * 1000)
         expect(self.legend).to_be_attached()
 
     def tidy(self) -> None:

@@ -36,6 +36,8 @@ class _Made(NamedTuple):
     before: Control
     trial: int
     commands: tuple[Command, ...]
+    said: str
+    """The same in words."""
 
 
 @dataclass
@@ -83,7 +85,7 @@ class Asks:
         made, place = self._made, self._outlook.place
         if made is None or place is None or place.line != made.line:
             return ""
-        return difference_in_words(made.before, made.trial, made.commands)
+        return made.said
 
     def take(
         self, request: Request, refuse: Reply, status: Status, ground: Ground, now_s: float
@@ -167,8 +169,10 @@ class Asks:
 
     def _as_made(self, branch: Place, making: _Making) -> _Made:
         former, place = self._made, making.request.place
-        command = making.request.command
+        before, trial, commands = making.before, making.trial, (making.request.command,)
         if former is not None and place == (former.line, former.step):
             # One more of the commands that made that branch, in whose place this one is.
-            return former._replace(line=branch.line, commands=(*former.commands, command))
-        return _Made(branch.line, branch.step, making.before, making.trial, (command,))
+            before, trial = former.before, former.trial
+            commands = (*former.commands, *commands)
+        said = difference_in_words(before, trial, commands)
+        return _Made(branch.line, branch.step, before, trial, commands, said)

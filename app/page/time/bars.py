@@ -61,7 +61,8 @@ class Bars:
         """Of lines that are not live: their ends."""
         self._pasts: dict[Hashable, Past] = {}
         """Blocks of lines, and of the plans at moments that browsers look at."""
-        self._made: dict[Hashable, _Made] = {}
+        self._made: dict[tuple[int, Axis, int | None], _Made] = {}
+        """Of a line, along an axis, as all see it or as one browser does that looks at its past."""
         self._used_s: dict[Hashable, float] = {}
         """When each line, and each browser's plan, was asked for last."""
 
@@ -74,6 +75,8 @@ class Bars:
                 self._lines.pop(of, None)
                 if of in self._ends:
                     self._ends.pop(of).drop()
+        for of in [of for of in self._made if of[0] not in self._lines]:
+            del self._made[of]
         for of in list(self._made)[:-_MOST_KEPT]:
             del self._made[of]
 
@@ -106,7 +109,7 @@ class Bars:
         if drawn is None:
             return None
         is_past = seen.behind is not None and seen.snapshot.generation == line
-        of = (line, unit, viewer if is_past else None)
+        of: tuple[int, Axis, int | None] = (line, unit, viewer if is_past else None)
         history = seen.snapshot.control.history if is_past else None
         made = self._made.get(of)
         if made is None or made.line is not drawn or made.history is not history:

@@ -40,6 +40,9 @@ class Grounds:
     def of(self, live: Status) -> Ground:
         """What is known when the live run stands so."""
         self._marks = live.marks
+        there = {line.number for line in live.lines}
+        for line in self._happened.keys() - there:
+            del self._happened[line]
         pace = live.speed if math.isfinite(live.speed) else PLAIN_PACE
         return Ground(
             live.snapshot.generation, self._session.past_of, self._events_of, max(pace, 1.0)

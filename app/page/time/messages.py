@@ -9,8 +9,8 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta
 
-MOST_CHARACTERS: Final = 80
-"""Of a name, of an id, and of the text of a mark."""
+from app.live.lines import MOST_CHARACTERS
+
 _MOST: Final = 2**53
 """Numbers up to here are whole in a browser."""
 
@@ -18,6 +18,7 @@ Count = Annotated[int, Meta(ge=0, le=_MOST)]
 """A number of steps or trials, or that of a line or a mark."""
 Difference = Annotated[int, Meta(ge=-_MOST, le=_MOST)]
 Text = Annotated[str, Meta(min_length=1, max_length=MOST_CHARACTERS)]
+"""An id, or the text of a mark."""
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 """A probability."""
 Rate = Annotated[float, Meta(ge=0.0, le=1e6)]

@@ -316,7 +316,9 @@ def rates_of(end_step: int, pace: float) -> tuple[tuple[float, str], ...]:
 
 def _event_by(events: Sequence[int], step: int, n: int) -> int | None:
     """The n-th event after a step, or before it; the beginning if there is none, or None."""
-    if n >= 0:
+    if n == 0:
+        return step
+    if n > 0:
         index = bisect_right(events, step) + n - 1
         return None if index >= len(events) else events[index]
     index = bisect_left(events, step) + n

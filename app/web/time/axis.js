@@ -93,3 +93,14 @@ export const stepAt = (axis, share) => {
   const place = within(share) * axis.end;
   return Math.round(axis.unit === "steps" ? place : stepOfTrial(axis, place));
 };
+
+/**
+ * The roundest number near a place: a hand cannot mean one more exactly than it can point.
+ * @param {number} at
+ * @param {number} apart what lies between two pixels
+ */
+export const roundest = (at, apart) => {
+  const whole = 10 ** Math.ceil(Math.log10(Math.max(apart, 1)));
+  const unit = [whole / 5, whole / 2, whole].find((each) => each >= apart) ?? whole;
+  return unit < 1 ? Math.round(at) : Math.round(at / unit) * unit;
+};

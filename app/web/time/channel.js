@@ -14,8 +14,6 @@ const NEWEST_MS = 16;
 
 /** @type {Map<string, (message: any) => void>} */
 const takers = new Map();
-/** @type {Array<() => void>} */
-const works = [];
 /** @type {WebSocket | undefined} */
 let socket;
 let pauseMs = FIRST_PAUSE_MS;
@@ -37,7 +35,6 @@ const connect = () => {
   made.addEventListener("open", () => {
     pauseMs = FIRST_PAUSE_MS;
     tell();
-    for (const work of works) work();
   });
   made.addEventListener("message", ({ data }) => {
     const message = JSON.parse(data);
@@ -94,15 +91,6 @@ export const send = (message) => {
 export const sendNewest = (message) => {
   newest = message;
   if (!timer) timer = setTimeout(sendNewestNow, NEWEST_MS);
-};
-
-/**
- * Do something whenever there is a connection, which begins with nothing known on either side.
- * @param {() => void} work
- */
-export const whenOpen = (work) => {
-  works.push(work);
-  if (isOpen()) work();
 };
 
 connect();

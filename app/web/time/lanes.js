@@ -24,8 +24,14 @@ const MOST_STOPS = 20;
 /** Room that a number takes beside its block, in sizes of the type. */
 const NUMBER = 3.7;
 
+/** What is said of a join, and what it is called where one looks at a moment before it. */
+const JOINED = "joined at ";
+const JOINS = "joins at ";
+
 /** The blocks that are drawn, with what each is of. @type {Array<[HTMLElement, Piece]>} */
 let drawn = [];
+/** What is said of joins, with the trials in which these were. @type {Array<[HTMLElement, number]>} */
+let joins = [];
 
 /**
  * What a hand makes of blocks, by their keys: of the one that it has, and of explorations that begin
@@ -77,6 +83,7 @@ const end = ({ until }, now) => until ?? now.trial;
 export const drawLanes = (parent, bar, draft) => {
   const spans = drafted(bar, draft);
   drawn = [];
+  joins = [];
   parent.classList.toggle("low", bar.lanes.length > MANY_LANES);
   keep(parent, bar.lanes, ({ name }) => name, makeLane, (row, lane) => {
     const [gutter, plot] = row.children;
@@ -131,6 +138,11 @@ const drawLane = (plot, bar, lane, draft, spans) => {
   const told = held && span ? numbersOf(held, span, at, roomIn(plot)) : [];
   const ids = new Map(lane.pieces.filter(({ editable }) => editable).map(({ key, id }) => [key, id]));
   labels.replaceChildren(...shown.map((label) => drawnLabel(label, ids)), ...told);
+  shown.forEach(({ before, of }, place) => {
+    const joined = before === JOINED && lane.pieces.find(({ key }) => key === of[0]);
+    const said = /** @type {HTMLElement} */ (labels.children[place].firstElementChild);
+    if (joined) joins.push([said, joined.first]);
+  });
 };
 
 const makePiece = () => {
@@ -259,6 +271,7 @@ export const markLanes = (bar, now, seen) => {
     if (!block.classList.contains("held")) markCome(block, piece, at, now);
     markFree(block, piece, seen, last);
   }
+  for (const [said, first] of joins) write(said, first > seen.trial ? JOINS : JOINED);
 };
 
 /**

@@ -4,11 +4,10 @@
 import { send } from "./channel.js";
 import { element } from "./dom.js";
 import { say } from "./said.js";
-import { state, whenChanged } from "./state.js";
+import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
 
 /** @typedef {import("./state.js").Line} Line */
 
-const MOST_CHARACTERS = 80;
 const MARGIN_PX = 2;
 
 /** @param {EventTarget | null} target */

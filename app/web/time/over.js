@@ -210,15 +210,22 @@ export const placeMoment = (time, bar, moment, now) => {
 
   const handle = part(".handle");
   write(part(".here"), written(bar, moment));
-  const far = placeLive(part(".live-end"), bar, isPast, now, time);
-  // It stays within the bar and beside what says where the live run is, its point where the moment is.
+  const edge = wide + reach(time);
   const half = widthOf(handle) / 2;
-  const isBefore = share <= (far?.share ?? 1);
-  const limit = far && isBefore ? far.left - APART_PX : wide + reach(time);
-  const room = Math.max(x + half - limit, 0);
-  handle.style.transform = `translateX(calc(-50% - ${room}px))`;
+  const far = whereLive(part(".live-end"), bar, isPast, now);
+  // Its number is where the moment is, as long as that and what says where the live run is have room.
+  const isBefore = far !== null && share <= far.share;
+  const limit = edge - half - (isBefore ? 2 * far.half + APART_PX : 0);
+  const head = Math.min(x, limit);
+  handle.style.transform = `translateX(calc(-50% - ${x - head}px))`;
+  const apart = half + APART_PX + (far?.half ?? 0);
+  if (far) {
+    const wanted = Math.min(along(far.share), edge - far.half);
+    far.at = isBefore ? Math.max(wanted, head + apart) : Math.min(wanted, head - apart);
+    putLive(part(".live-end"), far);
+  }
   tell(handle, bar, moment);
-  const spots = [{ x: x - room, half }, ...(far ? [{ x: far.left + far.half, half: far.half }] : [])];
+  const spots = [{ x: head, half }, ...(far ? [{ x: far.at, half: far.half }] : [])];
   for (const tick of time.querySelectorAll(".tick")) {
     const node = /** @type {HTMLElement} */ (tick);
     const at = (parseFloat(node.style.left) / 100) * wide;
@@ -237,24 +244,35 @@ export const placeMoment = (time, bar, moment, now) => {
 };
 
 /**
+ * Where the live run is and what says so: half its width, and its middle in pixels.
+ * @typedef {{share: number, half: number, at: number}} Far
+ */
+
+/**
  * Where the live run is, as long as one looks at something else.
  * @param {HTMLElement} mark
  * @param {Bar} bar
  * @param {boolean} isPast
  * @param {Place} now
- * @param {HTMLElement} time
+ * @returns {Far | null}
  */
-const placeLive = (mark, bar, isPast, now, time) => {
+const whereLive = (mark, bar, isPast, now) => {
   const place = bar.live ? now : bar.lines.find(({ live }) => live)?.until;
   mark.hidden = !isPast || !place;
   if (mark.hidden || !place) return null;
   const share = shareOf(bar.axis, place);
+  return { share, half: widthOf(/** @type {HTMLElement} */ (mark.firstElementChild)) / 2, at: 0 };
+};
+
+/**
+ * @param {HTMLElement} mark
+ * @param {Far} far
+ */
+const putLive = (mark, { share, at }) => {
+  const place = along(share);
+  mark.style.transform = `translateX(${place}px)`;
   const button = /** @type {HTMLElement} */ (mark.firstElementChild);
-  const half = widthOf(button) / 2;
-  const room = Math.max(along(share) + half - wide - reach(time), 0);
-  mark.style.transform = `translateX(${along(share)}px)`;
-  button.style.transform = `translateX(calc(-50% - ${room}px))`;
-  return { share, half, left: along(share) - room - half };
+  button.style.transform = `translateX(calc(-50% + ${at - place}px))`;
 };
 
 /**

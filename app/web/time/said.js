@@ -1,6 +1,6 @@
 // @ts-check
-// What is said of what a hand did. Why something was refused, and what can be undone, lies over the bar
-// for a while, so that nothing moves for it; what a branch does otherwise stays where the legend is.
+// What is said of what a hand did lies over the bar for a while, so that nothing moves for it, and until it
+// is closed if that can be undone; what a branch does otherwise stays where the legend is.
 
 import { on } from "./channel.js";
 
@@ -34,7 +34,7 @@ const put = (kind, text) => {
 };
 
 /**
- * Say something for a while.
+ * Say something for a while, or until it is closed if something can be done about it.
  * @param {string} text
  * @param {Undo} [undo] what can be done about it
  */
@@ -45,7 +45,7 @@ export const say = (text, undo) => {
   button.hidden = !undo;
   button.textContent = undo?.label ?? "";
   offered = undo;
-  if (text) timer = setTimeout(() => say(""), LASTS_MS);
+  if (text && !undo) timer = setTimeout(() => say(""), LASTS_MS);
 };
 
 over.addEventListener("click", ({ target }) => {

@@ -1,7 +1,7 @@
 // @ts-check
 // The playhead in a hand: anywhere on the curve, the axis, and where lanes are empty.
 
-import { shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
+import { roundest, shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
 import { send, sendNewest } from "./channel.js";
 import { plotBox } from "./draw.js";
 import { changed, state, whenChanged } from "./state.js";
@@ -50,7 +50,8 @@ const wishAt = (share) => {
   const { axis, line, live } = state.bar;
   const last = end();
   const isTrials = axis.unit === "trials";
-  const at = isTrials ? trialAt(axis, share) : stepAt(axis, share);
+  const pointed = isTrials ? trialAt(axis, share) : stepAt(axis, share);
+  const at = roundest(pointed, axis.end / (plotBox().width || 1));
   const isBeyond = at >= (isTrials ? last.trial : last.step);
   if (isBeyond) return { place: last, wish: live ? { do: "live" } : { do: "seek", step: last.step }, isBeyond };
   if (isTrials) {
@@ -145,6 +146,7 @@ export const playheadGrip = (event) => {
   const begin = () => {
     // Whatever was wished before, another hand or the keys may have gone elsewhere since.
     wished = null;
+    aim = null;
     /** @type {HTMLElement | null} */ (document.querySelector(".playhead .handle"))?.focus({
       preventScroll: true,
     });
@@ -178,22 +180,47 @@ export const playheadGrip = (event) => {
  * @param {number} n
  */
 export const goBy = (unit, n) => {
+  aim = null;
   put(null);
   send({ do: "by", unit, n });
 };
 
-/** By key: trials with arrows, the ends with theirs. */
+/** Where a key is on the way to, and since when. @type {{trial: number, since: number} | null} */
+let aim = null;
+
+/**
+ * Go to the next round trial, on or back: of keys that are pressed faster than moments are shown, each
+ * goes on from where the last one went.
+ * @param {1 | -1} direction
+ * @param {number} unit
+ */
+const goToRound = (direction, unit) => {
+  const { moment, bar } = state;
+  if (!moment || !bar) return;
+  const last = end();
+  const isOnTheWay = aim !== null && performance.now() - aim.since < PATIENCE_MS;
+  const from = aim && isOnTheWay ? aim.trial : moment.trial;
+  const round = direction > 0 ? Math.floor(from / unit) + 1 : Math.ceil(from / unit) - 1;
+  const trial = Math.max(round * unit, 0);
+  const isBeyond = trial >= last.trial;
+  put(null);
+  aim = { trial: Math.min(trial, last.trial), since: performance.now() };
+  if (!isBeyond) send({ do: "seek_trial", trial });
+  else send(bar.live ? { do: "live" } : { do: "seek", step: last.step });
+};
+
+/** By key: round trials with arrows, the ends with theirs. */
 document.body.addEventListener("keydown", (event) => {
   const target = /** @type {Element} */ (event.target);
   if (!target.closest(".playhead") || event.ctrlKey || event.metaKey || event.altKey) return;
   const many = event.shiftKey ? MANY_TRIALS : FEW_TRIALS;
   const acts = /** @type {Record<string, () => unknown>} */ ({
-    ArrowLeft: () => goBy("trials", -many),
-    ArrowDown: () => goBy("trials", -many),
-    ArrowRight: () => goBy("trials", many),
-    ArrowUp: () => goBy("trials", many),
-    PageDown: () => goBy("trials", -MANY_TRIALS),
-    PageUp: () => goBy("trials", MANY_TRIALS),
+    ArrowLeft: () => goToRound(-1, many),
+    ArrowDown: () => goToRound(-1, many),
+    ArrowRight: () => goToRound(1, many),
+    ArrowUp: () => goToRound(1, many),
+    PageDown: () => goToRound(-1, MANY_TRIALS),
+    PageUp: () => goToRound(1, MANY_TRIALS),
     Home: () => send({ do: "seek", step: 0 }),
     End: () => send({ do: "live" }),
   });
@@ -201,6 +228,7 @@ document.body.addEventListener("keydown", (event) => {
   if (!act) return;
   event.preventDefault();
   event.stopPropagation();
+  if (!/^(Arrow|Page)/.test(event.key)) aim = null;
   act();
 });
 
@@ -211,6 +239,7 @@ document.body.addEventListener("click", ({ target }) => {
   );
   if (!node) return;
   const { step, unit } = node.dataset;
+  aim = null;
   put(null);
   if (unit) send({ do: "unit", unit });
   else if (step) send({ do: "seek", step: Number(step) });

@@ -57,6 +57,9 @@
  * @typedef {{id: string, at?: number, trials?: number, probability?: number}} Draft
  */
 
+/** Of a name and of the text of a mark; the lab takes no longer one. */
+export const MOST_CHARACTERS = 80;
+
 /**
  * `bar` and `moment` come from the lab, which never touches the `draft`: that is the hand's until it
  * lets go. `moment` may be set here, too, so that the playhead is under the hand at once.

@@ -21,8 +21,6 @@ const NAMES = [
 ];
 const SCHEME = "data-mantine-color-scheme";
 
-/** @type {Array<() => void>} */
-const works = [];
 let shown = "";
 
 const follow = () => {
@@ -35,20 +33,7 @@ const follow = () => {
   own.setAttribute(SCHEME, scheme);
   own.toggleAttribute("data-present", around.dataset.present !== undefined);
   NAMES.forEach((name, place) => own.style.setProperty(name, values[place]));
-  for (const work of works) work();
 };
-
-/**
- * Do something now, and whenever colours or sizes have changed.
- * @param {() => void} work
- */
-export const whenThemeChanges = (work) => {
-  works.push(work);
-  work();
-};
-
-export const isDark = () => own.getAttribute(SCHEME) === "dark";
-export const isPresented = () => own.hasAttribute("data-present");
 
 new MutationObserver(follow).observe(around, {
   attributeFilter: [SCHEME, "data-present", "style"],

@@ -25,17 +25,28 @@ const show = (part) => {
 };
 const hide = () => void (tip.hidden = true);
 
+/** What has the focus again because something was done has been read before, and says what was. */
+let isAnswered = false;
+
 document.addEventListener("focusin", ({ target }) => {
   const part = target instanceof Element ? target.closest("[title]") : null;
-  if (part && part.matches(":focus-visible")) show(part);
+  if (part && part.matches(":focus-visible") && !isAnswered) show(part);
   else hide();
 });
 document.addEventListener("focusout", hide);
-document.addEventListener("pointerdown", hide);
+document.addEventListener("pointerdown", () => {
+  isAnswered = false;
+  hide();
+});
 document.addEventListener("pointerup", ({ target, pointerType }) => {
   const part = target instanceof Element ? target.closest("[title]") : null;
   if (part && pointerType === "touch") show(part);
 });
-window.addEventListener("keydown", ({ key }) => {
-  if (key === "Escape") hide();
-});
+window.addEventListener(
+  "keydown",
+  ({ key }) => {
+    isAnswered = ["Enter", "Escape", " "].includes(key);
+    hide();
+  },
+  { capture: true },
+);

@@ -4,10 +4,7 @@
 import { send } from "./channel.js";
 import { attribute, element, grouped, write } from "./dom.js";
 import { goBy } from "./scrub.js";
-import { state, whenChanged } from "./state.js";
-
-/** Of the text of a mark; the lab takes no longer one. */
-const MOST_CHARACTERS = 80;
+import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
 
 /** Drawn in a square of 16 by 16, filled. */
 const ICONS = {
@@ -69,8 +66,10 @@ const live = part(".live");
 
 // --- What it says ----------------------------------------------------------------------------------
 
-/** @param {number} trials @param {number} steps */
-const distance = (trials, steps) => {
+/** @param {number} trials @param {number} steps @param {boolean} isBranch */
+const distance = (trials, steps, isBranch) => {
+  // At one trial of two lines, which of them made more steps by then says nothing of when it is.
+  if (!trials && isBranch) return "level with the live run";
   const [n, unit] = trials ? [trials, "trial"] : [steps, "step"];
   if (n === 0) return "";
   const size = Math.abs(n);
@@ -82,10 +81,11 @@ const whereabouts = () => {
   const { bar, moment } = state;
   if (!moment || moment.live) return ["", ""];
   const line = bar?.lines.find((each) => each.line === moment.line);
-  const name = !line || line.live ? "The past" : line.name;
-  const far = distance(moment.behind_trials, moment.behind_steps);
+  const isBranch = line !== undefined && !line.live;
+  const name = isBranch ? line.name : "The past";
+  const far = distance(moment.behind_trials, moment.behind_steps, isBranch);
   const parts = [name, `trial ${grouped(moment.trial)}`, far].filter(Boolean);
-  const few = line && !line.live ? parts.slice(0, 2) : parts.slice(1);
+  const few = isBranch ? parts.slice(0, 2) : parts.slice(1);
   return [parts.join(", "), few.join(", ").replace(/ trials?( behind| ahead)$/, "$1")];
 };
 
@@ -97,10 +97,20 @@ const name = (node, label, key) => {
 
 let rates = "";
 
+/** For the page around, which has a button that plays, too. @param {boolean} isPlaying */
+const tellPage = (isPlaying) => {
+  const frame = /** @type {HTMLElement | null} */ (window.frameElement);
+  const playing = isPlaying ? "yes" : "no";
+  if (!frame || frame.dataset.playing === playing) return;
+  frame.dataset.playing = playing;
+  frame.dispatchEvent(new CustomEvent("pounce-playing", { bubbles: true }));
+};
+
 const show = () => {
   const { moment } = state;
   row.toggleAttribute("data-ready", moment !== null);
   if (!moment) return;
+  tellPage(moment.playing);
   const isLive = moment.live && !state.scrub;
   row.toggleAttribute("data-live", isLive);
   name(live, isLive ? "Live: this is what happens now" : "Back to live", "End");

@@ -356,6 +356,8 @@ def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
     copy = Opened("figure_4_1: <b>, seed 7", 500, "f" * 64, same=None)
     desk.show_run(2, "figure_4_1: <b>", 7, aside="timed, trial 12", opened=copy, is_own=False)
     assert said(desk).startswith("Opened: figure_4_1: &lt;b&gt;, seed 7 Back to timed")
+    desk.show_run(1_003, "timed", 5, aside="timed, trial 12", is_resumed=True)
+    assert said(desk) == "Resumed: your run, timed, seed 5, trial 0 Back to timed, trial 12"
 
 
 def line(number: int, name: str, parent: int | None, is_live: bool) -> LineSeen:

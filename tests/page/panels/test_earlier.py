@@ -102,7 +102,7 @@ def test_a_session_is_taken_up_and_the_one_before_is_kept(desk: Desk, folder: Pa
     status = desk.does(StepOnce())
     assert (status.snapshot.step, status.snapshot.preset, status.snapshot.seed) == (901, "mine", 5)
     assert [line.name for line in status.lines] == ["first run", "looser"]
-    assert status.journal is None
+    assert (status.journal, status.is_resumed) == (None, True)
     # What was on the board is offered now, and the other is not.
     (offered,) = desk.person.options("Session")
     assert "· timed, seed 3 · trial 1 · 0 commands" in offered

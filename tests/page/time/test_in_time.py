@@ -338,6 +338,19 @@ def test_an_experiment_of_a_line_repeats_what_was_done_on_it(theatre: Theatre) -
     assert len(standing.experiment.seeds) == 30
 
 
+def test_a_frame_that_asks_for_experiments_without_end_is_refused(
+    theatre: Theatre, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    theatre.learn(50)
+    anna = theatre.enter()
+    theatre.go(anna, 100)
+    said: list[str] = []
+    monkeypatch.setattr(anna.time, "say", lambda text, refused: said.append(text))
+    monkeypatch.setattr(theatre.lab.inbox, "is_free_for", lambda client_id: False)
+    theatre.tell(anna, messages.TryOverSeeds(0))
+    assert said == ["much is being made for this browser already; wait for that"]
+
+
 def test_what_changed_since_a_is_drawn_for_who_set_it_and_for_nobody_else(theatre: Theatre) -> None:
     anna, bert = theatre.enter(), theatre.enter()
     # There is a cone by then.

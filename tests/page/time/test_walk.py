@@ -122,6 +122,12 @@ def test_an_event_is_left_for_the_next_and_after_the_last_comes_live() -> None:
     assert walk.is_live
 
 
+def test_by_no_events_it_stays_where_it_is() -> None:
+    walk = walk_at(2_345)
+    walk.go_by("events", 0, 0.0, ground())
+    assert walk.at(0.0, GROUND) == Place(LIVE, 2_345)
+
+
 def test_from_live_it_goes_back_from_the_end() -> None:
     by: list[tuple[Unit, int]] = [("steps", 9_999), ("trials", 9_900), ("events", 9_000)]
     for unit, step in by:
