@@ -1,6 +1,7 @@
 """What all tests share: the browser, and how patient property-based tests are."""
 
 import os
+import sys
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,10 @@ BROWSER_TESTS = Path(__file__).parent / "browser"
 BEGINNING = ("browser", "report", "experiments", "learners")
 """Folders whose tests take longest, these first; what is short comes last, so that of several
 workers none is at work long after the others."""
+
+# Each of many processes would compile all modules anew that another one has not left compiled.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # The first call of a compiled function takes seconds; a shared machine is slow at times. The same
 # examples each time, so that a test fails only where something has changed.

@@ -75,6 +75,8 @@ class Line:
     """Whether it is about to be live, and not to be made up to anywhere any more."""
     is_broken: bool = False
     """Whether it could not be made any farther."""
+    noted_trial: int | None = None
+    """In which trial it was when it was last written down what it came to."""
 
     @property
     def name(self) -> str:

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -112,6 +113,18 @@ def test_it_stands_where_it_was_last_written_down_and_is_not_set_going_by_a_page
     assert (status.snapshot.step, status.playing) == (700, False)
     held = session._tree.family.held
     assert (digest(held.run.state), held.until_trial) == (stood.digest, 90)
+
+
+def test_what_a_branch_came_to_is_compared_and_told_at_once() -> None:
+    run = replay(SPEC, SEED, [(300, FREEZE)], 700)
+    stood = Stood(1, 700, run.trial, digest(run.state), run.trial)
+    records = (BEGAN, Stood(0, 500, 0, "", 90), Branched(1, 0, 300, (FREEZE,)), stood)
+    remade = made_again(written(*records), Budget(), name_of)
+    known = remade.made.family.lines[1].known
+    assert (known.step, known.digest) == (700, stood.digest)
+    assert remade.differ == ("first run",)
+    other = (*records[:-1], replace(stood, digest="0" * 64))
+    assert made_again(written(*other), Budget(), name_of).differ == ("first run", "another way")
 
 
 def test_a_command_after_the_last_moment_that_was_written_down_is_there() -> None:
