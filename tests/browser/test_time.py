@@ -132,6 +132,13 @@ def test_a_click_on_first_reach_goes_to_the_moment_at_which_value_came(begin: Be
     before, after = live.stopped_at(step - 1), live.stopped_at(step)
     risen = (before.first_reach < 0) & (after.first_reach >= 0)
     assert risen.sum() == 1
+    # What plays stands still there, or that moment would be gone at once.
+    screen.page.keyboard.press("Space")
+    expect(screen.reading("Trial")).not_to_have_text(f"{after.trial:,}")
+    screen.page.mouse.click(*screen.place_of(cell))
+    expect(screen.reading("Trial")).to_have_text(f"{after.trial:,}")
+    assert moment_of(screen)["step"] == step
+    assert not moment_of(screen)["playing"]
 
 
 def test_what_changed_since_a_is_a_layer_of_this_page_alone(begin: Begin) -> None:

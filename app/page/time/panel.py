@@ -92,12 +92,14 @@ class TimePanel:
         self._channel.send("said", {"text": text, "refused": refused})
 
     def go_to(self, place: Place | None) -> None:
-        """Look at a moment; None is one that is not known."""
+        """Look at a moment, and stand still there; None is one that is not known."""
         if place is None or self._ground is None:
             self.say("That moment is not known any more.", refused=True)
             return
+        now_s, walk = time.perf_counter(), self._outlook.walk
         try:
-            self._outlook.walk.look(place.line, place.step, time.perf_counter(), self._ground)
+            walk.pause(now_s, self._ground)
+            walk.look(place.line, place.step, now_s, self._ground)
         except WalkError as error:
             self.say(str(error), refused=True)
         self._wake()
