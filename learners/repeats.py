@@ -4,7 +4,7 @@ A key that is held down, or a slider that is shaken, sets one thing many times w
 made; the run is the same as if it had been set once. Its history says so, and stays short.
 """
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import replace
 
 from learners.commands import (
@@ -50,6 +50,23 @@ def in_its_place(control: Control, event: Event, since: Control) -> Control | No
     before = as_if(control, history, event.trial, since if is_earlier else None)
     after = evolve(before, replace(event, number=len(history)))
     return before if replace(after, history=history) == before else after
+
+
+def without_repeats(commands: Iterable[Command]) -> tuple[Command, ...]:
+    """Commands that are given one after the other in one moment, without those that later ones make
+    void. What holds after them is the same, but what is noted of it need not be."""
+    kept = list[Command]()
+    for command in commands:
+        setting = _setting_of(command)
+        for place, other in reversed([*enumerate(kept)]):
+            others = _setting_of(other)
+            if setting is None or others is None:
+                break
+            if others == setting:
+                del kept[place]
+                break
+        kept.append(command)
+    return tuple(kept)
 
 
 def _overruled(history: Sequence[Event], event: Event) -> int | None:

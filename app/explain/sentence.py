@@ -214,13 +214,9 @@ def how_far(behind: Behind) -> str:
 
 def _not_now(behind: Behind, trial: int) -> Markup:
     """Which moment it is that is shown, as a state that is seen first."""
-    if behind.branch:
-        # Its name is long enough; how far behind it is stands with the readings.
-        name = f"\N{LEFT DOUBLE QUOTATION MARK}{behind.branch}\N{RIGHT DOUBLE QUOTATION MARK}"
-        where = _said(term("branch", "Branch"), f" {name}, trial {trial:,}.")
-    else:
-        where = _said(term("the past", "The past"), f", trial {trial:,}, {how_far(behind)}.")
-    return element("b", where, class_="pounce-behind")
+    # Its name, and how far behind it is, stand with the readings and above the bar.
+    where = term("branch", "Branch") if behind.branch else term("the past", "The past")
+    return element("b", _said(where, f", trial {trial:,}."), class_="pounce-behind")
 
 
 def said(status: Status) -> Markup:

@@ -15,9 +15,11 @@ from typing import Final
 from app.live.lines import Family, Line, known_of
 from app.live.past import Budget, Past
 from app.live.places import Place
-from learners.commands import Command
+from app.live.records import MOST_COMMANDS
+from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import digest
+from learners.repeats import without_repeats
 from learners.run import Run
 from learners.spec import MAX_TRIALS
 
@@ -102,6 +104,14 @@ def begin(
     for command in commands:
         run.apply(command, replacing=True)
     all_of_them = _that_hold(before, run.control) or (*earlier, *commands)
+    fewer = without_repeats(all_of_them)
+    if fewer != all_of_them and _lead(family.line(parent).past, place.step, fewer) == run.control:
+        all_of_them = fewer
+    if len(all_of_them) > MOST_COMMANDS:
+        raise CommandError(
+            f"{MOST_COMMANDS:,} things were done at that very moment, as many as may be; go a step"
+            " on"
+        )
     return Begun(
         family=family,
         parent=parent,
@@ -112,6 +122,14 @@ def begin(
         name=name_of(before, run.trial, all_of_them),
         instead_of=line if amends else None,
     )
+
+
+def _lead(past: Past, step: int, commands: Sequence[Command]) -> Control:
+    """What holds at a moment of a line once some commands have been given there."""
+    run = run_at(past, step)
+    for command in commands:
+        run.apply(command, replacing=True)
+    return run.control
 
 
 def _that_hold(before: Control, after: Control) -> tuple[Command, ...]:

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, cast, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from app.live.records import Record
+from app.live.records import MOST_COMMANDS, Record
 from learners.commands import Command
 
 KIND: Final = "kind"
@@ -24,8 +24,6 @@ _MOST: Final = 2**63 - 1
 """Of a whole number: the largest seed; steps are far fewer."""
 _LONGEST: Final = 1_000
 """Characters of a text: names and marks have fewer."""
-_MOST_COMMANDS: Final = 1_000
-"""Of a branch, given where it begins."""
 
 
 def kind_of(record: type[Record]) -> str:
@@ -75,10 +73,10 @@ def decoded(document: object) -> Record:
     if "commands" in values:
         given: Any = values["commands"]
         listed = cast(list[object], given) if isinstance(given, list) else None
-        if listed is None or len(listed) > _MOST_COMMANDS:
+        if listed is None or len(listed) > MOST_COMMANDS:
             raise UnknownRecordError(
                 f"commands: {_shown(values['commands'])} is not allowed; allowed: up to"
-                f" {_MOST_COMMANDS:,} commands"
+                f" {MOST_COMMANDS:,} commands"
             )
         values["commands"] = tuple(map(_command, listed))
     return _made(kind, values)

@@ -4,10 +4,13 @@ Runs are meant by their numbers (:class:`app.live.places.Place`).
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 from learners.commands import Command
 from learners.spec import RunSpec
+
+MOST_COMMANDS: Final = 1_000
+"""By which a run branches off."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,8 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
     snapshot = status.snapshot
     greedy_reward, measured = math.nan, "not measured yet"
     n_by_then = int((greedy.step <= snapshot.step).sum())
-    if n_by_then:
+    # What was measured before a branch began is not what it came to.
+    if n_by_then and not _forked_since(status, int(greedy.step[n_by_then - 1])):
         newest = n_by_then - 1
         greedy_reward = float(greedy.reward[newest])
         measured = f"measured at trial {greedy.trial[newest]:,}, step {greedy.step[newest]:,}"
@@ -83,6 +84,14 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
         hint = "Browsers that see and steer this learner"
         small.append(_Number("Viewers", f"{viewers}", hint))
     return _numbers(_not_now(status), _row(large), _forced(status), _row(small, "small"))
+
+
+def _forked_since(status: Status, step: int) -> bool:
+    """Whether the line that is shown branched off after a step, and goes on from there."""
+    if status.behind is None or not status.behind.branch:
+        return False
+    number, here = status.snapshot.generation, status.snapshot.step
+    return any(o.number == number and step <= o.fork_step < here for o in status.lines)
 
 
 def _not_now(status: Status) -> Markup | str:

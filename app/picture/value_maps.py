@@ -180,7 +180,9 @@ def value_legend(snapshot: Snapshot, look: Look, of: str, shading: Shading) -> M
     if shading.scale == "steps":
         title += ", as " + term("steps to capture")
         at = joined_by_and([_steps(steps) for steps in _LINES_AT])
-        lines = element("div", f"Thick line: where value ends. Thin lines: {at} steps.")
+        lines = element(
+            "div", f"Thick line: where value ends. Thin lines: {at} steps.", class_="lines"
+        )
     key = [patch_of_board(look, "no value yet")]
     if look.flight:
         flees = css(over_board(np.array(theme.flight), HATCH_COVER, theme))

@@ -161,6 +161,14 @@ document.addEventListener("click", ({ target }) => {
   const button = target instanceof Element ? target.closest("[data-press]") : null;
   if (button) press(button.getAttribute("data-press") ?? "");
 });
+// Who has chosen from a list with a pointer is done with it: what is typed then is no search in it.
+document.addEventListener("click", ({ target, detail }) => {
+  if (!detail || !(target instanceof Element) || !target.closest("[role=option]")) return;
+  setTimeout(() => {
+    const field = document.activeElement;
+    if (field instanceof HTMLInputElement && field.matches("[aria-haspopup=listbox]")) field.blur();
+  });
+});
 document.addEventListener("change", ({ target }) => {
   if (target instanceof HTMLInputElement && target.classList.contains(SWITCH))
     localStorage.setItem(SWITCH, target.checked ? "on" : "off");

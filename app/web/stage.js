@@ -24,7 +24,7 @@ const ASIDE_PX = 280;
 const ASIDE_WITH_BAR_PX = 400;
 const ALL_PX = 500;
 /** What a presentation does without where not all has room, first what most is said without it. */
-const SPARED = ["task", "signs", "forced"];
+const SPARED = ["task", "signs", "lines", "forced"];
 /** Share of what there is that a board above the bar has to have, where it stands there. */
 const LEAST_SHARE = 0.6;
 /** Width of a window, in its heights, that has room for a broad column beside a board. */

@@ -221,7 +221,15 @@ def test_past_the_end_of_what_is_known_is_live(bar: Bar) -> None:
 
 
 def test_the_playhead_goes_by_its_keys(bar: Bar) -> None:
+    # A hand comes to as round a trial as it can point, and keys go to the hundreds.
+    bar.page.mouse.click(*bar.at(437))
+    expect(bar.button("Back to live")).to_be_visible()
+    assert int(bar.handle.inner_text()) in (430, 440)
     bar.handle.focus()
+    by_key = {"ArrowRight": 500, "Shift+Period": 501, "ArrowLeft": 500, "End": HERE}
+    for key, trial in by_key.items():
+        bar.page.keyboard.press(key)
+        bar.looks_at(trial)
     for key, trial in [
         ("ArrowLeft", 700),
         ("ArrowLeft", 600),
@@ -358,6 +366,8 @@ def test_a_probability_is_edited_where_it_stands(bar: Bar) -> None:
     bar.page.keyboard.press("Enter")
     assert circle_of(edited(bar))[2].probability == pytest.approx(0.93)
     expect(bar.block(EXPLORATION)).to_be_focused()
+    # Whoever has just edited it needs no hint, which would lie over the curve.
+    expect(bar.frame.locator("#tip")).to_be_hidden()
     # What is typed is no key of the lab's, and Escape gives it up.
     bar.page.keyboard.press("Enter")
     bar.page.keyboard.type("n 5")
@@ -546,6 +556,32 @@ def test_single_keys_that_are_off_are_off_in_the_frame(bar: Bar) -> None:
 
 
 # --- Branches ------------------------------------------------------------------------------------
+
+
+def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
+    bar.live.go_to_trial(JOINS + 100)
+    bar.looks_at(JOINS + 100)
+    said = bar.frame.locator(f"{CIRCLE} .label").filter(has_text=f"{JOINS:,}")
+    expect(said).to_contain_text("joined at")
+    for trial, until in ((500, 2_700), (600, 2_800)):
+        bar.page.keyboard.press("End")
+        bar.page.mouse.click(*bar.at(trial))
+        bar.looks_at(bar.handle.inner_text())
+        expect(said).to_contain_text("joins at")
+        n_lines = len(bar.live.session.status.lines)
+        bar.drag(bar.at(JOINS + 300, CIRCLE), bar.at(until, CIRCLE))
+        bar.live.wait_for(lambda status, n=n_lines: len(status.lines) == max(n + 1, 2))
+    bar.page.keyboard.press("p")
+    try:
+        legend = bar.page.locator("#pounce-stage .pounce-legend")
+        expect(legend).to_be_in_viewport(ratio=0.99)
+        expect(bar.frame.locator(".axis")).to_be_in_viewport(ratio=0.99)
+        # Its button plays what is looked at.
+        bar.page.locator("#pounce-stage .play").click()
+        expect(bar.page.locator("#pounce-stage .play")).to_have_text("Pause")
+        assert not bar.live.session.status.playing
+    finally:
+        bar.page.keyboard.press("p")
 
 
 def test_a_block_moved_in_the_past_makes_a_branch_with_a_menu_of_its_own(bar: Bar) -> None:

@@ -1,5 +1,6 @@
 """What is asked again and again: the run is the same, and what is drawn of it stays small."""
 
+import contextlib
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,6 +31,7 @@ from learners.commands import (
     Undo,
 )
 from learners.kernel.state import digest
+from learners.repeats import without_repeats
 from learners.run import Run, replay
 from learners.spec import RunSpec
 
@@ -132,6 +134,28 @@ def test_replacing_changes_nothing_but_the_history(plan: list[tuple[int, Command
     assert digest(replaced.state) == digest(plain.state) == digest(again.state)
     assert again.control == replaced.control
     assert replace(replaced.control, history=()) == replace(plain.control, history=())
+
+
+@settings(max_examples=40, deadline=None)
+@given(before=st.lists(COMMANDS, max_size=3), commands=st.lists(COMMANDS, max_size=12))
+def test_those_that_count_do_what_all_of_them_do(
+    before: list[Command], commands: list[Command]
+) -> None:
+    run = Run(SPEC, SEED)
+    run.advance(max_steps=5_000)
+    carried_out = list[Command]()
+    for command in before:
+        with contextlib.suppress(CommandError):
+            run.apply(command, replacing=True)
+    alone = run.copy()
+    for command in commands:
+        with contextlib.suppress(CommandError):
+            run.apply(command, replacing=True)
+            carried_out.append(command)
+    set_all(alone, without_repeats(carried_out))
+    assert replace(alone.control, history=()) == replace(run.control, history=())
+    assert digest(alone.state) == digest(run.state)
+    assert len(without_repeats([SetParameter("learner.epsilon", n / 99) for n in range(99)])) == 1
 
 
 @settings(max_examples=40, deadline=None)

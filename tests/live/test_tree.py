@@ -306,13 +306,36 @@ def test_a_command_where_a_branch_begins_is_one_more_of_its_own(desk: Desk) -> N
     second = desk.branch(first.number, 500, SLOWER)
     assert (second.parent, second.fork_step, second.name) == (0, 500, "mine")
     assert desk.rests().keys() == {0, second.number}
-    assert desk.kept.records[-1] == Branched(
+    assert [r for r in desk.kept.records if isinstance(r, Branched)][-1] == Branched(
         second.number, 0, 500, (FREEZE, SLOWER), instead_of=first.number
     )
     third = desk.branch(second.number, 500, FreezeSelection(frozen=False))
     history = desk.session.snapshot_at(Place(third.number, 500)).control.history
     assert [event.command for event in history if event.author == "hand"] == [SLOWER]
     desk.check()
+
+
+def test_a_slider_that_is_shaken_where_it_was_set_before_is_written_down_once(desk: Desk) -> None:
+    step = desk.at(30).snapshot.step
+    desk.ask(SetParameter("learner.epsilon", 0.2))
+    desk.at(40)
+    line = 0
+    for epsilon in (0.3, 0.4, 0.5):
+        line = desk.branch(line, step, SetParameter("learner.epsilon", epsilon)).number
+    *_, branched = [record for record in desk.kept.records if isinstance(record, Branched)]
+    assert branched.commands == (SetParameter("learner.epsilon", 0.5),)
+    desk.check()
+
+
+def test_no_more_is_done_at_a_moment_than_can_be_written_down(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.live.branching.MOST_COMMANDS", 1)
+    desk.at(60)
+    first = desk.branch(0, 500)
+    (refusal,) = desk.refusals(Branch(Place(first.number, 500), SLOWER))
+    assert refusal == "1 things were done at that very moment, as many as may be; go a step on"
+    assert desk.rests().keys() == {0, first.number}
 
 
 def test_where_more_was_done_since_a_branch_stays_as_it_began(desk: Desk) -> None:
@@ -663,6 +686,25 @@ def test_how_far_a_run_is_is_written_down_whenever_it_stops(desk: Desk) -> None:
     desk.session.stop()
     assert desk.kept.records[-1].run == 1
     assert desk.kept.records[-1].step == desk.session._held().run.step
+
+
+def test_what_branches_come_to_is_written_down_where_all_stands_still(desk: Desk) -> None:
+    def noted() -> list[Stood]:
+        records = [record for record in desk.kept.records if isinstance(record, Stood)]
+        return [record for record in records if record.run == branch.number]
+
+    desk.at(40)
+    branch = desk.branch(0, 300)
+    line = desk.rests()[branch.number]
+    desk.ask()
+    (only,) = noted()
+    assert (only.step, only.trial, only.digest) == (line.until_step, line.until_trial, line.digest)
+    # A little more of it is written down once the session is left.
+    desk.at(LEAST_TRIALS + 41)
+    line = desk.rests()[branch.number]
+    assert (line.until_trial, noted()) == (LEAST_TRIALS + 41, [only])
+    desk.session.stop()
+    assert [record.digest for record in noted()] == [only.digest, line.digest]
 
 
 def test_a_run_of_an_experiment_that_is_taken_up_on_the_way_ends_where_its_preset_does(

@@ -165,7 +165,7 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
             limits(look, f"{_number(ruler.high)} steps nearer", "as many farther"),
             element("div", joined(key, "")),
             element("div", joined(patterns, "")),
-            element("div", "Thick line: where value ends at this moment."),
+            element("div", "Thick line: where value ends at this moment.", class_="lines"),
         ],
         frame,
     )

@@ -10,7 +10,7 @@ from app.documents import presets
 from app.explain.sentence import provenance, said
 from app.live import snapshot
 from app.live.held import Opened
-from app.live.places import Behind
+from app.live.places import Behind, LineSeen
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.status import Status
@@ -143,6 +143,24 @@ def test_the_numbers_of_a_moment_that_is_not_now_say_so_before_anything_else() -
     branch = status_of(moment(run), behind=Behind("<b>no</b> avoid", -1, -70))
     shown = headline.numbers_html(branch)
     assert Page(shown).text.startswith("<b>no</b> avoid: 1 trial ahead Trial 1,000 Success")
+
+
+def test_the_greedy_reward_of_a_branch_is_none_from_before_it_began() -> None:
+    run = Run(spec_of(), seed=1)
+    run.advance(until_trial=1_000)
+    line = LineSeen(4, 0, run.step - 100, 990, "no avoid", run.step, 1_000, 8.0, "", is_live=False)
+    branch = status_of(moment(run, generation=4), behind=Behind("no avoid", 0, 0), lines=(line,))
+    before = greedy_curve((500, line.fork_step, 1.0))
+    assert "Greedy \N{EN DASH}" in Page(headline.numbers_html(branch, 1, before)).text
+    since = greedy_curve((500, line.fork_step, 1.0), (995, line.fork_step + 1, 2.0))
+    assert "Greedy 2.0" in Page(headline.numbers_html(branch, 1, since)).text
+    # What it had when it began is what the line had that it left.
+    at_fork = replace(line, fork_step=run.step)
+    began = greedy_curve((500, run.step - 1, 1.0))
+    assert (
+        "Greedy 1.0"
+        in Page(headline.numbers_html(replace(branch, lines=(at_fork,)), 1, began)).text
+    )
 
 
 def test_a_moment_of_a_run_of_an_experiment_is_not_said_to_be_how_it_ended() -> None:

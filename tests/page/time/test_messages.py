@@ -1,10 +1,14 @@
 """What the frame of the time bar may send, and what is dropped."""
 
+import re
+from pathlib import Path
 from typing import get_args
 
 import msgspec
 import pytest
 
+import app
+from app.live.lines import MOST_CHARACTERS
 from app.page.time.messages import (
     AddExploration,
     AddMark,
@@ -15,7 +19,9 @@ from app.page.time.messages import (
     Play,
     Seek,
 )
+from learners.spec import MAX_TRIALS
 
+SCRIPTS = Path(app.__file__).parent / "web" / "time"
 DECODER = msgspec.json.Decoder(FromFrame)
 
 
@@ -71,3 +77,16 @@ def test_each_message_says_another_thing_is_to_be_done() -> None:
     tags = {kind.__struct_config__.tag for kind in kinds}
     assert len(tags) == len(kinds)
     assert {kind.__struct_config__.tag_field for kind in kinds} == {"do"}
+
+
+@pytest.mark.parametrize(
+    ("script", "name", "bound"),
+    [
+        ("state.js", "MOST_CHARACTERS", MOST_CHARACTERS),
+        ("edit.js", "MOST_TRIALS", MAX_TRIALS),
+    ],
+)
+def test_the_scripts_know_the_same_bounds(script: str, name: str, bound: int) -> None:
+    text = (SCRIPTS / script).read_text("utf-8")
+    (stated,) = re.findall(rf"const {name} = ([\d_]+);", text)
+    assert int(stated) == bound
