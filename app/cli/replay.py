@@ -37,7 +37,7 @@ EXAMPLES = (
 )
 
 _MOST_STEPS = 2**62
-_HEADER = ("line", "began", "step", "trial", "digest", "as recorded")
+_HEADER = ("line", "began", "step", "trial", "digest", "as recorded", "name")
 _SHORT = 12
 """Digits of a digest in a table."""
 
@@ -73,6 +73,7 @@ def obey(command: Replay) -> int:
         raise UsageError("SESSION is missing; allowed: a session's file or name, or latest")
     written = written_of("SESSION", command.session, folder_of(command.sessions))
 
+    from app.explain.branches import name_of
     from app.live.replayed import ReplayError, replayed
 
     try:
@@ -81,7 +82,7 @@ def obey(command: Replay) -> int:
             def tell(line: int, step: int) -> None:
                 show(f"line {line}, step {step:,}")
 
-            made = replayed(written.records, until, tell)
+            made = replayed(written.records, until, tell, name_of)
     except ReplayError as error:
         complain(filled(f"{written.path}: {error}"))
         return EXIT_FAILED
@@ -168,6 +169,7 @@ def _report(written: "Written", made: "Replayed") -> str:
             f"{line.run.trial:,}",
             line.digest[:_SHORT],
             _VERDICTS[line.is_same],
+            as_text(line.name) + ("" if line.is_there else " (deleted)"),
         )
         for line in made.lines.values()
     ]
@@ -218,6 +220,8 @@ def _document(written: "Written", until: int | None, made: "Replayed") -> dict[s
 def _line_document(line: "LineMade") -> dict[str, Any]:
     return {
         "line": line.number,
+        "name": line.name,
+        "deleted": not line.is_there,
         "preset": line.preset,
         "seed": line.seed,
         "parent": line.parent,

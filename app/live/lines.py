@@ -75,6 +75,8 @@ class Line:
     """Whether it is about to be live, and not to be made up to anywhere any more."""
     is_broken: bool = False
     """Whether it could not be made any farther."""
+    noted_trial: int | None = None
+    """In which trial it was when it was last written down what it came to."""
 
     @property
     def name(self) -> str:
@@ -387,3 +389,5 @@ def one_line(text: str) -> str:
 def _check_text(what: str, text: str) -> None:
     if len(text) > MOST_CHARACTERS:
         raise CommandError(f"{what} has at most {MOST_CHARACTERS} characters")
+    if text != one_line(text):
+        raise CommandError(f"{what} is one line of characters that can be read")

@@ -9,7 +9,19 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
+from app.live.branching import NameOf, plain_name
+from app.live.lines import FIRST_RUN
+from app.live.records import (
+    Began,
+    Branched,
+    BroughtBack,
+    Deleted,
+    Gave,
+    NamedLine,
+    Record,
+    Stood,
+    WentLive,
+)
 from learners.commands import Command, CommandError
 from learners.kernel.state import digest
 from learners.run import Run
@@ -61,6 +73,10 @@ class LineMade:
     run: Run
     parent: int | None = None
     fork_step: int = 0
+    computed_name: str = FIRST_RUN
+    given_name: str = ""
+    is_there: bool = True
+    """Whether it was in its tree in the end, and not deleted."""
     given: list[Given] = field(default_factory=list[Given])
     """Commands by hand, those of the lines that it branched off among them."""
     n_stands: int = 0
@@ -71,6 +87,11 @@ class LineMade:
     """Commands given by then."""
     difference: Difference | None = None
     """The first, if there is one."""
+
+    @property
+    def name(self) -> str:
+        """What it was called in its tree."""
+        return self.given_name or self.computed_name
 
     @property
     def digest(self) -> str:
@@ -98,14 +119,17 @@ class Replayed:
 
 
 def replayed(
-    records: Iterable[Record], until_step: int | None = None, on_step: OnStep | None = None
+    records: Iterable[Record],
+    until_step: int | None = None,
+    on_step: OnStep | None = None,
+    name_of: NameOf = plain_name,
 ) -> Replayed:
     """Make the lines of a session again, each no farther than to a step if there is one.
 
     Raises:
         ReplayError: the records do not go together.
     """
-    replayer = _Replayer(until_step, on_step)
+    replayer = _Replayer(until_step, on_step, name_of)
     for place, record in enumerate(records, 1):
         try:
             replayer.take(record)
@@ -117,8 +141,9 @@ def replayed(
 
 
 class _Replayer:
-    def __init__(self, until_step: int | None, on_step: OnStep | None) -> None:
+    def __init__(self, until_step: int | None, on_step: OnStep | None, name_of: NameOf) -> None:
         self.made = Replayed()
+        self._name_of = name_of
         self._until = until_step
         self._on_step = on_step
 
@@ -143,10 +168,15 @@ class _Replayer:
             case Stood():
                 self._compare(self._line(record.run), record)
             case WentLive(run=number, step=step):
+                self.made.live = number
                 if self._until is None or number in self.made.lines:
                     self._go_live(self._line(number), step)
+            case NamedLine(run=number, name=name) if number in self.made.lines:
+                self.made.lines[number].given_name = name
+            case Deleted(run=number) | BroughtBack(run=number) if number in self.made.lines:
+                self.made.lines[number].is_there = isinstance(record, BroughtBack)
             case _:
-                # Names, marks and what was taken out of the tree change no line.
+                # Marks change no line, and neither does what befell one that is not made.
                 pass
 
     def _is_later(self, step: int) -> bool:
@@ -176,6 +206,7 @@ class _Replayer:
             return
         parent = self._line(record.parent)
         run = self._made_up_to(parent, record.step)
+        before = run.control
         line = LineMade(
             record.run,
             parent.spec,
@@ -184,16 +215,35 @@ class _Replayer:
             run,
             parent.number,
             record.step,
-            [given for given in parent.given if given.step <= record.step],
+            given=[given for given in parent.given if given.step <= record.step],
             same_step=record.step,
         )
+        former = self.made.lines.get(-1 if record.instead_of is None else record.instead_of)
+        if former is not None:
+            former.is_there, line.given_name = False, former.given_name
         line.n_same = len(line.given)
         for command in record.commands:
             self._give(line, Given(record.step, command))
+        name = self._name_of(before, run.trial, record.commands)
+        line.computed_name = self._unlike_others(name, self._root(line))
         self._add(line)
 
+    def _root(self, line: LineMade) -> LineMade:
+        while line.parent is not None:
+            line = self.made.lines[line.parent]
+        return line
+
+    def _unlike_others(self, name: str, root: LineMade) -> str:
+        """The name that a tree gives to a branch, in which another may have it."""
+        there = [line for line in self.made.lines.values() if line.is_there]
+        others = {line.name for line in there if self._root(line) is root}
+        more, found = 2, name
+        while found in others:
+            found = f"{name} ({more})"
+            more += 1
+        return found
+
     def _go_live(self, line: LineMade, step: int | None) -> None:
-        self.made.live = line.number
         if step is None:
             return
         if self._is_later(step):

@@ -50,6 +50,8 @@ from learners.spec import ScheduleSpec
 
 _STOOD_S: Final = 1.0
 """How often it is written down how far a run that goes on is."""
+_SOON_TRIALS: Final = 100
+"""By which a branch is to have gone on until it is written down again what it came to."""
 _MOST_NEWS: Final = 16
 """Of branches, that are told."""
 
@@ -134,6 +136,8 @@ class Tree:
         if stands or now_s - self._stood_s >= _STOOD_S:
             self._stood_s = now_s
             self.note_stood(at_rest=stands)
+        if stands:
+            self._note_branches(_SOON_TRIALS)
         branches = [line for line in family.lines.values() if line.grows]
         self._growth.follow(branches, held.run.trial, stands)
         lines = tuple(
@@ -338,9 +342,22 @@ class Tree:
             self._stood = stood
             self.journal.stood(stood, at_rest)
 
+    def _note_branches(self, least_trials: int = 1) -> None:
+        """Write down what branches came to, if they are so many trials beyond what is known."""
+        for line in self.family.lines.values():
+            known, noted = line.known, line.noted_trial
+            # One that has been live stands where that was written down.
+            if self.journal is None or line.held is not None or not known.digest:
+                continue
+            if noted is None or known.trial - noted >= least_trials:
+                line.noted_trial = known.trial
+                stood = Stood(line.number, known.step, known.trial, known.digest, known.trial)
+                self.journal.stood(stood, at_rest=True)
+
     def close(self) -> None:
-        """Write down where the live run is left; no more is written after that."""
+        """Write down where all lines are left; no more is written after that."""
         self.note_stood()
+        self._note_branches()
         if self.journal is not None:
             self.journal.close()
 

@@ -71,6 +71,8 @@ def test_it_says_of_every_line_where_it_stands_and_whether_that_was_recorded(
         "lines": [
             {
                 "line": 0,
+                "name": "first run",
+                "deleted": False,
                 "preset": "timed",
                 "seed": SEED,
                 "parent": None,
@@ -85,6 +87,8 @@ def test_it_says_of_every_line_where_it_stands_and_whether_that_was_recorded(
             },
             {
                 "line": 1,
+                "name": "ε 0.3",
+                "deleted": False,
                 "preset": "timed",
                 "seed": SEED,
                 "parent": 0,
@@ -103,9 +107,11 @@ def test_it_says_of_every_line_where_it_stands_and_whether_that_was_recorded(
     out, _ = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= max(80, len(str(path)) + 2)
     rows = [" ".join(line.split()) for line in out.splitlines()]
-    assert "line began step trial digest as recorded" in rows
-    assert f"0 900 {ENDED.trial} {digest(ENDED.state)[:12]} yes" in rows
-    assert f"1 (live) line 0, step 500 600 {own.trial} {digest(own.state)[:12]} none was" in rows
+    assert "line began step trial digest as recorded name" in rows
+    assert f"0 900 {ENDED.trial} {digest(ENDED.state)[:12]} yes first run" in rows
+    assert (
+        f"1 (live) line 0, step 500 600 {own.trial} {digest(own.state)[:12]} none was ε 0.3" in rows
+    )
 
 
 def test_it_stops_where_it_is_told_to(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,17 @@ from app.live.journal import Journal
 from app.live.lines import MadeAgain
 from app.live.made_again import Renumbered, made_again
 from app.live.past import Budget
-from app.live.records import Began, Branched, Deleted, Gave, Marked, Record, Stood, WentLive
+from app.live.records import (
+    Began,
+    Branched,
+    Deleted,
+    Gave,
+    Marked,
+    NamedLine,
+    Record,
+    Stood,
+    WentLive,
+)
 from app.live.replayed import replayed
 from app.live.requests import Begin, StepOnce, TakeUp, TrialOnce
 from app.live.session import Session
@@ -104,6 +115,18 @@ def test_it_stands_where_it_was_last_written_down_and_is_not_set_going_by_a_page
     assert (digest(held.run.state), held.until_trial) == (stood.digest, 90)
 
 
+def test_what_a_branch_came_to_is_compared_and_told_at_once() -> None:
+    run = replay(SPEC, SEED, [(300, FREEZE)], 700)
+    stood = Stood(1, 700, run.trial, digest(run.state), run.trial)
+    records = (BEGAN, Stood(0, 500, 0, "", 90), Branched(1, 0, 300, (FREEZE,)), stood)
+    remade = made_again(written(*records), Budget(), name_of)
+    known = remade.made.family.lines[1].known
+    assert (known.step, known.digest) == (700, stood.digest)
+    assert remade.differ == ("first run",)
+    other = (*records[:-1], replace(stood, digest="0" * 64))
+    assert made_again(written(*other), Budget(), name_of).differ == ("first run", "another way")
+
+
 def test_a_command_after_the_last_moment_that_was_written_down_is_there() -> None:
     made = made_again(written(BEGAN, Gave(0, 300, FREEZE)), Budget(), name_of).made
     reference = replay(SPEC, SEED, [(300, FREEZE)], 300)
@@ -164,6 +187,7 @@ def test_it_can_be_taken_up_by_a_session_that_has_had_runs(tmp_path: Path) -> No
         ((BEGAN, Branched(1, 0, 9, (), instead_of=4)), "line 3: that line is not in", 1),
         ((BEGAN, WentLive(4)), "line 3: there is no run 4 to go on with", 1),
         ((BEGAN, Deleted(0)), "line 3: first run is live", 1),
+        ((BEGAN, NamedLine(0, "a\x1b[31m")), "line 3: a name is one line of characters", 1),
         ((BEGAN, Marked(1, 3, 0, 0, "a")), "line 3: that line is not in the tree", 1),
     ],
 )

@@ -223,3 +223,43 @@ def test_it_is_told_how_far_it_has_come(monkeypatch: pytest.MonkeyPatch) -> None
     note: Callable[[int, int], object] = tell
     replayed([BEGAN, Gave(0, 250, FREEZE)], on_step=note)
     assert told == [(0, 0), (0, 100), (0, 200)]
+
+
+def test_lines_are_called_as_they_were_in_their_tree() -> None:
+    def named(before: object, trial: int, commands: Sequence[Command]) -> str:
+        return f"{len(commands)} given"
+
+    made = replayed(
+        [
+            BEGAN,
+            stood(run_of(900)),
+            Branched(1, 0, 500, (AVOID,)),
+            Branched(2, 0, 600, (AVOID,)),
+            NamedLine(2, "mine"),
+            Branched(3, 0, 600, (AVOID, EPSILON), instead_of=2),
+            Branched(4, 0, 700, (FREEZE,)),
+            Deleted(1),
+            Branched(5, 0, 800, (FREEZE,)),
+            # Another tree has names of its own.
+            Began(6, "timed", SPEC, SEED),
+            Branched(7, 6, 0, (FREEZE,)),
+        ],
+        name_of=named,
+    )
+    names = {line.number: (line.name, line.is_there) for line in made.lines.values()}
+    assert names == {
+        0: ("first run", True),
+        1: ("1 given", False),
+        2: ("mine", False),
+        3: ("mine", True),
+        4: ("1 given (2)", True),
+        5: ("1 given", True),
+        6: ("first run", True),
+        7: ("1 given", True),
+    }
+
+
+def test_the_line_that_was_live_is_told_even_if_it_begins_later_than_is_asked_for() -> None:
+    records = [BEGAN, stood(run_of(900)), Branched(1, 0, 500, (FREEZE,)), WentLive(1, 600)]
+    made = replayed(records, until_step=400)
+    assert (list(made.lines), made.live) == ([0], 1)

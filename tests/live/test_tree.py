@@ -306,7 +306,7 @@ def test_a_command_where_a_branch_begins_is_one_more_of_its_own(desk: Desk) -> N
     second = desk.branch(first.number, 500, SLOWER)
     assert (second.parent, second.fork_step, second.name) == (0, 500, "mine")
     assert desk.rests().keys() == {0, second.number}
-    assert desk.kept.records[-1] == Branched(
+    assert [r for r in desk.kept.records if isinstance(r, Branched)][-1] == Branched(
         second.number, 0, 500, (FREEZE, SLOWER), instead_of=first.number
     )
     third = desk.branch(second.number, 500, FreezeSelection(frozen=False))
@@ -686,6 +686,25 @@ def test_how_far_a_run_is_is_written_down_whenever_it_stops(desk: Desk) -> None:
     desk.session.stop()
     assert desk.kept.records[-1].run == 1
     assert desk.kept.records[-1].step == desk.session._held().run.step
+
+
+def test_what_branches_come_to_is_written_down_where_all_stands_still(desk: Desk) -> None:
+    def noted() -> list[Stood]:
+        records = [record for record in desk.kept.records if isinstance(record, Stood)]
+        return [record for record in records if record.run == branch.number]
+
+    desk.at(40)
+    branch = desk.branch(0, 300)
+    line = desk.rests()[branch.number]
+    desk.ask()
+    (only,) = noted()
+    assert (only.step, only.trial, only.digest) == (line.until_step, line.until_trial, line.digest)
+    # A little more of it is written down once the session is left.
+    desk.at(LEAST_TRIALS + 41)
+    line = desk.rests()[branch.number]
+    assert (line.until_trial, noted()) == (LEAST_TRIALS + 41, [only])
+    desk.session.stop()
+    assert [record.digest for record in noted()] == [only.digest, line.digest]
 
 
 def test_a_run_of_an_experiment_that_is_taken_up_on_the_way_ends_where_its_preset_does(
