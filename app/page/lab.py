@@ -422,10 +422,11 @@ class Lab:
             # A frame's messages are not counted as those of viser's page are.
             raise RefusedError("much is being made for this browser already; wait for that")
         end = Place(line, past.end_step)
+        names = [other.name for other in self.session.status.lines if other.number == line]
         self.inbox.work(
             client,
             lambda: self.session.snapshot_at(end),
-            lambda snapshot: self.experiments.test(client, snapshot),
+            lambda snapshot: self.experiments.test(client, snapshot, "".join(names)),
         )
 
     def _tell(self, client_id: int, reason: str) -> None:

@@ -56,8 +56,11 @@ Show = Callable[[viser.ClientHandle], object]
 """Opens the results in a browser."""
 
 
-def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
+def session_experiment(snapshot: Snapshot, n_seeds: int, line: str = "") -> Experiment:
     """The schedule of a session, as it was and is planned, over many seeds.
+
+    It is called as its line is, if one is named; but not where it does not hold all that was done
+    there, which that name would promise.
 
     Where it differs from the preset of its name, that preset is run beside it on the same seeds,
     so that what was done by hand can be seen against what was not: it comes first, as that which
@@ -72,11 +75,11 @@ def session_experiment(snapshot: Snapshot, n_seeds: int) -> Experiment:
     beside = "; beside it, on the same seeds, its preset as it was" if differs else ""
     lines = [f"# {sentence}" for sentence in left_out]
     lines += [f"description: What was done and is planned in this session{beside}.", "presets:"]
-    if differs:
-        name = f"{snapshot.preset} as it was"[:MAX_LABEL]
-        lines += [f"  - label: {json.dumps(name, ensure_ascii=False)}", "    preset:"]
-        lines.append(textwrap.indent(dump(snapshot.preset_spec), "      "))
-    lines += ["  - label: this session", "    preset:", textwrap.indent(dump(spec), "      ")]
+    former = f"{snapshot.preset} as it was"[:MAX_LABEL]
+    own = "this session" if left_out or line in ("", former) else line[:MAX_LABEL]
+    for label, found in [(former, snapshot.preset_spec)] * differs + [(own, spec)]:
+        lines += [f"  - label: {json.dumps(label, ensure_ascii=False)}", "    preset:"]
+        lines.append(textwrap.indent(dump(found), "      "))
     text = "\n".join(line.rstrip() for line in lines) + "\n"
     return experiments.parse(text, f"{SESSION_NAME}.yaml", None, n_seeds)
 
@@ -332,9 +335,11 @@ class ExperimentsPanel:
         shipped = {experiments.titled(name): name for name in experiments.shipped()}
         return {THIS_SESSION: THIS_SESSION, **shipped, **{name: name for name in self._loaded}}
 
-    def _experiment(self, name: str, n_seeds: int, snapshot: Snapshot) -> Experiment:
+    def _experiment(
+        self, name: str, n_seeds: int, snapshot: Snapshot, line: str = ""
+    ) -> Experiment:
         if name == THIS_SESSION:
-            found = session_experiment(snapshot, n_seeds)
+            found = session_experiment(snapshot, n_seeds, line)
         else:
             found = self._file(name)
             # As many as the file asks for are its own ones, which may be any.
@@ -400,7 +405,7 @@ class ExperimentsPanel:
         assign(self._about, "content", small(about))
         assign(self._cost, "content", small(cost))
 
-    def test(self, client: viser.ClientHandle, snapshot: Snapshot) -> None:
+    def test(self, client: viser.ClientHandle, snapshot: Snapshot, line: str) -> None:
         """Run what was done in a line of the session up to a moment, and is planned, over seeds.
 
         The results open in that browser. To be called in the render loop.
@@ -408,11 +413,12 @@ class ExperimentsPanel:
         Args:
             client: the browser that wants it.
             snapshot: the moment, where what is known of the line ends.
+            line: what the line is called.
 
         Raises:
             RefusedError: the number of runs at a time is none.
         """
-        self._run(client, THIS_SESSION, N_TEST_SEEDS, snapshot)
+        self._run(client, THIS_SESSION, N_TEST_SEEDS, snapshot, line)
         lost = not_repeated(snapshot)
         if lost:
             tell(client, "Not all of it is repeated", " ".join(lost)[:_MOST_TOLD])
@@ -421,12 +427,19 @@ class ExperimentsPanel:
         name, snapshot = self._choice.chosen, self._session.status.snapshot
         self._run(client, name, int(self._seeds.read()), snapshot)
 
-    def _run(self, client: viser.ClientHandle, name: str, n_seeds: int, snapshot: Snapshot) -> None:
+    def _run(
+        self,
+        client: viser.ClientHandle,
+        name: str,
+        n_seeds: int,
+        snapshot: Snapshot,
+        line: str = "",
+    ) -> None:
         workers = int(self._workers.read())
 
         def begin() -> None:
             try:
-                self._service.start(self._experiment(name, n_seeds, snapshot), workers)
+                self._service.start(self._experiment(name, n_seeds, snapshot, line), workers)
             except (BusyError, ExperimentError, FolderError) as error:
                 raise RefusedError(str(error)) from error
 

@@ -134,8 +134,7 @@ class TimePanel:
             self._plan = None
         if self._to_be_live == ground.live:
             self._to_be_live = None
-            if self._outlook.walk.line(ground) == ground.live:
-                self._outlook.walk.go_live()
+            self._outlook.walk.go_live()
         if self._outlook.walk.lost():
             self.say(_GONE)
         fault = self._outlook.fault
@@ -269,7 +268,7 @@ class TimePanel:
                 self._ask(requests.BringBack(line), seen, ground)
             case messages.MakeLive(line=line):
                 self._to_be_live = line
-                self._ask(requests.MakeLive(line), seen, ground)
+                self._ask(requests.MakeLive(line), seen, ground, self._stay)
             case messages.TryOverSeeds(line=line):
                 self._deeds.test(self._client, line)
             case _:
@@ -280,8 +279,20 @@ class TimePanel:
         place = self._outlook.place
         return None if place is None or line == ground.live else place.step
 
-    def _ask(self, request: requests.Request, seen: Status, ground: Ground) -> None:
-        refuse = partial(self.say, refused=True)
+    def _stay(self) -> None:
+        self._to_be_live = None
+
+    def _ask(
+        self,
+        request: requests.Request,
+        seen: Status,
+        ground: Ground,
+        refused: Callable[[], object] = lambda: None,
+    ) -> None:
+        def refuse(reason: str) -> None:
+            refused()
+            self.say(reason, refused=True)
+
         self._asks.take(request, refuse, seen, ground, time.perf_counter())
 
 

@@ -72,6 +72,22 @@ def test_what_was_done_by_hand_is_run_beside_the_preset_on_the_same_seeds() -> N
     assert not_repeated(moment(run, "timed")) == ()
 
 
+def test_a_line_is_called_by_its_name_if_that_promises_no_more_than_is_run() -> None:
+    def labels(line: str) -> list[str]:
+        variants = session_experiment(moment(run, "timed"), 3, line).variants
+        return [variant.label for variant in variants]
+
+    run = Run(presets.load("timed", ["world.size=40"]), 5)
+    run.advance(until_trial=50)
+    run.apply(Introduce("circle_clockwise", 20))
+    name = 'circle: "early" # ü\t- x'
+    assert labels(name) == ["timed as it was", name]
+    assert labels("x" * 300)[1] == "x" * 200
+    assert labels("timed as it was")[1] == "this session"
+    run.apply(SetParameter("learner.epsilon", 0.9))
+    assert labels("ε 0.9")[1] == "this session"
+
+
 def test_what_a_session_cannot_repeat_is_said() -> None:
     run = Run(presets.load("timed", ["world.size=40"]), 5)
     run.advance(until_trial=50)
@@ -353,13 +369,13 @@ def test_what_a_line_of_the_session_does_is_tried_over_thirty_seeds(tab: Tab) ->
     run = Run(presets.load("timed", ["world.size=40"]), 5)
     run.advance(until_trial=50)
     run.apply(Introduce("circle_clockwise", 20))
-    tab.panel.test(client, moment(run, "timed"))
+    tab.panel.test(client, moment(run, "timed"), "mine")
     workers = int(tab.person.value("At a time"))
     assert tab.service.started == [("session", 30, workers)]
     assert tab.shown == [client]
     assert tab.person.told == []
     run.apply(SetParameter("learner.epsilon", 0.2))
-    tab.panel.test(client, moment(run, "timed"))
+    tab.panel.test(client, moment(run, "timed"), "mine")
     # The name of such a branch would promise what its schedule does not hold.
     (told,) = tab.person.told
     assert told.startswith("Exploration ε was set to 0.2 at trial 50")

@@ -264,6 +264,21 @@ def test_a_branch_is_made_live_and_this_browser_goes_along(theatre: Theatre) -> 
         theatre.expect_board(browser, theatre.session.status.snapshot)
 
 
+def test_who_makes_another_line_live_than_they_look_at_goes_there_too(theatre: Theatre) -> None:
+    anna = theatre.enter()
+    theatre.learn()
+    former = theatre.session.status.snapshot.generation
+    theatre.go(anna, 5_000)
+    theatre.do(lambda: theatre.lab.ask(anna.client, FreezeSelection(True)))
+    theatre.wait(lambda: theatre.shown(anna).generation != former)
+    branch = theatre.shown(anna).generation
+    theatre.go(anna, 3_000, former)
+    theatre.tell(anna, messages.MakeLive(branch))
+    theatre.session.wait_for(lambda status: status.snapshot.generation == branch, PATIENCE_S)
+    theatre.wait(lambda: theatre.status(anna).behind is None)
+    theatre.expect_board(anna, theatre.session.status.snapshot)
+
+
 def test_starting_again_ends_what_was_looked_at(theatre: Theatre) -> None:
     anna = theatre.enter()
     theatre.learn()
