@@ -110,7 +110,7 @@ def marks_of(
     # What somebody wrote stands nowhere else, while when skills join is said in their lanes, too.
     newest, older = written[-_MOST_WRITTEN:], written[:-_MOST_WRITTEN]
     marks: list[Mark] = []
-    for kind, clear_of in ((newest, joins), (joins, newest), (older, []), (others, [])):
+    for kind, clear_of in ((newest, []), (joins, newest), (older, []), (others, [])):
         marks += _named_of(kind, _room(marks, [*kind, *clear_of]))
     return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
 
