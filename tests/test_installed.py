@@ -55,7 +55,13 @@ class Installed:
     def start(self, *words: str, program: tuple[str, ...] = ("pounce",)) -> subprocess.Popen[str]:
         return subprocess.Popen(
             [str(self.bin / program[0]), *program[1:], *words],
-            env={"PATH": "/usr/bin:/bin", "LC_ALL": "C", "HOME": os.devnull},
+            env={
+                "PATH": "/usr/bin:/bin",
+                "LC_ALL": "C",
+                "HOME": os.devnull,
+                # Where sessions are kept.
+                "XDG_STATE_HOME": str(self.bin.parents[1] / "state"),
+            },
             cwd=self.elsewhere,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -389,3 +389,5 @@ def one_line(text: str) -> str:
 def _check_text(what: str, text: str) -> None:
     if len(text) > MOST_CHARACTERS:
         raise CommandError(f"{what} has at most {MOST_CHARACTERS} characters")
+    if text != one_line(text):
+        raise CommandError(f"{what} is one line of characters that can be read")

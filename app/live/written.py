@@ -29,6 +29,8 @@ MAX_LINE: Final = 2**20
 MOST_NAMES: Final = 1_000
 """Tried, where files have been given the first ones."""
 
+_LONGEST: Final = 500
+"""Characters of what a header says."""
 _SUM: Final = re.compile(rb'\{"sum":"([0-9a-f]{16})",')
 _FIRST: Final = b'"pounce_session":'
 
@@ -137,6 +139,10 @@ def _header_in(document: object) -> Header:
     kinds = Header.__annotations__
     if values.keys() != kinds.keys() or any(type(values[key]) is not kinds[key] for key in kinds):
         raise ValueError("is not the first line of a session")
+    texts = [value for value in values.values() if isinstance(value, str)]
+    if not all(text.isprintable() and len(text) <= _LONGEST for text in texts):
+        # They are shown in terminals and in pages.
+        raise ValueError("says what is no name")
     return Header(**values)
 
 

@@ -6,6 +6,7 @@ the browser looks at, as the lab has them.
 
 import itertools
 import re
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -17,7 +18,7 @@ from app.live.status import Status
 from app.page.time import messages
 from learners.commands import SetSchedule
 from learners.spec import EpisodeSpec, ScheduleSpec
-from tests.support.live import LiveLab
+from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import Begin, Screen, Shared
 
 TRIALS = 4_000
@@ -33,6 +34,8 @@ PLAN = (
     "schedule.episodes.0.duration=600",
     "schedule.episodes.1.duration=600",
 )
+HOLD = JOINS + 420
+"""Where a hand takes that exploration, beside its ends, the end of the freeze and its number."""
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
 
 
@@ -41,6 +44,9 @@ class Bar:
 
     def __init__(self, live: LiveLab, screen: Screen) -> None:
         self.live, self.page = live, screen.page
+        self.taken: list[Any] = []
+        """All messages that have come from the frame, and have been acted on."""
+        self._more = threading.Condition()
         self.frame: FrameLocator = screen.page.frame_locator("iframe.pounce-time")
         self._reading = screen.reading("Trial")
 
@@ -68,6 +74,26 @@ class Bar:
     def place(self) -> Place | None:
         """The moment that the browser looks at, as the lab knows it."""
         return self.live.lab.browsers[0].outlook.place
+
+    def record(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Note what comes from the frame from now on."""
+        panel = self.live.lab.browsers[0].time
+        take = panel.take
+
+        def noting(message: Any) -> None:
+            take(message)
+            with self._more:
+                self.taken.append(message)
+                self._more.notify_all()
+
+        monkeypatch.setattr(panel, "take", noting)
+
+    def goes_live(self) -> None:
+        """Wait until the newest message from the frame is that it wants to be live."""
+        with self._more:
+            assert self._more.wait_for(
+                lambda: self.taken and isinstance(self.taken[-1], messages.Live), PATIENCE_S
+            )
 
     def looks_at(self, trial: int | str) -> None:
         """Wait until the page shows a moment, beside the bar as well."""
@@ -106,11 +132,15 @@ CIRCLE, APPROACH = lane("circle_clockwise"), lane("approach")
 
 
 @pytest.fixture
-def bar(begin: Begin) -> Bar:
+def bar(begin: Begin, monkeypatch: pytest.MonkeyPatch) -> Bar:
     """The bar of a run that has a part of its schedule ahead."""
     live, screen = begin("timed", *PLAN, trial=HERE)
     bar = Bar(live, screen)
+    bar.record(monkeypatch)
+    # What acts on keys of time is in the frame.
+    assert screen.time_page
     screen.page.keyboard.press("End")
+    bar.goes_live()
     bar.looks_at(HERE)
     expect(bar.handle).to_have_text(f"{HERE}")
     # Of the run before this one blocks of the same ids may have stood elsewhere.
@@ -146,10 +176,7 @@ def circle_of(plan: ScheduleSpec) -> tuple[int, int, EpisodeSpec]:
 # --- The playhead --------------------------------------------------------------------------------
 
 
-def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(
-    bar: Bar, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    taken = recorded(bar, monkeypatch)
+def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(bar: Bar) -> None:
     before = bar.live.session.status.snapshot
     bar.take(bar.at(300), *[bar.at(trial) for trial in range(310, 500, 10)])
     bar.page.mouse.up()
@@ -164,7 +191,7 @@ def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(
         f"The past, trial {trial}, {HERE - trial} trials behind"
     )
     # Of all that a hand wished on the way, each is another, and the last was asked for.
-    wishes = [message.trial for message in taken if isinstance(message, messages.SeekTrial)]
+    wishes = [message.trial for message in bar.taken if isinstance(message, messages.SeekTrial)]
     assert wishes[-1] == trial
     assert all(one != other for one, other in itertools.pairwise(wishes))
     assert bar.live.session.status.snapshot.step == before.step
@@ -173,20 +200,6 @@ def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(
     bar.looks_at(HERE)
     assert bar.place is None
     expect(bar.button("Live: this is what happens now")).to_be_visible()
-
-
-def recorded(bar: Bar, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """All messages that come from the frame from now on."""
-    panel = bar.live.lab.browsers[0].time
-    taken: list[Any] = []
-    take = panel.take
-
-    def noting(message: Any) -> None:
-        taken.append(message)
-        take(message)
-
-    monkeypatch.setattr(panel, "take", noting)
-    return taken
 
 
 @pytest.mark.parametrize("row", [".axis", CIRCLE])
@@ -200,14 +213,19 @@ def test_a_press_on_the_axis_or_where_a_lane_is_empty_goes_there(bar: Bar, row: 
 
 def test_a_drag_that_is_given_up_leaves_the_moment_as_it_was(bar: Bar) -> None:
     bar.take(bar.at(300), bar.at(500))
+    expect(bar.button("Back to live")).to_be_visible()
+    bar.taken.clear()
     bar.page.keyboard.press("Escape")
     bar.page.mouse.up()
+    bar.goes_live()
     bar.looks_at(HERE)
     assert bar.place is None
 
 
 def test_past_the_end_of_what_is_known_is_live(bar: Bar) -> None:
+    bar.taken.clear()
     bar.drag(bar.at(300), bar.at(500), bar.at(3_000))
+    bar.goes_live()
     bar.looks_at(HERE)
     assert bar.place is None
     # A press where nothing is known yet goes nowhere.
@@ -249,8 +267,8 @@ def test_the_playhead_goes_by_its_keys(bar: Bar) -> None:
 
 def test_a_block_is_moved_by_hundreds_and_with_alt_to_any_trial(bar: Bar) -> None:
     # Circle clockwise joins at a line; its exploration is right of that.
-    x, y = bar.at(JOINS + 300, CIRCLE)
-    bar.drag((x, y), (bar.at(JOINS + 561, CIRCLE)[0], y))
+    x, y = bar.at(HOLD, CIRCLE)
+    bar.drag((x, y), (bar.at(HOLD + 261, CIRCLE)[0], y))
     plan = edited(bar)
     joins, freeze, exploration = circle_of(plan)
     assert (joins, freeze) == (JOINS, 300)
@@ -291,7 +309,7 @@ def test_ends_of_explorations_and_freezes_are_moved(bar: Bar) -> None:
 
 
 def test_a_drag_that_is_given_up_asks_for_nothing(bar: Bar) -> None:
-    at = bar.at(JOINS + 300, CIRCLE)
+    at = bar.at(HOLD, CIRCLE)
     before = bar.block(EXPLORATION).bounding_box()
     bar.take(at, bar.at(JOINS + 900, CIRCLE))
     expect(bar.block(EXPLORATION)).to_have_class(re.compile("held"))
@@ -303,7 +321,7 @@ def test_a_drag_that_is_given_up_asks_for_nothing(bar: Bar) -> None:
 
 
 def test_nothing_from_the_lab_moves_what_is_in_a_hand(bar: Bar) -> None:
-    bar.take(bar.at(JOINS + 300, CIRCLE), bar.at(JOINS + 700, CIRCLE))
+    bar.take(bar.at(HOLD, CIRCLE), bar.at(HOLD + 400, CIRCLE))
     expect(bar.block(EXPLORATION)).to_have_class(re.compile("held"))
     held = bar.block(EXPLORATION).bounding_box()
     bar.live.go_to_trial(HERE + 40)
@@ -334,7 +352,7 @@ def test_a_refusal_is_said_and_the_block_is_where_it_was(bar: Bar) -> None:
     edited(bar)
     before = bar.block(EXPLORATION).bounding_box()
     # It would run into the one that was just added.
-    bar.drag(bar.at(JOINS + 300, CIRCLE), bar.at(3_500, CIRCLE))
+    bar.drag(bar.at(HOLD, CIRCLE), bar.at(HOLD + 1_200, CIRCLE))
     expect(bar.said).to_contain_text("would overlap")
     expect(bar.block(EXPLORATION)).not_to_have_class(re.compile("held"))
     assert bar.block(EXPLORATION).bounding_box() == before
@@ -428,7 +446,7 @@ def between(one: tuple[float, float], other: tuple[float, float]) -> list[tuple[
 
 
 def test_a_finger_moves_blocks_and_the_playhead(bar: Bar) -> None:
-    touch(bar.page, *between(bar.at(JOINS + 300, CIRCLE), bar.at(JOINS + 700, CIRCLE)))
+    touch(bar.page, *between(bar.at(HOLD, CIRCLE), bar.at(HOLD + 400, CIRCLE)))
     assert circle_of(edited(bar))[2].at == JOINS + 400
     touch(bar.page, *between(bar.at(300), bar.at(500)))
     expect(bar.button("Back to live")).to_be_visible()
@@ -587,7 +605,7 @@ def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
 def test_a_block_moved_in_the_past_makes_a_branch_with_a_menu_of_its_own(bar: Bar) -> None:
     bar.page.mouse.click(*bar.at(500))
     bar.looks_at(bar.handle.inner_text())
-    bar.drag(bar.at(JOINS + 300, CIRCLE), bar.at(JOINS + 700, CIRCLE))
+    bar.drag(bar.at(HOLD, CIRCLE), bar.at(HOLD + 400, CIRCLE))
     status = bar.live.wait_for(lambda status: len(status.lines) == 2)
     assert n_edits(status) == 0
     (branch,) = [line for line in status.lines if not line.is_live]
@@ -613,7 +631,15 @@ def test_a_block_moved_in_the_past_makes_a_branch_with_a_menu_of_its_own(bar: Ba
     bar.live.wait_for(lambda status: len(status.lines) == 1)
     bar.said.get_by_role("button", name="Undo").click()
     bar.live.wait_for(lambda status: len(status.lines) == 2)
-    row.get_by_role("button", name="What can be done with it").click()
+    # What stands after a name stays there as a hand comes to it, or that would miss it.
+    bar.page.keyboard.press("End")
+    expect(row).not_to_have_attribute("aria-current", "true")
+    more = row.get_by_role("button", name="What can be done with it")
+    bar.handle.hover()
+    place = more.bounding_box()
+    row.hover(position={"x": 5, "y": 5})
+    assert more.bounding_box() == place
+    more.click()
     bar.frame.get_by_role("menuitem", name="Make it live").click()
     bar.live.wait_for(lambda status: status.snapshot.generation == branch.number)
 

@@ -13,7 +13,17 @@ from app.live.journal import Journal
 from app.live.lines import MadeAgain
 from app.live.made_again import Renumbered, made_again
 from app.live.past import Budget
-from app.live.records import Began, Branched, Deleted, Gave, Marked, Record, Stood, WentLive
+from app.live.records import (
+    Began,
+    Branched,
+    Deleted,
+    Gave,
+    Marked,
+    NamedLine,
+    Record,
+    Stood,
+    WentLive,
+)
 from app.live.replayed import replayed
 from app.live.requests import Begin, StepOnce, TakeUp, TrialOnce
 from app.live.session import Session
@@ -177,6 +187,7 @@ def test_it_can_be_taken_up_by_a_session_that_has_had_runs(tmp_path: Path) -> No
         ((BEGAN, Branched(1, 0, 9, (), instead_of=4)), "line 3: that line is not in", 1),
         ((BEGAN, WentLive(4)), "line 3: there is no run 4 to go on with", 1),
         ((BEGAN, Deleted(0)), "line 3: first run is live", 1),
+        ((BEGAN, NamedLine(0, "a\x1b[31m")), "line 3: a name is one line of characters", 1),
         ((BEGAN, Marked(1, 3, 0, 0, "a")), "line 3: that line is not in the tree", 1),
     ],
 )

@@ -23,7 +23,7 @@ _MOST_CHARACTERS: Final = 24
 """Of what somebody wrote, where there is room, and where there is little."""
 _FEW_CHARACTERS: Final = 10
 _MOST_WRITTEN: Final = 8
-"""Notes whose lines the names of skills keep clear of: there may be many."""
+"""Notes that come before the names of skills: there may be many."""
 
 
 class Mark(NamedTuple):
@@ -107,16 +107,11 @@ def marks_of(
     joins = [spot for spot in spots if spot.joins]
     others = [spot for spot in spots if not spot.joins]
     written = [_Written(axis.of_trial(note.trial), note) for note in notes]
-    # Skills first, of these the newest: clear of what somebody wrote, or over it if need be.
+    # What somebody wrote stands nowhere else, while when skills join is said in their lanes, too.
+    newest, older = written[-_MOST_WRITTEN:], written[:-_MOST_WRITTEN]
     marks: list[Mark] = []
-    for kept in (written[-_MOST_WRITTEN:], []):
-        named = {mark.at for mark in marks}
-        rest = [spot for spot in joins if spot.at not in named]
-        room = _room(marks, [*joins, *kept])
-        marks += [mark for mark in _named_of(rest, room) if mark.name or not kept]
-    # Then what somebody wrote, and the rest.
-    for kind in (written, others):
-        marks += _named_of(kind, _room(marks, kind))
+    for kind, clear_of in ((newest, joins), (joins, newest), (older, []), (others, [])):
+        marks += _named_of(kind, _room(marks, [*kind, *clear_of]))
     return tuple(_reaching(mark, marks) for mark in sorted(marks, key=lambda mark: mark.at))
 
 

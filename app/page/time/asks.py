@@ -73,6 +73,8 @@ class Asks:
         self._made: _Made | None = None
         self._known: set[int] = set()
         """Lines that this browser has been taken to."""
+        self._error: str | None = None
+        """What had stopped the learner: what stops it anew has stopped a branch on its way, too."""
 
     @property
     def is_branching(self) -> bool:
@@ -129,27 +131,38 @@ class Asks:
 
     def follow(self, live: Status, ground: Ground, now_s: float) -> None:
         """Go to the branch that was made by what this browser asked, once it is there."""
+        if live.error not in (None, self._error):
+            self._refuse(f"the learner has stopped: {live.error}")
+        self._error = live.error
         mine = [place for viewer, place in live.branched if viewer == self._outlook.viewer]
         new = [place for place in mine if place.line not in self._known]
         if not new:
             return
         self._known = {place.line for place in mine}
-        making, self._making = self._making, None
+        making = self._making
         if making is None:
             return
         branch = new[-1]
-        waiting, self._waiting = self._waiting, deque()
         try:
             self._outlook.walk.look(branch.line, branch.step, now_s, ground)
         except WalkError as error:
             # Somebody has deleted it meanwhile, or has begun another run.
-            for refuse in (making.refuse, *(refuse for _, refuse in waiting)):
-                refuse(str(error))
+            self._refuse(str(error))
             return
+        self._making = None
+        waiting, self._waiting = self._waiting, deque()
         self._made = self._as_made(branch, making)
         status = self._outlook.status(live, now_s, ground)
         for request, refuse in waiting:
             self.take(request, refuse, status, ground, now_s)
+
+    def _refuse(self, reason: str) -> None:
+        """Say of the branch that is being made, and of what waits for it, that it is not to be."""
+        making, self._making = self._making, None
+        waiting, self._waiting = self._waiting, deque()
+        if making is not None:
+            for refuse in (making.refuse, *(refuse for _, refuse in waiting)):
+                refuse(reason)
 
     def _branch(self, place: Place, command: Command, refuse: Reply, status: Status) -> None:
         snapshot = status.snapshot

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +94,15 @@ def test_those_in_which_something_was_done_are_offered(desk: Desk, folder: Path)
         assert not desk.person.can_use("Resume")
     desk.person.click("Look again")
     assert desk.person.options("Session") == [offered]
+
+
+@pytest.mark.parametrize("preset", ["a\n\x1b[31m", "b" * 5_000])
+def test_a_file_whose_preset_has_no_name_is_not_offered(
+    desk: Desk, folder: Path, preset: str
+) -> None:
+    (folder / "a.pounce").write_bytes(whole(replace(HEADER, preset=preset), RECORDS))
+    desk.person.click("Look again")
+    assert desk.person.options("Session") == ["none"]
 
 
 def test_a_session_is_taken_up_and_the_one_before_is_kept(desk: Desk, folder: Path) -> None:

@@ -165,6 +165,19 @@ def test_a_branch_that_is_gone_before_one_comes_to_it_takes_nobody_along(desk: D
     assert len(desk.asked) == 1
 
 
+def test_what_stops_the_learner_while_a_branch_is_made_is_told(desk: Desk) -> None:
+    desk.look(LIVE, 500)
+    desk.ask(FREEZE, EPSILON)
+    desk.live = replace(desk.live, error="MemoryError: no room")
+    desk.asks.follow(desk.live, ground(desk.lines), 0.0)
+    assert not desk.asks.is_branching
+    assert desk.told == ["the learner has stopped: MemoryError: no room"] * 2
+    # One that had stopped before can be branched all the same.
+    desk.ask(EPSILON)
+    desk.asks.follow(desk.live, ground(desk.lines), 0.0)
+    assert desk.asks.is_branching
+
+
 def test_a_branch_that_somebody_else_makes_takes_nobody_along(desk: Desk) -> None:
     desk.look(LIVE, 500)
     desk.branch_off(BRANCH, 500, viewer=BERT)
