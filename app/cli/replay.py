@@ -37,7 +37,7 @@ EXAMPLES = (
 )
 
 _MOST_STEPS = 2**62
-_HEADER = ("line", "began", "step", "trial", "digest", "as recorded", "name")
+_HEADER = ("line", "began", "step", "trial", "digest", "as recorded")
 _SHORT = 12
 """Digits of a digest in a table."""
 
@@ -163,13 +163,12 @@ def _report(written: "Written", made: "Replayed") -> str:
     )
     rows = [
         (
-            str(line.number) + (" (live)" if line.number == made.live else ""),
+            _called(line, line.number == made.live),
             "" if line.parent is None else f"line {line.parent}, step {line.fork_step:,}",
             f"{line.run.step:,}",
             f"{line.run.trial:,}",
             line.digest[:_SHORT],
             _VERDICTS[line.is_same],
-            as_text(line.name) + ("" if line.is_there else " (deleted)"),
         )
         for line in made.lines.values()
     ]
@@ -179,6 +178,11 @@ def _report(written: "Written", made: "Replayed") -> str:
         if line.difference is not None
     ]
     return "\n\n".join([filled(title, ""), table(_HEADER, rows), *differences])
+
+
+def _called(line: "LineMade", is_live: bool) -> str:
+    what = " (live)" if is_live else "" if line.is_there else " (deleted)"
+    return f"{line.number} {as_text(line.name)}{what}"
 
 
 _VERDICTS = {True: "yes", False: "NO", None: "none was"}

@@ -107,10 +107,10 @@ def test_it_says_of_every_line_where_it_stands_and_whether_that_was_recorded(
     out, _ = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= max(80, len(str(path)) + 2)
     rows = [" ".join(line.split()) for line in out.splitlines()]
-    assert "line began step trial digest as recorded name" in rows
-    assert f"0 900 {ENDED.trial} {digest(ENDED.state)[:12]} yes first run" in rows
+    assert "line began step trial digest as recorded" in rows
+    assert f"0 first run 900 {ENDED.trial} {digest(ENDED.state)[:12]} yes" in rows
     assert (
-        f"1 (live) line 0, step 500 600 {own.trial} {digest(own.state)[:12]} none was ε 0.3" in rows
+        f"1 ε 0.3 (live) line 0, step 500 600 {own.trial} {digest(own.state)[:12]} none was" in rows
     )
 
 
@@ -156,7 +156,7 @@ def test_a_difference_names_the_command_and_is_a_failure(
     }
     assert main.main(["replay", "one.pounce"]) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert f"0 (live) 900 {ENDED.trial} {digest(ENDED.state)[:12]} NO" in out
+    assert f"0 first run (live) 900 {ENDED.trial} {digest(ENDED.state)[:12]} NO" in out
     assert "Line 0 is not as recorded. At step 200 it still was. At step 900" in out
     assert out.endswith("It came after this command: skills frozen (step 300).")
     written(here / "one.pounce", RECORDS[0], replace(same, digest="ab" * 32))
