@@ -38,6 +38,12 @@ HOLD = JOINS + 420
 """Where a hand takes that exploration, beside its ends, the end of the freeze and its number."""
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
 
+_HAS_ITS_HEIGHT = """() => {
+    const frame = document.querySelector("iframe.pounce-time");
+    const { height } = frame.contentDocument.body.getBoundingClientRect();
+    return Math.abs(frame.clientHeight - height) < 1.5;
+}"""
+
 
 class Bar:
     """The time bar of a page, by what a hand does there."""
@@ -101,7 +107,10 @@ class Bar:
 
     def at(self, trial: float, row: str = ".curve") -> tuple[float, float]:
         """The pixel of a trial in a row, ``(x, y)``."""
-        # A frame that has just got another height moves what is in it.
+        # What has just got another height moves what is in it, and so does a frame that has it from
+        # its page.
+        self.page.wait_for_function(_HAS_ITS_HEIGHT)
+        self.page.locator("iframe.pounce-time").element_handle().wait_for_element_state("stable")
         plot = self.frame.locator(f"{row} > .plot").element_handle()
         plot.wait_for_element_state("stable")
         box = plot.bounding_box()
