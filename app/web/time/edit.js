@@ -120,8 +120,17 @@ const boundsOf = (piece) => {
 
 // --- Drafts, and what becomes of them ------------------------------------------------------------
 
-/** What has been asked for and is not answered: how the block was then. @type {Span | null} */
+/**
+ * What has been asked for and is not answered: of which block, on which line, and what the plan may
+ * have until it is, from how the block was at first to what it became before.
+ * @type {{id: string, line: number | undefined, passed: Span[]} | null}
+ */
 let asked = null;
+/**
+ * The same of a block that a hand goes on with, and last what it is to become by what was asked.
+ * @type {{id: string, spans: Span[]} | null}
+ */
+let awaited = null;
 let timer = 0;
 
 /** @param {Draft | null} draft */
@@ -134,7 +143,22 @@ const draftIs = (draft) => {
 };
 
 /** Show what is in the plan again. */
-const forgetDraft = () => draftIs(null);
+const forgetDraft = () => {
+  awaited = null;
+  draftIs(null);
+};
+
+/**
+ * Leave the draft as it is until the plan has it.
+ * @param {string} id
+ * @param {Span[]} spans
+ */
+const wait = (id, spans) => {
+  awaited = { id, spans };
+  asked = { id, line: state.bar?.line, passed: spans.slice(0, -1) };
+  clearTimeout(timer);
+  timer = setTimeout(forgetDraft, PATIENCE_MS);
+};
 
 /** @param {Span} one @param {Span} other */
 const isSame = (one, other) =>
@@ -145,10 +169,12 @@ const isSame = (one, other) =>
  * @param {Piece} piece
  */
 const ask = (piece) => {
-  const former = spanOf(piece);
   const now = seen(piece);
-  if (isSame(former, now)) return forgetDraft();
-  const { id } = former;
+  const { id } = piece;
+  // What was asked before may not be in the plan yet.
+  const before = awaited?.id === id ? awaited.spans : [spanOf(piece)];
+  const former = before[before.length - 1];
+  if (isSame(former, now)) return before.length > 1 ? wait(id, before) : forgetDraft();
   /** @type {{do: string} & Draft} */
   const message = { do: "edit", id };
   if (now.at !== former.at) message.at = now.at;
@@ -158,18 +184,20 @@ const ask = (piece) => {
     say("There is no connection to the lab: nothing was changed.");
     return forgetDraft();
   }
-  asked = former;
-  timer = setTimeout(forgetDraft, PATIENCE_MS);
+  wait(id, [...before, now]);
 };
 
 whenRefused(() => {
   if (asked) forgetDraft();
 });
-// A draft stays until the plan is another one: whatever it is then is what was taken.
+// A draft stays until the plan is another one, or that of another line: whatever it is then is what was
+// taken.
 whenChanged(() => {
   if (!asked || state.held) return;
   const piece = pieceOf(asked.id);
-  if (!piece || !isSame(spanOf(piece), asked)) forgetDraft();
+  const isSameLine = state.bar?.line === asked.line;
+  const is = piece && spanOf(piece);
+  if (!isSameLine || !is || !asked.passed.some((span) => isSame(span, is))) forgetDraft();
 });
 
 // --- By pointer ------------------------------------------------------------------------------------
