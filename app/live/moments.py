@@ -103,6 +103,8 @@ class Moments:
         self._idle: deque[_Job] = deque()
         self._idled_s = time.perf_counter()
         self._asked_last = False
+        self._making: Hashable = None
+        """Whose wish is being made; None if nobody's is."""
         self._on_found: Callable[[], object] = lambda: None
 
     # What viewers wish
@@ -112,7 +114,8 @@ class Moments:
         found = self._found.get(viewer)
         is_there = found is not None and found.place == place and self._is_still(found)
         with self._changed:
-            if is_there:
+            # What is being made for the viewer would take its place.
+            if is_there and self._making != viewer:
                 self._wishes.pop(viewer, None)
                 return
             self._viewers.add(viewer)
@@ -256,6 +259,7 @@ class Moments:
         self._asked_last = False
         viewer, place = next(iter(self._wishes.items()))
         del self._wishes[viewer]
+        self._making = viewer
         return lambda: self._make(viewer, place)
 
     def _do(self, job: _Job) -> object:
@@ -302,6 +306,7 @@ class Moments:
             log.exception("a moment could not be made")
             fault = _reason_of(error)
         with self._changed:
+            self._making = None
             if viewer not in self._viewers or (made is None and fault is None):
                 return
             if made is not None:

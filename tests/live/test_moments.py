@@ -179,6 +179,30 @@ def test_what_is_there_already_is_not_made_again(lines: Lines) -> None:
     assert before.spec.learner.epsilon != after.spec.learner.epsilon == 0.4
 
 
+def test_who_goes_back_while_another_moment_is_made_is_shown_that_of_the_newest_wish(
+    lines: Lines, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert lines.look(900) is not None
+    is_made, go_on = threading.Event(), threading.Event()
+
+    def slowly(past: Past, place: Place, *rest: Any) -> Snapshot | None:
+        made = moment_at(past, place, *rest)
+        is_made.set()
+        assert go_on.wait(PATIENCE_S)
+        return made
+
+    monkeypatch.setattr("app.live.moments.moment_at", slowly)
+    lines.moments.want("me", Place(LINE, 5_000))
+    assert is_made.wait(PATIENCE_S)
+    lines.moments.want("me", Place(LINE, 900))
+    go_on.set()
+    lines.wait()
+    lines.wait()
+    found = lines.moments.found("me")
+    assert found is not None
+    assert found.step == 900
+
+
 def test_a_viewer_that_is_forgotten_gets_nothing(lines: Lines) -> None:
     lines.look(500)
     with lines.held():

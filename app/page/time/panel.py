@@ -87,6 +87,11 @@ class TimePanel:
         client.gui.add_html(frame_html())
         client.gui.add_html(slot_html("bar", self._channel.frame_html()))
 
+    @property
+    def is_shown(self) -> bool:
+        """Whether anything has been shown yet; before, nothing is taken from the frame."""
+        return self._ground is not None
+
     def say(self, text: str, refused: bool = False) -> None:
         """Say something in the frame. May be called from any thread."""
         self._channel.send("said", {"text": text, "refused": refused})

@@ -62,7 +62,9 @@ class Theatre:
         self.pages.append(page)
         page.send(CAMERA)
         self.wait(lambda: len(self.lab.browsers) == len(self.pages))
-        return self.lab.browsers[-1]
+        browser = self.lab.browsers[-1]
+        self.wait(lambda: browser.time.is_shown)
+        return browser
 
     def close(self) -> None:
         for page in self.pages:
