@@ -170,10 +170,10 @@ class Journal:
             self._put(data)
         except OSError as error:
             self._is_unsure = True
-            fault = f"This session is not kept: {self._path.parent}: {_reason(error)}."
             if self._fault is None:
-                log.warning("%s", fault)
-            self._fault = fault
+                log.warning("this session is not kept: %s: %s", self._path.parent, _reason(error))
+            # Pages are not told where files of this machine are.
+            self._fault = f"This session is not kept: {_reason(error)}."
             return
         self._good, self._sum, self._first = self._good + len(data), total, None
         self._waiting.clear()

@@ -314,7 +314,7 @@ def test_what_cannot_be_written_is_written_later_without_a_gap(
     monkeypatch.setattr(os, "pwrite", full)
     for record in FEW[1:4]:
         journal.note(record)
-        assert journal.fault == f"This session is not kept: {path.parent}: no space left on device."
+        assert journal.fault == "This session is not kept: no space left on device."
         # Of a record that was written in part, nothing is taken for one.
         found = read(path).records
         assert found == FEW[: len(found)]
@@ -350,7 +350,8 @@ def test_a_folder_that_cannot_be_made_is_made_once_it_can(tmp_path: Path) -> Non
     with contextlib.closing(Journal(there / "sessions" / "one.pounce", HEADER)) as journal:
         journal.note(FEW[0])
         assert journal.fault is not None
-        assert journal.fault.startswith(f"This session is not kept: {there / 'sessions'}: ")
+        assert journal.fault.startswith("This session is not kept: ")
+        assert str(there) not in journal.fault
         there.unlink()
         journal.note(FEW[1])
         assert journal.fault is None
