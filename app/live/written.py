@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, cast
 
 from app.live.codec import KIND, UnknownRecordError, decoded, encoded, kind_of
-from app.live.records import Branched, Gave, Record, Stood
+from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
 from app.util.files import write_whole
 
 FORMAT: Final = 1
@@ -29,6 +29,8 @@ MAX_LINE: Final = 2**20
 MOST_NAMES: Final = 1_000
 """Tried, where files have been given the first ones."""
 
+_MOST_STOOD: Final = 100
+"""Of branches, that are passed over to find where the live run stood."""
 _LONGEST: Final = 500
 """Characters of what a header says."""
 _SUM: Final = re.compile(rb'\{"sum":"([0-9a-f]{16})",')
@@ -190,13 +192,41 @@ def glance(path: Path) -> Glance:
     """
     first, others, _ = _lines_in(path)
     header, _ = _header_of(path, first)
-    trial, at = 0, others.rfind(_mark_of(Stood))
-    if at >= 0:
-        line = others[others.rfind(b"\n", 0, at) + 1 :].partition(b"\n")[0]
-        with contextlib.suppress(ValueError, RecursionError):
-            stood = decoded(json.loads(b"{" + line[len(b'{"sum":"0123456789abcdef",') :]))
-            trial = stood.trial if isinstance(stood, Stood) else 0
+    trial = _live_trial(others)
     return Glance(header, trial, sum(others.count(_mark_of(kind)) for kind in (Gave, Branched)))
+
+
+def _live_trial(lines: bytes) -> int:
+    """Where the live run was last written down to stand; if it never was, where another one was."""
+    run = getattr(
+        _record_at(max(_last_of(Began, lines), _last_of(WentLive, lines)), lines), "run", None
+    )
+    newest, at = 0, _last_of(Stood, lines)
+    # What branches came to is written down as well, of each once when all stands still.
+    for n in range(_MOST_STOOD):
+        stood = _record_at(at, lines)
+        if not isinstance(stood, Stood):
+            break
+        if stood.run == run:
+            return stood.trial
+        newest = newest if n else stood.trial
+        at = _last_of(Stood, lines, at)
+    return newest
+
+
+def _last_of(kind: type[Record], lines: bytes, before: int | None = None) -> int:
+    """Where the last record of a kind has its mark, before a place; -1 if there is none."""
+    return lines.rfind(_mark_of(kind), 0, before)
+
+
+def _record_at(at: int, lines: bytes) -> Record | None:
+    """The record that has its mark there; None if there is none, or it is damaged."""
+    if at < 0:
+        return None
+    line = lines[lines.rfind(b"\n", 0, at) + 1 :].partition(b"\n")[0]
+    with contextlib.suppress(ValueError, RecursionError):
+        return decoded(json.loads(b"{" + line[len(b'{"sum":"0123456789abcdef",') :]))
+    return None
 
 
 def _mark_of(kind: type[Record]) -> bytes:

@@ -566,6 +566,7 @@ def test_the_board_does_not_move_with_the_sentence(begin: Begin) -> None:
     ]:
         live.ask(*commands, StepOnce())
         expect(screen.headline).to_contain_text(said)
+        screen.rest()
         room = screen.page.locator("#pounce-stage .board").bounding_box()
         assert room is not None
         # The bar below may take of what a square leaves free, for what is explored in it.

@@ -26,10 +26,11 @@ def test_what_is_typed_or_pasted_is_what_is_taken(shared: Shared, pasted: bool) 
     screen = shared.screen
     field, keyboard = screen.field("Trials"), screen.page.keyboard
     for text, number in [
-        ("12,000", 12_000),
         ("13\u202f000", 13_000),
         ("14.000", 14_000),
         ("1e3", 1_000),
+        # Last, since of this the page does not show when the lab has written it.
+        ("12,000", 12_000),
     ]:
         field.press("ControlOrMeta+a")
         if pasted:
@@ -40,7 +41,7 @@ def test_what_is_typed_or_pasted_is_what_is_taken(shared: Shared, pasted: bool) 
             keyboard.type(text, delay=60)
         keyboard.press("Tab")
         expect(field).to_have_value(f"{number:,}")
-        assert shared.live.widget("Trials").value == f"{number:,}"
+        shared.live.expect_value("Trials", f"{number:,}")
 
 
 def test_what_is_no_number_there_is_refused_and_no_button_takes_another(shared: Shared) -> None:

@@ -269,6 +269,8 @@ def test_it_runs_to_a_trial_and_stands_still_there(begin: Begin) -> None:
     assert (status.snapshot.trial_step, status.snapshot.present) == (0, ("approach",))
     expect(screen.reading("Trial")).to_have_text("150")
     assert live.session.status.speed == 10.0
+    # Where it has been nobody can go, so another trial is offered.
+    expect(field).not_to_have_value("150")
     screen.fill("Run to trial", "300")
     button.click()
     status = live.wait_for(lambda s: s.snapshot.trial == 300 and not s.playing)

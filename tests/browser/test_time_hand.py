@@ -38,18 +38,12 @@ HOLD = JOINS + 420
 """Where a hand takes that exploration, beside its ends, the end of the freeze and its number."""
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
 
-_HAS_ITS_HEIGHT = """() => {
-    const frame = document.querySelector("iframe.pounce-time");
-    const { height } = frame.contentDocument.body.getBoundingClientRect();
-    return Math.abs(frame.clientHeight - height) < 1.5;
-}"""
-
 
 class Bar:
     """The time bar of a page, by what a hand does there."""
 
     def __init__(self, live: LiveLab, screen: Screen) -> None:
-        self.live, self.page = live, screen.page
+        self.live, self.page, self._screen = live, screen.page, screen
         self.taken: list[Any] = []
         """All messages that have come from the frame, and have been acted on."""
         self._more = threading.Condition()
@@ -109,8 +103,7 @@ class Bar:
         """The pixel of a trial in a row, ``(x, y)``."""
         # What has just got another height moves what is in it, and so does a frame that has it from
         # its page.
-        self.page.wait_for_function(_HAS_ITS_HEIGHT)
-        self.page.locator("iframe.pounce-time").element_handle().wait_for_element_state("stable")
+        self._screen.rest()
         plot = self.frame.locator(f"{row} > .plot").element_handle()
         plot.wait_for_element_state("stable")
         box = plot.bounding_box()

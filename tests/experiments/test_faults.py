@@ -143,7 +143,8 @@ def test_killed_by_the_system_itself_the_command_goes_on(tmp_path: Path, call: s
     (tmp_path / "e.yaml").write_text(TEXT)
     command = [*POUNCE, "experiment", "e.yaml", "--out", "out"]
     tracing = [strace, "-f", "-o", os.devnull, "-e", "trace=rename,unlink", "-e", f"inject={call}"]
-    env = os.environ | {"PYTHONPATH": str(ROOT)}
+    # What is renamed and taken away first is to be a result, and no compiled module.
+    env = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
     ended = subprocess.run([*tracing, *command], cwd=tmp_path, env=env, capture_output=True)
     assert ended.returncode == -signal.SIGKILL
     assert hidden(tmp_path / "out")

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,12 @@ def test_sessions_are_listed_the_newest_first_with_what_was_done(tmp_path: Path)
     ]
     assert [session.is_begun for session in listed] == [True, False, True]
     assert sessions_in(tmp_path / "none") == []
+
+
+def test_the_trial_is_that_of_the_live_run_whatever_was_written_of_branches(tmp_path: Path) -> None:
+    of_branch = replace(STOOD, run=STOOD.run + 1, trial=STOOD.trial + 900)
+    written(tmp_path, "a.pounce", 10, BEGAN, STOOD, of_branch)
+    assert sessions_in(tmp_path)[0].glance.trial == STOOD.trial
 
 
 def test_a_torn_or_damaged_session_is_listed_as_far_as_it_can_be(tmp_path: Path) -> None:

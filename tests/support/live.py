@@ -1,6 +1,7 @@
 """A lab in this process: a session with its page, which tests ask what is true."""
 
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -142,6 +143,13 @@ class LiveLab:
     def widget(self, label: str) -> Any:
         """What all browsers share, by its label, as the server has it."""
         return Person(self.lab.server.gui).widget(label)
+
+    def expect_value(self, label: str, value: object) -> None:
+        """Wait until a widget that all browsers share holds a value."""
+        deadline = time.monotonic() + PATIENCE_S
+        while self.widget(label).value != value:
+            assert time.monotonic() < deadline, self.widget(label).value
+            time.sleep(0.005)
 
     def run_to_end(self, experiment: Experiment) -> Standing:
         """Run an experiment, and wait until it is over."""

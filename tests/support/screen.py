@@ -63,6 +63,12 @@ _HAS_TIME = """() => {
     return page?.documentElement?.dataset.connection === "open" && !!page.querySelector(".lane");
 }"""
 
+_HAS_ITS_HEIGHT = """() => {
+    const frame = document.querySelector("iframe.pounce-time");
+    const { height } = frame.contentDocument.body.getBoundingClientRect();
+    return Math.abs(frame.clientHeight - height) < 1.5;
+}"""
+
 _PROJECT = """index => {
     const { camera, canvas, nodeRefFromName } = window.__viserMutable;
     const props = window.__viserSceneTree.getState()["/board/cells"].message.props;
@@ -155,6 +161,12 @@ class Screen:
         frame = self.page.locator(_FRAME).element_handle().content_frame()
         assert frame is not None
         return frame
+
+    def rest(self) -> None:
+        """Wait until the time bar's frame has the height of what is in it, and rests."""
+        assert self.time_page
+        self.page.wait_for_function(_HAS_ITS_HEIGHT)
+        self.page.locator(_FRAME).element_handle().wait_for_element_state("stable")
 
     def text(self, words: str) -> Locator:
         """Something that says these words."""
