@@ -557,7 +557,10 @@ def test_the_camera_comes_home_even_while_it_swings(begin: Begin) -> None:
 
 def test_the_board_does_not_move_with_the_sentence(begin: Begin) -> None:
     live, screen = begin(trial=100)
-    live.ask(Introduce("circle_clockwise", 10))
+    # What was frozen by hand has a lane of its own, which is there from here on.
+    live.ask(Introduce("circle_clockwise", 10), FreezeSkills(True), StepOnce(), FreezeSkills(False))
+    live.ask(StepOnce())
+    expect(screen.time.locator(".lane")).to_have_count(4)
     places: list[object] = []
     for commands, said in [
         ([Introduce("avoid", 10), Explore("approach", 500, 0.3)], "approach in 30% of the steps"),
