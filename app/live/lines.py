@@ -4,7 +4,6 @@ What is done with it is the same whether somebody asks for it or a session is ma
 was written down: each change is a record, which is judged first and then taken in.
 """
 
-import math
 import unicodedata
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -16,7 +15,7 @@ from app.live.records import BroughtBack, Deleted, Marked, NamedLine, Unmarked
 from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import digest
-from learners.measures import RECENT_TRIALS
+from learners.measures import recent_reward
 from learners.run import Run
 
 MOST_BRANCHES: Final = 8
@@ -45,10 +44,7 @@ class Known(NamedTuple):
 
 def known_of(run: Run, tables: str = "") -> Known:
     """What is known of a line whose run stands there; ``tables`` is their digest, if it rests."""
-    step, trial = run.step, run.trial
-    recent = run.state.log_reward[max(trial - RECENT_TRIALS, 0) : trial]
-    reward = float(recent.mean()) if recent.size else math.nan
-    return Known(step, trial, reward, tables)
+    return Known(run.step, run.trial, recent_reward(run.state), tables)
 
 
 @dataclass(eq=False)
