@@ -5,6 +5,7 @@ was written down: each change is a record, which is judged first and then taken 
 """
 
 import unicodedata
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -205,10 +206,7 @@ class Family:
             former.past.drop()
             line.given_name = former.given_name
         others = {other.name for other in self.lines.values()}
-        name, more = line.computed_name, 2
-        while line.computed_name in others:
-            line.computed_name = f"{name} ({more})"
-            more += 1
+        line.computed_name = unlike(others, line.computed_name)
         self.lines[line.number] = line
 
     def check_going_live(self, number: int, step: int | None) -> Line:
@@ -372,6 +370,15 @@ class MadeAgain:
     """What was set aside for it."""
     n_runs: int
     """Runs that the session had: the next one's number."""
+
+
+def unlike(others: Container[str], name: str) -> str:
+    """The name that a branch has in a tree in which others may have it."""
+    more, found = 2, name
+    while found in others:
+        found = f"{name} ({more})"
+        more += 1
+    return found
 
 
 def one_line(text: str) -> str:
