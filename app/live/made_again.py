@@ -259,8 +259,7 @@ class _Making:
             if step is not None:
                 self._know(line, step)
             family.check_going_live(line.number, step)
-            is_there = line.held is not None and step in (None, line.held.run.step)
-            if line.held is not None and is_there:
+            if line.held is not None and step in (None, line.held.run.step):
                 run = line.held.run
             else:
                 run = run_at(line.past, line.past.end_step if step is None else step)
