@@ -111,12 +111,12 @@ class Line:
 class Family:
     """The lines that began as one run. Changed by one thread; all others may look."""
 
-    def __init__(self, root: Line) -> None:
-        """Begin with a run that is live."""
+    def __init__(self, root: Line, is_own: bool) -> None:
+        """Begin with a run that is live, and that is ``is_own`` or made again from results."""
         assert root.held is not None
         self.preset = root.held.preset
         """Of the run from which all branched off, as shown."""
-        self.is_own = root.held.is_own
+        self.is_own = is_own
         """Whether that began in its session, and was not made again from results."""
         self.is_resumed = False
         """Whether it was made again from what was kept of an earlier session."""

@@ -204,10 +204,8 @@ class _Making:
         self._next(record.run)
         run = Run(record.spec, record.seed)
         root = root_line(record.run, run, record.preset, self._budget, record.spec.trials)
-        assert root.held is not None
-        root.held.is_own = record.is_own
         self._set_aside(even_if_new=not record.is_own and self._aside is None)
-        self._family = Family(root)
+        self._family = Family(root, record.is_own)
 
     def _set_aside(self, even_if_new: bool = False) -> None:
         family = self._family

@@ -288,7 +288,7 @@ class Tree:
             self._set_aside(even_if_new=opened is not None and self.aside is None)
         self.n_runs += 1
         root = root_line(number, run, preset, self._budget, until_trial, playing, opened)
-        self.family = Family(root)
+        self.family = Family(root, is_own=opened is None)
 
     def go_back(self) -> None:
         """Show the family again that was set aside.
