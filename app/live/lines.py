@@ -334,15 +334,17 @@ class Family:
             raise CommandError(f"{children[0].name} branches off {line.name}; delete it first")
 
 
-def aside_after(family: Family, aside: Family | None, even_if_new: bool) -> Family | None:
+def aside_after(family: Family, aside: Family | None, for_opened: bool = False) -> Family | None:
     """What is kept once another family takes the place of one, in which one had been kept so far.
 
     That family, unless nothing has been done in it yet, or it is of an experiment, whose results
     make it again: of several that are opened one after the other, the lesson that came before is
-    kept. Where there is none, branches of such a run are worth keeping, too.
+    kept. Where there is none, branches of such a run are worth keeping, too; and so is a family in
+    which nothing has been done, ``for_opened`` runs of an experiment: from these one goes back.
     """
     if family.is_own:
-        return family if family.is_begun or even_if_new else aside
+        is_all_there_is = for_opened and aside is None
+        return family if family.is_begun or is_all_there_is else aside
     return family if aside is None and len(family.lines) > 1 else aside
 
 

@@ -204,16 +204,16 @@ class _Making:
         self._next(record.run)
         run = Run(record.spec, record.seed)
         root = root_line(record.run, run, record.preset, self._budget, record.spec.trials)
-        self._set_aside(even_if_new=not record.is_own and self._aside is None)
+        self._set_aside(for_opened=not record.is_own)
         self._family = Family(root, record.is_own)
 
-    def _set_aside(self, even_if_new: bool = False) -> None:
+    def _set_aside(self, for_opened: bool = False) -> None:
         family = self._family
         if family is None:
             return
         family.held.pause()
         family.drop()
-        self._aside = aside_after(family, self._aside, even_if_new)
+        self._aside = aside_after(family, self._aside, for_opened)
 
     # Lines
 
