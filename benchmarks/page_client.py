@@ -34,8 +34,9 @@ _CAMERA = wire.ViewerCameraMessage(
 )
 """A browser counts as connected once it has said where its camera is."""
 
-_LABELS = ("Play", "Pause")
-"""What is on the button."""
+_HINT = "Let the learner go on, or hold it still"
+"""How what the button explains itself by begins: experiments have a button of the same name, and this
+one is called otherwise once a run is over."""
 _PLAYING = "Pause"
 """What the button says while the learner learns."""
 _OWN = "Layer"
@@ -153,12 +154,11 @@ class Clicker:
                 self._changed.notify_all()
         if message["type"] == "GuiButtonMessage":
             label = message["props"]["label"]
-            # The first of such a name: experiments have a button to pause as well.
-            if not self._button and label in _LABELS:
+            if (message["props"]["hint"] or "").startswith(_HINT):
                 self._button = message["uuid"]
         elif message["type"] == "GuiUpdateMessage" and message["uuid"] == self._button:
             label = message["updates"].get("label")
-        if label is not None and self._button in ("", message["uuid"]):
+        if label is not None and self._button == message["uuid"]:
             with self._changed:
                 self._label = label
                 self._changed.notify_all()

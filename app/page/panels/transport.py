@@ -170,11 +170,12 @@ class Transport:
         if status.behind is not None:
             what = "the branch" if status.behind.branch else "the past"
             label = f"{'Pause' if status.playing else 'Play'} {what}"
+        stuck = status.exhausted or status.error is not None
+        # First, so that a page that says what can be done can have it done.
+        assign(self._play, "disabled", stuck or status.finished)
         if self._play.label != label:
             self._play.label = label
             self._play.icon = icon
-        stuck = status.exhausted or status.error is not None
-        assign(self._play, "disabled", stuck or status.finished)
         assign(self._further, "visible", status.finished and not stuck)
         more = counted(status.snapshot.spec.trials, "trial")
         assign(self._further, "label", f"Go on for {more} more")
