@@ -32,6 +32,14 @@ def success_of(snapshot: Snapshot, wanted: Callable[[], bool]) -> SuccessMap | N
     return None if outcomes is None else SuccessMap(outcomes, snapshot.trial, snapshot.generation)
 
 
+def _live_maker() -> Maker[SuccessMap | None]:
+    return Maker(rest_s=_REST_S)
+
+
+def _moment_maker() -> Maker[SuccessMap | None]:
+    return Maker(rest_ratio=_REST_RATIO)
+
+
 class SuccessMaps:
     """Of one session. The render loop alone has to do with it."""
 
@@ -45,8 +53,7 @@ class SuccessMaps:
         maker = self._makers.get(seen.viewer)
         if seen.look.layer == "success":
             if maker is None:
-                is_live = seen.viewer is None
-                maker = Maker(rest_s=_REST_S) if is_live else Maker(rest_ratio=_REST_RATIO)
+                maker = _live_maker() if seen.viewer is None else _moment_maker()
                 self._makers[seen.viewer] = maker
             maker.want(moment_of(snapshot), lambda: success_of(snapshot, lambda: not self._stopped))
         if maker is None:
