@@ -142,10 +142,6 @@ class ChooseBlock(_Message, frozen=True, tag="choose"):
     id: Text
 
 
-class UndoLast(_Message, frozen=True, tag="undo"):
-    """Undo what was done by hand last."""
-
-
 # --- Marks and lines -----------------------------------------------------------------------------
 
 
@@ -212,7 +208,6 @@ FromFrame = (
     | AddExploration
     | DeleteBlock
     | ChooseBlock
-    | UndoLast
     | AddMark
     | RemoveMark
     | NameLine
