@@ -16,7 +16,7 @@ const MARGIN_PX = 2;
  * What somebody has typed as a share: percents, or a number below 1; null if it is none.
  * @param {string} text
  */
-export const chanceIn = (text) => {
+const chanceIn = (text) => {
   const [, number, sign] = /^\s*(\d+(?:[.,]\d*)?|[.,]\d+)\s*(%?)\s*$/.exec(text) ?? [];
   if (number === undefined) return null;
   const value = Number(number.replace(",", "."));
@@ -25,7 +25,7 @@ export const chanceIn = (text) => {
 };
 
 /** @param {number} chance */
-export const percent = (chance) => `${Number((100 * chance).toFixed(2))} %`;
+const percent = (chance) => `${Number((100 * chance).toFixed(2))} %`;
 
 /**
  * Open a field where a probability is shown; it closes when it is finished or given up.

@@ -30,7 +30,7 @@ const PATIENCE_MS = 3_000;
 // --- What there is ---------------------------------------------------------------------------------
 
 /** @param {string} id */
-export const pieceOf = (id) =>
+const pieceOf = (id) =>
   state.bar?.lanes.flatMap((lane) => lane.pieces).find((piece) => piece.id === id);
 
 /** @param {Element | null} element a block, or a number of one */
@@ -97,7 +97,7 @@ const within = (x, low, high) => Math.min(Math.max(x, low), Math.max(low, high))
  * @param {{earliest: number, shortest: number}} bounds
  * @returns {Draft}
  */
-export const moved = (span, part, by, isExact, { earliest, shortest }) => {
+const moved = (span, part, by, isExact, { earliest, shortest }) => {
   const { id, at, trials } = span;
   const until = at + trials;
   if (part === "whole")

@@ -40,7 +40,7 @@ let joins = [];
  * @param {Draft | null} draft
  * @returns {Map<string, Span>}
  */
-export const drafted = (bar, draft) => {
+const drafted = (bar, draft) => {
   /** @type {Map<string, Span>} */
   const spans = new Map();
   if (!draft) return spans;
@@ -174,7 +174,6 @@ const drawPiece = (block, bar, piece, held, bound) => {
   block.className = ["piece", kind, half, ...names].join(" ");
   if (piece.was) return void attribute(block, "aria-hidden", "true");
   block.dataset.id = piece.id;
-  block.dataset.kind = piece.kind;
   // What it says of itself is to be found anew.
   delete block.dataset.free;
   drawn.push([block, piece]);

@@ -182,7 +182,7 @@ const behindInWords = (trials) => {
  * @param {Bar} bar
  * @param {Moment} moment
  */
-export const written = ({ axis }, { trial, step }) => {
+const written = ({ axis }, { trial, step }) => {
   if (axis.unit === "trials") return grouped(trial);
   const [factor, sign] = axis.end >= 2e5 ? [1e6, "M"] : [1e3, "k"];
   return step ? `${Number((step / factor).toPrecision(3))} ${sign}` : "0";

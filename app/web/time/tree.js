@@ -117,7 +117,7 @@ const tell = (came, { reward, digest, growing, until: end }, place, wide) => {
  * @param {number} wide
  * @returns {[string, "after" | "before" | "on"]}
  */
-export const spot = (texts, { from, until, free }, wide) => {
+const spot = (texts, { from, until, free }, wide) => {
   for (const text of texts) {
     const needs = (CHARACTER * (text.length + 2)) / (wide || 1);
     if (until + needs <= 1) return [text, "after"];
