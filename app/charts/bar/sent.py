@@ -235,7 +235,6 @@ def _piece(piece: Piece, ahead: Sequence[Block] | None) -> Sent:
         "first": block.first,
         "until": block.until,
         "probability": block.probability,
-        "skill": block.skill,
         "what": _what(block),
         "idle": piece.is_idle,
         "hand": block.by_hand,
