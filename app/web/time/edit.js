@@ -5,7 +5,7 @@
 import { trialAt } from "./axis.js";
 import { openChance } from "./chance.js";
 import { send } from "./channel.js";
-import { element, grouped } from "./dom.js";
+import { grouped } from "./dom.js";
 import { say, whenRefused } from "./said.js";
 import { shareAt, takeBackPresses } from "./scrub.js";
 import { changed, state, whenChanged } from "./state.js";
@@ -350,19 +350,11 @@ const soonest = (skill) => {
   return Math.max(soon, joins?.first ?? 0, ...ends);
 };
 
-// A button for those who have no mouse to click twice with.
-whenChanged(() => {
-  for (const lane of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".lane"))) {
-    const gutter = lane.querySelector(".gutter");
-    const { skill } = lane.dataset;
-    if (!skill || !gutter || gutter.querySelector(".add")) continue;
-    const button = element("button", "add", "+");
-    const name = gutter.textContent ?? "";
-    button.title = `Add an exploration of ${name}`;
-    button.setAttribute("aria-label", button.title);
-    button.addEventListener("click", () => add(skill, soonest(skill)));
-    gutter.append(button);
-  }
+document.body.addEventListener("click", ({ target }) => {
+  const button = /** @type {Element} */ (target).closest(".lane .add");
+  const lane = /** @type {HTMLElement | null | undefined} */ (button?.closest(".lane"));
+  const skill = lane?.dataset.skill;
+  if (skill) add(skill, soonest(skill));
 });
 
 // --- By key ----------------------------------------------------------------------------------------

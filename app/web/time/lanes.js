@@ -94,10 +94,18 @@ export const drawLanes = (parent, bar, draft) => {
   });
 };
 
-const makeLane = () => {
+/** @param {Lane} lane */
+const makeLane = ({ name, skill }) => {
   const row = element("div", "row lane");
   const gutter = element("div", "gutter");
   gutter.append(element("span", "name"));
+  if (skill) {
+    // A button for those who have no mouse to click twice with (edit.js).
+    const add = element("button", "add", "+");
+    add.title = `Add an exploration of ${name}`;
+    add.setAttribute("aria-label", add.title);
+    gutter.append(add);
+  }
   const plot = element("div", "plot");
   for (const part of ["presence", "blocks", "labels"]) plot.append(element("div", part));
   row.append(gutter, plot);

@@ -4,7 +4,7 @@
 import { send } from "./channel.js";
 import { element } from "./dom.js";
 import { say } from "./said.js";
-import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
+import { MOST_CHARACTERS, state } from "./state.js";
 
 /** @typedef {import("./state.js").Line} Line */
 
@@ -149,19 +149,6 @@ const open = (place, name, choices) => {
 /** @param {HTMLElement} row @param {Line} line */
 const openFor = (row, line) =>
   open(row.querySelector(".more") ?? row, line.name, choices(line));
-
-// A button for those who have but one, and those who do not look for a menu.
-whenChanged(() => {
-  for (const gutter of document.querySelectorAll(".line > .gutter")) {
-    if (gutter.querySelector(".more")) continue;
-    const button = element("button", "more", "\u22ef");
-    button.tabIndex = -1;
-    button.title = "What can be done with it";
-    button.setAttribute("aria-label", button.title);
-    button.setAttribute("aria-haspopup", "menu");
-    gutter.append(button);
-  }
-});
 
 document.body.addEventListener("click", ({ target }) => {
   const row = elementAt(target);
