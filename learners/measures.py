@@ -162,6 +162,13 @@ def endings(state: LearnerState, recent: int | None = None) -> Endings:
     return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
 
 
+def recent_reward(state: LearnerState) -> float:
+    """Mean reward per trial over the last ``RECENT_TRIALS``; NaN before the first has ended."""
+    done = trials_done(state)
+    recent = state.log_reward[max(done - RECENT_TRIALS, 0) : done]
+    return float(recent.mean()) if recent.size else float("nan")
+
+
 def ended_by(steps: np.ndarray, step: int) -> int:
     """How many trials had ended when a step had been made.
 

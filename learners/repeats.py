@@ -6,6 +6,7 @@ made; the run is the same as if it had been set once. Its history says so, and s
 
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import replace
+from itertools import takewhile
 
 from learners.commands import (
     Command,
@@ -57,14 +58,9 @@ def without_repeats(commands: Iterable[Command]) -> tuple[Command, ...]:
     void. What holds after them is the same, but what is noted of it need not be."""
     kept = list[Command]()
     for command in commands:
-        setting = _setting_of(command)
-        for place, other in reversed([*enumerate(kept)]):
-            others = _setting_of(other)
-            if setting is None or others is None:
-                break
-            if others == setting:
-                del kept[place]
-                break
+        void = _repeated(command, reversed([*enumerate(kept)]))
+        if void is not None:
+            del kept[void]
         kept.append(command)
     return tuple(kept)
 
@@ -81,13 +77,22 @@ def _overruled(history: Sequence[Event], event: Event) -> int | None:
             return None
         is_again = isinstance(last.command, Explore) and last.command.skill == command.skill
         return last.number if is_again else None
+    here = takewhile(lambda other: other.author == "hand" and other.step == step, reversed(history))
+    return _repeated(command, ((other.number, other.command) for other in here))
+
+
+def _repeated(command: Command, former: Iterable[tuple[int, Command]]) -> int | None:
+    """Number of the one among former commands, the newest first, that sets what this one does.
+
+    None if there is none, or if something else than settings lies between the two.
+    """
     setting = _setting_of(command)
-    for other in reversed(history):
-        others = _setting_of(other.command)
-        if setting is None or others is None or other.author != "hand" or other.step != step:
+    for number, other in former:
+        others = _setting_of(other)
+        if setting is None or others is None:
             return None
         if others == setting:
-            return other.number
+            return number
     return None
 
 

@@ -114,7 +114,7 @@ def obey(command: Lab) -> int:
             f"--log-level: {shown(command.log_level)} is not allowed; allowed: {', '.join(LEVELS)}"
         )
     past_memory = whole_number("--past-memory", command.past_memory, 1, _MOST_MEMORY)
-    _check_keeping(command, seed)
+    _check_keeping(command)
     folder = folder_of(command.sessions)
     names = [*_declared("--name", command.name)]
     names += _declared("POUNCE_NAMES", filter(None, os.environ.get("POUNCE_NAMES", "").split(",")))
@@ -165,7 +165,7 @@ def obey(command: Lab) -> int:
             journal.close()
 
 
-def _check_keeping(command: Lab, seed: int) -> None:
+def _check_keeping(command: Lab) -> None:
     """Refuse options that say nothing together.
 
     Raises:

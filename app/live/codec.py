@@ -47,18 +47,12 @@ class UnknownRecordError(ValueError):
 
 def encoded(record: Record) -> dict[str, Any]:
     """A record as JSON has it; :func:`decoded` makes an equal one of it."""
-    document: dict[str, Any] = {KIND: kind_of(type(record))}
-    for field in dataclasses.fields(record):
-        document[field.name] = _plain(getattr(record, field.name))
-    return document
+    return {KIND: kind_of(type(record)), **_values_of(record)}
 
 
 def encoded_command(command: Command) -> dict[str, Any]:
     """A command as JSON has it."""
-    document: dict[str, Any] = {_DO: type(command).__name__}
-    for field in dataclasses.fields(command):
-        document[field.name] = _plain(getattr(command, field.name))
-    return document
+    return {_DO: type(command).__name__, **_values_of(command)}
 
 
 def decoded(document: object) -> Record:
@@ -84,6 +78,10 @@ def decoded(document: object) -> Record:
 
 def _command(document: object) -> Command:
     return _made(*_taken_apart(document, _DO, _COMMANDS))
+
+
+def _values_of(stated: Record | Command) -> dict[str, Any]:
+    return {field.name: _plain(getattr(stated, field.name)) for field in dataclasses.fields(stated)}
 
 
 def _plain(value: Any) -> Any:

@@ -43,10 +43,6 @@ class Held:
     opened: Opened | None = None
     """Of which run of an experiment it is a copy, until something else is done with it."""
 
-    def __post_init__(self) -> None:
-        self.is_own = self.opened is None
-        """Whether it began in its session, and was not made again from results."""
-
     @property
     def is_begun(self) -> bool:
         """Whether a step has been made, or something been done by hand."""

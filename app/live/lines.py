@@ -4,8 +4,8 @@ What is done with it is the same whether somebody asks for it or a session is ma
 was written down: each change is a record, which is judged first and then taken in.
 """
 
-import math
 import unicodedata
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -16,7 +16,7 @@ from app.live.records import BroughtBack, Deleted, Marked, NamedLine, Unmarked
 from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import digest
-from learners.measures import RECENT_TRIALS
+from learners.measures import recent_reward
 from learners.run import Run
 
 MOST_BRANCHES: Final = 8
@@ -45,10 +45,7 @@ class Known(NamedTuple):
 
 def known_of(run: Run, tables: str = "") -> Known:
     """What is known of a line whose run stands there; ``tables`` is their digest, if it rests."""
-    step, trial = run.step, run.trial
-    recent = run.state.log_reward[max(trial - RECENT_TRIALS, 0) : trial]
-    reward = float(recent.mean()) if recent.size else math.nan
-    return Known(step, trial, reward, tables)
+    return Known(run.step, run.trial, recent_reward(run.state), tables)
 
 
 @dataclass(eq=False)
@@ -114,12 +111,12 @@ class Line:
 class Family:
     """The lines that began as one run. Changed by one thread; all others may look."""
 
-    def __init__(self, root: Line) -> None:
-        """Begin with a run that is live."""
+    def __init__(self, root: Line, is_own: bool) -> None:
+        """Begin with a run that is live, and that is ``is_own`` or made again from results."""
         assert root.held is not None
         self.preset = root.held.preset
         """Of the run from which all branched off, as shown."""
-        self.is_own = root.held.is_own
+        self.is_own = is_own
         """Whether that began in its session, and was not made again from results."""
         self.is_resumed = False
         """Whether it was made again from what was kept of an earlier session."""
@@ -209,10 +206,7 @@ class Family:
             former.past.drop()
             line.given_name = former.given_name
         others = {other.name for other in self.lines.values()}
-        name, more = line.computed_name, 2
-        while line.computed_name in others:
-            line.computed_name = f"{name} ({more})"
-            more += 1
+        line.computed_name = unlike(others, line.computed_name)
         self.lines[line.number] = line
 
     def check_going_live(self, number: int, step: int | None) -> Line:
@@ -340,15 +334,17 @@ class Family:
             raise CommandError(f"{children[0].name} branches off {line.name}; delete it first")
 
 
-def aside_after(family: Family, aside: Family | None, even_if_new: bool) -> Family | None:
+def aside_after(family: Family, aside: Family | None, for_opened: bool = False) -> Family | None:
     """What is kept once another family takes the place of one, in which one had been kept so far.
 
     That family, unless nothing has been done in it yet, or it is of an experiment, whose results
     make it again: of several that are opened one after the other, the lesson that came before is
-    kept. Where there is none, branches of such a run are worth keeping, too.
+    kept. Where there is none, branches of such a run are worth keeping, too; and so is a family in
+    which nothing has been done, ``for_opened`` runs of an experiment: from these one goes back.
     """
     if family.is_own:
-        return family if family.is_begun or even_if_new else aside
+        is_all_there_is = for_opened and aside is None
+        return family if family.is_begun or is_all_there_is else aside
     return family if aside is None and len(family.lines) > 1 else aside
 
 
@@ -376,6 +372,15 @@ class MadeAgain:
     """What was set aside for it."""
     n_runs: int
     """Runs that the session had: the next one's number."""
+
+
+def unlike(others: Container[str], name: str) -> str:
+    """The name that a branch has in a tree in which others may have it."""
+    more, found = 2, name
+    while found in others:
+        found = f"{name} ({more})"
+        more += 1
+    return found
 
 
 def one_line(text: str) -> str:

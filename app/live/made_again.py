@@ -204,18 +204,16 @@ class _Making:
         self._next(record.run)
         run = Run(record.spec, record.seed)
         root = root_line(record.run, run, record.preset, self._budget, record.spec.trials)
-        assert root.held is not None
-        root.held.is_own = record.is_own
-        self._set_aside(even_if_new=not record.is_own and self._aside is None)
-        self._family = Family(root)
+        self._set_aside(for_opened=not record.is_own)
+        self._family = Family(root, record.is_own)
 
-    def _set_aside(self, even_if_new: bool = False) -> None:
+    def _set_aside(self, for_opened: bool = False) -> None:
         family = self._family
         if family is None:
             return
         family.held.pause()
         family.drop()
-        self._aside = aside_after(family, self._aside, even_if_new)
+        self._aside = aside_after(family, self._aside, for_opened)
 
     # Lines
 
@@ -259,8 +257,7 @@ class _Making:
             if step is not None:
                 self._know(line, step)
             family.check_going_live(line.number, step)
-            is_there = line.held is not None and step in (None, line.held.run.step)
-            if line.held is not None and is_there:
+            if line.held is not None and step in (None, line.held.run.step):
                 run = line.held.run
             else:
                 run = run_at(line.past, line.past.end_step if step is None else step)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from app.live.branching import NameOf, plain_name
-from app.live.lines import FIRST_RUN
+from app.live.lines import FIRST_RUN, unlike
 from app.live.records import (
     Began,
     Branched,
@@ -225,7 +225,7 @@ class _Replayer:
         for command in record.commands:
             self._give(line, Given(record.step, command))
         name = self._name_of(before, run.trial, record.commands)
-        line.computed_name = self._unlike_others(name, self._root(line))
+        line.computed_name = unlike(self._names_beside(line), name)
         self._add(line)
 
     def _root(self, line: LineMade) -> LineMade:
@@ -233,15 +233,11 @@ class _Replayer:
             line = self.made.lines[line.parent]
         return line
 
-    def _unlike_others(self, name: str, root: LineMade) -> str:
-        """The name that a tree gives to a branch, in which another may have it."""
+    def _names_beside(self, branch: LineMade) -> set[str]:
+        """Names of the lines that are in its tree."""
+        root = self._root(branch)
         there = [line for line in self.made.lines.values() if line.is_there]
-        others = {line.name for line in there if self._root(line) is root}
-        more, found = 2, name
-        while found in others:
-            found = f"{name} ({more})"
-            more += 1
-        return found
+        return {line.name for line in there if self._root(line) is root}
 
     def _go_live(self, line: LineMade, step: int | None) -> None:
         if step is None:

@@ -3,7 +3,6 @@
 The worker takes one between two slices of learning; views and panels read it and nothing else.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -171,7 +170,7 @@ def take(
         ends=_ends(run),
         paths=_paths(run) if new_curve or former is None else former.paths,
         recent=measures.endings(state, measures.RECENT_TRIALS),
-        recent_reward=_recent_reward(run),
+        recent_reward=measures.recent_reward(state),
         curve=curve,
         trial_curve=trial_curve,
         progress=progress,
@@ -183,11 +182,6 @@ def selection_q_of(run: Run) -> np.ndarray:
     spec, n_options = run.spec, n_options_of(run.spec)
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions, n_options)
     return rows.values(run.state.selection)[:, :n_options].reshape(shape).copy()
-
-
-def _recent_reward(run: Run) -> float:
-    recent = run.state.log_reward[max(run.trial - measures.RECENT_TRIALS, 0) : run.trial]
-    return float(recent.mean()) if recent.size else math.nan
 
 
 def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarray:

@@ -285,10 +285,10 @@ class Tree:
         if command is not None:
             self._note(Gave(number, 0, command))
         if number > 0:
-            self._set_aside(even_if_new=opened is not None and self.aside is None)
+            self._set_aside(for_opened=opened is not None)
         self.n_runs += 1
         root = root_line(number, run, preset, self._budget, until_trial, playing, opened)
-        self.family = Family(root)
+        self.family = Family(root, is_own=opened is None)
 
     def go_back(self) -> None:
         """Show the family again that was set aside.
@@ -324,9 +324,9 @@ class Tree:
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
 
-    def _set_aside(self, even_if_new: bool = False) -> None:
+    def _set_aside(self, for_opened: bool = False) -> None:
         self.family.drop()
-        self.aside = aside_after(self.family, self.aside, even_if_new)
+        self.aside = aside_after(self.family, self.aside, for_opened)
 
     # What is written down
 

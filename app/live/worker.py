@@ -279,8 +279,10 @@ class Worker(ABC, Generic[Stand]):
 
     def _publish(self) -> None:
         now_s = time.perf_counter()
+        # A session also writes to its disk here, for which nobody else has to wait.
+        status = self._take_status(now_s)
         with self._published:
-            self._status = self._take_status(now_s)
+            self._status = status
             self._published_at = time.perf_counter()
             self._published.notify_all()
         if self._told != self._answered:

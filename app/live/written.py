@@ -165,7 +165,7 @@ def read(path: Path) -> Written:
         try:
             document, next_sum = _document_in(line, total)
             records.append(decoded(document))
-        except (ValueError, UnknownRecordError) as error:
+        except ValueError as error:
             saved = Written(path, header, tuple(records), False, n_bytes, total)
             what = f"{path}: line {len(records) + 2}"
             mark = ", " if isinstance(error, UnknownRecordError) else " "

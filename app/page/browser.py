@@ -16,7 +16,7 @@ from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
-from app.page.scene.gallery import Gallery, Seen
+from app.page.scene.gallery import Exhibit, Seen
 from app.page.texts import Texts
 from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
@@ -31,7 +31,6 @@ from app.results.service import Service
 from app.server.calls import Calls
 from app.server.channels import Channels
 from app.server.pulse import Pulse
-from app.server.stage import Stage
 
 
 class Shared(NamedTuple):
@@ -39,7 +38,6 @@ class Shared(NamedTuple):
 
     server: viser.ViserServer
     session: Session
-    gallery: Gallery
     calls: Calls
     channels: Channels
     bars: Bars
@@ -77,7 +75,6 @@ class Browser:
         """What it looks at."""
         self.asks = Asks(self.outlook, shared.submit, inbox.put)
         """What it asks for."""
-        self._gallery = shared.gallery
         self._shared = shared
         self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
@@ -93,9 +90,9 @@ class Browser:
         )
         """The bar, by which it goes through time."""
         self.pulse = Pulse(shared.server, client.client_id)
-        self._shown = Seen(self.look)
-        """Of what it was sent a frame last."""
-        self._stage: Stage | None = None
+        self.exhibit: Exhibit | None = None
+        """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
+        now; None before the first."""
         self._sent = 0
         self._wake = wake
         # What is drawn for this browser alone is drawn on a whole board.
@@ -149,10 +146,10 @@ class Browser:
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
-        board = self._gallery.board(self._shown)
-        if board is None:
+        if self.exhibit is None:
             return
-        if self._shown.look.frame == ALL:
+        board, look = self.exhibit.board, self.exhibit.look
+        if look.frame == ALL:
             heading = board.heading_under(event.ray_origin, event.ray_direction)
             if heading is not None:
                 self.readings.view.choose_heading(heading)
@@ -163,13 +160,13 @@ class Browser:
             return
         shift = event.modifier == "shift"
         self._inspection.take_click(place, shift)
-        if self._shown.look.layer == REACH.key and not shift:
-            self._go_to_rise(place)
+        if look.layer == REACH.key and not shift:
+            self._go_to_rise(place, look)
 
-    def _go_to_rise(self, place: tuple[float, float]) -> None:
+    def _go_to_rise(self, place: tuple[float, float], look: Look) -> None:
         """Go to the moment at which value first came to a place of the board."""
         snapshot = self._shared.status_of(self.client).snapshot
-        rise = rise_under(snapshot, self._shown.look, place)
+        rise = rise_under(snapshot, look, place)
         if rise is None:
             return
         moments, inbox, line = self._shared.session.moments, self._shared.inbox, snapshot.generation
@@ -179,13 +176,13 @@ class Browser:
             partial(self.time.say, refused=True),
         )
 
-    def frame(self, stage: Stage, shown: Seen) -> bytes | None:
+    def frame(self, exhibit: Exhibit) -> bytes | None:
         """What this browser has not been sent yet of what it wants to see; None if nothing is."""
-        former, sent = self._stage, self._sent
-        self._stage, self._shown, self._sent = stage, shown, stage.now
-        if former is None or former is stage:
+        former, sent, stage = self.exhibit, self._sent, exhibit.stage
+        self.exhibit, self._sent = exhibit, stage.now
+        if former is None or former is exhibit:
             return stage.frame_since(sent)
-        return stage.frame_in_place_of(former)
+        return stage.frame_in_place_of(former.stage)
 
     def update(
         self, status: Status, texts: Texts, clock: str, every_s: float, now_s: float

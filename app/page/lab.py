@@ -165,7 +165,6 @@ class Lab:
         self._shared = Shared(
             server=self.server,
             session=session,
-            gallery=self.gallery,
             calls=calls,
             channels=channels,
             bars=self._bars,
@@ -463,7 +462,7 @@ class Lab:
                 greedy = self._greedy.until(status.snapshot, live.lines)
                 drawn[which] = exhibit, exhibit.update(status, extras, greedy, n_viewers, now_s)
             exhibit, texts = drawn[which]
-            frame = browser.frame(exhibit.stage, which)
+            frame = browser.frame(exhibit)
             if frame is not None:
                 frames.append((browser.pulse, frame))
             reading = browser.pulse.reading(now_s, self._drawing.share)

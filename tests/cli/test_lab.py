@@ -18,6 +18,8 @@ from learners.kernel.state import digest
 from learners.run import replay
 from tests.support.schedules import small_spec
 
+pytestmark = pytest.mark.usefixtures("here")
+
 SPEC, SEED = small_spec(), 5
 HEADER = Header("1.2.3", "mine", SEED, "2026-11-29T15:00:00+00:00")
 FREEZE, EPSILON = FreezeSkills(True), SetParameter("learner.epsilon", 0.3)
@@ -32,34 +34,13 @@ RECORDS: tuple[Record, ...] = (
 )
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where the command runs; the user's own sessions are below it."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    return tmp_path
-
-
 @pytest.fixture
 def folder(here: Path) -> Path:
-    """The user's own sessions, of which there are two."""
+    """The user's own sessions, of which there is one."""
     folder = here / "pounce" / "sessions"
     folder.mkdir(parents=True)
     (folder / "a.pounce").write_bytes(whole(HEADER, RECORDS))
     return folder
-
-
-@pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
-    """What the lab was opened with, in place of opening it."""
-    calls: list[dict[str, Any]] = []
-
-    def run_lab(**arguments: Any) -> int:
-        calls.append(arguments)
-        return 0
-
-    monkeypatch.setattr("app.page.serving.run_lab", run_lab)
-    return calls
 
 
 def told(capsys: pytest.CaptureFixture[str]) -> str:

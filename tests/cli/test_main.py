@@ -591,19 +591,6 @@ def test_the_process_ends_with_the_exit_code() -> None:
 # --- The other commands --------------------------------------------------------------------------
 
 
-@pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
-    """What the lab was opened with, in place of opening it."""
-    calls: list[dict[str, Any]] = []
-
-    def run_lab(**arguments: Any) -> int:
-        calls.append(arguments)
-        return 0
-
-    monkeypatch.setattr("app.page.serving.run_lab", run_lab)
-    return calls
-
-
 KEPT = ("sessions", "journal", "made_again", "budget")
 """What the lab is told of sessions (``test_lab.py``)."""
 

@@ -16,6 +16,8 @@ from learners.kernel.state import digest
 from learners.run import replay
 from tests.support.schedules import small_spec
 
+pytestmark = pytest.mark.usefixtures("here")
+
 SPEC, SEED = small_spec(), 5
 HEADER = Header("1.2.3", "timed", SEED, "2026-11-29T15:00:00+00:00")
 FREEZE, EPSILON = FreezeSkills(True), SetParameter("learner.epsilon", 0.3)
@@ -28,14 +30,6 @@ RECORDS: tuple[Record, ...] = (
     Branched(1, 0, 500, (EPSILON,)),
     WentLive(1, 600),
 )
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where the command runs; sessions are below it unless a folder is named."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    return tmp_path
 
 
 def written(path: Path, *records: Record) -> Path:

@@ -125,5 +125,5 @@ def seen(family: Family | None) -> Any:
         list(family.deleted),
         family.marks,
         family.live.number,
-        (held.until_trial, held.run.control.history, held.is_own, family.preset, held.run.seed),
+        (held.until_trial, held.run.control.history, family.is_own, family.preset, held.run.seed),
     )

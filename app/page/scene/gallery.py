@@ -39,7 +39,7 @@ class Exhibit:
     """A board that is drawn in one way, and what is read beside it."""
 
     def __init__(self, server: viser.ViserServer, status: Status, look: Look) -> None:
-        self._look = look
+        self.look = look
         self.stage = Stage(server)
         """Where it is drawn."""
         self.board = BoardView(self.stage.scene, status.snapshot, look)
@@ -61,12 +61,12 @@ class Exhibit:
             former is None or former.status.snapshot is not status.snapshot
         )
         if self.texts is None or is_other or now_s - self._read_at >= _TEXTS_S:
-            self.texts = Texts(status, self._look, extras, n_viewers, greedy)
+            self.texts = Texts(status, self.look, extras, n_viewers, greedy)
             self._read_at = now_s
         return self.texts
 
     def _draw(self, status: Status, extras: Extras, now_s: float) -> None:
-        look, layer = self._look, LAYERS[self._look.layer]
+        look, layer = self.look, LAYERS[self.look.layer]
         opens = status.opening is not None and not status.opening.rising
         rests = opens or not status.playing
         drawn = (status.snapshot, extras.success, extras.since, rests, opens)
@@ -77,7 +77,7 @@ class Exhibit:
             return
         paint = partial(all_headings, layer=layer) if look.frame == ALL else layer.paint
         picture = paint(status.snapshot, look, extras=extras)
-        self.board.update(status.snapshot, picture, self._look, now_s, rests, named=opens)
+        self.board.update(status.snapshot, picture, self.look, now_s, rests, named=opens)
 
 
 class Gallery:
@@ -92,11 +92,6 @@ class Gallery:
         if seen not in self._exhibits:
             self._exhibits[seen] = Exhibit(self._server, status, seen.look)
         return self._exhibits[seen]
-
-    def board(self, seen: Seen) -> BoardView | None:
-        """The board of which this is seen, None if there is none. May be called from any thread."""
-        exhibit = self._exhibits.get(seen)
-        return None if exhibit is None else exhibit.board
 
     def keep(self, seen: Container[Seen]) -> None:
         """Forget the boards that nobody looks at any more."""

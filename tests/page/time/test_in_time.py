@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from viser import _messages as wire
 
 from app.documents import presets
 from app.live import snapshot
@@ -129,9 +130,8 @@ class Theatre:
         colours = layer.paint(shot, browser.look, extras or Extras()).colours
 
         def is_so() -> bool:
-            status = self.status(browser)
-            board = self.lab.gallery.board(browser.seen(status))
-            return board is not None and np.array_equal(colours_of(board), colours)
+            exhibit = browser.exhibit
+            return exhibit is not None and np.array_equal(colours_of(exhibit.board), colours)
 
         self.wait(is_so)
 
@@ -205,6 +205,24 @@ def test_two_browsers_in_two_moments_do_not_disturb_each_other_nor_a_third(
     assert theatre.shown(bert).trial == second.trial + 1
 
 
+def test_a_click_counts_on_a_page_that_has_not_drawn_the_newest_frame(
+    theatre: Theatre, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    anna = theatre.enter()
+    theatre.learn(2_500)
+    theatre.do(lambda: choose(anna, LAYERS["reach"]))
+    theatre.expect_board(anna, theatre.go(anna, 5_000))
+    monkeypatch.setattr(anna.pulse, "is_ready", lambda now_s: False)
+    theatre.tell(anna, messages.Live())
+    theatre.wait(lambda: theatre.status(anna).behind is None)
+    theatre.do(theatre.lab.wake)
+    theatre.do(theatre.lab.wake)
+    # Straight down, west of the prey, where value comes first.
+    ray = wire.ScenePointerMessage("click", (-0.5, 0.0, 9.0), (0.0, 0.0, -1.0), ((0.5, 0.5),), None)
+    theatre.pages[0].send(ray)
+    theatre.wait(lambda: not anna.outlook.walk.is_live)
+
+
 def test_a_moment_that_stays_is_drawn_once(
     theatre: Theatre, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -212,7 +230,8 @@ def test_a_moment_that_stays_is_drawn_once(
     anna = theatre.enter()
     theatre.learn()
     theatre.expect_board(anna, theatre.go(anna, 5_000))
-    board = theatre.lab.gallery.board(Seen(anna.look, anna.client.client_id))
+    assert anna.exhibit is not None
+    board = anna.exhibit.board
     stood = threading.Event()
 
     def update(*_: Any, **__: Any) -> None:
@@ -300,7 +319,8 @@ def test_a_page_that_is_loaded_anew_begins_live(theatre: Theatre) -> None:
     theatre.wait(lambda: not theatre.lab.browsers)
     again = theatre.enter()
     assert theatre.status(again).behind is None
-    assert theatre.lab.gallery.board(Seen(anna.look, anna.client.client_id)) is None
+    kept = theatre.lab.gallery._exhibits  # pyright: ignore[reportPrivateUsage]
+    assert Seen(anna.look, anna.client.client_id) not in kept
 
 
 def test_the_learner_stands_still_while_somebody_looks_who_wants_that(theatre: Theatre) -> None:
