@@ -9,7 +9,7 @@ import viser
 
 from app.live.session import Session
 from app.live.status import Status
-from app.page.inbox import Ask, Inbox, Intent
+from app.page.inbox import Ask, Inbox, Intent, StatusOf
 from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
@@ -47,7 +47,7 @@ class Shared(NamedTuple):
     inbox: Inbox
     ask: Ask
     """For whatever a browser asks, which means the moment that it looks at."""
-    status_of: Callable[[viser.ClientHandle], Status]
+    status_of: StatusOf
     """What is true for a browser now."""
     submit: Submit
     """Hands a request to the session."""

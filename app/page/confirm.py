@@ -38,3 +38,19 @@ def confirm(
 
     yes.on_click(Intent(agreed))
     no.on_click(Intent(lambda _, __: close_modal(modal)))
+
+
+def confirm_for_all(
+    client: viser.ClientHandle, n_others: int, deed: str, at: str, act: Callable[[], object]
+) -> None:
+    """Ask one page whether what other browsers look at is to be taken away from them, too.
+
+    Args:
+        client: the page.
+        n_others: how many others look, at least 1.
+        deed: what is to be done, as a button says it.
+        at: what they look at, and what becomes of it, as a sentence without its beginning.
+        act: what is done at yes.
+    """
+    others = "1 other browser looks" if n_others == 1 else f"{n_others} others look"
+    confirm(client, f"{deed} for all?", f"{others} at {at}", (f"{deed} for all", "No"), act)

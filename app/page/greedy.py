@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from app.charts.bar.tree import known_until
 from app.explain.cell import policy_of
 from app.live.places import LineSeen
 from app.live.snapshot import Snapshot
@@ -67,16 +68,10 @@ class GreedyWatch:
             snapshot: the moment.
             lines: the tree.
         """
-        by_number = {line.number: line for line in lines}
-        number: int | None = snapshot.generation
-        until_step = snapshot.step
-        parts: list[GreedyCurve] = []
-        while number is not None:
-            parts.append(_until(self._curves.get(number, NO_CURVE), until_step))
-            line = by_number.get(number)
-            number = None if line is None else line.parent
-            # It is itself only from where it left its parent on.
-            until_step = until_step if line is None else min(until_step, line.fork_step)
+        parts = [
+            _until(self._curves.get(number, NO_CURVE), min(snapshot.step, step))
+            for number, step in known_until(snapshot.generation, lines).items()
+        ]
         known = [part for part in reversed(parts) if part.step.size]
         if len(known) < 2:
             return known[0] if known else NO_CURVE
@@ -102,7 +97,7 @@ class GreedyWatch:
             del self._curves[former]
 
 
-def _until(curve: GreedyCurve, step: int) -> GreedyCurve:
+def _until(curve: GreedyCurve, step: float) -> GreedyCurve:
     known = int(np.searchsorted(curve.step, step, side="right"))
     if known == curve.step.size:
         return curve

@@ -24,7 +24,7 @@ from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import Reply
 from app.page.browser import Browser, Shared
-from app.page.confirm import confirm
+from app.page.confirm import confirm_for_all
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.headline import clock_html
@@ -229,12 +229,11 @@ class Lab:
 
         n_others = len(self._browsers) - 1
         if isinstance(request, StartAgain) and n_others > 0:
-            others = "1 other browser looks" if n_others == 1 else f"{n_others} others look"
-            confirm(
+            confirm_for_all(
                 client,
-                "Start again for all?",
-                f"{others} at this run. It is set aside, and can be taken up again.",
-                ("Start again for all", "No"),
+                n_others,
+                "Start again",
+                "this run. It is set aside, and can be taken up again.",
                 lambda: self._submit(request, refused),
             )
             return

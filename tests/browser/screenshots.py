@@ -13,7 +13,6 @@ from typing import NamedTuple
 from playwright.sync_api import ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
-from app.live.places import Place
 from app.live.requests import Branch
 from app.schedule.blocks import blocks_of
 from app.schedule.edits import changed, moved, now_of
@@ -96,23 +95,9 @@ def run_experiment(screen: Screen, shown: Shown) -> None:
     expect(screen.page.get_by_text(over)).to_be_visible(timeout=LONGEST_S * 1000)
 
 
-def walk(screen: Screen, do: str, **what: object) -> None:
-    """Have the bar ask for what a hand on it asks for."""
-    screen.time_page.evaluate(
-        """async (message) => {
-            const { send } = await import(new URL("../../web/time/channel.js", location.href));
-            send(message);
-        }""",
-        {"do": do, **what},
-    )
-
-
 def branch(live: LiveLab) -> int:
     """Make three branches as people would; returns the number of the one to look at."""
-    snapshot = live.session.status.snapshot
-    past = live.session.past_of(snapshot.generation)
-    assert past is not None
-    fork = Place(snapshot.generation, past.step_of_trial(FORK_TRIAL))
+    fork = live.place_of(FORK_TRIAL)
     then = live.session.snapshot_at(fork)
     plan, now = then.spec.schedule, now_of(then)
     circle = next(
@@ -138,13 +123,13 @@ def show_time(screen: Screen, live: LiveLab, names: list[str]) -> None:
     if live.session.status.snapshot.trial < WALKS_AT:
         live.go_to_trial(WALKS_AT)
     if "past" in names:
-        walk(screen, "seek_trial", trial=PAST_TRIAL)
+        screen.tell("seek_trial", trial=PAST_TRIAL)
         take(screen, "past")
     if "branches" in names:
-        walk(screen, "look", line=branch(live))
-        walk(screen, "seek_trial", trial=BRANCH_TRIAL)
+        screen.tell("look", line=branch(live))
+        screen.tell("seek_trial", trial=BRANCH_TRIAL)
         take(screen, "branches")
-    walk(screen, "live")
+    screen.tell("live")
 
 
 def main(names: list[str]) -> None:

@@ -11,7 +11,6 @@ from playwright.sync_api import Frame, Locator, expect
 import app
 from app.analysis.estimates import Axis
 from app.charts.bar.axis import axis_of
-from app.live.places import Place
 from app.live.requests import AddMark, Branch
 from learners.commands import Introduce, SetParameter
 from tests.support.live import LiveLab
@@ -68,11 +67,6 @@ _MOVED = f"""async trials => {{
     const rows = made.filter(({{ target }}) => !target.closest?.(".handle, .here"));
     return rows.map(({{ target }}) => target.className);
 }}"""
-_SEND = f"""async message => {{
-    {_IMPORT}
-    const {{ send }} = await from("channel");
-    return send(message);
-}}"""
 
 
 def show(page: Frame, **what: Any) -> None:
@@ -92,13 +86,13 @@ def middle(part: Locator) -> float:
 
 def look_at(screen: Screen, trial: int) -> None:
     """Look at the beginning of a trial of the past."""
-    assert screen.time_page.evaluate(_SEND, {"do": "seek_trial", "trial": trial})
+    screen.tell("seek_trial", trial=trial)
     expect(screen.time.locator(".past .here")).to_have_text(f"{trial:,}")
 
 
 def look_at_now(screen: Screen) -> None:
     """Look at what is live."""
-    assert screen.time_page.evaluate(_SEND, {"do": "live"})
+    screen.tell("live")
     expect(screen.time.locator(".time:not(.past)")).to_be_attached()
 
 
@@ -279,13 +273,8 @@ def test_a_and_a_loop_are_a_bracket(begin: Begin) -> None:
 
 def branched(live: LiveLab, trial: int) -> int:
     """A branch at a trial of the live run; its number."""
-    session = live.session
-    line = session.status.snapshot.generation
-    known = {seen.number for seen in session.status.lines}
-    past = session.past_of(line)
-    assert past is not None
-    place = Place(line, past.step_of_trial(trial))
-    live.ask(Branch(place, SetParameter("learner.epsilon", 0.2)))
+    known = {seen.number for seen in live.session.status.lines}
+    live.ask(Branch(live.place_of(trial), SetParameter("learner.epsilon", 0.2)))
     status = live.wait_for(lambda status: {seen.number for seen in status.lines} != known)
     (number,) = {seen.number for seen in status.lines} - known
     return number
@@ -312,7 +301,7 @@ def test_lines_are_a_tree_above_the_lanes_once_there_are_several(begin: Begin) -
     assert plot is not None
     assert fork is not None
     assert (fork["x"] - plot["x"]) / plot["width"] == pytest.approx(0.2, abs=0.01)
-    assert screen.time_page.evaluate(_SEND, {"do": "look", "line": first})
+    screen.tell("look", line=first)
     expect(names[2]).to_have_attribute("aria-current", "true")
     expect(names[0]).not_to_have_attribute("aria-current", "true")
     look_at_now(screen)
@@ -321,10 +310,7 @@ def test_lines_are_a_tree_above_the_lanes_once_there_are_several(begin: Begin) -
 def test_events_are_signs_of_a_kind_and_a_mark_has_its_text(begin: Begin) -> None:
     settings = ("trials=1000", "schedule.skills.circle_clockwise={at: 300, freeze: 20}")
     live, screen = begin("timed", *settings, trial=500)
-    line = live.session.status.snapshot.generation
-    past = live.session.past_of(line)
-    assert past is not None
-    live.ask(AddMark(Place(line, past.step_of_trial(400)), "the ring closes"))
+    live.ask(AddMark(live.place_of(400), "the ring closes"))
     note = screen.time.locator(".mark.note")
     expect(note).to_have_text("the ring closes")
     expect(note).to_have_attribute("title", "trial 400: the ring closes")
@@ -333,7 +319,7 @@ def test_events_are_signs_of_a_kind_and_a_mark_has_its_text(begin: Begin) -> Non
     joins = screen.time.locator('.event[data-kind="join"]')
     expect(joins).to_have_attribute("aria-label", re.compile("circle clockwise joins.*: go there$"))
     steps = [int(event.get_attribute("data-step") or -1) for event in events.all()]
-    assert past.step_of_trial(300) in steps
+    assert live.place_of(300).step in steps
 
 
 def test_the_bar_takes_the_room_that_the_stage_keeps_for_it(begin: Begin) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.live.places import Place
 from app.live.requests import AddMark, Branch
 from app.live.status import Status
 from learners.commands import FreezeSkills, SetParameter
@@ -27,10 +26,8 @@ def a_session_of(folder: Path, tmp_path: Path) -> Status:
     """Do something in a lab, and end it; what was last true there."""
     live = LiveLab(preset_of(), 20_000.0, tmp_path / "results", sessions=folder)
     try:
-        line = live.go_to_trial(LEFT).snapshot.generation
-        past = live.session.past_of(line)
-        assert past is not None
-        place = Place(line, past.step_of_trial(500))
+        live.go_to_trial(LEFT)
+        place = live.place_of(500)
         branch = Branch(place, SetParameter("learner.epsilon", 0.3))
         live.ask(FreezeSkills(True), AddMark(place, "the cone closes"), branch)
         return live.wait_for(lambda status: len(status.lines) == 2)

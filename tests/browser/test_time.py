@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Frame, expect
+from playwright.sync_api import expect
 
 from app.explain.cell import reading_at
 from app.explain.cell_html import reading_html
@@ -23,14 +23,6 @@ from tests.support.screen import Begin, BeginTwo, Screen
 LEARNED = 2_000
 """Trials after which there is a cone in the small world."""
 
-_IS_OPEN = """() => {
-    const page = document.querySelector("iframe.pounce-time")?.contentDocument;
-    return page?.documentElement?.dataset?.connection === "open";
-}"""
-_SEND = """async message => {
-    const { send } = await import(new URL("../../web/time/channel.js", location.href));
-    return send(message);
-}"""
 _POINTS = """name => {
     const node = window.__viserSceneTree.getState()[name];
     return Array.from(node.message.props.points);
@@ -41,23 +33,9 @@ _MOMENT = """async () => {
 }"""
 
 
-def frame_of(screen: Screen) -> Frame:
-    """The page of the time bar, once it is connected."""
-    screen.page.wait_for_function(_IS_OPEN)
-    handle = screen.page.locator("iframe.pounce-time").element_handle()
-    frame = handle.content_frame()
-    assert frame is not None
-    return frame
-
-
-def tell(screen: Screen, do: str, **what: Any) -> None:
-    """Send what a hand on the bar sends."""
-    assert frame_of(screen).evaluate(_SEND, {"do": do, **what})
-
-
 def moment_of(screen: Screen) -> dict[str, Any]:
     """Where the bar says that the page is."""
-    found: dict[str, Any] = frame_of(screen).evaluate(_MOMENT)
+    found: dict[str, Any] = screen.time_page.evaluate(_MOMENT)
     return found
 
 
@@ -78,11 +56,11 @@ def test_the_whole_page_is_that_of_a_moment_while_the_learner_goes_on(begin: Beg
     end = live.session.status.snapshot.step
     live.ask(SetSpeed(2_000.0), Play())
     for step in (end // 3, end - 1_000, 41):
-        tell(screen, "seek", step=step)
+        screen.tell("seek", step=step)
         expect_moment(live, screen, live.stopped_at(step))
         expect(screen.headline).to_contain_text("The past, trial")
     shot = live.stopped_at(end // 3)
-    tell(screen, "seek", step=shot.step)
+    screen.tell("seek", step=shot.step)
     expect_moment(live, screen, shot)
     # West of the prey, where value comes first.
     x, y = shot.world.size // 2 - 4, shot.world.size // 2
@@ -105,7 +83,7 @@ def test_a_command_in_the_past_makes_a_branch_and_live_is_as_it_was(begin: Begin
     live, screen = begin(trial=LEARNED)
     now = live.session.status.snapshot
     step = now.step // 2
-    tell(screen, "seek", step=step)
+    screen.tell("seek", step=step)
     expect_moment(live, screen, live.stopped_at(step))
     screen.page.keyboard.press("f")
     live.wait_for(lambda status: len(status.lines) == 2)
@@ -150,13 +128,13 @@ def test_what_changed_since_a_is_a_layer_of_this_page_alone(begin: Begin) -> Non
     # What is newly known on the way from one to the other is known no longer on the way back.
     early, late = live.stopped_at(now.step // 8), live.stopped_at(now.step // 2)
     for a, others in ((early, (late, now)), (late, (early, now))):
-        tell(screen, "seek", step=a.step)
+        screen.tell("seek", step=a.step)
         expect(screen.reading("Trial")).to_have_text(f"{a.trial:,}")
         screen.page.keyboard.press("a")
         expect(screen.legend).to_contain_text(f"what changed since A, trial {a.trial:,}")
         for shot in others:
             # The end of the live run is what is live.
-            tell(screen, "seek", step=shot.step)
+            screen.tell("seek", step=shot.step)
             screen.expect_cell_colours(live.colours(look, shot, Extras(since=a)))
         screen.page.keyboard.press("End")
     seen = live.colours(look, now, Extras(since=late))
@@ -168,11 +146,11 @@ def test_two_pages_look_at_two_moments_and_a_reload_is_live(begin_two: BeginTwo)
     live, one, other = begin_two(trial=LEARNED)
     now = live.session.status.snapshot
     first, second = live.stopped_at(now.step // 4), live.stopped_at(now.step // 2)
-    tell(one, "seek", step=first.step)
-    tell(other, "seek", step=second.step)
+    one.tell("seek", step=first.step)
+    other.tell("seek", step=second.step)
     expect_moment(live, one, first)
     expect_moment(live, other, second)
-    tell(other, "by", unit="trials", n=1)
+    other.tell("by", unit="trials", n=1)
     expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
     expect_moment(live, one, first)
     one.page.reload()
@@ -187,12 +165,12 @@ def test_a_branch_is_exactly_what_it_would_have_been_from_the_start(
 ) -> None:
     live, screen = begin(trial=LEARNED)
     step = live.session.status.snapshot.step // 2
-    tell(screen, "seek", step=step)
+    screen.tell("seek", step=step)
     expect_moment(live, screen, live.stopped_at(step))
     command = SetParameter("learner.epsilon", epsilon)
     browser = live.lab.browsers[0]
     live.lab.inbox.put(lambda: live.lab.ask(browser.client, command))
     live.wait_for(lambda status: len(status.lines) == 2 and not status.lines[-1].is_growing)
     later = step + 3_000
-    tell(screen, "seek", step=later)
+    screen.tell("seek", step=later)
     expect_moment(live, screen, live.stopped_at(later, (step, command)))

@@ -185,10 +185,7 @@ def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(bar: Ba
     trial = int(bar.handle.inner_text().replace(",", ""))
     assert abs(trial - 490) < 10
     bar.looks_at(trial)
-    line = before.generation
-    past = bar.live.session.past_of(line)
-    assert past is not None
-    assert bar.place == Place(line, past.step_of_trial(trial))
+    assert bar.place == bar.live.place_of(trial)
     expect(bar.frame.locator(".transport .place")).to_contain_text(
         f"The past, trial {trial}, {HERE - trial} trials behind"
     )

@@ -13,6 +13,7 @@ from app.documents.experiments import Experiment
 from app.explain.branches import name_of
 from app.live import snapshot
 from app.live.kept import begun
+from app.live.places import Place
 from app.live.requests import Request, RunTo, SetSpeed, StartAgain
 from app.live.session import Session
 from app.live.snapshot import Snapshot
@@ -113,6 +114,13 @@ class LiveLab:
     def wait_for(self, condition: Callable[[Status], bool]) -> Status:
         """The first status that meets a condition."""
         return self.session.wait_for(condition, PATIENCE_S)
+
+    def place_of(self, trial: int) -> Place:
+        """The beginning of a trial of the live run."""
+        line = self.session.status.snapshot.generation
+        past = self.session.past_of(line)
+        assert past is not None
+        return Place(line, past.step_of_trial(trial))
 
     def colours(
         self,

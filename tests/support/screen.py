@@ -69,6 +69,11 @@ _HAS_ITS_HEIGHT = """() => {
     return Math.abs(frame.clientHeight - height) < 1.5;
 }"""
 
+_SEND = """async message => {
+    const { send } = await import(new URL("../../web/time/channel.js", location.href));
+    return send(message);
+}"""
+
 _PROJECT = """index => {
     const { camera, canvas, nodeRefFromName } = window.__viserMutable;
     const props = window.__viserSceneTree.getState()["/board/cells"].message.props;
@@ -161,6 +166,10 @@ class Screen:
         frame = self.page.locator(_FRAME).element_handle().content_frame()
         assert frame is not None
         return frame
+
+    def tell(self, do: str, **what: Any) -> None:
+        """Send what a hand on the time bar sends."""
+        assert self.time_page.evaluate(_SEND, {"do": do, **what})
 
     def rest(self) -> None:
         """Wait until the time bar's frame has the height of what is in it, and rests."""

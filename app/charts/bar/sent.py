@@ -235,7 +235,6 @@ def _piece(piece: Piece, ahead: Sequence[Block] | None) -> Sent:
         "first": block.first,
         "until": block.until,
         "probability": block.probability,
-        "skill": block.skill,
         "what": _what(block),
         "idle": piece.is_idle,
         "hand": block.by_hand,
@@ -261,20 +260,21 @@ def _edited_by(block: Block, ahead: Sequence[Block] | None) -> str | None:
     """
     if ahead is None:
         return block.id if block.editable else None
-    alike = (block.kind, block.skill, block.first, block.until, block.probability)
-    for each in ahead:
-        if not each.editable:
-            continue
-        is_that = each.kind == "introduction" and (each.kind, each.skill) == alike[:2]
-        if is_that or alike == (
-            each.kind,
-            each.skill,
-            each.first,
-            each.until,
-            each.probability,
-        ):
-            return each.id
-    return next((each.id for each in ahead if each.editable and each.id == block.id), None)
+    editable = [each for each in ahead if each.editable]
+    alike = (each.id for each in editable if _are_alike(each, block))
+    same = (each.id for each in editable if each.id == block.id)
+    return next(alike, None) or next(same, None)
+
+
+def _are_alike(one: Block, other: Block) -> bool:
+    """Whether blocks are of the same content; a skill joins but once."""
+    if one.kind == other.kind == "introduction":
+        return one.skill == other.skill
+    return _content(one) == _content(other)
+
+
+def _content(block: Block) -> tuple[object, ...]:
+    return block.kind, block.skill, block.first, block.until, block.probability
 
 
 # --- The tree ------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """The lines of a session as rows above the lanes: each below the one that it branched off."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from app.live.places import LineSeen, Mark
 
@@ -27,16 +27,17 @@ def in_rows(lines: Iterable[LineSeen]) -> tuple[LineSeen, ...]:
 
 def marks_on(line: int, lines: Iterable[LineSeen], marks: Sequence[Mark]) -> tuple[Mark, ...]:
     """The marks that lie on a line, or on those it came from, before it branched off them."""
-    until = _known_until(line, {each.number: each for each in lines})
+    until = known_until(line, lines)
     return tuple(mark for mark in marks if mark.place.step <= until.get(mark.place.line, -1))
 
 
-def _known_until(number: int, lines: Mapping[int, LineSeen]) -> dict[int, float]:
-    """Up to which step each of the lines that a line is made of belongs to it."""
+def known_until(number: int, lines: Iterable[LineSeen]) -> dict[int, float]:
+    """Up to which step each of the lines that a line is made of belongs to it, itself first."""
+    by_number = {line.number: line for line in lines}
     until: dict[int, float] = {number: float("inf")}
-    line = lines.get(number)
+    line = by_number.get(number)
     while line is not None and line.parent is not None and line.parent not in until:
         # Of a parent that branched off later than its child nothing is the child's.
         until[line.parent] = min(line.fork_step, *until.values())
-        line = lines.get(line.parent)
+        line = by_number.get(line.parent)
     return until

@@ -17,7 +17,7 @@ from app.live.requests import TakeUp
 from app.live.session import Session
 from app.live.worker import Reply
 from app.live.written import DamagedError, SessionError, read, save
-from app.page.confirm import confirm
+from app.page.confirm import confirm_for_all
 from app.page.inbox import Intent, Work
 from app.page.widgets import CALM, add_hints, assign
 from app.util.html import element
@@ -112,12 +112,11 @@ class Earlier:
         if n_others < 1:
             self._begin(chosen)
             return
-        others = "1 other browser looks" if n_others == 1 else f"{n_others} others look"
-        confirm(
+        confirm_for_all(
             client,
-            "Resume for all?",
-            f"{others} at this session. It is kept, and can be resumed later.",
-            ("Resume for all", "No"),
+            n_others,
+            "Resume",
+            "this session. It is kept, and can be resumed later.",
             lambda: self._begin(chosen),
         )
 

@@ -12,7 +12,7 @@ import viser
 from app.charts.bar.axis import last_trial
 from app.live.snapshot import Snapshot
 from app.live.status import Status
-from app.page.inbox import Ask, Intent
+from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import Limits, NumberField
 from app.page.widgets import Choice, add_buttons, assign
 from app.schedule import edits
@@ -178,7 +178,7 @@ class PlanPanel:
         self,
         gui: viser.GuiApi,
         ask: Ask,
-        status_of: Callable[[viser.ClientHandle], Status],
+        status_of: StatusOf,
         status: Status,
     ) -> None:
         """Build it where ``gui`` stands, for how things stand; ``status_of`` a browser, later."""

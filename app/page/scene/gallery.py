@@ -46,7 +46,7 @@ class Exhibit:
         self.texts: Texts | None = None
         """Of a quarter of a second ago at most; None before the first moment."""
         self._read_at = 0.0
-        self._drawn: tuple[object, ...] = ()
+        self._drawn: tuple[object, ...] | None = None
         """What was drawn last, and kept, so that its parts are told by what they are."""
         self._drawn_s = 0.0
         """Since when."""
@@ -70,11 +70,11 @@ class Exhibit:
         opens = status.opening is not None and not status.opening.rising
         rests = opens or not status.playing
         drawn = (status.snapshot, extras.success, extras.since, rests, opens)
-        if not all(one is other for one, other in zip(drawn, self._drawn, strict=False)):
-            self._drawn_s = now_s
-        elif self._drawn and now_s - self._drawn_s > _SETTLED_S:
+        former = self._drawn
+        if former is None or not all(a is b for a, b in zip(drawn, former, strict=True)):
+            self._drawn, self._drawn_s = drawn, now_s
+        elif now_s - self._drawn_s > _SETTLED_S:
             return
-        self._drawn = drawn
         paint = partial(all_headings, layer=layer) if look.frame == ALL else layer.paint
         picture = paint(status.snapshot, look, extras=extras)
         self.board.update(status.snapshot, picture, self.look, now_s, rests, named=opens)

@@ -125,7 +125,7 @@ class Asks:
                 walk.go_by("trials", 1, now_s, ground)
             case _ if isinstance(request, Command):
                 walk.pause(now_s, ground)
-                self._branch(self._outlook.place or place, request, refuse, status)
+                self._branch(place, request, refuse, status)
             case _:
                 self._submit(request, refuse)
 

@@ -13,7 +13,7 @@ from app.analysis.estimates import Axis
 from app.charts.bar.model import Ghost, Moment, bar_of
 from app.charts.bar.sent import Around, bar_sent
 from app.charts.bar.tree import marks_on
-from app.live.places import LineSeen, Place
+from app.live.places import Place
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.ghost import GhostWatch, ghost_of_line
@@ -169,7 +169,8 @@ class Bars:
     def _ghost(self, line: int, live: Status, ground: Ground, now_s: float) -> Ghost | None:
         """What a line is to be compared with: the one that it left, or what the watch knows of."""
         by_number = {seen.number: seen for seen in live.lines}
-        parent = by_number.get(_parent_of(by_number.get(line)))
+        own = by_number.get(line)
+        parent = None if own is None or own.parent is None else by_number.get(own.parent)
         if parent is not None:
             end = self._end(parent.number, live, ground, now_s)
             return None if end is None else ghost_of_line(parent, end)
@@ -180,10 +181,6 @@ class Bars:
         self._used_s["at", viewer] = now_s
         past = self._pasts.setdefault(("at", viewer), Past())
         return tuple(block for block in past.blocks_of(snapshot) if block.editable)
-
-
-def _parent_of(line: LineSeen | None) -> int:
-    return -1 if line is None or line.parent is None else line.parent
 
 
 def _is_as(former: _Line, moment: Moment, around: Around) -> bool:

@@ -9,7 +9,9 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta
 
+from app.analysis.estimates import Axis
 from app.live.lines import MOST_CHARACTERS
+from app.page.time.walk import Unit
 
 _MOST: Final = 2**53
 """Numbers up to here are whole in a browser."""
@@ -75,7 +77,7 @@ class SetRate(_Message, frozen=True, tag="rate"):
 class GoBy(_Message, frozen=True, tag="by"):
     """Go on, or back if it is below 0, by so many steps, trials or events."""
 
-    unit: Literal["steps", "trials", "events"]
+    unit: Unit
     n: Difference
 
 
@@ -104,7 +106,7 @@ class SetHolds(_Message, frozen=True, tag="holds"):
 class SetUnit(_Message, frozen=True, tag="unit"):
     """What the axis is of."""
 
-    unit: Literal["trials", "steps"]
+    unit: Axis
 
 
 # --- The schedule --------------------------------------------------------------------------------
@@ -140,10 +142,6 @@ class ChooseBlock(_Message, frozen=True, tag="choose"):
     """Show this block in the fields of the plan."""
 
     id: Text
-
-
-class UndoLast(_Message, frozen=True, tag="undo"):
-    """Undo what was done by hand last."""
 
 
 # --- Marks and lines -----------------------------------------------------------------------------
@@ -212,7 +210,6 @@ FromFrame = (
     | AddExploration
     | DeleteBlock
     | ChooseBlock
-    | UndoLast
     | AddMark
     | RemoveMark
     | NameLine

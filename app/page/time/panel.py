@@ -15,7 +15,6 @@ from app.live import requests
 from app.live.places import Place
 from app.live.status import Status
 from app.page.inbox import Inbox
-from app.page.panels.steering import undoable
 from app.page.slots import slot_html
 from app.page.time import messages
 from app.page.time.asks import Asks
@@ -26,12 +25,12 @@ from app.page.time.walk import Ground, Walk, WalkError, rates_of
 from app.schedule import edits
 from app.server.callbacks import RefusedError
 from app.server.channels import Channels
-from learners.commands import SetSchedule, Undo
+from learners.commands import SetSchedule
 from learners.spec import ScheduleSpec
 
 _GONE: Final = "What you looked at is not there any more. This is the live run."
 _NOT_DONE: Final = "What you did while the branch was being made is not done."
-_EDITS = messages.EditBlock | messages.AddExploration | messages.DeleteBlock | messages.UndoLast
+Edit = messages.EditBlock | messages.AddExploration | messages.DeleteBlock
 """What goes by the plan as it is, and so waits for a branch that is being made."""
 _MOST_WAITING: Final = 32
 
@@ -198,7 +197,7 @@ class TimePanel:
         if live is None or seen is None or ground is None:
             # Nothing of it was shown yet.
             return
-        if isinstance(message, _EDITS) and (self._asks.is_branching or self._waiting):
+        if isinstance(message, Edit) and (self._asks.is_branching or self._waiting):
             if len(self._waiting) >= _MOST_WAITING:
                 raise RefusedError("a branch is being made; wait until it is there")
             if not self._waiting:
@@ -257,8 +256,6 @@ class TimePanel:
                 plan = seen.snapshot.spec.schedule if self._plan is None else self._plan
                 self._plan = edited(plan, message, edits.now_of(seen.snapshot))
                 self._ask(SetSchedule(self._plan), seen, ground)
-            case messages.UndoLast():
-                self._ask(Undo(_last_change(seen)), seen, ground)
             case messages.ChooseBlock(id=id):
                 self._deeds.choose(id)
             case messages.AddMark(text=text, line=line, step=step):
@@ -301,27 +298,7 @@ class TimePanel:
         self._asks.take(request, refuse, seen, ground, time.perf_counter())
 
 
-def _last_change(seen: Status) -> int:
-    """The number of what was done by hand last; in the past, at the very moment.
-
-    Raises:
-        RefusedError: there is nothing that could be undone.
-    """
-    snapshot = seen.snapshot
-    changes = undoable(snapshot.control.history)
-    if seen.behind is not None:
-        changes = [event for event in changes if event.step == snapshot.step]
-    if not changes:
-        where = "" if seen.behind is None else " at this moment"
-        raise RefusedError(f"Nothing has been changed by hand{where}.")
-    return changes[0].number
-
-
-def edited(
-    plan: ScheduleSpec,
-    message: messages.EditBlock | messages.AddExploration | messages.DeleteBlock,
-    now: edits.Now,
-) -> ScheduleSpec:
+def edited(plan: ScheduleSpec, message: Edit, now: edits.Now) -> ScheduleSpec:
     """A plan after what a hand did to it.
 
     Raises:

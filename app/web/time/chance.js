@@ -1,6 +1,8 @@
 // @ts-check
 // A probability that is edited where it stands: a small field over the block.
 
+import { openField } from "./field.js";
+
 /**
  * @typedef {{
  *   show: (chance: number) => void,
@@ -10,13 +12,11 @@
  * }} Taker
  */
 
-const MARGIN_PX = 2;
-
 /**
  * What somebody has typed as a share: percents, or a number below 1; null if it is none.
  * @param {string} text
  */
-export const chanceIn = (text) => {
+const chanceIn = (text) => {
   const [, number, sign] = /^\s*(\d+(?:[.,]\d*)?|[.,]\d+)\s*(%?)\s*$/.exec(text) ?? [];
   if (number === undefined) return null;
   const value = Number(number.replace(",", "."));
@@ -25,7 +25,7 @@ export const chanceIn = (text) => {
 };
 
 /** @param {number} chance */
-export const percent = (chance) => `${Number((100 * chance).toFixed(2))} %`;
+const percent = (chance) => `${Number((100 * chance).toFixed(2))} %`;
 
 /**
  * Open a field where a probability is shown; it closes when it is finished or given up.
@@ -36,32 +36,15 @@ export const percent = (chance) => `${Number((100 * chance).toFixed(2))} %`;
  */
 export const openChance = (place, label, chance, taker) => {
   document.querySelector(".chance-field")?.remove();
-  const field = document.createElement("input");
-  field.className = "chance-field";
-  field.setAttribute("aria-label", label);
+  const { field, close } = openField(place, {
+    name: "chance-field",
+    label,
+    value: percent(chance),
+    isCentred: true,
+    end: (isTaken) => (isTaken ? taker.take() : taker.giveUp()),
+    goBack: taker.close,
+  });
   field.inputMode = "decimal";
-  field.value = percent(chance);
-  document.body.append(field);
-  const box = place.getBoundingClientRect();
-  const { width, height } = field.getBoundingClientRect();
-  const left = box.left + box.width / 2 - width / 2;
-  const most = document.body.clientWidth - width - MARGIN_PX;
-  field.style.left = `${Math.min(Math.max(left, MARGIN_PX), most)}px`;
-  field.style.top = `${Math.max(box.top + box.height / 2 - height / 2, 0)}px`;
-  field.focus();
-  field.select();
-  let isOpen = true;
-
-  /** @param {boolean} isTaken */
-  const close = (isTaken) => {
-    if (!isOpen) return;
-    isOpen = false;
-    const hadFocus = document.activeElement === field;
-    field.remove();
-    if (isTaken) taker.take();
-    else taker.giveUp();
-    if (hadFocus) taker.close();
-  };
 
   const judge = () => {
     const typed = chanceIn(field.value);
@@ -72,7 +55,6 @@ export const openChance = (place, label, chance, taker) => {
 
   field.addEventListener("input", judge);
   field.addEventListener("keydown", (event) => {
-    event.stopPropagation();
     if (event.key === "Escape") {
       event.preventDefault();
       return close(false);

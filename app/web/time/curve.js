@@ -19,7 +19,7 @@ const SVG = "http://www.w3.org/2000/svg";
  * From a reward to its height, as a share.
  * @param {[number, number]} rewards
  */
-export const heightOf = ([low, high]) => {
+const heightOf = ([low, high]) => {
   const margin = MARGIN * (high - low);
   const whole = high - low + 2 * margin;
   return (/** @type {number} */ reward) =>
@@ -31,7 +31,7 @@ export const heightOf = ([low, high]) => {
  * @param {Bar} bar
  * @returns {Array<[string, string]>}
  */
-export const pathsOf = ({ rewards, levels, learned, greedy, gaps, ghost }) => {
+const pathsOf = ({ rewards, levels, learned, greedy, gaps, ghost }) => {
   const up = heightOf(rewards);
   const y = (/** @type {number} */ reward) => (HIGH * (1 - up(reward))).toFixed(1);
   const places = (/** @type {Points} */ { at, reward }) => at.map((x, i) => `${(WIDE * x).toFixed(1)} ${y(reward[i])}`);

@@ -158,10 +158,8 @@ const held = (told, { trial, step }) => {
 /** Widths are measured when they change, and not with each frame. */
 const measure = () => {
   const box = axis.getBoundingClientRect();
-  time.dataset.right = `${Math.max(time.getBoundingClientRect().right - box.right, 0)}`;
-  if (box.width === wide) return;
   wide = box.width;
-  setWidth(wide);
+  setWidth(wide, Math.max(time.getBoundingClientRect().right - box.right, 0));
 };
 
 document.body.append(time);

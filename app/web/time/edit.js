@@ -5,7 +5,7 @@
 import { trialAt } from "./axis.js";
 import { openChance } from "./chance.js";
 import { send } from "./channel.js";
-import { element, grouped } from "./dom.js";
+import { grouped } from "./dom.js";
 import { say, whenRefused } from "./said.js";
 import { shareAt, takeBackPresses } from "./scrub.js";
 import { changed, state, whenChanged } from "./state.js";
@@ -30,7 +30,7 @@ const PATIENCE_MS = 3_000;
 // --- What there is ---------------------------------------------------------------------------------
 
 /** @param {string} id */
-export const pieceOf = (id) =>
+const pieceOf = (id) =>
   state.bar?.lanes.flatMap((lane) => lane.pieces).find((piece) => piece.id === id);
 
 /** @param {Element | null} element a block, or a number of one */
@@ -97,7 +97,7 @@ const within = (x, low, high) => Math.min(Math.max(x, low), Math.max(low, high))
  * @param {{earliest: number, shortest: number}} bounds
  * @returns {Draft}
  */
-export const moved = (span, part, by, isExact, { earliest, shortest }) => {
+const moved = (span, part, by, isExact, { earliest, shortest }) => {
   const { id, at, trials } = span;
   const until = at + trials;
   if (part === "whole")
@@ -350,19 +350,11 @@ const soonest = (skill) => {
   return Math.max(soon, joins?.first ?? 0, ...ends);
 };
 
-// A button for those who have no mouse to click twice with.
-whenChanged(() => {
-  for (const lane of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".lane"))) {
-    const gutter = lane.querySelector(".gutter");
-    const { skill } = lane.dataset;
-    if (!skill || !gutter || gutter.querySelector(".add")) continue;
-    const button = element("button", "add", "+");
-    const name = gutter.textContent ?? "";
-    button.title = `Add an exploration of ${name}`;
-    button.setAttribute("aria-label", button.title);
-    button.addEventListener("click", () => add(skill, soonest(skill)));
-    gutter.append(button);
-  }
+document.body.addEventListener("click", ({ target }) => {
+  const button = /** @type {Element} */ (target).closest(".lane .add");
+  const lane = /** @type {HTMLElement | null | undefined} */ (button?.closest(".lane"));
+  const skill = lane?.dataset.skill;
+  if (skill) add(skill, soonest(skill));
 });
 
 // --- By key ----------------------------------------------------------------------------------------

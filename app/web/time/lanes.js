@@ -40,7 +40,7 @@ let joins = [];
  * @param {Draft | null} draft
  * @returns {Map<string, Span>}
  */
-export const drafted = (bar, draft) => {
+const drafted = (bar, draft) => {
   /** @type {Map<string, Span>} */
   const spans = new Map();
   if (!draft) return spans;
@@ -94,10 +94,18 @@ export const drawLanes = (parent, bar, draft) => {
   });
 };
 
-const makeLane = () => {
+/** @param {Lane} lane */
+const makeLane = ({ name, skill }) => {
   const row = element("div", "row lane");
   const gutter = element("div", "gutter");
   gutter.append(element("span", "name"));
+  if (skill) {
+    // A button for those who have no mouse to click twice with (edit.js).
+    const add = element("button", "add", "+");
+    add.title = `Add an exploration of ${name}`;
+    add.setAttribute("aria-label", add.title);
+    gutter.append(add);
+  }
   const plot = element("div", "plot");
   for (const part of ["presence", "blocks", "labels"]) plot.append(element("div", part));
   row.append(gutter, plot);
@@ -174,7 +182,6 @@ const drawPiece = (block, bar, piece, held, bound) => {
   block.className = ["piece", kind, half, ...names].join(" ");
   if (piece.was) return void attribute(block, "aria-hidden", "true");
   block.dataset.id = piece.id;
-  block.dataset.kind = piece.kind;
   // What it says of itself is to be found anew.
   delete block.dataset.free;
   drawn.push([block, piece]);

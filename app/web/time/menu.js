@@ -3,8 +3,9 @@
 
 import { send } from "./channel.js";
 import { element } from "./dom.js";
+import { openField } from "./field.js";
 import { say } from "./said.js";
-import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
+import { MOST_CHARACTERS, state } from "./state.js";
 
 /** @typedef {import("./state.js").Line} Line */
 
@@ -28,31 +29,20 @@ const rename = (line) => {
   const row = elementOf(line);
   const shown = row?.querySelector(".name") ?? row;
   if (!shown) return;
-  const field = document.createElement("input");
-  field.className = "name-field";
+  const { field, close } = openField(shown, {
+    name: "name-field",
+    label: `Name of ${line.name}`,
+    value: line.name,
+    isCentred: false,
+    end: (isTaken) => {
+      const name = field.value.trim();
+      // By no name it is called as it was at first.
+      if (isTaken && name !== line.name) send({ do: "name", line: line.line, name });
+    },
+    goBack: () => elementOf(line)?.focus({ preventScroll: true }),
+  });
   field.maxLength = MOST_CHARACTERS;
-  field.value = line.name;
-  field.setAttribute("aria-label", `Name of ${line.name}`);
-  document.body.append(field);
-  const box = shown.getBoundingClientRect();
-  field.style.left = `${Math.max(Math.min(box.left, document.body.clientWidth - field.offsetWidth - MARGIN_PX), MARGIN_PX)}px`;
-  field.style.top = `${Math.max(box.top + box.height / 2 - field.offsetHeight / 2, 0)}px`;
-  field.focus();
-  field.select();
-  let isOpen = true;
-  /** @param {boolean} isTaken */
-  const close = (isTaken) => {
-    if (!isOpen) return;
-    isOpen = false;
-    const name = field.value.trim();
-    const hadFocus = document.activeElement === field;
-    field.remove();
-    // By no name it is called as it was at first.
-    if (isTaken && name !== line.name) send({ do: "name", line: line.line, name });
-    if (hadFocus) elementOf(line)?.focus({ preventScroll: true });
-  };
   field.addEventListener("keydown", (event) => {
-    event.stopPropagation();
     if (event.key !== "Enter" && event.key !== "Escape") return;
     event.preventDefault();
     close(event.key === "Enter");
@@ -149,19 +139,6 @@ const open = (place, name, choices) => {
 /** @param {HTMLElement} row @param {Line} line */
 const openFor = (row, line) =>
   open(row.querySelector(".more") ?? row, line.name, choices(line));
-
-// A button for those who have but one, and those who do not look for a menu.
-whenChanged(() => {
-  for (const gutter of document.querySelectorAll(".line > .gutter")) {
-    if (gutter.querySelector(".more")) continue;
-    const button = element("button", "more", "\u22ef");
-    button.tabIndex = -1;
-    button.title = "What can be done with it";
-    button.setAttribute("aria-label", button.title);
-    button.setAttribute("aria-haspopup", "menu");
-    gutter.append(button);
-  }
-});
 
 document.body.addEventListener("click", ({ target }) => {
   const row = elementAt(target);

@@ -23,14 +23,18 @@ const APART_PX = 6;
 
 /** Width of the axis in pixels, by which things are moved without anything being laid out anew. */
 let wide = 0;
-/** Widths of small things, by what they are and how many characters are on them. */
-/** @type {Map<string, number>} */
+/** How far a thing may reach out to the right of it. */
+let beyond = 0;
+/** Widths of small things, by what they are and how many characters are on them. @type {Map<string, number>} */
 const widths = new Map();
 
 /**
  * @param {number} width
+ * @param {number} right what there is to the right of the axis
  */
-export const setWidth = (width) => {
+export const setWidth = (width, right) => {
+  beyond = right;
+  if (width === wide) return;
   wide = width;
   widths.clear();
 };
@@ -182,7 +186,7 @@ const behindInWords = (trials) => {
  * @param {Bar} bar
  * @param {Moment} moment
  */
-export const written = ({ axis }, { trial, step }) => {
+const written = ({ axis }, { trial, step }) => {
   if (axis.unit === "trials") return grouped(trial);
   const [factor, sign] = axis.end >= 2e5 ? [1e6, "M"] : [1e3, "k"];
   return step ? `${Number((step / factor).toPrecision(3))} ${sign}` : "0";
@@ -210,7 +214,7 @@ export const placeMoment = (time, bar, moment, now) => {
 
   const handle = part(".handle");
   write(part(".here"), written(bar, moment));
-  const edge = wide + reach(time);
+  const edge = wide + beyond;
   const half = widthOf(handle) / 2;
   const far = whereLive(part(".live-end"), bar, isPast, now);
   // Its number is where the moment is, as long as that and what says where the live run is have room.
@@ -226,15 +230,13 @@ export const placeMoment = (time, bar, moment, now) => {
   }
   tell(handle, bar, moment);
   const spots = [{ x: head, half }, ...(far ? [{ x: far.at, half: far.half }] : [])];
-  for (const tick of time.querySelectorAll(".tick")) {
-    const node = /** @type {HTMLElement} */ (tick);
-    const at = (parseFloat(node.style.left) / 100) * wide;
-    const least = widthOf(node) / 2 + APART_PX;
-    node.classList.toggle(
-      "covered",
-      spots.some((spot) => Math.abs(at - spot.x) < spot.half + least),
-    );
-  }
+  const ticks = part(".ticks").children;
+  bar.axis.ticks.forEach(({ at }, index) => {
+    const tick = /** @type {HTMLElement} */ (ticks[index]);
+    const least = widthOf(tick) / 2 + APART_PX;
+    const isCovered = spots.some((spot) => Math.abs(along(at) - spot.x) < spot.half + least);
+    tick.classList.toggle("covered", isCovered);
+  });
 
   const until = part(".until");
   until.hidden = moment.until_step === null;
@@ -285,9 +287,3 @@ const widthOf = (node) => {
   widths.set(key, width);
   return width;
 };
-
-/**
- * How far a thing may reach out to the right of the axis.
- * @param {HTMLElement} time
- */
-const reach = (time) => Number(time.dataset.right ?? 0);

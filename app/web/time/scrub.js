@@ -199,7 +199,8 @@ const goToRound = (direction, unit) => {
   if (!moment || !bar) return;
   const last = end();
   const isOnTheWay = aim !== null && performance.now() - aim.since < PATIENCE_MS;
-  const from = aim && isOnTheWay ? aim.trial : moment.trial;
+  // Where a hand has just let it go it is, though that may not be shown yet.
+  const from = aim && isOnTheWay ? aim.trial : (state.scrub ?? moment).trial;
   const round = direction > 0 ? Math.floor(from / unit) + 1 : Math.ceil(from / unit) - 1;
   const trial = Math.max(round * unit, 0);
   const isBeyond = trial >= last.trial;

@@ -16,7 +16,7 @@
  * @typedef {{first: number, until: number | null, ahead: boolean}} Stretch
  * @typedef {{
  *   key: string, id: string, kind: "join" | "forced" | "frozen", half: "whole" | "upper" | "lower",
- *   first: number, until: number | null, probability: number | null, skill: string, what: string,
+ *   first: number, until: number | null, probability: number | null, what: string,
  *   idle: boolean, hand: boolean, editable: boolean, chosen: boolean, hint: string,
  * }} Piece `until` is null of what nobody has ended; `key` tells blocks apart, `id` is what
  *   it is edited by

@@ -2,7 +2,7 @@
 // The row above the bar: where one looks, how the past is played, and what a moment is marked with.
 
 import { send } from "./channel.js";
-import { attribute, element, grouped, write } from "./dom.js";
+import { attribute, grouped, write } from "./dom.js";
 import { goBy } from "./scrub.js";
 import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
 
@@ -152,7 +152,7 @@ const show = () => {
 // --- A line of text for a moment -------------------------------------------------------------------
 
 /** Ask for the text of a mark, at the moment that is looked at now, however long that takes. */
-export const askForMark = () => {
+const askForMark = () => {
   const { moment } = state;
   if (!moment || document.querySelector(".mark-text")) return;
   const { line, step } = moment;
@@ -193,7 +193,7 @@ const playOrPause = (direction) => {
   send(isOn ? { do: "pause" } : { do: "play", direction });
 };
 
-/** @type {Record<string, (node: HTMLElement) => unknown>} */
+/** What each button does, by its name; keys do the same. @type {Record<string, () => unknown>} */
 export const ACTS = {
   begin: () => send({ do: "seek", step: 0 }),
   previous: () => goBy("events", -1),
@@ -206,9 +206,9 @@ export const ACTS = {
   loop: () => send({ do: "loop", on: state.moment?.loop === null }),
   a: () => send({ do: "set_a" }),
   mark: askForMark,
-  more: (node) => {
+  more: () => {
     const isOpen = row.toggleAttribute("data-all");
-    node.setAttribute("aria-expanded", `${isOpen}`);
+    buttonOf("more").setAttribute("aria-expanded", `${isOpen}`);
   },
 };
 
@@ -216,7 +216,7 @@ row.addEventListener("click", ({ target }) => {
   const node = /** @type {HTMLElement | null} */ (
     /** @type {Element} */ (target).closest("[data-act]")
   );
-  if (node) ACTS[node.dataset.act ?? ""]?.(node);
+  if (node) ACTS[node.dataset.act ?? ""]?.();
 });
 rate.addEventListener("change", () => {
   send({ do: "rate", rate: Number(rate.value) });

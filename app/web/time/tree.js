@@ -78,7 +78,13 @@ const makeLine = () => {
   row.tabIndex = 0;
   row.setAttribute("role", "button");
   const gutter = element("div", "gutter");
-  gutter.append(element("span", "name"), element("b", "tag", "live"));
+  // A button for those who have but one, and those who do not look for a menu (menu.js).
+  const more = element("button", "more", "\u22ef");
+  more.tabIndex = -1;
+  more.title = "What can be done with it";
+  more.setAttribute("aria-label", more.title);
+  more.setAttribute("aria-haspopup", "menu");
+  gutter.append(element("span", "name"), element("b", "tag", "live"), more);
   const plot = element("div", "plot");
   plot.append(element("i", "fork"), element("i", "stroke"), element("span", "came"));
   row.append(gutter, plot);
@@ -117,7 +123,7 @@ const tell = (came, { reward, digest, growing, until: end }, place, wide) => {
  * @param {number} wide
  * @returns {[string, "after" | "before" | "on"]}
  */
-export const spot = (texts, { from, until, free }, wide) => {
+const spot = (texts, { from, until, free }, wide) => {
   for (const text of texts) {
     const needs = (CHARACTER * (text.length + 2)) / (wide || 1);
     if (until + needs <= 1) return [text, "after"];

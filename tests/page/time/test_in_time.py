@@ -107,6 +107,14 @@ class Theatre:
         self.wait(lambda: self.shown(browser).step == step)
         return self.shown(browser)
 
+    def branch(self, browser: Browser, command: Command) -> int:
+        """Make a branch of the live run by a command; returns its number once that is shown."""
+        live = self.session.status.snapshot.generation
+        self.go(browser, 5_000)
+        self.do(lambda: self.lab.ask(browser.client, command))
+        self.wait(lambda: self.shown(browser).generation != live)
+        return self.shown(browser).generation
+
     def status(self, browser: Browser) -> Status:
         """What is true for a browser, as the render loop has it."""
         found: list[Status] = []
@@ -273,11 +281,7 @@ def test_a_command_in_the_past_makes_a_branch_where_only_its_browser_goes(
 def test_a_branch_is_made_live_and_this_browser_goes_along(theatre: Theatre) -> None:
     anna, bert = theatre.enter(), theatre.enter()
     theatre.learn()
-    former = theatre.session.status.snapshot.generation
-    theatre.go(anna, 5_000)
-    theatre.do(lambda: theatre.lab.ask(anna.client, FreezeSelection(True)))
-    theatre.wait(lambda: theatre.shown(anna).generation != former)
-    branch = theatre.shown(anna).generation
+    branch = theatre.branch(anna, FreezeSelection(True))
     theatre.tell(anna, messages.MakeLive(branch))
     theatre.session.wait_for(lambda status: status.snapshot.generation == branch, PATIENCE_S)
     theatre.wait(lambda: theatre.status(anna).behind is None)
@@ -289,10 +293,7 @@ def test_who_makes_another_line_live_than_they_look_at_goes_there_too(theatre: T
     anna = theatre.enter()
     theatre.learn()
     former = theatre.session.status.snapshot.generation
-    theatre.go(anna, 5_000)
-    theatre.do(lambda: theatre.lab.ask(anna.client, FreezeSelection(True)))
-    theatre.wait(lambda: theatre.shown(anna).generation != former)
-    branch = theatre.shown(anna).generation
+    branch = theatre.branch(anna, FreezeSelection(True))
     theatre.go(anna, 3_000, former)
     theatre.tell(anna, messages.MakeLive(branch))
     theatre.session.wait_for(lambda status: status.snapshot.generation == branch, PATIENCE_S)
@@ -363,11 +364,8 @@ def test_steps_and_trials_of_the_controls_are_those_of_what_is_looked_at(theatre
 def test_an_experiment_of_a_line_repeats_what_was_done_on_it(theatre: Theatre) -> None:
     anna = theatre.enter()
     theatre.learn()
-    live = theatre.session.status.snapshot.generation
-    theatre.go(anna, 5_000)
-    theatre.do(lambda: theatre.lab.ask(anna.client, SetParameter("learner.epsilon", 0.4)))
-    theatre.wait(lambda: theatre.shown(anna).generation != live)
-    theatre.tell(anna, messages.TryOverSeeds(theatre.shown(anna).generation))
+    branch = theatre.branch(anna, SetParameter("learner.epsilon", 0.4))
+    theatre.tell(anna, messages.TryOverSeeds(branch))
     theatre.wait(lambda: theatre.lab.service.standing is not None)
     standing = theatre.lab.service.standing
     assert standing is not None

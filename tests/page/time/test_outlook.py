@@ -62,7 +62,7 @@ def test_a_moment_says_how_far_it_is_behind_and_nothing_of_how_the_live_run_ende
     opened = dataclasses.replace(
         status_at(run), playing=False, finished=True, exhausted=True, error="full"
     )
-    makes, known, outlook = Makes(), ground(grounds(run)), Outlook(ANNA, Makes())
+    makes, known = Makes(), ground(grounds(run))
     outlook = Outlook(ANNA, makes)
     outlook.walk.seek(500, 0.0, known)
     outlook.status(opened, 0.0, known)

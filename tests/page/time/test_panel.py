@@ -18,7 +18,7 @@ from app.page.time import messages
 from app.page.time.asks import Asks
 from app.page.time.outlook import Outlook
 from app.page.time.panel import Deeds, TimePanel
-from learners.commands import FreezeSelection, SetSchedule, Undo
+from learners.commands import SetSchedule
 from learners.run import Run
 from tests.page.time.walks import BRANCH, LIVE, Even, Makes, ground, status_at
 from tests.support.person import AtOnce, Person
@@ -303,22 +303,6 @@ def test_an_edit_that_was_meant_for_a_branch_is_done_to_no_other_line(
     desk.show()
     assert len(desk.asked) == 1
     assert desk.refused == (NOT_DONE if goes_back else "That line is not there any more.")
-
-
-def test_what_was_done_by_hand_last_is_undone(gui: viser.GuiApi, person: Person) -> None:
-    run = to(small_run(), 150)
-    run.apply(FreezeSelection(True))
-    desk = Desk(gui, run)
-    desk.take(messages.UndoLast())
-    assert desk.asked == [Undo(run.control.history[-1].number)]
-    # In the past, what was done at another moment stays as it is.
-    desk.take(messages.Seek(500))
-    desk.arrive()
-    desk.take(messages.UndoLast())
-    assert "at this moment" in desk.refused
-    nothing = Desk(gui, to(small_run(), 5))
-    nothing.take(messages.UndoLast())
-    assert "by hand" in nothing.refused
 
 
 # --- Lines and marks
