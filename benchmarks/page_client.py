@@ -35,8 +35,8 @@ _CAMERA = wire.ViewerCameraMessage(
 """A browser counts as connected once it has said where its camera is."""
 
 _HINT = "Let the learner go on, or hold it still"
-"""How what the button explains itself by begins: experiments have a button of the same name, and this
-one is called otherwise once a run is over."""
+"""How what the button explains itself by begins: experiments have a button of the same name, and
+this one is called otherwise once a run is over."""
 _PLAYING = "Pause"
 """What the button says while the learner learns."""
 _OWN = "Layer"
