@@ -114,7 +114,8 @@ class Said:
         self._until_s = 0.0
         self._generation = self._newest = snapshot.generation
         """Of the run that is shown, and the highest that was."""
-        self._history = snapshot.control.history
+        self._known = {snapshot.generation: _by_hand(snapshot)}
+        """Of each run that was shown, what was done to it last when it was."""
 
     def update(self, status: Status, now_s: float) -> None:
         """Say what is new; ``now_s`` is of the clock ``time.monotonic``."""
@@ -151,19 +152,22 @@ class Said:
         if status.behind is not None:
             return None
         snapshot = status.snapshot
-        generation, history = snapshot.generation, snapshot.control.history
-        before, self._history = self._history, history
-        if generation != self._generation:
-            former, self._generation = self._generation, generation
-            is_back, self._newest = generation < self._newest, max(self._newest, generation)
-            if {former, generation} <= {line.number for line in status.lines}:
-                return _of_line(status, former)
-            return _of_run(status, is_back)
-        if history is before:
+        generation, newest = snapshot.generation, _by_hand(snapshot)
+        is_known, known = generation in self._known, self._known.get(generation)
+        self._known[generation] = newest
+        former, self._generation = self._generation, generation
+        is_back, self._newest = generation < self._newest, max(self._newest, generation)
+        # A run that is back may have been changed before anybody has seen that it is.
+        if newest is not None and is_known and newest != known:
+            return _of_change(snapshot, newest)
+        if generation == former:
             return None
-        given = [event for event in history if event.author == "hand"]
-        known = [event for event in before if event.author == "hand"]
-        if given and (not known or given[-1] != known[-1]):
-            # Of a command that made the one before it void, too.
-            return _of_change(snapshot, given[-1])
-        return None
+        if {former, generation} <= {line.number for line in status.lines}:
+            return _of_line(status, former)
+        return _of_run(status, is_back)
+
+
+def _by_hand(snapshot: Snapshot) -> Event | None:
+    """What was done by hand last, were it to make void what came before."""
+    history = snapshot.control.history
+    return next((event for event in reversed(history) if event.author == "hand"), None)

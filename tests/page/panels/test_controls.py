@@ -360,6 +360,14 @@ def test_another_run_on_the_board_is_said_with_the_way_back(desk: Desk) -> None:
     assert said(desk) == "Resumed: your run, timed, seed 5, trial 0 Back to timed, trial 12"
 
 
+def test_of_a_run_that_is_back_and_changed_at_once_the_change_is_said(desk: Desk) -> None:
+    desk.show_run(1, "timed", 4, aside="timed, trial 0")
+    run = Run(spec_of(), 3)
+    run.apply(FreezeSelection(True))
+    desk.show(run, generation=0, aside="timed, trial 0")
+    assert said(desk) == "Selection frozen at trial 0 Undo"
+
+
 def line(number: int, name: str, parent: int | None, is_live: bool) -> LineSeen:
     """A line of a tree."""
     return LineSeen(number, parent, 0, 0, name, 10, 1, 0.0, "", is_live)
