@@ -39,7 +39,11 @@ _FAREWELL_S: Final = 2.0
 
 
 def moment_at(
-    past: Past, place: Place, preset: str, is_wanted: Callable[[], bool] = lambda: True
+    past: Past,
+    place: Place,
+    preset: str,
+    is_wanted: Callable[[], bool] = lambda: True,
+    curve_steps: int | None = None,
 ) -> Snapshot | None:
     """What a line looked like at a moment; the same whenever it is made.
 
@@ -48,6 +52,7 @@ def moment_at(
         place: the moment; beyond what is known of the line, where that ends.
         preset: name of its preset.
         is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+        curve_steps: as :func:`app.live.snapshot.take` has it.
 
     Returns:
         The snapshot; None if it was not wanted any more.
@@ -61,7 +66,7 @@ def moment_at(
         if past.take_on(run, step):
             break
         # The line has gone another way in between, which does not happen often.
-    made = snapshot.take(run, preset, place.line)
+    made = snapshot.take(run, preset, place.line, curve_steps=curve_steps)
     lately = snapshot.change_between(before, made.selection_q)
     return replace(made, learning_now=lately)
 
