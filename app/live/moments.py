@@ -39,7 +39,11 @@ _FAREWELL_S: Final = 2.0
 
 
 def moment_at(
-    past: Past, place: Place, preset: str, is_wanted: Callable[[], bool] = lambda: True
+    past: Past,
+    place: Place,
+    preset: str,
+    is_wanted: Callable[[], bool] = lambda: True,
+    quietly: bool = False,
 ) -> Snapshot | None:
     """What a line looked like at a moment; the same whenever it is made.
 
@@ -48,13 +52,14 @@ def moment_at(
         place: the moment; beyond what is known of the line, where that ends.
         preset: name of its preset.
         is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+        quietly: keep no checkpoints for it (:meth:`Past.run_at`).
 
     Returns:
         The snapshot; None if it was not wanted any more.
     """
     while True:
         step = min(max(place.step, 0), past.end_step)
-        run = past.run_at(step - LEARNING_STEPS, is_wanted)
+        run = past.run_at(step - LEARNING_STEPS, is_wanted, quietly)
         if run is None:
             return None
         before = snapshot.selection_q_of(run)
