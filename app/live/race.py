@@ -20,6 +20,7 @@ from app.live.moments import moment_at
 from app.live.past import Budget, Past
 from app.live.places import Place
 from app.live.snapshot import Snapshot
+from app.live.wishes import Wishes
 from app.live.worker import FULL_SPEED, Reply, Worker
 from learners.commands import CommandError
 from learners.kernel.state import digest
@@ -207,6 +208,54 @@ class _Racer:
                 self.run = made_again
 
 
+class RaceMoments(Wishes[int, tuple[Snapshot, ...]]):
+    """Makes moments of a race, each wished by its step: what all were like there."""
+
+    def __init__(self, racers: Sequence[_Racer], step: Callable[[], int]) -> None:
+        """Prepare; the thread begins with the first wish.
+
+        Args:
+            racers: whose moments they are.
+            step: where the race is.
+        """
+        super().__init__("moments of a race")
+        self._racers = racers
+        self._step = step
+
+    def made(
+        self, step: int, is_wanted: Callable[[], bool] = lambda: True
+    ) -> tuple[Snapshot, ...] | None:
+        """All at one step, or at an earlier end, exactly.
+
+        Args:
+            step: of the moment; beyond where the race is, that.
+            is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+
+        Returns:
+            The snapshots; None if they were not wanted any more.
+        """
+        step = min(max(step, 0), self._step())
+        found: list[Snapshot] = []
+        for racer in self._racers:
+            place, preset = Place(racer.number, step), racer.entry.preset
+            of_one = moment_at(racer.past, place, preset, is_wanted, curve_steps=step)
+            if of_one is None:
+                return None
+            found.append(of_one)
+        return tuple(found)
+
+    def _made(self, wish: int, is_wanted: Callable[[], bool]) -> tuple[Snapshot, ...] | None:
+        return self.made(wish, is_wanted)
+
+    def _is_still(self, wish: int, made: tuple[Snapshot, ...]) -> bool:
+        step = min(wish, self._step())
+        return all(
+            of_one.step == min(step, racer.past.end_step)
+            and racer.past.is_still(of_one.step, of_one.control)
+            for racer, of_one in zip(self._racers, made, strict=True)
+        )
+
+
 class Race(Worker[RaceStatus]):
     """Two to four racers. Public methods may be called from any thread."""
 
@@ -243,6 +292,9 @@ class Race(Worker[RaceStatus]):
         self._advancing: _Racer | None = None
         self._curve_at_s = float("-inf")
         self._status = self._take_status(0.0)
+        self.moments = RaceMoments(self._racers, lambda: self._status.step)
+        """Makes moments of all, wished by their step, and can be asked for other things of their
+        pasts."""
 
     # What others do
 
@@ -273,7 +325,7 @@ class Race(Worker[RaceStatus]):
         Args:
             step: of the moment; beyond where the race is, that.
         """
-        made = self._moment(step, lambda: True)
+        made = self.moments.made(step)
         assert made is not None
         return made
 
@@ -284,6 +336,7 @@ class Race(Worker[RaceStatus]):
     def close(self) -> None:
         """End the race, and wait for that."""
         self.stop()
+        self.moments.stop()
         for racer in self._racers:
             if not racer.follows:
                 racer.past.drop()
@@ -415,18 +468,6 @@ class Race(Worker[RaceStatus]):
                 run, racer.entry.preset, racer.number, former, new_curve, self._step
             )
         return former
-
-    def _moment(self, step: int, is_wanted: Callable[[], bool]) -> tuple[Snapshot, ...] | None:
-        """What all were like at a step; None if that was not wanted any more."""
-        step = min(max(step, 0), self._status.step)
-        made: list[Snapshot] = []
-        for racer in self._racers:
-            place = Place(racer.number, step)
-            found = moment_at(racer.past, place, racer.entry.preset, is_wanted, step)
-            if found is None:
-                return None
-            made.append(found)
-        return tuple(made)
 
 
 def _check(entries: Sequence[Entry]) -> None:
