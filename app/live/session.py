@@ -10,6 +10,7 @@ import time
 
 from app.live import snapshot
 from app.live.branching import Begun, NameOf, plain_name
+from app.live.excerpt import Excerpt, excerpt
 from app.live.held import Held, Opened
 from app.live.lines import Line, MadeAgain
 from app.live.moments import Moments, moment_at
@@ -152,6 +153,15 @@ class Session(Worker[Status]):
         made = moment_at(family.line(place.line).past, place, family.preset)
         assert made is not None
         return made
+
+    def excerpt(self, line: int | None) -> Excerpt:
+        """A line that is shown, or with None all of them, to be shared; the caller waits.
+
+        Raises:
+            CommandError: there is no such line.
+            SessionError: it is too much for a file that others take.
+        """
+        return excerpt(self._tree.family, line)
 
     # What the worker advances
 
