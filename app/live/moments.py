@@ -39,7 +39,12 @@ _FAREWELL_S: Final = 2.0
 
 
 def moment_at(
-    past: Past, place: Place, preset: str, is_wanted: Callable[[], bool] = lambda: True
+    past: Past,
+    place: Place,
+    preset: str,
+    is_wanted: Callable[[], bool] = lambda: True,
+    curve_steps: int | None = None,
+    quietly: bool = False,
 ) -> Snapshot | None:
     """What a line looked like at a moment; the same whenever it is made.
 
@@ -48,20 +53,22 @@ def moment_at(
         place: the moment; beyond what is known of the line, where that ends.
         preset: name of its preset.
         is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+        curve_steps: as :func:`app.live.snapshot.take` has it.
+        quietly: keep no checkpoints for it (:meth:`Past.run_at`).
 
     Returns:
         The snapshot; None if it was not wanted any more.
     """
     while True:
         step = min(max(place.step, 0), past.end_step)
-        run = past.run_at(step - LEARNING_STEPS, is_wanted)
+        run = past.run_at(step - LEARNING_STEPS, is_wanted, quietly)
         if run is None:
             return None
         before = snapshot.selection_q_of(run)
         if past.take_on(run, step):
             break
         # The line has gone another way in between, which does not happen often.
-    made = snapshot.take(run, preset, place.line)
+    made = snapshot.take(run, preset, place.line, curve_steps=curve_steps)
     lately = snapshot.change_between(before, made.selection_q)
     return replace(made, learning_now=lately)
 

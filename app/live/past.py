@@ -178,6 +178,11 @@ class Past:
         return self._end_trial
 
     @property
+    def seed(self) -> int:
+        """Of its run."""
+        return self._seed
+
+    @property
     def control(self) -> Control:
         """What holds where what is known of it ends."""
         return self._control
@@ -228,19 +233,23 @@ class Past:
 
     # Moments
 
-    def run_at(self, step: int, is_wanted: Callable[[], bool] = _always) -> Run | None:
+    def run_at(
+        self, step: int, is_wanted: Callable[[], bool] = _always, quietly: bool = False
+    ) -> Run | None:
         """An independent run that stands at a moment of the line, all that was given by then done.
 
         Args:
             step: of the moment; beyond what is known, where that ends.
             is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+            quietly: keep no checkpoints for it, so that whoever else looks finds what they had.
 
         Returns:
             The run, or None if it was not wanted any more.
         """
         with self._lock:
             aim = self._aim(step)
-            self._look_at(aim.step)
+            if not quietly:
+                self._look_at(aim.step)
             before = bisect_right(self._steps, aim.step) - 1
             checkpoint = self._checkpoints[before] if before >= 0 else None
             preset = self._control.preset
@@ -250,7 +259,7 @@ class Past:
             # With some more, so that they need not be copied again if it goes on a little.
             room = aim.until_trial + aim.until_trial // 8 + _BLOCK
             run = Run.restored(checkpoint, aim.logs, room)
-        return run if self._take_on(run, aim, is_wanted) else None
+        return run if self._take_on(run, aim, is_wanted, quietly) else None
 
     def take_on(self, run: Run, step: int) -> bool:
         """Advance a run of this line to a later moment of it.
@@ -297,14 +306,16 @@ class Past:
             era=self._era,
         )
 
-    def _take_on(self, run: Run, aim: _Aim, is_wanted: Callable[[], bool]) -> bool:
+    def _take_on(
+        self, run: Run, aim: _Aim, is_wanted: Callable[[], bool], quietly: bool = False
+    ) -> bool:
         """Advance a run of this line to a moment; returns whether it was wanted to the end."""
         ahead = [
             event
             for event in aim.events[len(run.control.history) :]
             if event.author == "hand" and event.step <= aim.step
         ]
-        stops = self._stops(run.step, aim.step)
+        stops = deque[int]() if quietly else self._stops(run.step, aim.step)
         for event in ahead:
             if not self._advance(run, event.step, stops, aim, is_wanted):
                 return False
