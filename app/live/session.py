@@ -145,6 +145,11 @@ class Session(Worker[Status]):
         """Runs that it has had: the next one's number."""
         return self._tree.n_runs
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether what is done is written down."""
+        return self._tree.journal is not None
+
     def past_of(self, line: int) -> Past | None:
         """The past of a line that is shown, by its number; None if it is not here any more."""
         return self._tree.past_of(line)
