@@ -9,6 +9,7 @@ import viser
 
 from app.live.session import Session
 from app.live.status import Status
+from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
 from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
@@ -16,6 +17,7 @@ from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
+from app.page.panels.share import Share
 from app.page.scene.gallery import Exhibit, Seen
 from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
@@ -30,6 +32,8 @@ from app.player.texts import Texts
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.channels import Channels
+from app.server.links import Links
+from app.server.origin import is_loopback
 from app.server.pulse import Pulse
 
 
@@ -40,6 +44,7 @@ class Shared(NamedTuple):
     session: Session
     calls: Calls
     channels: Channels
+    links: Links
     bars: Bars
     deeds: Deeds
     """What the time bar can have done."""
@@ -76,7 +81,18 @@ class Browser:
         self.asks = Asks(self.outlook, shared.submit, inbox.put)
         """What it asks for."""
         self._shared = shared
-        self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        arrival = Arrival(
+            client,
+            shared.session,
+            shared.submit,
+            inbox.work,
+            shared.n_viewers,
+            shared.sessions,
+            shared.links,
+        )
+        self.readings = Readings(
+            client, shared.session.status, shared.calls, inbox, shared.drawn, arrival.came
+        )
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self.time = TimePanel(
             client,
@@ -109,6 +125,10 @@ class Browser:
                 shared.take_experiment,
                 shared.offer_preset,
                 shared.save_dir,
+            )
+            host = shared.server.get_host()
+            self._share = Share(
+                client, shared.session, shared.status_of, inbox.work, arrival, is_loopback(host)
             )
             if shared.sessions is not None:
                 Earlier(
@@ -193,6 +213,7 @@ class Browser:
         if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
         self._hunts.update(status, texts.look, now_s)
+        self._share.update(status)
         self._inspection.update(snapshot, texts.look, outcomes)
         for root in self._drawn_alone:
             assign(root, "visible", texts.look.frame != ALL)

@@ -20,6 +20,7 @@ import viser
 from app.live.places import Place
 from app.live.requests import Begin, Pause, Play, Request, StartAgain
 from app.live.session import Session
+from app.live.shared import is_code
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import Reply
@@ -46,6 +47,7 @@ from app.server.access import Access
 from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls
 from app.server.channels import Channels
+from app.server.links import Links
 from app.server.notices import tell
 from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
@@ -139,7 +141,7 @@ class Lab:
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
-        calls, channels = Calls(), Channels()
+        calls, channels, links = Calls(), Channels(), Links(is_code)
         self.access = None if token is None else Access(token)
         self.server = open_server(
             host,
@@ -151,6 +153,7 @@ class Lab:
             on_call=calls.take,
             workers=self.inbox,
             channels=channels,
+            links=links,
         )
         self.gallery = Gallery(self.server)
         self._dress_server()
@@ -167,6 +170,7 @@ class Lab:
             session=session,
             calls=calls,
             channels=channels,
+            links=links,
             bars=self._bars,
             deeds=Deeds(self._plan.choose, self._test),
             service=self.service,
