@@ -11,6 +11,7 @@ import "./names.js";
 import "./results.js";
 import "./scheme.js";
 import "./slots.js";
+import "./side.js";
 import "./stage.js";
 import "./tabs.js";
 import "./terms.js";
