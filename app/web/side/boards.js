@@ -9,7 +9,8 @@ import { swatch } from "./swatch.js";
 
 /**
  * @typedef {{
- *   tile: HTMLElement, board: Board, canvas: HTMLCanvasElement, name: HTMLElement, about: Element,
+ *   tile: HTMLElement, board: Board, canvas: HTMLCanvasElement, world: string,
+ *   name: HTMLElement, about: Element,
  *   numbers: HTMLElement, stand: Element, digest: Element,
  * }} Tile
  */
@@ -32,16 +33,11 @@ document.body.append(boards);
 
 /** @type {Tile[]} */
 let tiles = [];
-/** @type {any[]} */
-let worlds = [];
-/** What the frame was sent of boards last. @type {any[]} */
-let shown = [];
-/** @type {any[]} */
-let overs = [];
+/** Worlds by their keys. @type {Map<string, any>} */
+const worlds = new Map();
+/** What the frame was sent of boards last, of each kind. @type {Record<string, any[]>} */
+const sent = { boards: [], overs: [] };
 let made = "";
-/** How often boards were drawn, for whoever measures that. */
-const counts = { shown: 0 };
-/** @type {any} */ (window).pounceSide = counts;
 
 /** @returns {Tile} */
 const tile = () => {
@@ -57,10 +53,9 @@ const tile = () => {
   const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (node.querySelector(name));
   const canvas = /** @type {HTMLCanvasElement} */ (part("canvas"));
   const board = new Board(canvas);
-  for (const world of worlds) board.world(world);
   boards.append(node);
   return {
-    ...{ tile: node, board, canvas, name: part(".name"), about: part(".about") },
+    ...{ tile: node, board, canvas, world: "", name: part(".name"), about: part(".about") },
     ...{ numbers: part(".numbers"), stand: part(".stand"), digest: part(".digest") },
   };
 };
@@ -73,6 +68,7 @@ const make = () => {
   const key = JSON.stringify([runs, isCompared]);
   if (key === made) return;
   made = key;
+  for (const { board } of tiles) board.remove();
   boards.replaceChildren();
   tiles = [...runs, ...(isCompared ? [null] : [])].map((run) => {
     const each = tile();
@@ -95,7 +91,7 @@ const make = () => {
   });
   boards.dataset.count = `${tiles.length}`;
   place();
-  draw();
+  for (const kind of ["boards", "overs"]) draw(kind);
 };
 
 /** Rows and columns in which the boards are as large as can be. */
@@ -121,38 +117,30 @@ const place = () => {
   document.body.classList.toggle("cramped", isCramped);
   boards.style.setProperty("--columns", `${best.columns}`);
   boards.style.setProperty("--board", `${Math.floor(best.size)}px`);
-  for (const { board } of tiles) board.resize();
 };
 
-const draw = () => {
-  tiles.forEach(({ board }, index) => {
-    if (shown[index]) board.show({ ...overs[index], ...shown[index] });
+/** @param {string} kind */
+const draw = (kind) => {
+  tiles.forEach((each, index) => {
+    const part = sent[kind][index];
+    if (!part) return;
+    if (part.world && part.world !== each.world && worlds.has(part.world)) {
+      each.world = part.world;
+      each.board.world(worlds.get(part.world));
+    }
+    each.board.show(part);
   });
 };
 
-let isDue = false;
-const drawSoon = () => {
-  if (isDue) return;
-  isDue = true;
-  requestAnimationFrame(() => {
-    isDue = false;
-    counts.shown += 1;
-    draw();
+on("worlds", (message) => {
+  for (const world of message.worlds) worlds.set(world.key, world);
+  draw("boards");
+});
+for (const kind of ["boards", "overs"])
+  on(kind, (message) => {
+    sent[kind] = message.boards;
+    draw(kind);
   });
-};
-
-on("worlds", ({ worlds: sent }) => {
-  worlds = sent;
-  for (const { board } of tiles) for (const world of worlds) board.world(world);
-});
-on("boards", ({ boards: sent }) => {
-  shown = sent;
-  drawSoon();
-});
-on("overs", ({ boards: sent }) => {
-  overs = sent;
-  drawSoon();
-});
 
 const read = () => {
   make();
@@ -174,7 +162,7 @@ const read = () => {
     write(each.stand, run.stand);
     write(each.digest, run.digest ? `digest ${run.digest.slice(0, 8)}` : "");
     attribute(each.digest, "title", run.digest ? `Of its tables: ${run.digest}` : null);
-    attribute(each.canvas, "aria-label", `${race?.runs[index].name}: ${legend?.captions[index] ?? ""}`);
+    each.board.describe(`${race?.runs[index]?.name}: ${legend?.captions[index] ?? ""}`);
     attribute(each.canvas, "title", legend?.captions[index] ?? null);
   });
   const last = tiles.at(-1);
@@ -214,6 +202,5 @@ boards.addEventListener("pointerleave", ({ pointerType }) => {
 
 new ResizeObserver(() => {
   place();
-  draw();
   changed();
 }).observe(document.documentElement);
