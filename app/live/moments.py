@@ -44,6 +44,7 @@ def moment_at(
     preset: str,
     is_wanted: Callable[[], bool] = lambda: True,
     curve_steps: int | None = None,
+    quietly: bool = False,
 ) -> Snapshot | None:
     """What a line looked like at a moment; the same whenever it is made.
 
@@ -53,13 +54,14 @@ def moment_at(
         preset: name of its preset.
         is_wanted: asked every few milliseconds; once it says no, that is the end of it.
         curve_steps: as :func:`app.live.snapshot.take` has it.
+        quietly: keep no checkpoints for it (:meth:`Past.run_at`).
 
     Returns:
         The snapshot; None if it was not wanted any more.
     """
     while True:
         step = min(max(place.step, 0), past.end_step)
-        run = past.run_at(step - LEARNING_STEPS, is_wanted)
+        run = past.run_at(step - LEARNING_STEPS, is_wanted, quietly)
         if run is None:
             return None
         before = snapshot.selection_q_of(run)

@@ -23,7 +23,7 @@ import time
 import weakref
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -228,24 +228,28 @@ class Past:
         return (
             step <= end_step
             and _goes_before(control, newest)
-            and not any(event.author == "hand" and event.step <= step for event in later)
+            and not _given_before(step + 1, later)
         )
 
     # Moments
 
-    def run_at(self, step: int, is_wanted: Callable[[], bool] = _always) -> Run | None:
+    def run_at(
+        self, step: int, is_wanted: Callable[[], bool] = _always, quietly: bool = False
+    ) -> Run | None:
         """An independent run that stands at a moment of the line, all that was given by then done.
 
         Args:
             step: of the moment; beyond what is known, where that ends.
             is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+            quietly: keep no checkpoints for it, so that whoever else looks finds what they had.
 
         Returns:
             The run, or None if it was not wanted any more.
         """
         with self._lock:
             aim = self._aim(step)
-            self._look_at(aim.step)
+            if not quietly:
+                self._look_at(aim.step)
             before = bisect_right(self._steps, aim.step) - 1
             checkpoint = self._checkpoints[before] if before >= 0 else None
             preset = self._control.preset
@@ -255,7 +259,7 @@ class Past:
             # With some more, so that they need not be copied again if it goes on a little.
             room = aim.until_trial + aim.until_trial // 8 + _BLOCK
             run = Run.restored(checkpoint, aim.logs, room)
-        return run if self._take_on(run, aim, is_wanted) else None
+        return run if self._take_on(run, aim, is_wanted, quietly) else None
 
     def take_on(self, run: Run, step: int) -> bool:
         """Advance a run of this line to a later moment of it.
@@ -267,6 +271,9 @@ class Past:
         with self._lock:
             aim, control = self._aim(step), self._control
         if run.step > aim.step or not _goes_before(run.control, control):
+            return False
+        if _given_before(run.step, aim.events[len(run.control.history) :]):
+            # The line was cut before where the run stands, and went another way from there.
             return False
         return self._take_on(run, aim, _always)
 
@@ -302,14 +309,16 @@ class Past:
             era=self._era,
         )
 
-    def _take_on(self, run: Run, aim: _Aim, is_wanted: Callable[[], bool]) -> bool:
+    def _take_on(
+        self, run: Run, aim: _Aim, is_wanted: Callable[[], bool], quietly: bool = False
+    ) -> bool:
         """Advance a run of this line to a moment; returns whether it was wanted to the end."""
         ahead = [
             event
             for event in aim.events[len(run.control.history) :]
             if event.author == "hand" and event.step <= aim.step
         ]
-        stops = self._stops(run.step, aim.step)
+        stops = deque[int]() if quietly else self._stops(run.step, aim.step)
         for event in ahead:
             if not self._advance(run, event.step, stops, aim, is_wanted):
                 return False
@@ -410,6 +419,11 @@ def _goes_before(earlier: Control, later: Control) -> bool:
         one is other or _as_given(one) == _as_given(other)
         for one, other in zip(earlier.history, later.history, strict=False)
     )
+
+
+def _given_before(step: int, events: Sequence[Event]) -> bool:
+    """Whether one of some events was given by hand before a step."""
+    return any(event.author == "hand" and event.step < step for event in events)
 
 
 def _as_given(event: Event) -> tuple[object, ...]:

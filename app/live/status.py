@@ -1,6 +1,6 @@
 """How a session stands at a moment: what everybody reads of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.live.held import Opened
 from app.live.opening import Opening
@@ -55,3 +55,27 @@ class Status:
     behind: Behind | None = None
     """What the moment that is shown is to the live run; None if it is that itself. A session shows
     nothing else: it is said by whoever shows somebody the past."""
+
+    def seen_at(self, shown: Snapshot, playing: bool) -> "Status":
+        """What is true where somebody looks at another moment: of the run, what it was there; of
+        the lab, what it is.
+
+        Args:
+            shown: the moment, of any line.
+            playing: whether what is looked at is being played.
+        """
+        line = next((line for line in self.lines if line.number == shown.generation), None)
+        branch = "" if line is None or line.is_live else line.name
+        now = self.snapshot
+        return replace(
+            self,
+            snapshot=shown,
+            behind=Behind(branch, now.trial - shown.trial, now.step - shown.step),
+            playing=playing,
+            finished=False,
+            exhausted=False,
+            preparing=False,
+            error=None,
+            opened=None,
+            opening=None,
+        )

@@ -61,12 +61,13 @@ def is_token(text: str) -> bool:
 class Access:
     """Asks each request for the token."""
 
-    def __init__(self, token: str) -> None:
+    def __init__(self, token: str, max_guesses: int = MAX_GUESSES) -> None:
+        """One address may try so many wrong tokens in `WINDOW_S`."""
         self._token = token
         self._cookie = new_token()
         """Not the token: that may be one that somebody chose, and guesses at cookies are free."""
         self._ticket: str | None = None
-        self._guesses = _Guesses()
+        self._guesses = _Guesses(max_guesses)
 
     def question(self) -> str:
         """What comes after the address of the page for whoever has the token."""
@@ -135,12 +136,13 @@ def token_form(request: Request) -> str:
 class _Guesses:
     """Which wrong tokens each address has tried of late."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int) -> None:
+        self._most = most
         self._wrong: OrderedDict[str, tuple[float, set[bytes]]] = OrderedDict()
 
     def are_too_many(self, address: str) -> bool:
         since_s, wrong = self._wrong.get(address, (0.0, set()))
-        return len(wrong) > MAX_GUESSES and time.monotonic() - since_s < WINDOW_S
+        return len(wrong) > self._most and time.monotonic() - since_s < WINDOW_S
 
     def note(self, address: str, given: str) -> None:
         since_s, wrong = self._wrong.get(address, (time.monotonic(), set()))

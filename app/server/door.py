@@ -142,29 +142,13 @@ class Door:
         return None
 
     def _stranger(self, request: Request, origins: Sequence[str]) -> Refusal | None:
-        """What is wrong with where the request is addressed to, or where it comes from.
-
-        `Origin` must speak of this server on every request that has one and does more than read a
-        file, so nothing hangs on telling a handshake from a page load; a browser writes both
-        headers itself.
-        """
-        hosts = request.headers.get_all("Host")
-        host = authority_of(hosts[0]) if len(hosts) == 1 else None
-        if host is None or not self._names.have(host):
-            remedy = _remedy(None if host is None else Authority(host.name, None))
-            log.warning("refused a request to %s%s", _quoted(", ".join(hosts)), remedy)
-            return Refusal(HTTPStatus.FORBIDDEN, f"This is not a name of this server{remedy}.")
-        for origin in origins:
-            source = source_of(origin)
-            if not self._names.are_of(source, host):
-                remedy = _remedy(None if source is None else source.place)
-                log.warning("refused a page of %s%s", _quoted(origin), remedy)
-                return Refusal(HTTPStatus.FORBIDDEN, f"This page belongs to another site{remedy}.")
-        if is_socket(request) and not origins:
-            log.warning("refused a websocket that comes from no page")
-            return Refusal(HTTPStatus.FORBIDDEN, "This websocket is for a page of this server.")
+        """What is wrong with where the request is addressed to, or where it comes from."""
+        refusal = stranger(self._names, request, origins, is_socket(request))
+        if refusal is not None:
+            return refusal
         # A call has effects, so more is asked of it than of what only reads.
-        if is_call(request) and not is_from_own_page(self._names, host, request):
+        host = authority_of(request.headers["Host"])
+        if is_call(request) and not (host and is_from_own_page(self._names, host, request)):
             log.warning("refused a call that comes from no page of this lab")
             return Refusal(
                 HTTPStatus.FORBIDDEN, "This call does not come from a page of this server."
@@ -203,6 +187,33 @@ class Door:
         if status != HTTPStatus.NO_CONTENT:
             return connection.respond(status, f"{status.phrase}.\n")
         return _nothing(connection)
+
+
+def stranger(
+    names: Names, request: Request, origins: Sequence[str], asks_for_socket: bool
+) -> Refusal | None:
+    """What is wrong with where a request is addressed to, or where it comes from.
+
+    `Origin` must speak of this server on every request that has one and does more than read a
+    file, so nothing hangs on telling a handshake from a page load; a browser writes both
+    headers itself.
+    """
+    hosts = request.headers.get_all("Host")
+    host = authority_of(hosts[0]) if len(hosts) == 1 else None
+    if host is None or not names.have(host):
+        remedy = _remedy(None if host is None else Authority(host.name, None))
+        log.warning("refused a request to %s%s", _quoted(", ".join(hosts)), remedy)
+        return Refusal(HTTPStatus.FORBIDDEN, f"This is not a name of this server{remedy}.")
+    for origin in origins:
+        source = source_of(origin)
+        if not names.are_of(source, host):
+            remedy = _remedy(None if source is None else source.place)
+            log.warning("refused a page of %s%s", _quoted(origin), remedy)
+            return Refusal(HTTPStatus.FORBIDDEN, f"This page belongs to another site{remedy}.")
+    if asks_for_socket and not origins:
+        log.warning("refused a websocket that comes from no page")
+        return Refusal(HTTPStatus.FORBIDDEN, "This websocket is for a page of this server.")
+    return None
 
 
 def n_pages(connection: ServerConnection) -> int:

@@ -124,3 +124,29 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
     text = gzip.decompress(body) if is_packed else body
     dressed = text.replace(_TITLE, head.encode(), 1)
     return gzip.compress(dressed) if is_packed else dressed
+
+
+_AUDIENCE: Final = ("audience", "player", "time")
+"""Folders of what the page of an audience loads."""
+
+
+@functools.cache
+def _audience_files() -> dict[str, tuple[bytes, str]]:
+    """What that page is and loads, by its path: content and type. There is nothing else."""
+    files = [file for name in _AUDIENCE for file in sorted((_FOLDER / name).iterdir())]
+    found = {
+        f"/web/{file.relative_to(_FOLDER).as_posix()}": (file.read_bytes(), _TYPES[file.suffix])
+        for file in files
+        if file.suffix in _TYPES
+    }
+    page = (_FOLDER / "audience" / "index.html").read_bytes()
+    return found | dict.fromkeys(_PAGES, (page, "text/html; charset=utf-8"))
+
+
+def audience_file(request: Request) -> Response | None:
+    """The page of an audience, or one of the files that it loads; None if it is neither."""
+    found = _audience_files().get(path_of(request))
+    if found is None:
+        return None
+    body, kind = found
+    return response(body, Headers({"Content-Type": kind, "Cache-Control": "no-cache"}))

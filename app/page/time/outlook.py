@@ -5,10 +5,9 @@ what is live, and otherwise one with the snapshot of the moment that it looks at
 """
 
 from collections.abc import Hashable
-from dataclasses import replace
 from typing import Protocol
 
-from app.live.places import Behind, Place
+from app.live.places import Place
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.time.walk import Ground, Walk
@@ -89,7 +88,7 @@ class Outlook:
             return live
         of = (live, shown, self.walk.direction != 0)
         if self._made is None or self._made_of is None or not _are_same(of, self._made_of):
-            self._made_of, self._made = of, _as_of(live, shown, of[2])
+            self._made_of, self._made = of, live.seen_at(shown, of[2])
         return self._made
 
 
@@ -127,22 +126,3 @@ class Wish:
 def _are_same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
     # Snapshots and what holds them can be long to compare.
     return all(mine is yours for mine, yours in zip(one, other, strict=True))
-
-
-def _as_of(live: Status, shown: Snapshot, playing: bool) -> Status:
-    """The status of a moment: of the run, what it was there; of the lab, what it is."""
-    line = next((line for line in live.lines if line.number == shown.generation), None)
-    branch = "" if line is None or line.is_live else line.name
-    now = live.snapshot
-    return replace(
-        live,
-        snapshot=shown,
-        behind=Behind(branch, now.trial - shown.trial, now.step - shown.step),
-        playing=playing,
-        finished=False,
-        exhausted=False,
-        preparing=False,
-        error=None,
-        opened=None,
-        opening=None,
-    )
