@@ -31,7 +31,8 @@ def repertoire(spec: RunSpec) -> str:
         return f"{names}, {when}" if len(skills) == 1 else f"{names}, all {when}"
     by_time = sorted(zip(joins, skills, strict=True))
     first, *later = [
-        f"{plain(skill)} from {'the start' if at == 0 else f'trial {at:,}'}" for at, skill in by_time
+        f"{plain(skill)} from {'the start' if at == 0 else f'trial {at:,}'}"
+        for at, skill in by_time
     ]
     return f"one skill after the other: {', '.join([first, *later])}"
 
@@ -51,25 +52,31 @@ def standing(
     alike = ", from the same starts of trials" if common_starts else ""
     what = f"{count} runs, step for step{alike}."
     rewards = [one.recent_reward for one in snapshots]
-    known = sorted(
-        (place for place, reward in enumerate(rewards) if not math.isnan(reward)),
-        key=lambda place: -rewards[place],
-    )
-    if len(known) < len(names):
+    lead = leaders(snapshots)
+    if not lead:
         return joined([what, " No trial has ended yet in all of them."], "")
-    best = rewards[known[0]]
-    lead = [names[place] for place in known if best - rewards[place] <= _LEVEL]
+    best = _mean(max(rewards))
     after = f" After {counted(step, 'step')} "
-    if len(lead) == len(names):
-        return joined([what, after, "they are level: ", _mean(best), "."], "")
-    behind = [
-        f"{names[place]} {shown_number(rewards[place], '.0f')}" for place in known[len(lead) :]
-    ]
+    others = sorted(set(range(len(names))) - set(lead), key=lambda place: -rewards[place])
+    if not others:
+        return joined([what, after, "they are level: ", best, "."], "")
+    behind = [f"{names[place]} {shown_number(rewards[place], '.0f')}" for place in others]
     verb = "leads with" if len(lead) == 1 else "lead with"
-    who = element("b", joined_by_and(lead))
-    return joined(
-        [what, after, who, f" {verb} ", _mean(best), "; ", joined_by_and(behind), "."], ""
-    )
+    who = element("b", joined_by_and([names[place] for place in lead]))
+    return joined([what, after, who, f" {verb} {best}; ", joined_by_and(behind), "."], "")
+
+
+def leaders(snapshots: Sequence[Snapshot]) -> tuple[int, ...]:
+    """Places of those whose reward is best, or level with the best, that first.
+
+    Empty as long as there is one in which no trial has ended.
+    """
+    rewards = [one.recent_reward for one in snapshots]
+    if any(math.isnan(reward) for reward in rewards):
+        return ()
+    best = max(rewards)
+    lead = [place for place, reward in enumerate(rewards) if best - reward <= _LEVEL]
+    return tuple(sorted(lead, key=lambda place: -rewards[place]))
 
 
 def _mean(reward: float) -> str:

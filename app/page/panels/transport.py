@@ -52,7 +52,9 @@ def speed_of(slider: float) -> float:
 
 def slider_of(speed: float) -> float:
     """Place of the speed slider for a speed."""
-    return SPEEDS if speed == FULL_SPEED else round(min(max(math.log10(speed), 0.0), SPEEDS - 0.1), 1)
+    return (
+        SPEEDS if speed == FULL_SPEED else round(min(max(math.log10(speed), 0.0), SPEEDS - 0.1), 1)
+    )
 
 
 def speed_label(speed: float) -> str:

@@ -10,15 +10,17 @@ from typing import Any, Final
 import msgspec
 import viser
 
-from app.explain.beside import cell_rows, repertoire, standing
+from app.charts.race import looks_of
+from app.explain.beside import cell_rows, leaders, repertoire, standing
 from app.explain.cell import CellReading, reading_at
 from app.live import requests
-from app.live.race import Entry, Race, thesis_four
+from app.live.race import Entry, Race, RaceStatus, thesis_four
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import FULL_SPEED
-from app.page.inbox import Inbox
+from app.page import keys
+from app.page.inbox import Inbox, Intent
 from app.page.panels.transport import SPEEDS, slider_of, speed_label, speed_of
 from app.page.side import messages
 from app.page.side.course import ground_of
@@ -29,21 +31,22 @@ from app.page.slots import slot_html
 from app.page.time.grounds import PLAIN_PACE
 from app.page.time.walk import Ground, Walk, WalkError, rates_of
 from app.page.widgets import assign
-from app.charts.race import looks_of
+from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.layers.change import CHANGE
 from app.picture.look import ALL, Look, heading_shown
 from app.player.boards import world_key, world_sent
 from app.server.callbacks import RefusedError
 from app.server.channels import Channels
-from app.util.html import element
+from app.words.numbers import rate_in_short
 from learners.commands import CommandError
 from learners.spec import RunSpec
 
 _SLOWLY_S: Final = 0.3
 """How often what is read, and lines over boards, are made anew while runs go on."""
 _MOST_WAITING: Final = 256
-_NEEDED_TRIALS: Final = 1
+_SPEEDS: Final = (200.0, 2e3, 1e4, 2e4, 5e4, 1e5, 2e5, 1e6)
+"""Steps a second there are to choose from."""
 Presets = Callable[[], Mapping[str, RunSpec]]
 """Those there are to choose from, by name."""
 
@@ -64,12 +67,11 @@ class SidePanel:
         self._inbox = inbox
         self._messages: deque[Any] = deque(maxlen=_MOST_WAITING)
         self._channel = channels.enter(FromSide, self._take, self._opened, page="side")
-        frame = element(
-            "iframe", "", class_="pounce-side", src=self._channel.address, title="Side by side"
-        )
-        self._frame_html = slot_html("side", frame)
+        self._frame_html = slot_html("side", self._channel.frame_html("Runs side by side"))
         # At the root of the main panel, which is there whatever tab is shown.
         self._slot = client.gui.add_html(slot_html("side", ""))
+        command = client.gui.add_command("Runs side by side", hotkey=keys.SIDE.hotkey)
+        command.on_trigger(Intent(lambda _, __: self.toggle()))
         self._look = Look()
         self._walk = Walk()
         self._is_new = True
@@ -82,7 +84,6 @@ class SidePanel:
         self._sent: dict[str, object] = {}
         """What the frame was sent last, of each kind, by which it is told whether it is new."""
         self._slowly_s = 0.0
-        self._starts_playing = False
 
     # In the render loop
 
@@ -167,7 +168,9 @@ class SidePanel:
         """What there is to choose from."""
         status = self._session.status
         snapshot = status.snapshot
-        lines = [{"line": one.number, "name": _line_name(status, one.number)} for one in status.lines]
+        lines = [
+            {"line": one.number, "name": _line_name(status, one.number)} for one in status.lines
+        ]
         if not lines:
             lines = [{"line": snapshot.generation, "name": _line_name(status, snapshot.generation)}]
         return {
@@ -235,6 +238,7 @@ class SidePanel:
     ) -> dict[str, Any]:
         status, walk = hall.status, self._walk
         names = [entry.name for entry in status.entries]
+        lead = leaders(shown)
         return {
             "step": step,
             "end": status.step,
@@ -244,18 +248,17 @@ class SidePanel:
             "direction": walk.direction or 1,
             "rate": walk.rate,
             "rates": rates_of(status.step, ground.pace),
-            "speed": 0.0 if math.isinf(status.speed) else status.speed,
-            "pace": round(status.steps_per_s),
+            **_pace(status),
             "error": status.error,
             "preparing": status.preparing,
             "standing": str(standing(names, shown, step, status.common_starts)),
             "runs": [
-                run_sent(one, stand, hall.greedy.at(place, step), digest)
+                run_sent(one, stand, hall.greedy.at(place, step), digest, place in lead)
                 for place, (one, stand, digest) in enumerate(
                     zip(
                         shown,
                         status.stands if is_live else [""] * len(shown),
-                        status.digests or [""] * len(shown),
+                        (is_live and status.digests) or [""] * len(shown),
                         strict=True,
                     )
                 )
@@ -296,7 +299,7 @@ class SidePanel:
             "legend",
             {
                 "layer": layer.title,
-                "html": layer.legend(first, looks[0], extras),
+                "html": str(layer.legend(first, looks[0], extras)),
                 "captions": captions,
             },
         )
@@ -335,10 +338,13 @@ class SidePanel:
             "other": pair.other,
             "shown": pair.shown,
             "text": apart_said(found, names, hall.status.step),
+            "caption": ""
+            if between is None
+            else CHANGE.caption(between[1], self._change_look, Extras(since=between[0])),
             "step": None if found is None else found.step,
             "legend": ""
             if between is None
-            else CHANGE.legend(between[1], self._change_look, _since(between[0])),
+            else str(CHANGE.legend(between[1], self._change_look, Extras(since=between[0]))),
         }
 
     def _cell(self, shown: tuple[Snapshot, ...]) -> dict[str, Any]:
@@ -428,10 +434,8 @@ class SidePanel:
 
     def _entry(self, chosen: messages.Chosen) -> Entry:
         status = self._session.status
-        snapshot = status.snapshot
         if chosen.line is not None:
-            name = _line_name(status, chosen.line)
-            return Entry(name, snapshot.preset, snapshot.seed, snapshot.preset_spec, chosen.line)
+            return self._session.entry_of(chosen.line, _line_name(status, chosen.line))
         preset, seed = chosen.preset, chosen.seed
         spec = None if preset is None else self._presets().get(preset)
         if preset is None or spec is None or seed is None:
@@ -439,10 +443,16 @@ class SidePanel:
         return Entry(f"{preset}, seed {seed}", preset, seed, spec)
 
 
-def _since(snapshot: Snapshot) -> Any:
-    from app.picture.layer import Extras
-
-    return Extras(since=snapshot)
+def _pace(status: RaceStatus) -> dict[str, Any]:
+    """How fast the runs go, and how fast they may."""
+    speed = 0.0 if math.isinf(status.speed) else status.speed
+    speeds = sorted({*_SPEEDS, speed} - {0.0})
+    rate = f"{rate_in_short(status.steps_per_s)} steps/s each" if status.playing else ""
+    return {
+        "speed": speed,
+        "speeds": [[one, speed_label(one)] for one in speeds] + [[0.0, speed_label(FULL_SPEED)]],
+        "pace": rate,
+    }
 
 
 def _line_name(status: Status, line: int) -> str:

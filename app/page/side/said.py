@@ -20,7 +20,7 @@ _STANDS = {
 
 
 def run_sent(
-    snapshot: Snapshot, stand: Stand, greedy: tuple[int, float] | None, digest: str
+    snapshot: Snapshot, stand: Stand, greedy: tuple[int, float] | None, digest: str, leads: bool
 ) -> dict[str, Any]:
     """What is read of one run, in few words each.
 
@@ -29,6 +29,7 @@ def run_sent(
         stand: where it stands.
         greedy: step and reward of the newest measurement; None before the first.
         digest: of its tables; "" where that is not known.
+        leads: whether none has a better reward.
     """
     caught = success_share(snapshot)
     return {
@@ -39,6 +40,7 @@ def run_sent(
         "measured": "not measured yet" if greedy is None else f"measured at step {greedy[0]:,}",
         "stand": _STANDS.get(stand, ""),
         "digest": digest,
+        "leads": leads,
     }
 
 

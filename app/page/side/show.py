@@ -220,5 +220,3 @@ class SideShow:
             except Exception:
                 # Whatever is wrong with one, the others are to see theirs.
                 log.exception("runs side by side could not be shown")
-
-
