@@ -19,6 +19,8 @@ from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.panels.share import Share
 from app.page.scene.gallery import Exhibit, Seen
+from app.page.side.panel import Presets, SidePanel
+from app.page.side.show import SideShow
 from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
 from app.page.time.outlook import Outlook
@@ -68,6 +70,10 @@ class Shared(NamedTuple):
     """Where sessions are kept, if anywhere."""
     n_viewers: Callable[[], int]
     """Browsers that there are."""
+    side: SideShow
+    """Shows runs side by side."""
+    presets: Presets
+    """Those that runs may be of."""
 
 
 class Browser:
@@ -105,6 +111,10 @@ class Browser:
             wake,
         )
         """The bar, by which it goes through time."""
+        self.side = SidePanel(
+            client, shared.session, shared.side, shared.channels, inbox, shared.presets
+        )
+        """Runs side by side, where this browser looks at them in the place of the board."""
         self.pulse = Pulse(shared.server, client.client_id)
         self.exhibit: Exhibit | None = None
         """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
@@ -163,6 +173,7 @@ class Browser:
         self.readings.leave()
         self._hunts.leave()
         self.time.leave()
+        self.side.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -212,6 +223,7 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
+        self.side.update(texts.look)
         self._hunts.update(status, texts.look, now_s)
         self._share.update(status)
         self._inspection.update(snapshot, texts.look, outcomes)

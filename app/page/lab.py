@@ -33,8 +33,10 @@ from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
 from app.page.panels.plan import PlanPanel
+from app.page.panels.side_by_side import SideBySide
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Exhibit, Gallery, Seen
+from app.page.side.show import SideShow
 from app.page.success import SuccessMaps
 from app.page.time.bars import Bars
 from app.page.time.grounds import PLAIN_PACE, Grounds
@@ -141,6 +143,7 @@ class Lab:
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
+        self._side = SideShow(session)
         calls, channels, links = Calls(), Channels(), Links(is_code)
         self.access = None if token is None else Access(token)
         self.server = open_server(
@@ -159,6 +162,8 @@ class Lab:
         self._dress_server()
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
+        with self._controls.run_tab:
+            self._runs = SideBySide(gui, self._open_side)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
             self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
@@ -185,6 +190,8 @@ class Lab:
             save_dir=save_dir,
             sessions=sessions,
             n_viewers=lambda: len(self._browsers),
+            side=self._side,
+            presets=lambda: self._controls.presets,
         )
         self._for_script = self.server.gui.add_html("")
         self._said: tuple[str, bool] | None = None
@@ -338,6 +345,7 @@ class Lab:
         # Not while a frame is being sent over the connections that this takes away.
         self._at_rest.wait(timeout=_FAREWELL_S)
         self.service.close()
+        self._side.stop()
         self.session.stop()
         self._success.stop()
         self._greedy.stop()
@@ -410,6 +418,11 @@ class Lab:
             browser.leave()
         self._has_garbage = True
 
+    def _open_side(self, client: viser.ClientHandle, four: bool) -> None:
+        browser = self._browsers.get(client.client_id)
+        if browser is not None:
+            browser.side.open(four)
+
     def _show_results(self, client: viser.ClientHandle) -> None:
         browser = self._browsers.get(client.client_id)
         if browser is not None:
@@ -446,6 +459,7 @@ class Lab:
             if self._is_true(live):
                 self._plan.update(self._shared_by(seen, live))
             self._bars.tidy(now_s)
+            self._runs.update(self.session.race)
             self.experiments.update(live, len(seen))
         n_viewers = len(seen)
         every_s = max(_READINGS_S, _READINGS_APART_S * n_viewers)
