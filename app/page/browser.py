@@ -10,12 +10,14 @@ import viser
 from app.live.session import Session
 from app.live.status import Status
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
+from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
+from app.page.presenting import Presenting
 from app.page.scene.gallery import Exhibit, Seen
 from app.page.texts import Texts
 from app.page.time.asks import Asks, Submit
@@ -63,6 +65,8 @@ class Shared(NamedTuple):
     """Where sessions are kept, if anywhere."""
     n_viewers: Callable[[], int]
     """Browsers that there are."""
+    presenting: Presenting
+    """Who shows an audience what they see."""
 
 
 class Browser:
@@ -100,7 +104,10 @@ class Browser:
             client.scene.add_frame(name, show_axes=False) for name in ("/inspect", "/watched")
         ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
+        self._audience: Audience | None = None
         with self.readings.file_tab:
+            if shared.presenting.stand is not None:
+                self._audience = Audience(client, shared.presenting, shared.presenting.stand)
             FileTab(
                 client,
                 shared.session,
@@ -124,6 +131,11 @@ class Browser:
         client.scene.on_click()(clicked)
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
+
+    @property
+    def number(self) -> int:
+        """By which it is told from others."""
+        return self.client.client_id
 
     @property
     def look(self) -> Look:
@@ -199,4 +211,6 @@ class Browser:
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
+            if self._audience is not None:
+                self._audience.update()
             self._read_at = now_s

@@ -109,6 +109,7 @@ _AUDIENCE: Final = ("audience", "player", "time")
 def _audience_files() -> dict[str, tuple[bytes, str]]:
     """What that page is and loads, by its path: content and type. There is nothing else."""
     files = [file for name in _AUDIENCE for file in sorted((_FOLDER / name).iterdir())]
+    files.append(_FOLDER / "readings.css")
     found = {
         f"/web/{file.relative_to(_FOLDER).as_posix()}": (file.read_bytes(), _TYPES[file.suffix])
         for file in files
