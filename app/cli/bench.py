@@ -161,9 +161,7 @@ def _measure_audience(
 
     preset = next(iter(specs)) if command.presets else "timed"
     with interrupts.undoing(), terminal.status() as on_progress:
-        found = measure_audience(
-            specs[preset], preset, specs, n_watchers, repetitions, on_progress
-        )
+        found = measure_audience(specs[preset], preset, specs, n_watchers, repetitions, on_progress)
     if command.json:
         say(json.dumps(found))
         return EXIT_OK

@@ -43,6 +43,7 @@ def moment_at(
     place: Place,
     preset: str,
     is_wanted: Callable[[], bool] = lambda: True,
+    curve_steps: int | None = None,
     quietly: bool = False,
 ) -> Snapshot | None:
     """What a line looked like at a moment; the same whenever it is made.
@@ -52,6 +53,7 @@ def moment_at(
         place: the moment; beyond what is known of the line, where that ends.
         preset: name of its preset.
         is_wanted: asked every few milliseconds; once it says no, that is the end of it.
+        curve_steps: as :func:`app.live.snapshot.take` has it.
         quietly: keep no checkpoints for it (:meth:`Past.run_at`).
 
     Returns:
@@ -66,7 +68,7 @@ def moment_at(
         if past.take_on(run, step):
             break
         # The line has gone another way in between, which does not happen often.
-    made = snapshot.take(run, preset, place.line)
+    made = snapshot.take(run, preset, place.line, curve_steps=curve_steps)
     lately = snapshot.change_between(before, made.selection_q)
     return replace(made, learning_now=lately)
 

@@ -178,6 +178,11 @@ class Past:
         return self._end_trial
 
     @property
+    def seed(self) -> int:
+        """Of its run."""
+        return self._seed
+
+    @property
     def control(self) -> Control:
         """What holds where what is known of it ends."""
         return self._control

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from app.live.lines import MadeAgain
 from app.live.places import Place
+from app.live.race import Entry
 from app.live.records import Journal
 from learners.commands import Command
 from learners.spec import RunSpec, ScheduleSpec
@@ -187,6 +188,20 @@ class TakeUp:
     """Of the session that is taken up: what is done from here on is written there."""
 
 
+@dataclass(frozen=True)
+class StartRace:
+    """Let runs learn side by side, in the place of those that did before; the live run pauses."""
+
+    entries: tuple[Entry, ...]
+    playing: bool = True
+    """Whether they go on at once."""
+
+
+@dataclass(frozen=True)
+class EndRace:
+    """Let no runs learn side by side any more; nothing is kept of them. The live run stands."""
+
+
 RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | RunTo | Command
 """What is asked of one run."""
 RequestOfLines = Branch | MakeLive | NameLine | DeleteLine | BringBack | AddMark | RemoveMark
@@ -201,4 +216,6 @@ Request = (
     | OpenRun
     | GoBack
     | TakeUp
+    | StartRace
+    | EndRace
 )

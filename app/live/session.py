@@ -16,6 +16,7 @@ from app.live.moments import Moments, moment_at
 from app.live.opening import SlowStart
 from app.live.past import Budget, Past
 from app.live.places import Place
+from app.live.race import Entry, Race
 from app.live.records import Journal
 from app.live.requests import (
     AddMark,
@@ -23,6 +24,7 @@ from app.live.requests import (
     Branch,
     BringBack,
     DeleteLine,
+    EndRace,
     GoBack,
     GoOn,
     MakeLive,
@@ -38,6 +40,7 @@ from app.live.requests import (
     SetSpeed,
     SkipOpening,
     StartAgain,
+    StartRace,
     StepOnce,
     TakeUp,
     TrialOnce,
@@ -53,7 +56,7 @@ from learners.spec import MAX_TRIALS, RunSpec
 _CURVE_S = 0.4
 
 
-_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun, TakeUp)
+_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun, TakeUp, StartRace)
 _END_THE_OPENING = (SkipOpening, SetSpeed, RunTo, StartAgain, OpenRun, MakeLive, TakeUp)
 
 
@@ -96,7 +99,9 @@ class Session(Worker[Status]):
         """
         super().__init__()
         self.budget = budget or Budget()
-        """Memory that is shared by the checkpoints of all lines."""
+        """Memory that is shared by the checkpoints of all lines, and of a race."""
+        self.race: Race | None = None
+        """Runs that learn side by side; another object for each race."""
         self._tree = Tree(super().submit, journal, name_of, self.budget)
         if made_again is None:
             self._tree.begin(Run(spec, seed), preset, spec.trials, playing)
@@ -125,6 +130,7 @@ class Session(Worker[Status]):
         """End the worker and the thread of moments, and wait for them."""
         super().stop()
         self.moments.stop()
+        self._end_race()
         if not self._thread.is_alive():
             self._tree.close()
 
@@ -141,6 +147,21 @@ class Session(Worker[Status]):
     def past_of(self, line: int) -> Past | None:
         """The past of a line that is shown, by its number; None if it is not here any more."""
         return self._tree.past_of(line)
+
+    def entry_of(self, line: int, name: str = "") -> Entry:
+        """A line that is shown, as one that is to be in a race.
+
+        Args:
+            line: its number.
+            name: what it is to be called there; if "", as the tree calls it.
+
+        Raises:
+            CommandError: there is no such line.
+        """
+        family = self._tree.family
+        found = family.line(line)
+        control = found.past.control
+        return Entry(name or found.name, family.preset, found.past.seed, control.spec, line)
 
     def snapshot_at(self, place: Place) -> Snapshot:
         """A moment, made while the caller waits.
@@ -236,6 +257,10 @@ class Session(Worker[Status]):
             case TakeUp():
                 self._tree.take_up(request)
                 self._show()
+            case StartRace():
+                self._start_race(request)
+            case EndRace():
+                self._end_race()
             case (
                 Branch()
                 | MakeLive()
@@ -303,6 +328,18 @@ class Session(Worker[Status]):
         self._tree.begin(run, request.preset, MAX_TRIALS, playing=True, opened=opened)
         self._show()
 
+    def _start_race(self, request: StartRace) -> None:
+        race = Race(request.entries, self.budget, self.past_of, playing=request.playing)
+        self._end_race()
+        self._held().pause()
+        self.race = race
+        race.start()
+
+    def _end_race(self) -> None:
+        race, self.race = self.race, None
+        if race is not None:
+            race.close()
+
     def _show(self) -> None:
         """Another run is live."""
         self._curve_at = -math.inf
@@ -322,6 +359,8 @@ class Session(Worker[Status]):
         self._former = snapshot.take(held.run, held.preset, held.generation, former, new_curve)
         tree = self._tree
         tree.keep_up(now_s)
+        if self.race is not None:
+            self.race.heed()
         aside = tree.aside
         return Status(
             snapshot=self._former,

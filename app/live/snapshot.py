@@ -118,7 +118,12 @@ def _width(length: int, width: int) -> int:
 
 
 def take(
-    run: Run, preset: str, generation: int, former: Snapshot | None = None, new_curve: bool = True
+    run: Run,
+    preset: str,
+    generation: int,
+    former: Snapshot | None = None,
+    new_curve: bool = True,
+    curve_steps: int | None = None,
 ) -> Snapshot:
     """Copy what is seen of a run.
 
@@ -129,6 +134,8 @@ def take(
         former: the last snapshot of the same run, for what fades.
         new_curve: whether the learning curves and the paths, which cost most, are made anew; if
             not, the former ones stay.
+        curve_steps: by which the windows of the learning curve are chosen, where it is drawn beside
+            others; if None, the run's own.
     """
     state, spec = run.state, run.spec
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
@@ -137,7 +144,8 @@ def take(
     n_skills, of_skills = len(spec.learner.skills), spec.world.of_skills
     selection_q = selection_q_of(run)
     if new_curve or former is None:
-        curve = measures.curve(state, curve_window(run.step))
+        steps = run.step if curve_steps is None else curve_steps
+        curve = measures.curve(state, curve_window(steps))
         trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
         progress = measures.progress(state)
     else:

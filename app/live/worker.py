@@ -108,11 +108,18 @@ class Worker(ABC, Generic[Stand]):
 
     _status: Stand
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = "learner", publish_s: float = _PUBLISH_S) -> None:
+        """Prepare it.
+
+        Args:
+            name: of the thread.
+            publish_s: how long it may go on before how it stands is published anew.
+        """
+        self._publish_s = publish_s
         self._requests: queue.SimpleQueue[_Envelope | None] = queue.SimpleQueue()
         self._newest_ticket = 0
         self._answered = 0
-        self._thread = threading.Thread(target=self._work, name="learner", daemon=True)
+        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
         self._published = threading.Condition()
         self._submitting = threading.Lock()
         self._stopping = False
@@ -274,7 +281,7 @@ class Worker(ABC, Generic[Stand]):
                 made = self._advance(steps)
                 self._pace.note(made, time.thread_time() - started)
         stands = self._aim() is None
-        if stands or time.perf_counter() - self._published_at >= _PUBLISH_S:
+        if stands or time.perf_counter() - self._published_at >= self._publish_s:
             self._publish()
 
     def _publish(self) -> None:
