@@ -11,6 +11,7 @@ from app.live.session import Session
 from app.live.status import Status
 from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
+from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
@@ -18,6 +19,7 @@ from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.panels.share import Share
+from app.page.presenting import Presenting
 from app.page.scene.gallery import Exhibit, Seen
 from app.page.side.panel import Presets, SidePanel
 from app.page.side.show import SideShow
@@ -74,6 +76,8 @@ class Shared(NamedTuple):
     """Shows runs side by side."""
     presets: Presets
     """Those that runs may be of."""
+    presenting: Presenting
+    """Who shows an audience what they see."""
 
 
 class Browser:
@@ -126,7 +130,10 @@ class Browser:
             client.scene.add_frame(name, show_axes=False) for name in ("/inspect", "/watched")
         ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
+        self._audience: Audience | None = None
         with self.readings.file_tab:
+            if shared.presenting.stand is not None:
+                self._audience = Audience(client, shared.presenting, shared.presenting.stand)
             FileTab(
                 client,
                 shared.session,
@@ -154,6 +161,11 @@ class Browser:
         client.scene.on_click()(clicked)
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
+
+    @property
+    def number(self) -> int:
+        """By which it is told from others."""
+        return self.client.client_id
 
     @property
     def look(self) -> Look:
@@ -232,4 +244,6 @@ class Browser:
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
+            if self._audience is not None:
+                self._audience.update()
             self._read_at = now_s
