@@ -17,7 +17,6 @@ from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.scene.gallery import Exhibit, Seen
-from app.page.texts import Texts
 from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
 from app.page.time.outlook import Outlook
@@ -27,6 +26,7 @@ from app.page.widgets import assign
 from app.picture.layers.change import CHANGE
 from app.picture.layers.reach import REACH
 from app.picture.look import ALL, Look
+from app.player.texts import Texts
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.channels import Channels

@@ -24,10 +24,10 @@ from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import Reply
 from app.page.browser import Browser, Shared
+from app.page.clock import clock_html
 from app.page.confirm import confirm_for_all
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
-from app.page.headline import clock_html
 from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
@@ -35,12 +35,12 @@ from app.page.panels.plan import PlanPanel
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Exhibit, Gallery, Seen
 from app.page.success import SuccessMaps
-from app.page.texts import Texts
 from app.page.time.bars import Bars
 from app.page.time.grounds import PLAIN_PACE, Grounds
 from app.page.time.panel import Deeds
 from app.page.time.walk import WalkError
 from app.picture.layer import Extras
+from app.player.texts import Texts
 from app.results.service import Service
 from app.server.access import Access
 from app.server.callbacks import RefusedError, guarded

@@ -132,10 +132,11 @@ class Door:
         return None if refusal is None else refuse(connection, request, refusal)
 
     def _answer_channel(self, connection: ServerConnection, request: Request) -> Response | None:
-        if self.channels.find(request) is None:
+        channel = self.channels.find(request)
+        if channel is None:
             return connection.respond(HTTPStatus.NOT_FOUND, "Not found.\n")
         if not is_socket(request):
-            return channels.frame_page()
+            return channels.frame_page(channel.page)
         # How many there are is bounded by that of their secrets.
         channels.prepare(connection)
         return None

@@ -84,7 +84,7 @@ class TimePanel:
         )
         # At the root of the main panel, which is there whatever tab is shown.
         client.gui.add_html(frame_html())
-        client.gui.add_html(slot_html("bar", self._channel.frame_html()))
+        client.gui.add_html(slot_html("bar", self._channel.frame_html("Time bar")))
 
     @property
     def is_shown(self) -> bool:

@@ -4,7 +4,7 @@
 
 import { trialAt } from "./axis.js";
 import { openChance } from "./chance.js";
-import { send } from "./channel.js";
+import { send } from "../player/pipe.js";
 import { grouped } from "./dom.js";
 import { say, whenRefused } from "./said.js";
 import { shareAt, takeBackPresses } from "./scrub.js";

@@ -1,6 +1,7 @@
 // @ts-check
 // The page in the frame.
-import { on } from "./channel.js";
+import { on } from "../player/pipe.js";
+import "./channel.js";
 import "./draw.js";
 import "./hand.js";
 import { changed, state, whenChanged } from "./state.js";

@@ -1,7 +1,7 @@
 // @ts-check
 // What can be done with a line of the tree and with a mark: menus, and a name that is edited in place.
 
-import { send } from "./channel.js";
+import { send } from "../player/pipe.js";
 import { element } from "./dom.js";
 import { openField } from "./field.js";
 import { say } from "./said.js";

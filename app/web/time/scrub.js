@@ -2,7 +2,7 @@
 // The playhead in a hand: anywhere on the curve, the axis, and where lanes are empty.
 
 import { roundest, shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
-import { send, sendNewest } from "./channel.js";
+import { send, sendNewest } from "../player/pipe.js";
 import { plotBox } from "./draw.js";
 import { changed, state, whenChanged } from "./state.js";
 

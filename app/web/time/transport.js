@@ -1,7 +1,7 @@
 // @ts-check
 // The row above the bar: where one looks, how the past is played, and what a moment is marked with.
 
-import { send } from "./channel.js";
+import { send } from "../player/pipe.js";
 import { attribute, grouped, write } from "./dom.js";
 import { goBy } from "./scrub.js";
 import { MOST_CHARACTERS, state, whenChanged } from "./state.js";
