@@ -39,10 +39,10 @@
  * @property {string} [world] key of the world
  * @property {string} [view] what is looked at, and how
  * @property {"state" | "cell"} [by]
- * @property {string} [colours] RGB of each state, or of each cell, in base64
- * @property {string} [dots] the same on dots, where it differs
- * @property {string} [rising]
- * @property {string} [falling]
+ * @property {string | Uint8Array} [colours] RGB of each state, or of each cell, in base64 or as bytes
+ * @property {string | Uint8Array} [dots] the same on dots, where it differs
+ * @property {string | Uint8Array} [rising]
+ * @property {string | Uint8Array} [falling]
  * @property {number | null} [prey] the heading that is drawn, if any
  * @property {boolean} [sees] whether what it sees is drawn
  * @property {boolean} [round]
@@ -55,10 +55,11 @@
  */
 
 /**
- * Bytes from base64.
- * @param {string} text
+ * Bytes from base64; what is bytes already stays as it is.
+ * @param {string | Uint8Array} text
  */
 export const bytesOf = (text) => {
+  if (typeof text !== "string") return text;
   const letters = atob(text);
   const bytes = new Uint8Array(letters.length);
   for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);

@@ -1,5 +1,8 @@
 // @ts-check
 // The page in the frame.
 import "./channel.js";
-import "./bar.js";
+import "./draw.js";
+import "./hand.js";
 import "./theme.js";
+import "./tip.js";
+import "./told.js";

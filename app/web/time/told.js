@@ -1,10 +1,8 @@
 // @ts-check
-// The time bar as it is told what it shows, by whatever the page hears (../player/pipe.js).
+// What is told of a line and of a moment becomes what is shown.
+
 import { on } from "../player/pipe.js";
-import "./draw.js";
-import "./hand.js";
 import { changed, state, whenChanged } from "./state.js";
-import "./tip.js";
 
 /** The newest bar, as long as a hand holds something: no axis is to move under that. @type {import("./state.js").Bar | null} */
 let waiting = null;
