@@ -70,7 +70,7 @@ _HAS_ITS_HEIGHT = """() => {
 }"""
 
 _SEND = """async message => {
-    const { send } = await import(new URL("../../web/time/channel.js", location.href));
+    const { send } = await import(new URL("../../web/player/pipe.js", location.href));
     return send(message);
 }"""
 
@@ -147,6 +147,11 @@ class Screen:
     def legend(self) -> Locator:
         """What the colours mean, in the panel."""
         return self.page.locator("#root .pounce-legend")
+
+    def notice(self, title: str) -> Locator:
+        """What the page was told of late, under a title."""
+        notices = self.page.locator(".mantine-Notification-root")
+        return notices.filter(has=self.page.get_by_text(title, exact=True))
 
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""
