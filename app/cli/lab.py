@@ -1,7 +1,7 @@
 """The command ``pounce lab``: its words, its checks, and how it serves the page until the end."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from app.live.journal import Journal
     from app.live.lines import MadeAgain
     from app.live.past import Budget
+    from app.live.session import Session
+    from app.player.presented import Stand
     from app.server.origin import Authority
 
 EXAMPLES = (
@@ -38,6 +40,7 @@ EXAMPLES = (
     "pounce lab my-preset.yaml --port 9000 --no-browser",
     "pounce lab --resume",
     "pounce lab shared.pounce",
+    "pounce lab --audience 0.0.0.0:8090",
 )
 
 
@@ -67,6 +70,11 @@ class Lab:
     """Let in whoever reaches the lab. Otherwise POUNCE_TOKEN may hold the token to ask for."""
     port: Annotated[str, arg(metavar="PORT")] = "8080"
     """Port to listen on; if it is busy, the next free one."""
+    audience: Annotated[str | None, arg(metavar="IP:PORT", help_behavior_hint=HIDDEN_HINT)] = None
+    """Show phones and a class what the first browser sees, at a port where one can only look; on
+    any address but this machine's own, a code is asked for."""
+    no_code: Flag = False
+    """Let whoever reaches the audience's page look."""
     no_browser: Flag = False
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
@@ -126,6 +134,7 @@ def obey(command: Lab) -> int:
     token = _token(command)
     is_shared = command.preset.endswith(SUFFIX)
     spec = spec_of(Lab.preset if is_shared else command.preset)
+    opens_stand = _stand(command, names)
     from app.documents import presets
     from app.documents.sources import called
     from app.live.past import Budget
@@ -160,6 +169,7 @@ def obey(command: Lab) -> int:
             journal=journal,
             made_again=made,
             budget=budget,
+            opens_stand=opens_stand,
         )
     except ListenError as error:
         raise UsageError(
@@ -308,6 +318,46 @@ def _declared(option: str, texts: Iterable[str]) -> "Iterator[Authority]":
                 f"{option}: {shown(text)} is not allowed ({error}); allowed: the name of a host,"
                 " such as lab.example.edu or lab.example.edu:8443"
             ) from error
+
+
+def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], Stand] | None":
+    """Opens the port for those who only look; None if nobody is to.
+
+    Raises:
+        UsageError: there can be no such port.
+    """
+    from app.server.access import new_code
+    from app.server.origin import is_loopback
+
+    if command.audience is None:
+        if command.no_code:
+            raise UsageError("--no-code is about the code of --audience; allowed: with that")
+        return None
+    host, _, digits = command.audience.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]").strip()
+    if not host or not digits:
+        raise UsageError(
+            f"--audience: {shown(command.audience)} is not allowed; allowed: an address of this"
+            " machine and a port, such as 0.0.0.0:8090"
+        )
+    port = whole_number("--audience", digits, 0, 65_535)
+    code = None if is_loopback(host) or command.no_code else new_code()
+    if command.no_code and not is_loopback(host):
+        complain("Warning: whoever can reach this machine can look at the lab.")
+
+    def opened(session: "Session") -> "Stand":
+        from app.audience.audience import Audience
+
+        try:
+            return Audience(session.past_of, host, port, code=code, names=names)
+        except (OSError, UnicodeError) as error:
+            raise UsageError(
+                f"--audience: {shown(command.audience or '')} cannot be listened on:"
+                f" {getattr(error, 'strerror', None) or error}; allowed: an address of this machine"
+                " and a free port"
+            ) from error
+
+    return opened
 
 
 def _token(command: Lab) -> str | None:

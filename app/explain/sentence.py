@@ -243,6 +243,11 @@ def said(status: Status) -> Markup:
     return joined([part for part in parts if part], " ")
 
 
+def said_of(snapshot: Snapshot) -> Markup:
+    """What a moment shows by itself, whoever runs it: nothing of a worker or of another line."""
+    return joined([part for part in _of_moment(snapshot) if part], " ")
+
+
 def _of_moment(snapshot: Snapshot) -> list[Markup | str]:
     """What a moment's tables and control say; some of it may be empty."""
     parts = [_repertoire(snapshot), _explored(snapshot), _held_still(snapshot)]

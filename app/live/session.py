@@ -17,7 +17,8 @@ from app.live.moments import Moments, moment_at
 from app.live.opening import SlowStart
 from app.live.past import Budget, Past
 from app.live.places import Place
-from app.live.race import Entry, Race
+from app.live.race import Race
+from app.live.racer import Entry
 from app.live.records import Journal
 from app.live.requests import (
     AddMark,

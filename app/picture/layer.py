@@ -91,6 +91,10 @@ class Layer(NamedTuple):
     without the prey's heading and what it sees.
     """
 
+    by: Literal["state", "cell"] = "state"
+    """What its colours depend on, besides the patterns of a raster: on the state alone that lies
+    under a pixel, or on its cell."""
+
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
         """The picture on the board."""
         return self.draw(snapshot, look, extras, raster(snapshot.spec.world))

@@ -12,7 +12,7 @@ from app.live.snapshot import Snapshot
 from app.picture.contours import Contour
 from app.picture.layer import Extras, Label, Layer, Over, Picture
 from app.picture.look import Look
-from app.picture.raster import raster
+from app.picture.raster import Raster, raster
 from app.words.plain import HEADING_NAMES
 from sim.spec import N_HEADINGS
 
@@ -60,13 +60,22 @@ def tile_at(east: float, north: float) -> Tile | None:
     return None
 
 
-def all_headings(snapshot: Snapshot, look: Look, layer: Layer, extras: Extras) -> Picture:
+def all_headings(
+    snapshot: Snapshot, look: Look, layer: Layer, extras: Extras, small: Raster | None = None
+) -> Picture:
     """A layer for each heading by itself, north up in each, with its name above.
 
     Pixels are those of the first tile, row by row from the south-west, then those of the next.
+
+    Args:
+        snapshot: the moment.
+        look: how it is seen.
+        layer: what is drawn of each.
+        extras: what it shows besides.
+        small: what each is drawn on, if not on a square of ``SIDE``.
     """
     world = snapshot.spec.world
-    small = raster(world, SIDE)
+    small = raster(world, SIDE) if small is None else small
     each = [
         layer.draw(snapshot, look._replace(frame=tile.heading), extras, small) for tile in TILES
     ]

@@ -21,7 +21,7 @@ from app.picture.legend import (
     patch_of_board,
 )
 from app.picture.look import Look
-from app.picture.raster import Raster, dotted, hatched, on_raster
+from app.picture.raster import Raster, on_raster
 from app.picture.shading import (
     SHOWN_FROM,
     Shading,
@@ -109,10 +109,8 @@ def value_picture(
     pixels = on_raster(colours, raster)
     if look.flight:
         flees = on_raster((known.negative_share >= SHOWN_FROM) & ~is_shown, raster)
-        pixels[flees & hatched(raster, world)] = over_board(
-            np.array(theme.flight), HATCH_COVER, theme
-        )
-    few = on_raster((known.positive_share > 0) & ~is_shown, raster) & dotted(raster, world)
+        pixels[flees & raster.rising] = over_board(np.array(theme.flight), HATCH_COVER, theme)
+    few = on_raster((known.positive_share > 0) & ~is_shown, raster) & raster.dotted
     pixels[few] = on_raster(gain, raster)[few]
 
     def over() -> Over:

@@ -26,6 +26,8 @@ MIN_TOKEN_CHARACTERS: Final = 12
 _TOKEN: Final = re.compile(rf"[A-Za-z0-9._~-]{{{MIN_TOKEN_CHARACTERS},200}}")
 """What stands in an address and in a cookie as it is."""
 
+_PLAIN_LETTERS: Final = "abcdefghjkmnpqrstuvwxyz23456789"
+
 WINDOW_S: Final = 60.0
 MAX_GUESSES: Final = 10
 """Different wrong tokens that one address may try in `WINDOW_S`."""
@@ -51,6 +53,12 @@ log = logging.getLogger(__name__)
 
 def new_token() -> str:
     return secrets.token_urlsafe(24)
+
+
+def new_code() -> str:
+    """A token that people can type who read it from a screen: 39 bits, none of them ambiguous."""
+    letters = [secrets.choice(_PLAIN_LETTERS) for _ in range(8)]
+    return "".join(letters[:4]) + "-" + "".join(letters[4:])
 
 
 def is_token(text: str) -> bool:

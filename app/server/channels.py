@@ -28,6 +28,7 @@ from websockets.http11 import Request, Response
 from app.server import web_files
 from app.server.callbacks import told_to
 from app.server.pace import RECEIVED_S, Pace
+from app.server.web_files import Frame
 from app.util.html import element
 
 MAX_MESSAGE_BYTES: Final = 4 * 1024
@@ -44,8 +45,8 @@ MOST_UNANSWERED: Final = 2
 REPLACED: Final = 4001
 """The code with which a connection ends whose page was opened once more."""
 
-_PATH: Final = "/time/"
 _SOCKET: Final = "socket"
+_PATHS: Final = tuple(f"/{page}/" for page in web_files.FRAMES)
 _PAGE_HEADERS: Final = {
     "Content-Type": "text/html; charset=utf-8",
     "Cache-Control": "no-store",
@@ -61,7 +62,7 @@ log = logging.getLogger(__name__)
 
 
 def is_of_channel(request: Request) -> bool:
-    return request.path.startswith(_PATH)
+    return request.path.startswith(_PATHS)
 
 
 def is_socket(request: Request) -> bool:
@@ -88,13 +89,16 @@ class Channel:
 
     def __init__(
         self,
+        page: Frame,
         secret: str,
         decoder: msgspec.json.Decoder[Any],
         take: Callable[[Any], object],
         opened: Callable[[], object],
         leave: Callable[[], None],
     ) -> None:
-        self.address = f"time/{secret}/"
+        self.page: Frame = page
+        """Which page it is the channel of."""
+        self.address = f"{page}/{secret}/"
         """Of the frame's page, relative to the lab's: it holds below a path as well."""
         self.n_dropped = 0
         """Messages of the page that were too many, or made no sense."""
@@ -111,13 +115,13 @@ class Channel:
         """Whether the frame is connected."""
         return self._delivery is not None
 
-    def frame_html(self) -> str:
+    def frame_html(self, title: str) -> str:
         """The frame as HTML for a slot of the stage, with room for what is said if it fails.
 
         ``web/frame.js`` gives it its height, and forwards keys both ways.
         """
-        frame = element("iframe", "", class_="pounce-time", src=self.address, title="Time bar")
-        return frame + element("p", "", class_="pounce-no-time", role="status")
+        frame = element("iframe", "", class_=f"pounce-{self.page}", src=self.address, title=title)
+        return frame + element("p", "", class_=f"pounce-no-{self.page}", role="status")
 
     def send(self, kind: str, content: dict[str, Any]) -> None:
         """Send ``{"kind": kind, ...content}`` in place of what waits of that kind; any thread.
@@ -132,6 +136,11 @@ class Channel:
             delivery = self._delivery
         if delivery is not None:
             delivery.wake()
+
+    def waits(self, kind: str) -> bool:
+        """Whether the newest of a kind has not gone out yet: one more would be for nothing."""
+        with self._lock:
+            return kind in self._waiting
 
     def leave(self) -> None:
         """End the connection and the address; may be called from any thread, and again."""
@@ -275,9 +284,13 @@ class Channels:
         self._lock = threading.Lock()
 
     def enter(
-        self, kind: Any, take: Callable[[Any], object], opened: Callable[[], object]
+        self,
+        kind: Any,
+        take: Callable[[Any], object],
+        opened: Callable[[], object],
+        page: Frame = "time",
     ) -> Channel:
-        """A channel for another browser.
+        """A channel for another browser, of one of the pages that may be shown in a frame.
 
         `take(message)` is called for each message of its frame, which is one of `kind`: a
         `msgspec.Struct` or a union of such with tags, each of which forbids unknown fields.
@@ -292,7 +305,7 @@ class Channels:
                 raise TypeError(f"{struct.__name__} does not forbid unknown fields")
         secret = secrets.token_urlsafe(16)
         channel = Channel(
-            secret, msgspec.json.Decoder(kind), take, opened, lambda: self._forget(secret)
+            page, secret, msgspec.json.Decoder(kind), take, opened, lambda: self._forget(secret)
         )
         with self._lock:
             self._channels[secret] = channel
@@ -300,12 +313,14 @@ class Channels:
 
     def find(self, request: Request) -> Channel | None:
         """Whose page or websocket is asked for; None if it is nobody's."""
-        secret, slash, rest = web_files.path_of(request).removeprefix(_PATH).partition("/")
+        page, _, below = web_files.path_of(request).removeprefix("/").partition("/")
+        secret, slash, rest = below.partition("/")
         # Without the slash what the page loads would be looked for in another folder.
         if not slash or rest not in ("", _SOCKET):
             return None
         with self._lock:
-            return self._channels.get(secret)
+            channel = self._channels.get(secret)
+        return channel if channel is not None and channel.page == page else None
 
     async def serve(self, connection: ServerConnection) -> None:
         """Handle a connection that the door has let in as a channel's."""
@@ -321,6 +336,7 @@ class Channels:
             self._channels.pop(secret, None)
 
 
-def frame_page() -> Response:
-    """The page in the frame: the same for all, since its address says whose it is."""
-    return web_files.response(web_files.frame_document(), Headers(_PAGE_HEADERS), HTTPStatus.OK)
+def frame_page(page: Frame) -> Response:
+    """The page in a frame: the same for all, since its address says whose it is."""
+    document = web_files.frame_document(page)
+    return web_files.response(document, Headers(_PAGE_HEADERS), HTTPStatus.OK)

@@ -143,10 +143,11 @@ class Door:
         return links.lead_to_page(self._links.keep(code), questions_of(request))
 
     def _answer_channel(self, connection: ServerConnection, request: Request) -> Response | None:
-        if self.channels.find(request) is None:
+        channel = self.channels.find(request)
+        if channel is None:
             return connection.respond(HTTPStatus.NOT_FOUND, "Not found.\n")
         if not is_socket(request):
-            return channels.frame_page()
+            return channels.frame_page(channel.page)
         # How many there are is bounded by that of their secrets.
         channels.prepare(connection)
         return None

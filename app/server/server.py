@@ -31,7 +31,7 @@ from app.server.connections import (
 )
 from app.server.door import Door, OnCall, OnRefused, harden, n_pages
 from app.server.links import Links
-from app.server.origin import Authority
+from app.server.origin import Authority, is_loopback
 from app.server.workers import Workers
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
@@ -122,6 +122,19 @@ def is_serving(server: viser.ViserServer) -> bool:
     """Whether the server's thread, which has every connection, is alive."""
     thread = server._websock_server._server_thread
     return thread is not None and thread.is_alive()
+
+
+def is_on_this_machine(server: viser.ViserServer, client_id: int) -> bool:
+    """Whether a page is open in a browser on the server's own machine, as far as one can tell.
+
+    Behind a proxy on this machine all are.
+    """
+    # viser does not hand out its connections.
+    connection = server._websock_server._live_connections.get(client_id)
+    if connection is None:
+        return False
+    remote, local = connection.remote_address, connection.local_address
+    return remote is not None and (is_loopback(str(remote[0])) or remote[0] == local[0])
 
 
 def addresses_of(server: viser.ViserServer) -> tuple[str, ...]:

@@ -2,24 +2,32 @@
 
 viser has one page, a single file. `first.js` is put into it, before viser's own script; the other
 files of `app/web` are served as they are, and the page loads `lab.js` and the styles. All
-addresses are relative to the page, so they hold below a path as well. In the folder `time` is the
-page of a frame (`channels`), with what it alone loads.
+addresses are relative to the page, so they hold below a path as well. Some folders are the page of
+a frame (`channels`), with what it alone loads; `player` has what such pages share.
 """
 
 import functools
 import gzip
+import re
 from http import HTTPStatus
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, get_args
 
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from app.util.html import escaped
 
-_FOLDER: Final = Path(__file__).parent.parent / "web"
-_FRAME_FOLDER: Final = _FOLDER / "time"
+_FOLDER: Final = Path(__file__).resolve().parent.parent / "web"
 _TYPES: Final = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
+_IMPORTED: Final = re.compile(
+    r"""^import\s(?:[^"';]*\sfrom\s+)?"(\.{1,2}/[\w./-]+\.js)";""", re.MULTILINE
+)
+"""What a module needs before it can run, relative to itself."""
+_STYLES: Final = re.compile(r'<link rel="stylesheet" href="web/([\w./-]+)" />')
+Frame = Literal["time", "side"]
+FRAMES: Final[tuple[Frame, ...]] = get_args(Frame)
+"""Folders that are the page of a frame: an ``index.html``, and ``frame.js``, which begins it."""
 _PAGES: Final = frozenset({"/", "/index.html"})
 _TITLE: Final = b"<title>Viser</title>"
 """Where our scripts go in viser's page: ahead of its own."""
@@ -36,10 +44,9 @@ def is_page(request: Request) -> bool:
 
 @functools.cache
 def _files() -> dict[str, Path]:
-    files = (*_FOLDER.iterdir(), *_FRAME_FOLDER.iterdir())
     return {
         f"/web/{file.relative_to(_FOLDER).as_posix()}": file
-        for file in files
+        for file in _FOLDER.rglob("*")
         if file.suffix in _TYPES
     }
 
@@ -56,12 +63,31 @@ def own_file(request: Request) -> Response:
 
 
 @functools.cache
-def frame_document() -> bytes:
-    """The page of a frame: it asks for all of its scripts at once, and not for one by one."""
-    scripts = sorted(path for path in _files() if path.startswith("/web/time/") and ".js" in path)
-    links = "".join(f'<link rel="modulepreload" href="../..{path}" />\n' for path in scripts)
-    page = (_FRAME_FOLDER / "index.html").read_text("utf-8")
-    return page.replace("</head>", f"{links}</head>", 1).encode()
+def frame_document(page: Frame) -> bytes:
+    """The page of a frame: it asks for all of its scripts at once, not for one after another as
+    each is found to need the next."""
+    folder = _FOLDER / page
+    links = "".join(
+        f'<link rel="modulepreload" href="../../web/{path.relative_to(_FOLDER).as_posix()}" />\n'
+        for path in modules_of(folder / "frame.js")
+    )
+    return (folder / "index.html").read_text("utf-8").replace("</head>", f"{links}</head>").encode()
+
+
+def modules_of(script: Path) -> list[Path]:
+    """A script of the page and all that it imports, directly or not, each before who needs it."""
+    found: list[Path] = []
+    _find(script.resolve(), found, set())
+    return found
+
+
+def _find(script: Path, found: list[Path], seen: set[Path]) -> None:
+    if script in seen:
+        return
+    seen.add(script)
+    for name in _IMPORTED.findall(script.read_text("utf-8")):
+        _find((script.parent / name).resolve(), found, seen)
+    found.append(script)
 
 
 def response(body: bytes, headers: Headers, status: HTTPStatus = HTTPStatus.OK) -> Response:
@@ -90,6 +116,7 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         '<link rel="stylesheet" href="web/stage.css" />\n'
         '<link rel="stylesheet" href="web/controls.css" />\n'
         '<link rel="stylesheet" href="web/frame.css" />\n'
+        '<link rel="stylesheet" href="web/side.css" />\n'
         '<link rel="stylesheet" href="web/readings.css" />\n'
         '<link rel="stylesheet" href="web/hunts.css" />\n'
         '<link rel="stylesheet" href="web/terms.css" />\n'
@@ -101,21 +128,25 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
     return gzip.compress(dressed) if is_packed else dressed
 
 
-_AUDIENCE: Final = ("audience", "player", "time")
-"""Folders of what the page of an audience loads."""
-
-
 @functools.cache
 def _audience_files() -> dict[str, tuple[bytes, str]]:
-    """What that page is and loads, by its path: content and type. There is nothing else."""
-    files = [file for name in _AUDIENCE for file in sorted((_FOLDER / name).iterdir())]
-    found = {
-        f"/web/{file.relative_to(_FOLDER).as_posix()}": (file.read_bytes(), _TYPES[file.suffix])
-        for file in files
-        if file.suffix in _TYPES
+    """What the page of an audience is and loads, by its path: content and type. There is nothing
+    else."""
+    folder = _FOLDER / "audience"
+    page = (folder / "index.html").read_text("utf-8")
+    scripts = modules_of(folder / "audience.js")
+    files = [*scripts, *(_FOLDER / name for name in _STYLES.findall(page))]
+    paths = {f"/web/{file.relative_to(_FOLDER).as_posix()}": file for file in files}
+    links = "".join(
+        f'<link rel="modulepreload" href="{path.removeprefix("/")}" />\n'
+        for path, file in paths.items()
+        if file in scripts
+    )
+    document = page.replace("</head>", f"{links}</head>").encode()
+    return {
+        **{path: (file.read_bytes(), _TYPES[file.suffix]) for path, file in paths.items()},
+        **dict.fromkeys(_PAGES, (document, "text/html; charset=utf-8")),
     }
-    page = (_FOLDER / "audience" / "index.html").read_bytes()
-    return found | dict.fromkeys(_PAGES, (page, "text/html; charset=utf-8"))
 
 
 def audience_file(request: Request) -> Response | None:

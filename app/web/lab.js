@@ -12,6 +12,7 @@ import "./results.js";
 import "./scheme.js";
 import "./share.js";
 import "./slots.js";
+import "./side.js";
 import "./stage.js";
 import "./tabs.js";
 import "./terms.js";

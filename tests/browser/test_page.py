@@ -27,15 +27,15 @@ from app.live.worker import FULL_SPEED
 from app.page import lab as lab_module
 from app.page.lab import Browser
 from app.page.panels.controls import Controls
-from app.page.scene.hunt import way_of
-from app.page.scene.outlines import BOARD_UNITS, on_picture
 from app.picture.frames import rim
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
+from app.picture.outlines import BOARD_UNITS, on_picture
 from app.picture.raster import on_raster, raster
 from app.picture.shading import SHOWN_FROM, known_of, nearness
 from app.picture.theme import LIGHT
+from app.player.hunts import way_of
 from learners.commands import SetSchedule
 from learners.control import Episode
 from learners.run import Run

@@ -10,9 +10,9 @@ from app.explain.cell import reading_at
 from app.explain.cell_html import reading_html
 from app.live.requests import Pause, Play, SetSpeed
 from app.live.snapshot import Snapshot
-from app.page.scene.hunt import placed
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.player.hunts import placed
 from learners.commands import SetParameter
 from learners.kernel import rows
 from learners.run import replay

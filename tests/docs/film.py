@@ -12,12 +12,12 @@ from PIL import Image, ImageDraw, ImageFont
 from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
-from app.page.scene import outlines
-from app.page.scene.outlines import BOARD_UNITS
+from app.picture import outlines
 from app.picture.frames import rim
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
+from app.picture.outlines import BOARD_UNITS
 from app.picture.raster import raster
 from app.picture.theme import LIGHT, Colour
 from learners.run import Run

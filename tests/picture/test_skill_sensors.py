@@ -12,7 +12,7 @@ from app.live.snapshot import Snapshot
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import FOLDED, Look
-from app.picture.raster import as_skills_see, raster
+from app.picture.raster import raster
 from app.picture.theme import LIGHT
 from learners import hunts
 from learners.run import Run
@@ -130,6 +130,6 @@ def test_rasters_know_the_power_of_the_rings_and_the_skills_sensors() -> None:
         np.testing.assert_array_equal(raster(world).states, geometry.readings(world).ravel())
     finer = WorldSpec(n_directions=8, n_distances=6, skill_n_directions=24, skill_n_distances=18)
     np.testing.assert_array_equal(
-        as_skills_see(raster(finer), finer).states, geometry.readings(standard).ravel()
+        raster(finer).as_skills_see.states, geometry.readings(standard).ravel()
     )
-    assert as_skills_see(raster(finer, 75), finer).states.shape == (75 * 75,)
+    assert raster(finer, 75).as_skills_see.states.shape == (75 * 75,)

@@ -70,7 +70,7 @@ _HAS_ITS_HEIGHT = """() => {
 }"""
 
 _SEND = """async message => {
-    const { send } = await import(new URL("../../web/time/channel.js", location.href));
+    const { send } = await import(new URL("../../web/player/pipe.js", location.href));
     return send(message);
 }"""
 

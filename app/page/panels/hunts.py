@@ -20,12 +20,13 @@ from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Ask, Inbox, Intent
-from app.page.scene.hunt import Chase, Way
+from app.page.scene.hunt import Chase
 from app.page.scene.parts import Viewer
 from app.page.slots import slot_html
 from app.page.widgets import assign
 from app.picture.look import Look, heading_shown
 from app.picture.theme import Theme
+from app.player.hunts import Way
 from app.server.calls import Calls, address_of
 from app.words.numbers import counted
 from learners import hunts

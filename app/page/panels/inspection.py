@@ -19,11 +19,11 @@ from app.explain.cell_html import hunts_html, nothing_chosen_html, reading_html
 from app.explain.chain import Chain, chain_html, chain_of
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent
-from app.page.scene.outlines import BOARD_UNITS, kept_on_board, on_picture, segments
 from app.page.scene.parts import AWAY, Viewer, in_linear_light
 from app.page.widgets import CALM, Choice, assign
 from app.picture.frames import folds
 from app.picture.look import Look, heading_shown
+from app.picture.outlines import BOARD_UNITS, kept_on_board, on_picture, segments
 from app.picture.theme import Colour, Theme
 from app.words.plain import HEADING_NAMES
 from learners import hunts

@@ -11,15 +11,15 @@ from app.charts.page.svg import frame_html
 from app.explain.sentence import said
 from app.live.status import Status
 from app.page import keys
-from app.page.headline import TASK_HTML, numbers_html, readings_html, sentence_html
 from app.page.inbox import Inbox, Intent
 from app.page.panels.view import View
 from app.page.slots import slot_html
-from app.page.texts import Texts
 from app.page.told import Told
 from app.page.tour import tour_html
 from app.page.widgets import CALM, assign
 from app.picture.theme import DARK
+from app.player.headline import TASK_HTML, numbers_html, readings_html, sentence_html
+from app.player.texts import Texts
 from app.server.calls import Calls
 from app.server.notices import close_modal, open_modal
 from app.words import glossary
@@ -53,7 +53,7 @@ class Readings:
         # At the root of the main panel, which is there whatever tab is shown.
         self._task = gui.add_html(slot_html("task", TASK_HTML) + str(glossary.table_html()))
         self._sentence = gui.add_html(slot_html("sentence", sentence_html(status, said(status))))
-        self._short = gui.add_html(slot_html("readings", readings_html(status)))
+        self._short = gui.add_html(slot_html("readings", readings_html(status.snapshot)))
         self._stage_legend = gui.add_html("")
         self._tours = 0
         """That were asked for."""

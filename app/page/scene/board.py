@@ -11,18 +11,19 @@ import numpy as np
 import viser
 
 from app.live.snapshot import Snapshot
-from app.page.scene import outlines
 from app.page.scene.hunt import HuntView
-from app.page.scene.names import HEIGHT, BoardNames, middles
-from app.page.scene.outlines import BOARD_UNITS, cell_centres, lifted
+from app.page.scene.names import HEIGHT, BoardNames
 from app.page.scene.parts import AWAY, OF_PARTS, Parts, in_linear_light
 from app.page.widgets import assign
+from app.picture import outlines
 from app.picture.contours import Contour
 from app.picture.frames import folds
 from app.picture.layer import Picture
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, OF_TRIAL, Look, heading_shown
 from app.picture.multiples import SHARE, SIDE, TILES, tile_at
+from app.picture.outlines import BOARD_UNITS, cell_centres, lifted
+from app.player.names import middles
 from sim.spec import WorldSpec
 
 FLAT_TARGET = (0.0, 0.0, 0.0)

@@ -13,11 +13,11 @@ import viser
 from app.live.status import Status
 from app.metrics.course import GreedyCurve
 from app.page.scene.board import BoardView
-from app.page.texts import Texts
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look
 from app.picture.multiples import all_headings
+from app.player.texts import Texts
 from app.server.stage import Stage
 
 _TEXTS_S = 0.25

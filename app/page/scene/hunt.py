@@ -1,45 +1,25 @@
 """Hunts on the board: predator, trail, how trials ended, and names on what is to be seen."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 import viser
 
-from app.live.snapshot import Snapshot, TrialPath
-from app.page.scene.outlines import (
-    BOARD_UNITS,
-    kept_on_board,
-    lifted,
-    on_picture,
-    segments,
-)
+from app.live.snapshot import Snapshot
 from app.page.scene.parts import OF_PARTS, Parts, in_linear_light
-from app.page.scene.tags import Tag, Tags
+from app.page.scene.tags import Tags
 from app.page.widgets import assign
-from app.picture.frames import folds
 from app.picture.look import Look, heading_shown
+from app.picture.outlines import BOARD_UNITS, lifted, segments
 from app.picture.theme import OUTCOME_SHAPES, Theme
+from app.player.hunts import ENDED, Way, ends_of, placed, sketched, way_of
+from app.player.tags import Tag
 from sim.spec import STANDARD_SIZE, WorldSpec
-from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
-
-ENDED: Final[Mapping[int, str]] = {
-    CAPTURE: "caught",
-    FLIGHT: "noticed",
-    TIMEOUT: "out of time",
-}
-"""What stands on the board where a hunt has ended."""
+from sim.world import World
 
 _PREDATOR_RADIUS, _HALO_RADIUS, _END_RADIUS = 0.13, 0.17, 0.1
-_TRAIL_SEGMENTS = 120
-_WHOLE_SEGMENTS = 2_000
-"""Of a hunt that has ended; one that takes longer has gone in circles before."""
-_PATH_POINTS = 60
 _PATHS_EVERY_S = 1.0
-_FADED: Final = 0.7
-"""How much of its colour the oldest dot has lost."""
-
 # Heights above the board, so that what matters lies on top.
 _Z_PATHS, _Z_TRAIL, _Z_RIM, _Z_END, _Z_HALO, _Z_PREDATOR, _Z_LAST = (
     *(0.028, 0.03),
@@ -53,18 +33,6 @@ _ARROW_PLACE: Final = (0.45, 0.0)
 """Of the middle of that arrow."""
 _LEAST_FIELD: Final = 2.4
 """Radius of a field, in board units, in which that has room."""
-
-
-@dataclass(frozen=True)
-class Way:
-    """What there is to be drawn of one hunt."""
-
-    cells: np.ndarray
-    """(step + 1,) int64: where the predator was, and is now."""
-    heading: int
-    """Of the prey."""
-    outcome: int | None = None
-    """How it ended, if it has."""
 
 
 class Chase(Parts):
@@ -88,8 +56,7 @@ class Chase(Parts):
         Returns:
             ``(2,)``: where the predator is, in board units.
         """
-        most = _TRAIL_SEGMENTS if way.outcome is None else _WHOLE_SEGMENTS
-        path = placed(world, spec, look, way.cells[-1 - most :], way.heading, shown)
+        path = placed(world, spec, look, way.shown, way.heading, shown)
         # By its points and not its position, which browsers apply a frame ahead of the trail.
         here = lifted(path[-1:], _Z_PREDATOR)
         self._set(self._predator, "predator", here)
@@ -187,59 +154,19 @@ class HuntView(Parts):
         lines = [np.zeros((0, 2, 2))]
         colours = [np.zeros((0, 2, 3), np.uint8)]
         for path in snapshot.paths:
-            lines.append(segments(_sketched(snapshot, look, path, shown)))
+            lines.append(segments(sketched(snapshot, look, path, shown)))
             colour = in_linear_light(self._theme.of_outcome(path.outcome))
             colours.append(np.broadcast_to(colour, (len(lines[-1]), 2, 3)))
         points = lifted(np.concatenate(lines), _Z_PATHS)
         self._set(self._paths, "paths", points, np.concatenate(colours))
 
     def _show_ends(self, snapshot: Snapshot, look: Look, shown: int) -> None:
-        ends = snapshot.ends if look.hunts else ()
-        cells = np.array([end.cell for end in ends], np.int64)
-        headings = np.array([end.heading for end in ends], np.int64)
-        outcomes = np.array([end.outcome for end in ends], np.int64)
-        places = placed(snapshot.world, snapshot.spec.world, look, cells, headings, shown)
-        # By age in trials: what stands still does not fade, nor is there more where it is fast.
-        age = np.linspace(_FADED, 0.0, len(ends))[:, None]
+        ends = ends_of(snapshot, look, shown, self._theme)
         for outcome, handle in self._ends.items():
-            of = outcomes == outcome
-            fresh, faded = self._theme.of_outcome(outcome), self._theme.unknown
-            inks = np.rint(np.array(fresh) * (1 - age[of]) + np.array(faded) * age[of])
-            self._set(handle, f"ends {outcome}", lifted(places[of], _Z_END), inks.astype(np.uint8))
-        self._set(self._rims, "rims", lifted(places, _Z_RIM))
-
-
-def way_of(snapshot: Snapshot, rests: bool) -> Way:
-    """The hunt that is shown at a moment.
-
-    That of the running trial; where the learner rests at the start of one, that which has ended.
-    """
-    if rests and snapshot.trial_step == 0 and snapshot.ends:
-        last = snapshot.ends[-1]
-        # Of a long one, the way may not be known any more.
-        cells = snapshot.paths[-1].cells if snapshot.paths else np.array([last.cell])
-        return Way(cells, last.heading, last.outcome)
-    return Way(snapshot.trail, snapshot.heading)
-
-
-def placed(
-    world: World,
-    spec: WorldSpec,
-    look: Look,
-    cells: np.ndarray,
-    heading: int | np.ndarray,
-    shown: int,
-) -> np.ndarray:
-    """Where cells of trials are drawn, ``(n, 2)``: what has no place there, at its edge."""
-    places = on_picture(world, cells, heading, shown).reshape(-1, 2)
-    return kept_on_board(places, spec, folds(look))
-
-
-def _sketched(snapshot: Snapshot, look: Look, path: TrialPath, shown: int) -> np.ndarray:
-    """Some points of a path, its first and last among them, ``(n, 2)``."""
-    chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
-    cells = path.cells[chosen]
-    return placed(snapshot.world, snapshot.spec.world, look, cells, path.heading, shown)
+            of = ends.outcomes == outcome
+            places = lifted(ends.places[of], _Z_END)
+            self._set(handle, f"ends {outcome}", places, ends.colours[of])
+        self._set(self._rims, "rims", lifted(ends.places, _Z_RIM))
 
 
 def _names(spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> Sequence[Tag]:

@@ -84,12 +84,22 @@ class TimePanel:
         )
         # At the root of the main panel, which is there whatever tab is shown.
         client.gui.add_html(frame_html())
-        client.gui.add_html(slot_html("bar", self._channel.frame_html()))
+        client.gui.add_html(slot_html("bar", self._channel.frame_html("Time bar")))
 
     @property
     def is_shown(self) -> bool:
         """Whether anything has been shown yet; before, nothing is taken from the frame."""
         return self._ground is not None
+
+    @property
+    def bar(self) -> msgspec.Raw | None:
+        """The bar that it shows; None as long as there is none."""
+        return self._bar
+
+    @property
+    def moment(self) -> dict[str, Any] | None:
+        """Where it is on the bar (:func:`moment_sent`); None before anything is shown."""
+        return self._moment
 
     def say(self, text: str, refused: bool = False) -> None:
         """Say something in the frame. May be called from any thread."""

@@ -12,7 +12,7 @@ from app.picture.frames import in_frame
 from app.picture.layer import Extras, Layer, Over, Picture, blank
 from app.picture.legend import bar, frame_in_words, hatch, legend, limits, patch_of_board, swatch
 from app.picture.look import ALL, Look
-from app.picture.raster import Raster, hatched, on_raster, raster, sensors_of
+from app.picture.raster import Raster, on_raster, raster, sensors_of
 from app.picture.shading import SHOWN_FROM, Ruler, equivalent_steps, mean_of
 from app.picture.theme import Colour, Theme
 from app.picture.value_maps import or_zero, reward_of
@@ -122,9 +122,9 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     both = on_raster(change.both, raster)
     colours = _colours(np.nan_to_num(change.steps), _ruler(snapshot, since, look), theme)
     picture.colours[both] = on_raster(colours, raster)[both]
-    new = on_raster(change.new, raster) & hatched(raster, world)
+    new = on_raster(change.new, raster) & raster.rising
     picture.colours[new] = _strongest(NEARER, theme)
-    lost = on_raster(change.lost, raster) & hatched(raster, world, falls=True)
+    lost = on_raster(change.lost, raster) & raster.falling
     picture.colours[lost] = _strongest(FARTHER, theme)
 
     def over() -> Over:

@@ -20,7 +20,7 @@ from app.picture.options import (
     options_in_frame,
     present,
 )
-from app.picture.raster import Raster, hatched, on_raster
+from app.picture.raster import Raster, on_raster
 from app.picture.shading import SHOWN_FROM
 from app.picture.value_maps import or_zero
 from app.util.html import element, joined
@@ -41,7 +41,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     picture = spread(np.where(is_clear[..., None], colours, board), raster)
     world = snapshot.spec.world
     is_split = on_raster(~is_clear & _is_learned(snapshot, look), raster)
-    picture.colours[is_split & hatched(raster, world)] = look.theme.frozen
+    picture.colours[is_split & raster.rising] = look.theme.frozen
     if has_moves(snapshot):
         # Nine colours are too many to keep apart, so moves are drawn as what they are, too.
         ways = arrows(at_places(choice, world, raster.side), world, raster.side)

@@ -19,7 +19,7 @@ from app.picture.legend import (
     swatch,
 )
 from app.picture.look import Look
-from app.picture.raster import Raster, dotted, on_raster
+from app.picture.raster import Raster, on_raster
 from app.picture.shading import SHOWN_FROM, Ruler, mean_of
 from app.util.html import element, joined
 from app.words.numbers import round_numbers
@@ -53,7 +53,7 @@ def line_step(first_reach: np.ndarray) -> int:
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
-    world, theme = snapshot.spec.world, look.theme
+    theme = look.theme
     turned = in_frame(snapshot.first_reach, snapshot, look)
     reached = turned >= 0
     count = reached.sum(axis=0)
@@ -63,7 +63,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     colours = np.rint(colours).astype(np.uint8)
     board = np.array(theme.unknown, np.uint8)
     pixels = on_raster(np.where(is_shown[..., None], colours, board), raster)
-    few = on_raster((count > 0) & ~is_shown, raster) & dotted(raster, world)
+    few = on_raster((count > 0) & ~is_shown, raster) & raster.dotted
     pixels[few] = on_raster(colours, raster)[few]
     return Picture(pixels, over=lambda: _isochrones(np.where(is_shown, trial, np.nan), snapshot))
 

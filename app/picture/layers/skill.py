@@ -10,7 +10,7 @@ from app.picture.layer import Extras, Layer, Picture, blank, spread
 from app.picture.legend import legend, patch_of_board, swatch
 from app.picture.look import Look
 from app.picture.options import greedy, option_names, option_shown, present
-from app.picture.raster import Raster, as_skills_see
+from app.picture.raster import Raster
 from app.picture.shading import Shading, fitted_shading, fixed_shading
 from app.picture.theme import LIGHT
 from app.picture.value_maps import value_scale
@@ -51,7 +51,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     colours = np.where((values < 0)[..., None], below, colours)
     world, side = snapshot.spec.world, raster.side
     there = np.abs(table).max(axis=-1) > 0
-    picture = spread(over_board(colours, there, look.theme), as_skills_see(raster, world))
+    picture = spread(over_board(colours, there, look.theme), raster.as_skills_see)
     ways = arrows(at_places(greedy(table)[None], world.of_skills, side), world, side)
     # Values are bright on every page.
     ink = np.broadcast_to(np.array(LIGHT.ink, np.uint8), (len(ways.ends), 3))

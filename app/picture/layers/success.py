@@ -11,7 +11,7 @@ from app.picture.frames import folds
 from app.picture.layer import Extras, Layer, Picture, SuccessMap, blank
 from app.picture.legend import frame_in_words, hatch, legend, patch_of_board, swatch
 from app.picture.look import Look, heading_shown
-from app.picture.raster import Raster, hatched
+from app.picture.raster import Raster
 from app.util.html import element, joined
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
@@ -59,10 +59,8 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     caught = commonest == CAPTURE
     cover = _FEWEST + (_SOFT - _FEWEST) * np.clip(2 * share[caught] - 1, 0, 1)
     picture.colours[caught] = over_board(np.array(theme.capture), cover, theme)
-    world = snapshot.spec.world
-    flees = (commonest == FLIGHT) & hatched(raster, world)
-    picture.colours[flees] = theme.flight
-    picture.colours[(commonest == TIMEOUT) & hatched(raster, world, falls=True)] = theme.timeout
+    picture.colours[(commonest == FLIGHT) & raster.rising] = theme.flight
+    picture.colours[(commonest == TIMEOUT) & raster.falling] = theme.timeout
     return picture
 
 
@@ -124,5 +122,11 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
 
 
 SUCCESS = Layer(
-    "success", "Success from here", _draw, _legend, _caption, heeds=frozenset({"frame"})
+    "success",
+    "Success from here",
+    _draw,
+    _legend,
+    _caption,
+    heeds=frozenset({"frame"}),
+    by="cell",
 )

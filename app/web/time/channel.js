@@ -1,7 +1,8 @@
 // @ts-check
-// The frame's connection to the lab: JSON both ways, of each kind the newest is shown.
+// A frame's connection to the lab: JSON both ways, of each kind the newest is shown.
+import { connectTo, hear } from "../player/pipe.js";
 
-/** @typedef {{do: string} & Record<string, any>} Message */
+/** @typedef {import("../player/pipe.js").Message} Message */
 
 const ADDRESS = new URL("socket", location.href);
 ADDRESS.protocol = ADDRESS.protocol.replace("http", "ws");
@@ -12,8 +13,6 @@ const LONGEST_PAUSE_MS = 8_000;
 /** What is newest of its kind is sent no more often than a screen is drawn. */
 const NEWEST_MS = 16;
 
-/** @type {Map<string, (message: any) => void>} */
-const takers = new Map();
 /** @type {WebSocket | undefined} */
 let socket;
 let pauseMs = FIRST_PAUSE_MS;
@@ -36,10 +35,7 @@ const connect = () => {
     pauseMs = FIRST_PAUSE_MS;
     tell();
   });
-  made.addEventListener("message", ({ data }) => {
-    const message = JSON.parse(data);
-    takers.get(message.kind)?.(message);
-  });
+  made.addEventListener("message", ({ data }) => hear(JSON.parse(data)));
   made.addEventListener("close", ({ code }) => {
     newest = undefined;
     tell();
@@ -63,18 +59,8 @@ const sendNewestNow = () => {
   if (isOpen()) socket?.send(JSON.stringify(message));
 };
 
-/**
- * Have messages of a kind taken from now on; one taker for each kind.
- * @param {string} kind
- * @param {(message: any) => void} take
- */
-export const on = (kind, take) => void takers.set(kind, take);
-
-/**
- * Send a message; whether there is a connection to send it by.
- * @param {Message} message
- */
-export const send = (message) => {
+/** @param {Message} message */
+const send = (message) => {
   if (!isOpen()) return false;
   // What came before it comes first.
   if (newest) socket?.send(JSON.stringify(newest));
@@ -83,14 +69,11 @@ export const send = (message) => {
   return true;
 };
 
-/**
- * Send a message unless another one comes in a moment, which then takes its place: for what a hand
- * that drags says again and again.
- * @param {Message} message
- */
-export const sendNewest = (message) => {
+/** @param {Message} message */
+const sendNewest = (message) => {
   newest = message;
   if (!timer) timer = setTimeout(sendNewestNow, NEWEST_MS);
 };
 
+connectTo({ send, sendNewest });
 connect();

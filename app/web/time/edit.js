@@ -4,7 +4,7 @@
 
 import { trialAt } from "./axis.js";
 import { openChance } from "./chance.js";
-import { send } from "./channel.js";
+import { send } from "../player/pipe.js";
 import { grouped } from "./dom.js";
 import { say, whenRefused } from "./said.js";
 import { shareAt, takeBackPresses } from "./scrub.js";
@@ -67,6 +67,7 @@ const isFree = (piece) => piece.editable && piece.first >= firstAhead();
 
 /** @param {Piece} piece */
 const whyLocked = (piece) => {
+  if (state.bar?.recorded) return "This is a recording: nothing of it can be changed.";
   if (piece.kind === "frozen" || piece.first >= firstAhead())
     return "What was done by hand is not in the plan. Undo takes it back.";
   if (piece.first === 0) return "This was there from the beginning, and is locked.";

@@ -2,7 +2,7 @@
 // What is said of what a hand did lies over the bar for a while, so that nothing moves for it, and until it
 // is closed if that can be undone; what a branch does otherwise stays where the legend is.
 
-import { on } from "./channel.js";
+import { on } from "../player/pipe.js";
 
 const LASTS_MS = 8_000;
 

@@ -2,7 +2,7 @@
 // The playhead in a hand: anywhere on the curve, the axis, and where lanes are empty.
 
 import { roundest, shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
-import { send, sendNewest } from "./channel.js";
+import { send, sendNewest } from "../player/pipe.js";
 import { plotBox } from "./draw.js";
 import { changed, state, whenChanged } from "./state.js";
 
@@ -68,7 +68,8 @@ const wishAt = (share) => {
 /** Whether what is looked at is what was wished for. */
 const isThere = () => {
   const { moment } = state;
-  if (!wished || !moment) return true;
+  // What is recorded is shown at once, and at the nearest of its moments.
+  if (!wished || !moment || state.bar?.recorded) return true;
   if (wished.do === "live") return moment.live;
   return wished.do === "seek" ? moment.step === wished.step : moment.trial === wished.trial;
 };

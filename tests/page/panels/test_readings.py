@@ -14,8 +14,9 @@ from app.live.places import Behind, LineSeen
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.status import Status
-from app.page import headline
+from app.page.clock import clock_html
 from app.picture.theme import DARK, LIGHT, Theme
+from app.player import headline
 from app.server.pulse import Reading
 from learners import measures
 from learners.commands import (
@@ -173,15 +174,15 @@ def test_a_moment_of_a_run_of_an_experiment_is_not_said_to_be_how_it_ended() -> 
 def test_the_clock_says_whose_steps_it_counts() -> None:
     reading = Reading(0.25, 50, 0, 0.0, 10.0)
     now = status_of(moment(), steps_per_s=2_000.0)
-    assert Page(headline.clock_html(reading, now, 1)).text.startswith("2 k steps/s; 25%")
+    assert Page(clock_html(reading, now, 1)).text.startswith("2 k steps/s; 25%")
     past = replace(now, behind=Behind("", 10, 900))
-    text = Page(headline.clock_html(reading, past, 1)).text
+    text = Page(clock_html(reading, past, 1)).text
     assert text.startswith("The live run: 2 k steps/s; 25%")
 
 
 def test_what_matters_first_is_read_on_the_stage_too() -> None:
     taken = moment(recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
-    assert Page(headline.readings_html(status_of(taken))).text == (
+    assert Page(headline.readings_html(taken)).text == (
         f"Trial {taken.trial} Success 25% Reward 8.2"
     )
 
@@ -192,13 +193,13 @@ def test_exploration_that_is_forced_is_said_beside_the_numbers_that_it_makes_sma
     assert "forced" not in headline.numbers_html(status_of(moment(run)))
     run.apply(Explore("approach", 100, 0.95))
     status = status_of(moment(run))
-    for shown in (headline.numbers_html(status), headline.readings_html(status)):
+    for shown in (headline.numbers_html(status), headline.readings_html(status.snapshot)):
         assert "Forced exploration : approach 95%" in Page(shown).text
     run.advance(until_trial=200)
-    over = Page(headline.readings_html(status_of(moment(run)))).text
+    over = Page(headline.readings_html(moment(run))).text
     assert "Forced exploration until trial 200 is in these numbers" in over
     run.advance(until_trial=200 + measures.RECENT_TRIALS)
-    assert "Forced" not in headline.readings_html(status_of(moment(run)))
+    assert "Forced" not in headline.readings_html(moment(run))
 
 
 @pytest.mark.parametrize("theme", [LIGHT, DARK])

@@ -12,12 +12,12 @@ from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.page.scene.board import BoardView
-from app.page.scene.outlines import BOARD_UNITS, cell_centres
 from app.page.scene.parts import in_linear_light
 from app.picture.layer import Extras, Picture
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look
 from app.picture.multiples import SIDE, TILES, all_headings
+from app.picture.outlines import BOARD_UNITS, cell_centres
 from app.picture.theme import DARK, LIGHT
 from app.server.server import close_server, open_server
 from learners.run import Run

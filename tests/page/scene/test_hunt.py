@@ -11,12 +11,13 @@ import viser
 from app.documents import presets
 from app.live import snapshot
 from app.live.snapshot import Snapshot, TrialEnd
-from app.page.scene.hunt import ENDED, HuntView, way_of
-from app.page.scene.outlines import edges, kept_on_board
+from app.page.scene.hunt import HuntView
 from app.page.scene.parts import in_linear_light
 from app.picture.frames import folds
 from app.picture.look import FOLDED, OF_TRIAL, Look
+from app.picture.outlines import edges, kept_on_board
 from app.picture.theme import LIGHT, OUTCOME_SHAPES
+from app.player.hunts import ENDED, way_of
 from app.server.server import close_server, open_server
 from learners.run import Run
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, cell_at

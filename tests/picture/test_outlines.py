@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.page.scene import outlines
-from app.page.scene.outlines import BOARD_UNITS
+from app.picture import outlines
 from app.picture.contours import Contour
+from app.picture.outlines import BOARD_UNITS
 from sim.spec import WorldSpec
 
 WORLD = WorldSpec()

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from app.page.scene.outlines import BOARD_UNITS
-from app.page.scene.tags import Tag, places_of, room_of
+from app.picture.outlines import BOARD_UNITS
+from app.player.tags import Tag, places_of, room_of
 
 HALF = BOARD_UNITS / 2
 

@@ -7,10 +7,11 @@ from markupsafe import Markup
 from app.explain import sentence
 from app.live.status import Status
 from app.metrics.course import NO_CURVE, GreedyCurve
-from app.page.headline import numbers_html, readings_html, sentence_html
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
+from app.player.boards import described
+from app.player.headline import numbers_html, readings_html, sentence_html
 from app.util.html import element
 
 
@@ -45,7 +46,7 @@ class Texts:
     @cached_property
     def readings(self) -> str:
         """The few of them that stand beside the board, as HTML."""
-        return readings_html(self.status)
+        return readings_html(self.status.snapshot)
 
     @cached_property
     def caption(self) -> str:
@@ -65,11 +66,7 @@ class Texts:
     @property
     def _board(self) -> str:
         """What the board is for those who cannot see it."""
-        size = self.status.snapshot.spec.world.size
-        return (
-            f"The board, {size} by {size} cells, the prey in its middle. Layer:"
-            f" {self._layer.title}. {self._said.striptags()}"
-        )
+        return f"{described(self.status.snapshot, self.look)} {self._said.striptags()}"
 
 
 def _captioned(caption: str, board: str) -> str:

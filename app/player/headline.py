@@ -7,13 +7,13 @@ from typing import Final, NamedTuple
 from markupsafe import Markup
 
 from app.explain import sentence
+from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.schedule.forced import forced_now, forced_until
-from app.server.pulse import Reading
 from app.util.html import element, joined
 from app.words.glossary import term
-from app.words.numbers import NONE, counted, rate_in_short, shown_number, speed_in_words
+from app.words.numbers import NONE, rate_in_short, shown_number
 from app.words.plain import plain
 from learners import measures
 
@@ -58,7 +58,7 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
         greedy_reward = float(greedy.reward[newest])
         measured = f"measured at trial {greedy.trial[newest]:,}, step {greedy.step[newest]:,}"
     large = [
-        *_main_numbers(status),
+        *_main_numbers(snapshot),
         _Number(
             term("greedy", "Greedy"),
             shown_number(greedy_reward, ".1f"),
@@ -83,7 +83,7 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
     if viewers > 1:
         hint = "Browsers that see and steer this learner"
         small.append(_Number("Viewers", f"{viewers}", hint))
-    return _numbers(_not_now(status), _row(large), _forced(status), _row(small, "small"))
+    return _numbers(_not_now(status), _row(large), _forced(snapshot), _row(small, "small"))
 
 
 def _forked_since(status: Status, step: int) -> bool:
@@ -105,9 +105,9 @@ def _not_now(status: Status) -> Markup | str:
     )
 
 
-def readings_html(status: Status) -> str:
+def readings_html(snapshot: Snapshot) -> str:
     """The few numbers that stand beside the board, and whether exploration is forced."""
-    return _numbers(_row(_main_numbers(status)), _forced(status))
+    return _numbers(_row(_main_numbers(snapshot)), _forced(snapshot))
 
 
 def _numbers(*rows: Markup | str) -> str:
@@ -115,8 +115,7 @@ def _numbers(*rows: Markup | str) -> str:
     return str(element("div", joined(rows, ""), class_="pounce-numbers"))
 
 
-def _main_numbers(status: Status) -> list[_Number]:
-    snapshot = status.snapshot
+def _main_numbers(snapshot: Snapshot) -> list[_Number]:
     caught = sentence.success_share(snapshot)
     return [
         _Number(term("trial", "Trial"), f"{snapshot.trial:,}", "Hunts that have ended"),
@@ -145,32 +144,17 @@ def _row(numbers: Iterable[_Number], size: str = "large") -> Markup:
     return element("div", joined(cells, ""), class_=size)
 
 
-def _forced(status: Status) -> Markup | str:
+def _forced(snapshot: Snapshot) -> Markup | str:
     """A word on why rewards say little for now, where they do."""
-    forced = forced_now(status.snapshot)
-    ended = forced_until(status.snapshot)
+    forced = forced_now(snapshot)
+    ended = forced_until(snapshot)
     if forced:
         skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
         said = f": {skills}"
-    elif ended > max(status.snapshot.trial - measures.RECENT_TRIALS, 0):
+    elif ended > max(snapshot.trial - measures.RECENT_TRIALS, 0):
         said = f" until trial {ended:,} is in these numbers"
     else:
         return ""
     content = joined([term("forced exploration", "Forced exploration"), said], "")
     hint = "Success and reward are those of a learner that is made to take a skill"
     return element("div", content, class_="forced", title=hint)
-
-
-def clock_html(reading: Reading, status: Status, viewers: int) -> str:
-    """The honest clock."""
-    behind = f"{reading.behind_s:.1f} s behind" if reading.behind_s > 0.05 else "up to date"
-    seeing = counted(viewers, "viewer")
-    speed = speed_in_words(status.steps_per_s)
-    speed = speed if status.behind is None else f"The live run: {speed}"
-    return (
-        '<div style="padding:0 0.7em;font-size:0.8em;line-height:1.5">'
-        f"{speed}; {reading.drawing_share:.0%} of the time is spent on"
-        f" drawing.<br>This browser: {reading.frame_rate:.1f} frames/s, {reading.frames_sent} sent"
-        f" and {reading.frames_skipped} skipped in 5 s, {behind}."
-        f"<br>{seeing} of this session.</div>"
-    )

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from app.page.scene.names import middles
 from app.picture.layer import Label, Picture
+from app.player.names import middles
 
 SIZE = 24
 

@@ -1,0 +1,1 @@
+"""What the light pages are sent of a moment."""
