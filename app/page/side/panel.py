@@ -47,6 +47,8 @@ _SLOWLY_S: Final = 0.3
 _MOST_WAITING: Final = 256
 _SPEEDS: Final = (200.0, 2e3, 1e4, 2e4, 5e4, 1e5, 2e5, 1e6)
 """Steps a second there are to choose from."""
+_FIRST_SPEED: Final = 2e4
+"""At which a million steps take most of a minute: there is time to see who goes ahead."""
 Presets = Callable[[], Mapping[str, RunSpec]]
 """Those there are to choose from, by name."""
 
@@ -140,7 +142,8 @@ class SidePanel:
         if hall is not self._hall:
             self._hall = hall
             self._walk, self._past, self._point = Walk(), None, None
-            self._pair = messages.Compare(0, 1, self._pair.shown)
+            n_runs = 2 if hall is None else len(hall.status.entries)
+            self._pair = messages.Compare(n_runs - 2, n_runs - 1, self._pair.shown)
         while self._messages:
             message = self._messages.popleft()
             try:
@@ -423,7 +426,7 @@ class SidePanel:
                 pass
 
     def _start(self, entries: list[Entry]) -> None:
-        self._session.submit(requests.StartRace(tuple(entries)), self._say)
+        self._session.submit(requests.StartRace(tuple(entries), speed=_FIRST_SPEED), self._say)
 
     def _four(self) -> list[Entry]:
         presets = self._presets()

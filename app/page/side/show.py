@@ -26,8 +26,8 @@ from app.player.boards import ground_sent, over_sent
 _FRAME_S: Final = 1 / 30
 _LEAST_PAUSE: Final = 1.25
 """From one round to the next, as a multiple of what it took: learners get their share."""
-_CURVES_S: Final = 0.4
-_OVER_S: Final = 0.25
+_CURVES_S: Final = 0.2
+
 _FAREWELL_S: Final = 2.0
 _MOST_KEPT: Final = 64
 _SHOWN_KINDS: Final = frozenset({"join", "capture"})

@@ -70,6 +70,8 @@ export class Place {
 
 /** What stays free round a board for its border, as a share of its side. */
 const MARGIN = 0.008;
+/** Pixels from which on a cell is large. */
+const LARGE = 5;
 
 /**
  * The whole board, as large as there is room.
@@ -80,8 +82,8 @@ const MARGIN = 0.008;
  */
 export const boardPlace = (world, width, height, round) => {
   const side = Math.min(width, height) * (1 - 2 * MARGIN);
-  // A whole number of pixels for each cell keeps patterns even.
-  const cell = side / world.size >= 2 ? Math.floor(side / world.size) : side / world.size;
+  // A whole number of pixels for each cell keeps patterns even, and costs little where cells are large.
+  const cell = side / world.size >= LARGE ? Math.floor(side / world.size) : Math.floor(side) / world.size;
   const middle = Math.floor(world.size / 2) + 0.5;
   const [left, top] = [(width - cell * world.size) / 2, (height - cell * world.size) / 2];
   const [x, y] = [Math.round(left) + middle * cell, Math.round(top) + (world.size - middle) * cell];
