@@ -10,6 +10,7 @@ import "./keys.js";
 import "./names.js";
 import "./results.js";
 import "./scheme.js";
+import "./share.js";
 import "./slots.js";
 import "./side.js";
 import "./stage.js";

@@ -1,10 +1,8 @@
 """Runs side by side in one browser: which moment of them it looks at, and what comes of a hand."""
 
 import math
-import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any, Final
 
 import msgspec
