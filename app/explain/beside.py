@@ -15,7 +15,7 @@ from learners import measures
 from learners.spec import MOVES, RunSpec
 
 _LEVEL: Final = 3.0
-"""Rewards per trial that are no farther apart are level: a mean over the last trials is no surer."""
+"""Rewards per trial no farther apart are level: a mean over the last trials is no surer."""
 _COUNTS: Final = {2: "Two", 3: "Three", 4: "Four"}
 
 

@@ -24,7 +24,7 @@ from app.page.side import messages
 from app.page.side.course import ground_of
 from app.page.side.messages import FromSide
 from app.page.side.said import apart_said, looks_with, run_sent
-from app.page.side.show import Hall, SideShow
+from app.page.side.show import Hall, SideShow, are_same
 from app.page.slots import slot_html
 from app.page.time.grounds import PLAIN_PACE
 from app.page.time.walk import Ground, Walk, WalkError, rates_of
@@ -52,7 +52,7 @@ Presets = Callable[[], Mapping[str, RunSpec]]
 
 
 class SidePanel:
-    """Of one browser. Opened and closed in the render loop, all else is done in the show's thread."""
+    """Of one browser. The render loop opens and closes it, the show's thread does all else."""
 
     def __init__(
         self,
@@ -133,7 +133,7 @@ class SidePanel:
     # In the show's thread
 
     def draw(self, hall: Hall | None, now_s: float) -> None:
-        """Do what was asked for, and send what is to be seen; whatever is asked is the network's."""
+        """Do what was asked for, which comes from the network, and send what is to be seen."""
         if self._is_new:
             self._is_new = False
             self._sent.clear()
@@ -308,12 +308,11 @@ class SidePanel:
         self._send("cell", self._cell(shown))
 
     def _send_parts(self, kind: str, parts: list[msgspec.Raw]) -> None:
+        """Send parts of boards if one of them is another one."""
         known = self._sent.get(kind)
-        if isinstance(known, list) and len(known) == len(parts):
-            if all(a is b for a, b in zip(known, parts, strict=True)):
-                return
-        self._sent[kind] = parts
-        self._channel.send(kind, {"boards": parts})
+        if not (isinstance(known, list) and are_same(known, parts)):
+            self._sent[kind] = parts
+            self._channel.send(kind, {"boards": parts})
 
     @property
     def _names(self) -> Snapshot:
@@ -338,7 +337,7 @@ class SidePanel:
             "one": pair.one,
             "other": pair.other,
             "shown": pair.shown,
-            "text": apart_said(found, names, hall.status.step),
+            "text": apart_said(found, names, hall.status.step, hall.status.trials[pair.one]),
             "caption": ""
             if between is None
             else CHANGE.caption(between[1], self._change_look, Extras(since=between[0])),

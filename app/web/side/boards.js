@@ -18,6 +18,7 @@ import { swatch } from "./swatch.js";
 /** Least width of a board beside others before they are scrolled, and what the bar needs at least. */
 const LEAST_PX = 150;
 const BAR_REM = 8.6;
+const PRESENTED_BAR_REM = 10.5;
 const READ_REM = 8.2;
 /** What is read of a run, in a word, and whether it is of the first that matter. */
 const NUMBERS = /** @type {const} */ ([
@@ -38,6 +39,9 @@ const worlds = new Map();
 /** What the frame was sent of boards last, of each kind. @type {Record<string, any[]>} */
 const sent = { boards: [], overs: [] };
 let made = "";
+
+/** How often each board was drawn, for whoever measures that. */
+/** @type {any} */ (window).pounceSide = () => tiles.map(({ board }) => board.drawn);
 
 /** @returns {Tile} */
 const tile = () => {
@@ -105,7 +109,7 @@ const place = () => {
   const width = document.documentElement.clientWidth - 2 * gap;
   // Of a presentation it is the boards that are looked at; to what is read below, one scrolls.
   const isPresented = document.documentElement.hasAttribute("data-present");
-  const below = isPresented ? BAR_REM : BAR_REM + READ_REM;
+  const below = isPresented ? PRESENTED_BAR_REM : BAR_REM + READ_REM;
   const height = innerHeight - head - below * rem - gap;
   const [{ tile: first, canvas }] = tiles;
   const around = first.getBoundingClientRect().height - canvas.getBoundingClientRect().height + gap;
