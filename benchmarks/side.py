@@ -1,7 +1,7 @@
 """What a real browser shows of four runs side by side while all of them learn at full speed.
 
 The browser draws in software, on the same machine: the slowest screen that anybody will look at.
-What counts are pictures that have been drawn of all four boards, and what the learners do meanwhile.
+What counts are pictures of all four boards, and what the learners do meanwhile.
 """
 
 import statistics

@@ -40,7 +40,7 @@ from app.words.numbers import rate_in_short
 from learners.commands import CommandError
 from learners.spec import RunSpec
 
-_SLOWLY_S: Final = 0.3
+_SLOWLY_S: Final = 0.25
 """How often what is read, and lines over boards, are made anew while runs go on."""
 _MOST_WAITING: Final = 256
 _SPEEDS: Final = (200.0, 2e3, 1e4, 2e4, 5e4, 1e5, 2e5, 1e6)
@@ -186,26 +186,25 @@ class SidePanel:
         ground = _ground(hall)
         place = self._walk.at(now_s, ground)
         self._send("race", self._runs(hall))
-        if not self._send_worlds(status.snapshots):
-            return
+        self._send_worlds(status.snapshots)
         self._send("curves", {**hall.curves, "events": _events(hall)})
         shown = status.snapshots if place is None else self._moment_at(hall.race, place.step)
         step = status.step if place is None else place.step
         is_live = place is None
         playing = status.playing if is_live else self._walk.direction != 0
-        self._send("moment", self._moment(hall, shown, step, is_live, playing, ground))
+        self._send("moment", self._moment(hall, step, is_live, playing, ground))
         if not self._channel.waits("boards"):
             self._send_boards(hall, shown, rests=not playing)
         if now_s - self._slowly_s >= _SLOWLY_S or not playing:
             self._slowly_s = now_s
+            self._send("readings", self._readings(hall, shown, step, is_live))
             self._send_slowly(hall, shown)
 
-    def _send_worlds(self, snapshots: tuple[Snapshot, ...]) -> bool:
+    def _send_worlds(self, snapshots: tuple[Snapshot, ...]) -> None:
         worlds = {world_key(one.spec.world): one.spec.world for one in snapshots}
         if self._sent.get("worlds") != list(worlds):
             self._sent["worlds"] = list(worlds)
             self._channel.send("worlds", {"worlds": [world_sent(one) for one in worlds.values()]})
-        return True
 
     def _runs(self, hall: Hall) -> dict[str, Any]:
         entries = hall.status.entries
@@ -229,17 +228,10 @@ class SidePanel:
         return self._past[1]
 
     def _moment(
-        self,
-        hall: Hall,
-        shown: tuple[Snapshot, ...],
-        step: int,
-        is_live: bool,
-        playing: bool,
-        ground: Ground,
+        self, hall: Hall, step: int, is_live: bool, playing: bool, ground: Ground
     ) -> dict[str, Any]:
+        """Where the playhead is; it moves with each frame."""
         status, walk = hall.status, self._walk
-        names = [entry.name for entry in status.entries]
-        lead = leaders(shown)
         return {
             "step": step,
             "end": status.step,
@@ -249,20 +241,28 @@ class SidePanel:
             "direction": walk.direction or 1,
             "rate": walk.rate,
             "rates": rates_of(status.step, ground.pace),
-            **_pace(status),
             "error": status.error,
             "preparing": status.preparing,
+        }
+
+    def _readings(
+        self, hall: Hall, shown: tuple[Snapshot, ...], step: int, is_live: bool
+    ) -> dict[str, Any]:
+        """What is read of the runs, and who leads."""
+        status = hall.status
+        names = [entry.name for entry in status.entries]
+        lead = leaders(shown)
+        nothing = [""] * len(shown)
+        stands = status.stands if is_live else nothing
+        digests = status.digests if is_live and status.digests else nothing
+        return {
             "standing": str(standing(names, shown, step, status.common_starts)),
+            **_pace(status),
             "runs": [
-                run_sent(one, stand, hall.greedy.at(place, step), digest, place in lead)
-                for place, (one, stand, digest) in enumerate(
-                    zip(
-                        shown,
-                        status.stands if is_live else [""] * len(shown),
-                        (is_live and status.digests) or [""] * len(shown),
-                        strict=True,
-                    )
+                run_sent(
+                    one, stands[place], hall.greedy.at(place, step), digests[place], place in lead
                 )
+                for place, one in enumerate(shown)
             ],
         }
 

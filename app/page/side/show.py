@@ -6,6 +6,7 @@ frames are seldom, and no widget is touched here: what a frame is sent goes over
 """
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Hashable, Mapping, Sequence
@@ -29,6 +30,7 @@ _LEAST_PAUSE: Final = 1.25
 _CURVES_S: Final = 0.2
 
 _FAREWELL_S: Final = 2.0
+_QUIET_S: Final = 10.0
 _MOST_KEPT: Final = 64
 _SHOWN_KINDS: Final = frozenset({"join", "capture"})
 """Of what happens to runs, what their common bar has a sign for."""
@@ -164,6 +166,8 @@ class SideShow:
         self._stopping = False
         self._thread: threading.Thread | None = None
         self._hall: Hall | None = None
+        self._failed_s = -math.inf
+        """When something was logged that went wrong."""
 
     def enter(self, viewer: Viewer) -> None:
         """Show runs to one more."""
@@ -224,4 +228,6 @@ class SideShow:
                 viewer.draw(self._hall, now_s)
             except Exception:
                 # Whatever is wrong with one, the others are to see theirs.
-                log.exception("runs side by side could not be shown")
+                if now_s - self._failed_s > _QUIET_S:
+                    self._failed_s = now_s
+                    log.exception("runs side by side could not be shown")

@@ -152,9 +152,9 @@ for (const kind of ["boards", "overs"])
 
 const read = () => {
   make();
-  const { moment, legend, compare, race } = state;
+  const { readings, legend, compare, race } = state;
   tiles.forEach((each, index) => {
-    const run = moment?.runs[index];
+    const run = readings?.runs[index];
     if (!run || each.tile.classList.contains("difference")) return;
     for (const [kind] of NUMBERS) {
       const value = each.numbers.querySelector(`.${kind} b`);
