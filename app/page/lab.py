@@ -51,13 +51,7 @@ from app.server.channels import Channels
 from app.server.notices import tell
 from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
-from app.server.server import (
-    addresses_of,
-    close_server,
-    is_on_this_machine,
-    is_serving,
-    open_server,
-)
+from app.server.server import addresses_of, close_server, is_serving, open_server
 from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
@@ -162,7 +156,7 @@ class Lab:
             channels=channels,
         )
         self.gallery = Gallery(self.server)
-        self._presenting = Presenting(stand, partial(is_on_this_machine, self.server))
+        self._presenting = Presenting(stand, self.server)
         self._dress_server()
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
