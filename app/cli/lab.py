@@ -17,6 +17,7 @@ from app.cli.answers import (
     UsageError,
     complain,
     filled,
+    say,
     shown,
     spec_of,
     whole_number,
@@ -38,12 +39,15 @@ EXAMPLES = (
     "pounce lab hierarchical_3 --seed 7",
     "pounce lab my-preset.yaml --port 9000 --no-browser",
     "pounce lab --resume",
+    "pounce lab shared.pounce",
     "pounce lab --audience 0.0.0.0:8090",
 )
 
 
 LATEST = "latest"
 """The session that ``--resume`` takes up alone."""
+SUFFIX = ".pounce"
+"""Of the file of a session."""
 _MOST_MEMORY = 4_096
 
 
@@ -52,7 +56,8 @@ class Lab:
     """Open the lab in a browser: watch a learner, and steer it."""
 
     preset: Annotated[Positional[str], arg(metavar="[PRESET]")] = "timed"
-    """A shipped preset, or a file; - is standard input."""
+    """A shipped preset, or a file of one (- is standard input); or the file of a session that
+    somebody shared."""
     host: Annotated[str, arg(metavar="IP")] = "127.0.0.1"
     """Address to listen on; on any but this machine's own, the page's address has a token in it."""
     name: Annotated[
@@ -127,18 +132,22 @@ def obey(command: Lab) -> int:
     names = [*_declared("--name", command.name)]
     names += _declared("POUNCE_NAMES", filter(None, os.environ.get("POUNCE_NAMES", "").split(",")))
     token = _token(command)
+    is_shared = command.preset.endswith(SUFFIX)
+    spec = spec_of(Lab.preset if is_shared else command.preset)
     opens_stand = _stand(command, names)
-    spec = spec_of(command.preset)
     from app.documents import presets
     from app.documents.sources import called
     from app.live.past import Budget
     from app.page.serving import BrokenLabError, ListenError, run_lab
 
     preset, made, budget = called(command.preset), None, Budget(past_memory * 1_000_000)
-    if command.resume is None:
-        journal = _begun(command, folder, preset, seed)
-    else:
+    if is_shared:
+        journal, made = _opened(command, folder, budget)
+    elif command.resume is not None:
         journal, made = _taken_up(command, command.resume, folder, budget)
+    else:
+        journal = _begun(command, folder, preset, seed)
+    if made is not None:
         run = made.family.held.run
         spec, preset, seed = run.preset, made.family.preset, run.seed
     try:
@@ -186,6 +195,8 @@ def _check_keeping(command: Lab) -> None:
             raise UsageError("--sessions and --no-journal exclude each other; allowed: one of them")
     elif command.preset != Lab.preset or command.seed != Lab.seed:
         raise UsageError("--resume goes on with a session's own preset and seed; allowed: it alone")
+    if command.preset.endswith(SUFFIX) and command.seed != Lab.seed:
+        raise UsageError("--seed: a session has a seed of its own; allowed: the file alone")
 
 
 def _begun(command: Lab, folder: Path | None, preset: str, seed: int) -> "Journal | None":
@@ -248,6 +259,46 @@ def _taken_up(
                 f" {written.header.version}. pounce replay says from where on."
             )
         )
+    return journal, remade.made
+
+
+def _opened(
+    command: Lab, folder: Path | None, budget: "Budget"
+) -> "tuple[Journal | None, MadeAgain]":
+    """A session that somebody shared, made again, and the journal of what is done from here on.
+
+    Raises:
+        UsageError: it cannot be opened.
+    """
+    from app.explain.branches import name_of
+    from app.explain.opened import contents_in_words, verdict_in_words
+    from app.live.made_again import made_again
+    from app.live.shared import MOST_STEPS, contents_of, read_file
+    from app.live.written import SessionError
+
+    try:
+        written = read_file(Path(command.preset))
+        with terminal.status() as show:
+            remade = made_again(
+                written,
+                budget,
+                name_of,
+                on_step=lambda share: show(f"made again: {share:.0%}"),
+                most_steps=MOST_STEPS,
+            )
+    except SessionError as error:
+        raise UsageError(f"PRESET: {as_text(str(error))}") from error
+    contents = contents_of(written)
+    say(filled(f"{as_text(written.path)}: {contents_in_words(contents)}", ""))
+    verdict = verdict_in_words(remade, contents)
+    if remade.differ:
+        complain(filled(f"Warning: {verdict}"))
+    else:
+        say(filled(verdict, ""))
+    held = remade.made.family.held
+    journal = _begun(command, folder, held.preset, held.run.seed)
+    if journal is not None:
+        journal.begin_with(remade.records)
     return journal, remade.made
 
 

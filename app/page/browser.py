@@ -9,6 +9,7 @@ import viser
 
 from app.live.session import Session
 from app.live.status import Status
+from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
 from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
@@ -17,8 +18,11 @@ from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
+from app.page.panels.share import Share
 from app.page.presenting import Presenting
 from app.page.scene.gallery import Exhibit, Seen
+from app.page.side.panel import Presets, SidePanel
+from app.page.side.show import SideShow
 from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
 from app.page.time.outlook import Outlook
@@ -32,6 +36,8 @@ from app.player.texts import Texts
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.channels import Channels
+from app.server.links import Links
+from app.server.origin import is_loopback
 from app.server.pulse import Pulse
 
 
@@ -42,6 +48,7 @@ class Shared(NamedTuple):
     session: Session
     calls: Calls
     channels: Channels
+    links: Links
     bars: Bars
     deeds: Deeds
     """What the time bar can have done."""
@@ -65,6 +72,10 @@ class Shared(NamedTuple):
     """Where sessions are kept, if anywhere."""
     n_viewers: Callable[[], int]
     """Browsers that there are."""
+    side: SideShow
+    """Shows runs side by side."""
+    presets: Presets
+    """Those that runs may be of."""
     presenting: Presenting
     """Who shows an audience what they see."""
 
@@ -80,7 +91,18 @@ class Browser:
         self.asks = Asks(self.outlook, shared.submit, inbox.put)
         """What it asks for."""
         self._shared = shared
-        self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        arrival = Arrival(
+            client,
+            shared.session,
+            shared.submit,
+            inbox.work,
+            shared.n_viewers,
+            shared.sessions,
+            shared.links,
+        )
+        self.readings = Readings(
+            client, shared.session.status, shared.calls, inbox, shared.drawn, arrival.came
+        )
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self.time = TimePanel(
             client,
@@ -93,6 +115,10 @@ class Browser:
             wake,
         )
         """The bar, by which it goes through time."""
+        self.side = SidePanel(
+            client, shared.session, shared.side, shared.channels, inbox, shared.presets
+        )
+        """Runs side by side, where this browser looks at them in the place of the board."""
         self.pulse = Pulse(shared.server, client.client_id)
         self.exhibit: Exhibit | None = None
         """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
@@ -116,6 +142,10 @@ class Browser:
                 shared.take_experiment,
                 shared.offer_preset,
                 shared.save_dir,
+            )
+            host = shared.server.get_host()
+            self._share = Share(
+                client, shared.session, shared.status_of, inbox.work, arrival, is_loopback(host)
             )
             if shared.sessions is not None:
                 Earlier(
@@ -155,6 +185,7 @@ class Browser:
         self.readings.leave()
         self._hunts.leave()
         self.time.leave()
+        self.side.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -204,7 +235,9 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
+        self.side.update(texts.look)
         self._hunts.update(status, texts.look, now_s)
+        self._share.update(status)
         self._inspection.update(snapshot, texts.look, outcomes)
         for root in self._drawn_alone:
             assign(root, "visible", texts.look.frame != ALL)

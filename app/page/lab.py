@@ -20,6 +20,7 @@ import viser
 from app.live.places import Place
 from app.live.requests import Begin, Pause, Play, Request, StartAgain
 from app.live.session import Session
+from app.live.shared import is_code
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import Reply
@@ -32,9 +33,11 @@ from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
 from app.page.panels.plan import PlanPanel
+from app.page.panels.side_by_side import SideBySide
 from app.page.presenting import Presenting
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Exhibit, Gallery, Seen
+from app.page.side.show import SideShow
 from app.page.success import SuccessMaps
 from app.page.time.bars import Bars
 from app.page.time.grounds import PLAIN_PACE, Grounds
@@ -48,6 +51,7 @@ from app.server.access import Access
 from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls
 from app.server.channels import Channels
+from app.server.links import Links
 from app.server.notices import tell
 from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
@@ -142,7 +146,8 @@ class Lab:
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
-        calls, channels = Calls(), Channels()
+        self._side = SideShow(session)
+        calls, channels, links = Calls(), Channels(), Links(is_code)
         self.access = None if token is None else Access(token)
         self.server = open_server(
             host,
@@ -154,12 +159,15 @@ class Lab:
             on_call=calls.take,
             workers=self.inbox,
             channels=channels,
+            links=links,
         )
         self.gallery = Gallery(self.server)
         self._presenting = Presenting(stand, self.server)
         self._dress_server()
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
+        with self._controls.run_tab:
+            self._runs = SideBySide(gui, self._open_side)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
             self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
@@ -171,6 +179,7 @@ class Lab:
             session=session,
             calls=calls,
             channels=channels,
+            links=links,
             bars=self._bars,
             deeds=Deeds(self._plan.choose, self._test),
             service=self.service,
@@ -185,6 +194,8 @@ class Lab:
             save_dir=save_dir,
             sessions=sessions,
             n_viewers=lambda: len(self._browsers),
+            side=self._side,
+            presets=lambda: self._controls.presets,
             presenting=self._presenting,
         )
         self._for_script = self.server.gui.add_html("")
@@ -339,6 +350,7 @@ class Lab:
         # Not while a frame is being sent over the connections that this takes away.
         self._at_rest.wait(timeout=_FAREWELL_S)
         self.service.close()
+        self._side.stop()
         self.session.stop()
         self._success.stop()
         self._greedy.stop()
@@ -414,6 +426,11 @@ class Lab:
             self._presenting.go(client.client_id, time.perf_counter())
         self._has_garbage = True
 
+    def _open_side(self, client: viser.ClientHandle, four: bool) -> None:
+        browser = self._browsers.get(client.client_id)
+        if browser is not None:
+            browser.side.open(four)
+
     def _show_results(self, client: viser.ClientHandle) -> None:
         browser = self._browsers.get(client.client_id)
         if browser is not None:
@@ -450,6 +467,7 @@ class Lab:
             if self._is_true(live):
                 self._plan.update(self._shared_by(seen, live))
             self._bars.tidy(now_s)
+            self._runs.update(self.session.race)
             self.experiments.update(live, len(seen))
         n_viewers = len(seen)
         every_s = max(_READINGS_S, _READINGS_APART_S * n_viewers)

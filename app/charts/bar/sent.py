@@ -52,6 +52,8 @@ class Around(NamedTuple):
     ahead: Sequence[Block] | None = None
     """The plan at the moment that is looked at, by which blocks can be edited there; None if that
     is the newest moment of the line."""
+    recorded: bool = False
+    """Whether all of it has happened, and nothing can be changed."""
 
 
 def bar_sent(bar: Bar, around: Around) -> Sent:
@@ -60,6 +62,7 @@ def bar_sent(bar: Bar, around: Around) -> Sent:
     sent: Sent = {
         "line": around.line,
         "live": own is None or own.is_live,
+        "recorded": around.recorded,
         "axis": _axis(bar.axis),
         "end": {"step": bar.axis.step, "trial": bar.axis.trial},
         "legend": [_item(*item) for item in _legend(bar)],

@@ -12,8 +12,8 @@ const PATTERNS = /** @type {const} */ (["falling", "rising", "dots"]);
 const OPAQUE = 255 << 24;
 
 /**
- * RGB of as many colours as there are in base64, as pixels of an image.
- * @param {string} text
+ * RGB of as many colours as there are, in base64 or as bytes, as pixels of an image.
+ * @param {string | Uint8Array} text
  */
 const pixelsOf = (text) => {
   const bytes = bytesOf(text);
@@ -89,12 +89,12 @@ export class Ground {
    * @param {Sent} sent
    */
   colour(sent) {
-    const plain = pixelsOf(/** @type {string} */ (sent.colours));
+    const plain = pixelsOf(/** @type {string | Uint8Array} */ (sent.colours));
     const boards = sent.tiles ? 8 : 1;
     const each = plain.length / boards;
     this.#tables = Array.from({ length: boards }, (_, board) => plain.subarray(board * each, (board + 1) * each));
     if (sent.by === "cell") return;
-    const patterns = PATTERNS.map((name) => (sent[name] ? pixelsOf(/** @type {string} */ (sent[name])) : null));
+    const patterns = PATTERNS.map((name) => (sent[name] ? pixelsOf(/** @type {string | Uint8Array} */ (sent[name])) : null));
     this.#tables = this.#tables.map((colours, board) => {
       const table = new Uint32Array(8 * each);
       for (let bits = 0; bits < 8; bits++) {

@@ -33,10 +33,10 @@
  * @property {string} [world] key of the world
  * @property {string} [view] what is looked at, and how
  * @property {"state" | "cell"} [by]
- * @property {string} [colours] RGB of each state, or of each cell, in base64
- * @property {string} [dots] the same on dots, where it differs
- * @property {string} [rising]
- * @property {string} [falling]
+ * @property {string | Uint8Array} [colours] RGB of each state, or of each cell, in base64 or as bytes
+ * @property {string | Uint8Array} [dots] the same on dots, where it differs
+ * @property {string | Uint8Array} [rising]
+ * @property {string | Uint8Array} [falling]
  * @property {number | null} [prey] the heading that is drawn, if any
  * @property {boolean} [sees] whether what it sees is drawn
  * @property {boolean} [round]
@@ -49,7 +49,8 @@
  */
 
 /**
- * Bytes from base64.
- * @param {string} text
+ * Bytes from base64; what is bytes already stays as it is.
+ * @param {string | Uint8Array} text
  */
-export const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+export const bytesOf = (text) =>
+  typeof text === "string" ? Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)) : text;

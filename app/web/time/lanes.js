@@ -276,7 +276,7 @@ export const markLanes = (bar, now, seen) => {
   const last = trialAt(bar.axis, 1);
   for (const [block, piece] of drawn) {
     if (!block.classList.contains("held")) markCome(block, piece, at, now);
-    markFree(block, piece, seen, last);
+    markFree(block, piece, seen, last, bar.recorded);
   }
   for (const [said, first] of joins) write(said, first > seen.trial ? JOINS : JOINED);
 };
@@ -306,8 +306,9 @@ const markCome = (block, piece, at, now) => {
  * @param {Piece} piece
  * @param {Place} seen
  * @param {number} last trial of the axis
+ * @param {boolean} isFixed whether nothing can be changed from anywhere
  */
-const markFree = (block, piece, seen, last) => {
+const markFree = (block, piece, seen, last, isFixed) => {
   const isFree = piece.editable && piece.first > seen.trial;
   const isOver = piece.first <= seen.trial;
   const state = isFree ? "free" : isOver ? "over" : "other";
@@ -317,7 +318,7 @@ const markFree = (block, piece, seen, last) => {
   block.classList.toggle("locked", !isFree);
   const why = isFree ? CHANGED : piece.kind === "frozen" || !isOver ? BY_HAND : LOCKED;
   const { first, hint } = piece;
-  attribute(block, "title", `${hint}\n${why}`);
+  attribute(block, "title", isFixed ? hint : `${hint}\n${why}`);
   attribute(block, "aria-label", hint);
   attribute(block, "tabindex", isFree || drawn.length <= MOST_STOPS ? "0" : "-1");
   attribute(block, "role", isFree ? "slider" : "img");

@@ -68,6 +68,15 @@ const remove = ({ line, name }) => {
  */
 const choices = (line) => [
   ["Look at it", () => send({ do: "look", line: line.line })],
+  ...(state.bar?.recorded ? [] : changes(line)),
+];
+
+/**
+ * What of a line can be changed.
+ * @param {Line} line
+ * @returns {Array<[string, () => unknown]>}
+ */
+const changes = (line) => [
   ["Rename", () => rename(line)],
   ["Test over 30 seeds", () => send({ do: "test", line: line.line })],
   ...(line.live
@@ -184,7 +193,11 @@ document.body.addEventListener("click", ({ target }) => {
   if (!mark || !note) return;
   open(mark.querySelector("b") ?? mark, note.text, [
     ["Look at it", () => send({ do: "seek", step: note.step })],
-    ["Remove the mark", () => unmark(note.number)],
+    ...(state.bar?.recorded
+      ? []
+      : /** @type {Array<[string, () => unknown]>} */ ([
+          ["Remove the mark", () => unmark(note.number)],
+        ])),
   ]);
 });
 

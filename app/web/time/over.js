@@ -168,7 +168,8 @@ const tell = (handle, bar, moment) => {
   if (rest > 0) return void (toTell = setTimeout(() => tell(handle, bar, moment), rest));
   toldAt = performance.now();
   const { trial, live, behind_trials: behind } = moment;
-  const where = live ? "live" : behindInWords(behind);
+  const past = bar.recorded ? `of ${grouped(bar.end.trial)}` : behindInWords(behind);
+  const where = live ? "live" : past;
   attribute(handle, "aria-valuemax", `${Math.max(bar.end.trial, trial)}`);
   attribute(handle, "aria-valuenow", `${trial}`);
   attribute(handle, "aria-valuetext", `trial ${grouped(trial)}, ${where}`);
@@ -259,7 +260,8 @@ export const placeMoment = (time, bar, moment, now) => {
  * @returns {Far | null}
  */
 const whereLive = (mark, bar, isPast, now) => {
-  const place = bar.live ? now : bar.lines.find(({ live }) => live)?.until;
+  const live = bar.live ? now : bar.lines.find(({ live }) => live)?.until;
+  const place = bar.recorded ? undefined : live;
   mark.hidden = !isPast || !place;
   if (mark.hidden || !place) return null;
   const share = shareOf(bar.axis, place);

@@ -68,7 +68,8 @@ const wishAt = (share) => {
 /** Whether what is looked at is what was wished for. */
 const isThere = () => {
   const { moment } = state;
-  if (!wished || !moment) return true;
+  // What is recorded is shown at once, and at the nearest of its moments.
+  if (!wished || !moment || state.bar?.recorded) return true;
   if (wished.do === "live") return moment.live;
   return wished.do === "seek" ? moment.step === wished.step : moment.trial === wished.trial;
 };

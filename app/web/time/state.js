@@ -34,7 +34,7 @@
  *   reward: string, digest: string, live: boolean, growing: boolean, hint: string,
  * }} Line
  * @typedef {{
- *   line: number, live: boolean, axis: Axis, end: Place,
+ *   line: number, live: boolean, recorded: boolean, axis: Axis, end: Place,
  *   legend: Array<{kind: string, text: string, hint: string}>,
  *   rewards: [number, number], levels: Array<[number, string]>,
  *   learned: Points, greedy: Points, gaps: boolean[], ghost: Points | null,
@@ -42,7 +42,7 @@
  *   happenings: Happening[], notes: Note[], lines: Line[],
  *   units: Array<{unit: string, name: string, hint: string}>,
  *   colours: {light: Record<string, string>, dark: Record<string, string>},
- * }} Bar `end` is how far the line is known
+ * }} Bar `end` is how far the line is known; of what is `recorded` all is, and nothing can be changed
  *
  * What changes with each frame.
  * @typedef {{

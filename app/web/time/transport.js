@@ -82,14 +82,14 @@ const whereabouts = () => {
   if (!moment || moment.live) return ["", ""];
   const line = bar?.lines.find((each) => each.line === moment.line);
   const isBranch = line !== undefined && !line.live;
-  const name = isBranch ? line.name : "The past";
-  const far = distance(moment.behind_trials, moment.behind_steps, isBranch);
+  const name = bar?.recorded ? (line?.name ?? "") : isBranch ? line.name : "The past";
+  const far = bar?.recorded ? "" : distance(moment.behind_trials, moment.behind_steps, isBranch);
   const parts = [name, `trial ${grouped(moment.trial)}`, far].filter(Boolean);
-  const few = isBranch ? parts.slice(0, 2) : parts.slice(1);
+  const few = isBranch || !name ? parts.slice(0, 2) : parts.slice(1);
   // What happens at this very moment is what one came for, and how far behind it is, is read elsewhere.
   const texts = bar?.happenings.filter(({ step }) => step === moment.step).map(({ text }) => text) ?? [];
   const happens = texts.join(", ");
-  if (happens) return [`${parts.join(", ")}: ${happens}`, `${few[isBranch ? 1 : 0]}: ${happens}`];
+  if (happens) return [`${parts.join(", ")}: ${happens}`, `${few[isBranch && name ? 1 : 0]}: ${happens}`];
   return [parts.join(", "), few.join(", ").replace(/ trials?( behind| ahead)$/, "$1")];
 };
 

@@ -1,0 +1,347 @@
+"""A film: boards of many moments in few bytes, exact to the last colour.
+
+What a board shows is a colour for each state (:mod:`app.player.boards`), and from one moment to the
+next hardly any of them changes. So each plane of colours is written as places in a palette, which
+has the colour for light pages and that for dark ones together, less the place of the moment before:
+nearly all of that is 0, and deflates to little. Texts, and all else of a board, are in a table that
+has each of them once; points of lines are whole numbers of ``1 / POINTS`` cells, each less the one
+before it on its line.
+
+``app/web/replay/film.js`` reads what is written here; :func:`unpacked` does the same, for tests and
+for pictures.
+"""
+
+import base64
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, Final, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+FORMAT: Final = 1
+POINTS: Final = 100
+"""Parts of a cell in which points are written; boards round theirs to that."""
+PLANES: Final = ("colours", "dots", "rising", "falling")
+"""What of a board is a colour for each state; where one is not there it is as the first."""
+
+Board = dict[str, Any]
+"""A board as it is sent."""
+Thing = TypeVar("Thing")
+
+
+class View(NamedTuple):
+    """What is seen of one moment in one way, on light pages and on dark ones."""
+
+    light: Board
+    dark: Board
+    texts: tuple[str, ...]
+    """What is read beside it."""
+
+
+class Shot(NamedTuple):
+    """One moment."""
+
+    line: int
+    step: int
+    trial: int
+    texts: tuple[str, ...]
+    """What is read of it whatever is seen."""
+    views: Mapping[str, View]
+    """By their names; all shots have the same ones."""
+
+
+@dataclass
+class _Track:
+    """One way to see all moments."""
+
+    planes: dict[str, list[np.ndarray]] = field(default_factory=dict[str, list[np.ndarray]])
+    """(state,) int64 each: the colour for light pages and that for dark ones as one number."""
+    lines: list[Sequence[Mapping[str, Any]]] = field(
+        default_factory=list[Sequence[Mapping[str, Any]]]
+    )
+    inks: list[tuple[str, ...]] = field(default_factory=list[tuple[str, ...]])
+    """Colours of these lines on dark pages."""
+    hunts: list["_Hunt"] = field(default_factory=list["_Hunt"])
+    rests: list[tuple[str, ...]] = field(default_factory=list[tuple[str, ...]])
+    """All else of the boards, and texts."""
+
+
+class _Hunt(NamedTuple):
+    """The hunt on a board; the same one is on several."""
+
+    light: str
+    """All of it but the trail, as JSON."""
+    dark: str
+    trail: tuple[float, ...]
+
+
+class Film:
+    """Shots, as they are added, and what is written of those that are kept."""
+
+    def __init__(self) -> None:
+        self.shots: list[tuple[int, int, int]] = []
+        """Line, step and trial of each."""
+        self._texts: list[tuple[str, ...]] = []
+        self._tracks: dict[str, _Track] = {}
+
+    def add(self, shot: Shot) -> None:
+        """Add the next moment."""
+        self.shots.append((shot.line, shot.step, shot.trial))
+        self._texts.append(shot.texts)
+        for name, view in shot.views.items():
+            track = self._tracks.setdefault(name, _Track())
+            _add_colours(track, view)
+            track.lines.append(view.light["lines"])
+            track.inks.append(tuple(line["colour"] for line in view.dark["lines"]))
+            track.hunts.append(_hunt(view))
+            track.rests.append((_rest(view.light), _rest(view.dark), *view.texts))
+
+    def packed(self, kept: Sequence[int]) -> bytes:
+        """Some of the shots, by their places, as bytes that are deflated."""
+        table, trails = _Table[str](), _Table[tuple[float, ...]]()
+        head: dict[str, Any] = {
+            "format": FORMAT,
+            "points": POINTS,
+            "shots": [self.shots[place] for place in kept],
+            "said": [[table.place(text) for text in self._texts[place]] for place in kept],
+        }
+        body: list[bytes] = []
+        head["views"] = {
+            name: _packed(track, kept, table, trails, body) for name, track in self._tracks.items()
+        }
+        head["texts"] = table.things
+        head["trails"] = [len(trail) // 2 for trail in trails.things]
+        body += _ways(trails.things)
+        start = json.dumps(head, separators=(",", ":"), ensure_ascii=False).encode()
+        return zlib.compress(b"".join([len(start).to_bytes(4, "little"), start, *body]), 9)
+
+
+def _packed(
+    track: _Track,
+    kept: Sequence[int],
+    table: "_Table[str]",
+    trails: "_Table[tuple[float, ...]]",
+    body: list[bytes],
+) -> dict[str, Any]:
+    planes: dict[str, Any] = {}
+    for name, colours in track.planes.items():
+        palette, places = np.unique(
+            np.stack([colours[place] for place in kept]), return_inverse=True
+        )
+        order = _in_order(palette)
+        places = np.argsort(order)[places.reshape(len(kept), -1)]
+        planes[name] = {"colours": _palette(palette[order]), "states": places.shape[1]}
+        less = np.diff(places, axis=0, prepend=0)
+        body += _bytes(less, 1 if len(palette) <= 256 else 2)
+    lines = [track.lines[place] for place in kept]
+    looks = [
+        table.place(json.dumps([line["colour"], ink, line["width"]]))
+        for place in kept
+        for line, ink in zip(track.lines[place], track.inks[place], strict=True)
+    ]
+    ways = [way for each in lines for line in each for way in line["points"]]
+    body += _ways(ways)
+    hunts = [track.hunts[place] for place in kept]
+    return {
+        "planes": planes,
+        "lines": [len(each) for each in lines],
+        "looks": looks,
+        "ways": [len(line["points"]) for each in lines for line in each],
+        "lengths": [len(way) // 2 for way in ways],
+        "hunts": [
+            [table.place(hunt.light), table.place(hunt.dark), trails.place(hunt.trail)]
+            for hunt in hunts
+        ],
+        "rests": [[table.place(text) for text in track.rests[place]] for place in kept],
+    }
+
+
+class _Table(Generic[Thing]):
+    """Things, each of them once."""
+
+    def __init__(self) -> None:
+        self._places: dict[Thing, int] = {}
+
+    def place(self, thing: Thing) -> int:
+        return self._places.setdefault(thing, len(self._places))
+
+    @property
+    def things(self) -> list[Thing]:
+        return list(self._places)
+
+
+def _add_colours(track: _Track, view: View) -> None:
+    former = list(track.planes.get("colours", ()))
+    for name in PLANES:
+        if name in view.light or name in view.dark or name in track.planes:
+            # One that comes late was as the first until then.
+            track.planes.setdefault(name, list(former)).append(_together(view, name))
+
+
+def _together(view: View, plane: str) -> np.ndarray:
+    """(state,) int64: two colours as one number; of a plane that is not there those of the first."""
+    parts = [
+        np.frombuffer(base64.b64decode(board.get(plane, board["colours"])), np.uint8)
+        .reshape(-1, 3)
+        .astype(np.int64)
+        for board in (view.light, view.dark)
+    ]
+    both = np.concatenate(parts, axis=1)
+    return both @ (1 << 8 * np.arange(5, -1, -1, dtype=np.int64))
+
+
+def _palette(numbers: np.ndarray) -> str:
+    """Pairs of colours as base64 of six bytes each."""
+    six = numbers.astype(">u8").view(np.uint8).reshape(-1, 8)[:, 2:]
+    return base64.b64encode(six.tobytes()).decode()
+
+
+def _in_order(numbers: np.ndarray) -> np.ndarray:
+    """Colours as one follows another along their scale: then what changes little is a small number.
+
+    From the first on, each is followed by the one among the rest that is most like it.
+    """
+    light = np.stack([numbers >> 8 * byte & 255 for byte in (5, 4, 3)], axis=1)
+    rest = np.ones(len(numbers), bool)
+    order = np.zeros(len(numbers), np.int64)
+    for place in range(1, len(numbers)):
+        rest[order[place - 1]] = False
+        apart = np.abs(light - light[order[place - 1]]).sum(axis=1)
+        order[place] = np.where(rest, apart, np.iinfo(np.int64).max).argmin()
+    return order
+
+
+def _bytes(numbers: np.ndarray, n_bytes: int) -> list[bytes]:
+    """Whole numbers, of such as take more than one byte all low ones first."""
+    whole = numbers.astype(np.int64) & ((1 << 8 * n_bytes) - 1)
+    return [((whole >> 8 * byte) & 255).astype(np.uint8).tobytes() for byte in range(n_bytes)]
+
+
+def _ways(ways: Sequence[Sequence[float]]) -> list[bytes]:
+    """Points of lines, each less the one before it: all east of it, and then all north."""
+    whole = [np.rint(np.array(way, np.float64).reshape(-1, 2) * POINTS) for way in ways]
+    less = [np.diff(each, axis=0, prepend=0) for each in whole if each.size]
+    flat = np.concatenate([np.zeros((0, 2)), *less])
+    return _bytes(flat[:, 0], 2) + _bytes(flat[:, 1], 2)
+
+
+def _hunt(view: View) -> _Hunt:
+    light, dark = (board["hunt"] for board in (view.light, view.dark))
+    trail = () if light is None else tuple(light["trail"])
+    return _Hunt(_json(_without(light, ["trail"])), _json(_without(dark, ["trail"])), trail)
+
+
+def _without(thing: Mapping[str, Any] | None, keys: Sequence[str]) -> dict[str, Any] | None:
+    return thing and {key: value for key, value in thing.items() if key not in keys}
+
+
+def _json(thing: object) -> str:
+    return json.dumps(thing, separators=(",", ":"), ensure_ascii=False)
+
+
+def _rest(board: Board) -> str:
+    """All of a board that is no colour of states, no line and no hunt."""
+    return _json(_without(board, [*PLANES, "lines", "hunt"]))
+
+
+# --- Reading -------------------------------------------------------------------------------------
+
+
+def unpacked(data: bytes) -> list[Shot]:
+    """The shots of a film, as they were added; planes that are as the first are there as well."""
+    raw = zlib.decompress(data)
+    end = 4 + int.from_bytes(raw[:4], "little")
+    head = json.loads(raw[4:end])
+    texts, shots = head["texts"], head["shots"]
+    reader = _Reader(raw, end)
+    boards = {
+        name: _boards(view, texts, len(shots), reader) for name, view in head["views"].items()
+    }
+    trails = reader.ways(head["trails"])
+    views = {
+        name: [
+            _with_hunt(view, texts, trails, head["views"][name]["hunts"][number])
+            for number, view in enumerate(each)
+        ]
+        for name, each in boards.items()
+    }
+    return [
+        Shot(
+            *shot,
+            tuple(texts[place] for place in head["said"][number]),
+            {name: each[number] for name, each in views.items()},
+        )
+        for number, shot in enumerate(shots)
+    ]
+
+
+class _Reader:
+    def __init__(self, raw: bytes, place: int) -> None:
+        self._raw, self._place = raw, place
+
+    def ways(self, lengths: Sequence[int]) -> list[list[float]]:
+        """Points of lines of so many each."""
+        east, north = (self.numbers((sum(lengths),), 2).astype(np.int16) for _ in range(2))
+        less = np.stack([east, north], axis=1).astype(np.int64)
+        return [
+            (np.cumsum(less[first:until], axis=0) / POINTS).ravel().tolist()
+            for first, until in pairwise(np.cumsum([0, *lengths]).tolist())
+        ]
+
+    def numbers(self, shape: tuple[int, ...], n_bytes: int) -> np.ndarray:
+        """Numbers as they were written, 0 to 256 ** n_bytes."""
+        size = int(np.prod(shape))
+        found = np.zeros(shape, np.int64)
+        for byte in range(n_bytes):
+            part = np.frombuffer(self._raw, np.uint8, size, self._place)
+            found |= part.reshape(shape).astype(np.int64) << 8 * byte
+            self._place += size
+        return found
+
+
+def _boards(view: Mapping[str, Any], texts: Sequence[str], n: int, reader: _Reader) -> list[View]:
+    planes: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for name, plane in view["planes"].items():
+        palette = np.frombuffer(base64.b64decode(plane["colours"]), np.uint8).reshape(-1, 6)
+        n_bytes = 1 if len(palette) <= 256 else 2
+        less = reader.numbers((n, plane["states"]), n_bytes)
+        planes[name] = palette, np.cumsum(less, axis=0) & ((1 << 8 * n_bytes) - 1)
+    lines = _lines(view, texts, reader.ways(view["lengths"]))
+    found: list[View] = []
+    for number in range(n):
+        light, dark, *said = (texts[place] for place in view["rests"][number])
+        boards = [json.loads(rest) for rest in (light, dark)]
+        for side, board in enumerate(boards):
+            board["lines"] = [
+                {"colour": look[side], "width": look[2], "points": at} for look, at in lines[number]
+            ]
+            for name, (palette, places) in planes.items():
+                colours = palette[places[number], 3 * side : 3 * side + 3]
+                board[name] = base64.b64encode(colours.tobytes()).decode()
+        found.append(View(*boards, tuple(said)))
+    return found
+
+
+def _lines(
+    view: Mapping[str, Any], texts: Sequence[str], ways: Sequence[list[float]]
+) -> list[list[tuple[list[Any], Sequence[list[float]]]]]:
+    """The lines of each moment: what they look like, and where they go."""
+    ends = np.cumsum([0, *view["ways"]]).tolist()
+    lines = [
+        (json.loads(texts[look]), ways[first:until])
+        for look, (first, until) in zip(view["looks"], pairwise(ends), strict=True)
+    ]
+    ends = np.cumsum([0, *view["lines"]]).tolist()
+    return [lines[first:until] for first, until in pairwise(ends)]
+
+
+def _with_hunt(
+    view: View, texts: Sequence[str], trails: Sequence[list[float]], hunt: Sequence[int]
+) -> View:
+    for board, text in zip((view.light, view.dark), hunt[:2], strict=True):
+        found = json.loads(texts[text])
+        board["hunt"] = found and {**found, "trail": trails[hunt[2]]}
+    return view
