@@ -1,0 +1,24 @@
+"""viser's page as it is before anybody sees it: what it leaves out, and where one looks from."""
+
+import numpy as np
+import viser
+
+from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
+
+_FOV_RADIANS = np.pi / 3
+_PANEL_WIDTH = 330.0
+
+
+def dress(server: viser.ViserServer) -> None:
+    """Have the pages of a server show a board from above, and panels beside it."""
+    server.scene.set_up_direction("+z")
+    server.scene.configure_default_lights(enabled=False)
+    server.scene.world_axes.visible = False
+    server.gui.configure_theme(show_logo=False, show_share_button=False)
+    server.gui.main_panel.dock_right()
+    server.gui.main_panel.set_width(_PANEL_WIDTH)
+    camera = server.initial_camera
+    camera.up = (0.0, 1.0, 0.0)
+    camera.look_at = FLAT_TARGET
+    camera.position = FLAT_CAMERA
+    camera.fov = _FOV_RADIANS
