@@ -17,9 +17,11 @@ import numpy as np
 from app.live.past import Past
 from learners.commands import Command, CommandError
 from learners.control import Control
-from learners.kernel.state import LearnerState, n_options_of
+from learners.kernel.state import CELL, TRAIL_LENGTH, LearnerState, n_options_of
 from learners.run import Run
 from learners.spec import MAX_TRIALS
+from sim.geometry import MOVES
+from sim.world import board_xy
 
 _CLOSE_STEPS: Final = 20_000
 """So many are made rather than looking for a checkpoint nearer by: a millisecond."""
@@ -32,7 +34,8 @@ class Did:
     skill: str | None
     """That it took in its next step; None if its options are moves, or it made no more steps."""
     move: int | None
-    """That it took in its next step, where its options are moves."""
+    """By which it went in that step, at an edge by as much of it as there is room for; None if it
+    made none."""
     given: tuple[Command, ...]
     """What was given there, by hand or by its schedule, and not to the other."""
     control: Control
@@ -51,6 +54,7 @@ class Divergence:
     """They were not the same before their first step."""
     did: tuple[Did, Did]
     """What each did there."""
+    seeds: tuple[int, int]
 
 
 def is_same(one: LearnerState, other: LearnerState) -> bool:
@@ -176,7 +180,7 @@ def _parted(one: Past, other: Past, before: _Pair | None) -> Divergence:
         _did(there.one, next_one, [command for command in given[0] if command not in given[1]]),
         _did(there.other, next_other, [command for command in given[1] if command not in given[0]]),
     )
-    return Divergence(step, there.one.trial, from_start, did)
+    return Divergence(step, there.one.trial, from_start, did, (one.seed, other.seed))
 
 
 def _begun(past: Past) -> Run:
@@ -203,8 +207,10 @@ def _did(run: Run, after: Run | None, commands: Sequence[Command]) -> Did:
     if after is None:
         return Did(None, None, given, run.control)
     skills = after.spec.learner.skills
-    # A step counts one visit; the option that it took last is not known where it ended a trial.
+    # A step counts one visit; of one that ended a trial no more than that is known.
     taken = int(np.flatnonzero(after.state.visits != run.state.visits)[0])
-    option = taken % n_options_of(after.spec)
-    skill = skills[option] if skills else None
-    return Did(skill, None if skills else option, given, after.control)
+    skill = skills[taken % n_options_of(after.spec)] if skills else None
+    cell = int(after.state.trail[after.step % TRAIL_LENGTH])
+    way = np.subtract(board_xy(run.world, cell), board_xy(run.world, int(run.state.place[CELL])))
+    move = int(np.flatnonzero((way == MOVES).all(axis=1))[0])
+    return Did(skill, move, given, after.control)
