@@ -58,6 +58,7 @@ class Recorded:
 
     preset: str
     """As shown."""
+    seed: int
     lines: tuple[LineSeen, ...]
     """Parents before those that branched off them."""
     pasts: Mapping[int, Past]
@@ -92,7 +93,7 @@ def recorded_run(
         digest=digest(run.state),
         is_live=True,
     )
-    return Recorded(preset, (line,), {0: past})
+    return Recorded(preset, seed, (line,), {0: past})
 
 
 # --- Which moments -------------------------------------------------------------------------------
