@@ -52,14 +52,14 @@ def measure_load(
                     if n == n_pages:
                         # Before the clicks, whose runs have logs for more trials than any preset.
                         most_mb = max(most_mb, resident_mb())
-                        took_ms += _clicks(session, spec, preset, readers)
+                        took_ms += clicks(session, spec, preset, readers)
             shares.append(rates[1] / rates[0])
     took_ms.sort()
     return {
         "pages": n_pages,
         "click_ms": {
-            "p50": _percentile(took_ms, 50),
-            "p95": _percentile(took_ms, 95),
+            "p50": percentile(took_ms, 50),
+            "p95": percentile(took_ms, 95),
             "max": took_ms[-1],
         },
         "learner_share": round(statistics.median(shares), 3),
@@ -67,7 +67,7 @@ def measure_load(
     }
 
 
-def _clicks(
+def clicks(
     session: Session, spec: RunSpec, preset: str, readers: subprocess.Popen[str]
 ) -> list[float]:
     """Milliseconds that clicks took while the learner learns at full speed."""
@@ -89,6 +89,6 @@ def _clicks(
     return took_ms
 
 
-def _percentile(ordered: list[float], share: int) -> float:
+def percentile(ordered: list[float], share: int) -> float:
     """The value that so many of a hundred do not exceed."""
     return ordered[min(-(-share * len(ordered) // 100), len(ordered)) - 1]

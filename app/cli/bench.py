@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from learners.spec import RunSpec
 
 MAX_REPETITIONS = 1_000
+MAX_WATCHERS = 1_000
 MAX_PAGES = 63
 """One fewer than the lab lets in, since one more page clicks."""
 
@@ -41,6 +42,7 @@ EXAMPLES = (
     "pounce bench --json",
     "pounce bench --page --json",
     "pounce bench --load 31 --json",
+    "pounce bench --audience 100 --json",
     "pounce bench --scrub --json",
 )
 
@@ -62,6 +64,11 @@ class Bench:
     """Measure what the live page costs the learner, with no browser, one and five."""
     load: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_PAGES})")] = None
     """Measure what so many pages cost: clicks, the learner's share, memory."""
+    audience: Annotated[
+        str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_WATCHERS})")
+    ] = None
+    """Measure what so many phones that look on cost: the presenter's clicks, the learner's share,
+    and what each is sent."""
     scrub: Flag = False
     """Measure walking in the past: moments a second, how soon one shows, the learner's share."""
 
@@ -77,8 +84,11 @@ def obey(command: Bench) -> int:
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
-    if command.page + (command.load is not None) + command.scrub > 1:
-        raise UsageError("--page, --load and --scrub exclude each other; allowed: one of them")
+    chosen = [command.page, command.load is not None, command.audience is not None, command.scrub]
+    if sum(chosen) > 1:
+        raise UsageError(
+            "--page, --load, --audience and --scrub exclude each other; allowed: one of them"
+        )
     if command.page:
         return _measure_page(command, specs, repetitions)
     if command.scrub:
@@ -86,6 +96,9 @@ def obey(command: Bench) -> int:
     if command.load is not None:
         n_pages = whole_number("--load", command.load, 1, MAX_PAGES)
         return _measure_load(command, specs, repetitions, n_pages)
+    if command.audience is not None:
+        n_watchers = whole_number("--audience", command.audience, 1, MAX_WATCHERS)
+        return _measure_audience(command, specs, repetitions, n_watchers)
     from benchmarks.compare import MismatchError, compare, incomparable
 
     for name, spec in specs.items():
@@ -137,6 +150,27 @@ def _measure_load(
         f" {clicks['max']:.0f} at most\n"
         f"  the learner keeps    {found['learner_share']:.2f} of its rate beside one page\n"
         f"  the lab holds        {found['rss_mb']:.0f} MB"
+    )
+    return EXIT_OK
+
+
+def _measure_audience(
+    command: Bench, specs: "dict[str, RunSpec]", repetitions: int, n_watchers: int
+) -> int:
+    from benchmarks.audience import measure_audience
+
+    preset = next(iter(specs)) if command.presets else "timed"
+    with interrupts.undoing(), terminal.status() as on_progress:
+        found = measure_audience(specs[preset], preset, specs, n_watchers, repetitions, on_progress)
+    if command.json:
+        say(json.dumps(found))
+        return EXIT_OK
+    clicks = found["click_ms"]
+    say(
+        f"{preset} at full speed, its presenter, and {n_watchers} who look on:\n"
+        f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %)\n"
+        f"  each of them is sent {found['kB_per_s_each']:.1f} kB a second\n"
+        f"  the learner keeps    {found['learner_share']:.2f} of its rate"
     )
     return EXIT_OK
 

@@ -1,7 +1,7 @@
 """The command ``pounce lab``: its words, its checks, and how it serves the page until the end."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +17,7 @@ from app.cli.answers import (
     UsageError,
     complain,
     filled,
+    say,
     shown,
     spec_of,
     whole_number,
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from app.live.journal import Journal
     from app.live.lines import MadeAgain
     from app.live.past import Budget
+    from app.live.session import Session
+    from app.player.presented import Stand
     from app.server.origin import Authority
 
 EXAMPLES = (
@@ -36,11 +39,15 @@ EXAMPLES = (
     "pounce lab hierarchical_3 --seed 7",
     "pounce lab my-preset.yaml --port 9000 --no-browser",
     "pounce lab --resume",
+    "pounce lab shared.pounce",
+    "pounce lab --audience 0.0.0.0:8090",
 )
 
 
 LATEST = "latest"
 """The session that ``--resume`` takes up alone."""
+SUFFIX = ".pounce"
+"""Of the file of a session."""
 _MOST_MEMORY = 4_096
 
 
@@ -49,7 +56,8 @@ class Lab:
     """Open the lab in a browser: watch a learner, and steer it."""
 
     preset: Annotated[Positional[str], arg(metavar="[PRESET]")] = "timed"
-    """A shipped preset, or a file; - is standard input."""
+    """A shipped preset, or a file of one (- is standard input); or the file of a session that
+    somebody shared."""
     host: Annotated[str, arg(metavar="IP")] = "127.0.0.1"
     """Address to listen on; on any but this machine's own, the page's address has a token in it."""
     name: Annotated[
@@ -62,6 +70,11 @@ class Lab:
     """Let in whoever reaches the lab. Otherwise POUNCE_TOKEN may hold the token to ask for."""
     port: Annotated[str, arg(metavar="PORT")] = "8080"
     """Port to listen on; if it is busy, the next free one."""
+    audience: Annotated[str | None, arg(metavar="IP:PORT", help_behavior_hint=HIDDEN_HINT)] = None
+    """Show phones and a class what the first browser sees, at a port where one can only look; on
+    any address but this machine's own, a code is asked for."""
+    no_code: Flag = False
+    """Let whoever reaches the audience's page look."""
     no_browser: Flag = False
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
@@ -119,17 +132,22 @@ def obey(command: Lab) -> int:
     names = [*_declared("--name", command.name)]
     names += _declared("POUNCE_NAMES", filter(None, os.environ.get("POUNCE_NAMES", "").split(",")))
     token = _token(command)
-    spec = spec_of(command.preset)
+    is_shared = command.preset.endswith(SUFFIX)
+    spec = spec_of(Lab.preset if is_shared else command.preset)
+    opens_stand = _stand(command, names)
     from app.documents import presets
     from app.documents.sources import called
     from app.live.past import Budget
     from app.page.serving import BrokenLabError, ListenError, run_lab
 
     preset, made, budget = called(command.preset), None, Budget(past_memory * 1_000_000)
-    if command.resume is None:
-        journal = _begun(command, folder, preset, seed)
-    else:
+    if is_shared:
+        journal, made = _opened(command, folder, budget)
+    elif command.resume is not None:
         journal, made = _taken_up(command, command.resume, folder, budget)
+    else:
+        journal = _begun(command, folder, preset, seed)
+    if made is not None:
         run = made.family.held.run
         spec, preset, seed = run.preset, made.family.preset, run.seed
     try:
@@ -151,6 +169,7 @@ def obey(command: Lab) -> int:
             journal=journal,
             made_again=made,
             budget=budget,
+            opens_stand=opens_stand,
         )
     except ListenError as error:
         raise UsageError(
@@ -176,6 +195,8 @@ def _check_keeping(command: Lab) -> None:
             raise UsageError("--sessions and --no-journal exclude each other; allowed: one of them")
     elif command.preset != Lab.preset or command.seed != Lab.seed:
         raise UsageError("--resume goes on with a session's own preset and seed; allowed: it alone")
+    if command.preset.endswith(SUFFIX) and command.seed != Lab.seed:
+        raise UsageError("--seed: a session has a seed of its own; allowed: the file alone")
 
 
 def _begun(command: Lab, folder: Path | None, preset: str, seed: int) -> "Journal | None":
@@ -241,6 +262,46 @@ def _taken_up(
     return journal, remade.made
 
 
+def _opened(
+    command: Lab, folder: Path | None, budget: "Budget"
+) -> "tuple[Journal | None, MadeAgain]":
+    """A session that somebody shared, made again, and the journal of what is done from here on.
+
+    Raises:
+        UsageError: it cannot be opened.
+    """
+    from app.explain.branches import name_of
+    from app.explain.opened import contents_in_words, verdict_in_words
+    from app.live.made_again import made_again
+    from app.live.shared import MOST_STEPS, contents_of, read_file
+    from app.live.written import SessionError
+
+    try:
+        written = read_file(Path(command.preset))
+        with terminal.status() as show:
+            remade = made_again(
+                written,
+                budget,
+                name_of,
+                on_step=lambda share: show(f"made again: {share:.0%}"),
+                most_steps=MOST_STEPS,
+            )
+    except SessionError as error:
+        raise UsageError(f"PRESET: {as_text(str(error))}") from error
+    contents = contents_of(written)
+    say(filled(f"{as_text(written.path)}: {contents_in_words(contents)}", ""))
+    verdict = verdict_in_words(remade, contents)
+    if remade.differ:
+        complain(filled(f"Warning: {verdict}"))
+    else:
+        say(filled(verdict, ""))
+    held = remade.made.family.held
+    journal = _begun(command, folder, held.preset, held.run.seed)
+    if journal is not None:
+        journal.begin_with(remade.records)
+    return journal, remade.made
+
+
 def _declared(option: str, texts: Iterable[str]) -> "Iterator[Authority]":
     """The names that the lab is to answer to.
 
@@ -257,6 +318,46 @@ def _declared(option: str, texts: Iterable[str]) -> "Iterator[Authority]":
                 f"{option}: {shown(text)} is not allowed ({error}); allowed: the name of a host,"
                 " such as lab.example.edu or lab.example.edu:8443"
             ) from error
+
+
+def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], Stand] | None":
+    """Opens the port for those who only look; None if nobody is to.
+
+    Raises:
+        UsageError: there can be no such port.
+    """
+    from app.server.access import new_code
+    from app.server.origin import is_loopback
+
+    if command.audience is None:
+        if command.no_code:
+            raise UsageError("--no-code is about the code of --audience; allowed: with that")
+        return None
+    host, _, digits = command.audience.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]").strip()
+    if not host or not digits:
+        raise UsageError(
+            f"--audience: {shown(command.audience)} is not allowed; allowed: an address of this"
+            " machine and a port, such as 0.0.0.0:8090"
+        )
+    port = whole_number("--audience", digits, 0, 65_535)
+    code = None if is_loopback(host) or command.no_code else new_code()
+    if command.no_code and not is_loopback(host):
+        complain("Warning: whoever can reach this machine can look at the lab.")
+
+    def opened(session: "Session") -> "Stand":
+        from app.audience.audience import Audience
+
+        try:
+            return Audience(session.past_of, host, port, code=code, names=names)
+        except (OSError, UnicodeError) as error:
+            raise UsageError(
+                f"--audience: {shown(command.audience or '')} cannot be listened on:"
+                f" {getattr(error, 'strerror', None) or error}; allowed: an address of this machine"
+                " and a free port"
+            ) from error
+
+    return opened
 
 
 def _token(command: Lab) -> str | None:

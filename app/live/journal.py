@@ -6,6 +6,7 @@ import logging
 import os
 import threading
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final, Self
 
@@ -113,6 +114,13 @@ class Journal:
                 self._is_begun = self._is_begun or not isinstance(record, Began)
                 self._waiting.append(record)
                 self._write()
+
+    def begin_with(self, records: Iterable[Record]) -> None:
+        """Write down at once what was done before, in a session from elsewhere."""
+        with self._lock:
+            self._is_begun = True
+            self._waiting.extend(records)
+            self._write()
 
     def stood(self, record: Stood, at_rest: bool = False) -> None:
         """Write down where the live run stands: always where it rests, else now and then."""

@@ -55,10 +55,11 @@ def begun(folder: Path, preset: str, seed: int) -> Journal:
     """The journal of a session that begins now; its file is made with its first record."""
     now = datetime.now(UTC)
     header = Header(__version__, preset, seed, now.isoformat(timespec="seconds"))
-    return Journal(folder / _name_of(header, now), header)
+    return Journal(folder / name_of_file(header, now), header)
 
 
-def _name_of(header: Header, now: datetime) -> str:
+def name_of_file(header: Header, now: datetime) -> str:
+    """What the file of a session is called that is written at a time."""
     preset = re.sub(r"[^A-Za-z0-9_-]+", "_", header.preset).strip("_")[:40] or "preset"
     return f"{now:%Y-%m-%d-%H%M%S}-{preset}-seed{header.seed}{SUFFIX}"
 

@@ -12,7 +12,15 @@ from typing import Final, NamedTuple
 from app.live.held import Held, Opened
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Mark, Place
-from app.live.records import BroughtBack, Deleted, Marked, NamedLine, Unmarked
+from app.live.records import (
+    Branched,
+    BroughtBack,
+    Deleted,
+    Gave,
+    Marked,
+    NamedLine,
+    Unmarked,
+)
 from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import digest
@@ -124,6 +132,8 @@ class Family:
         self.deleted: dict[int, Line] = {}
         """Those that can be brought back."""
         self.live = root
+        self.given: tuple[Gave | Branched, ...] = ()
+        """All that was given by hand on these lines, in its order: what leads to them again."""
         self.marks: tuple[Mark, ...] = ()
         """On the lines that are there, by place."""
         self._marks: dict[int, Mark] = {}
@@ -168,6 +178,13 @@ class Family:
         """Lines that branch off a line."""
         return [line for line in self.lines.values() if line.parent == number]
 
+    def note_given(self, record: Gave | Branched) -> None:
+        """Keep what is given by hand on one of its lines."""
+        self.given = (*self.given, record)
+
+    def _forget(self, line: int) -> None:
+        self.given = tuple(record for record in self.given if record.run != line)
+
     # Branches
 
     def amends(self, place: Place) -> bool:
@@ -204,6 +221,7 @@ class Family:
         if instead_of is not None:
             former = self.lines.pop(instead_of)
             former.past.drop()
+            self._forget(instead_of)
             line.given_name = former.given_name
         others = {other.name for other in self.lines.values()}
         line.computed_name = unlike(others, line.computed_name)
@@ -300,6 +318,7 @@ class Family:
                 self.deleted[number] = line
                 for oldest in [*self.deleted][:-MOST_BRANCHES]:
                     del self.deleted[oldest]
+                    self._forget(oldest)
             case BroughtBack(run=number):
                 self.lines[number] = self.deleted.pop(number)
             case Marked():

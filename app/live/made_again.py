@@ -27,13 +27,17 @@ from app.live.records import (
     WentLive,
 )
 from app.live.written import DamagedError, Written
-from learners.commands import CommandError
+from learners.commands import CommandError, SetParameter
 from learners.kernel.state import digest
 from learners.run import Run
-from learners.spec import MAX_TRIALS
+from learners.spec import MAX_TRIALS, RunSpec
 
 _SLICE: Final = 200_000
 """Steps between two moments at which it can be broken off."""
+_COPY: Final = 20_000
+"""Steps that take about as long as to come to a moment at which there is a checkpoint."""
+_CELL: Final = 5
+"""Steps that take about as long as to compile a cell of a world."""
 
 OnStep = Callable[[float], object]
 """Told now and then which share of the records has been taken."""
@@ -46,6 +50,10 @@ class Remade:
     made: MadeAgain
     differ: tuple[str, ...]
     """Names of the lines whose tables are not those that were written down."""
+    n_compared: int
+    """Lines of which it was written down how they stood."""
+    records: tuple[Record, ...]
+    """The same session as it is here: how each line stands, as it was made."""
 
 
 def made_again(
@@ -54,6 +62,7 @@ def made_again(
     name_of: NameOf,
     first_number: int = 0,
     on_step: OnStep | None = None,
+    most_steps: int | None = None,
 ) -> Remade:
     """Make a session again; its live run stands still, where it was last written down to be.
 
@@ -63,11 +72,12 @@ def made_again(
         name_of: computes names of branches.
         first_number: of its runs; those of its file begin with 0.
         on_step: told now and then how far it is.
+        most_steps: that may be made for it, about; None for as many as it takes.
 
     Raises:
-        DamagedError: its records do not go together.
+        DamagedError: its records do not go together, or it takes more.
     """
-    making = _Making(written.records, budget, name_of, first_number, on_step)
+    making = _Making(written.records, budget, name_of, first_number, on_step, most_steps)
     for place, record in enumerate(written.records):
         try:
             making.take(place, renumbered(record, first_number))
@@ -120,11 +130,17 @@ class _Making:
         name_of: NameOf,
         first_number: int,
         on_step: OnStep | None,
+        most_steps: int | None,
     ) -> None:
+        self._records = records
+        self._first_number = first_number
         self._budget = budget
         self._name_of = name_of
         self._on_step = on_step
         self._n_records = len(records)
+        self._most_steps = most_steps
+        self._n_steps = 0
+        """Made so far, or as long as something took that is no step."""
         self._place = 0
         self._last = {
             record.run + first_number: place
@@ -136,6 +152,8 @@ class _Making:
         self._family: Family | None = None
         self._aside: Family | None = None
         self._differ: list[str] = []
+        self._stood: dict[int, Stood] = {}
+        """How lines stand here, by the place in the records where that was written down."""
 
     def remade(self, written: Written) -> Remade:
         """What came of all records.
@@ -149,7 +167,12 @@ class _Making:
         run = self._family.held.run
         self._family.live.known = known_of(run, digest(run.state))
         made = MadeAgain(self._family, self._aside, self._n_runs)
-        return Remade(made, tuple(self._differ))
+        records = tuple(
+            self._stood.get(place, record)
+            for place, record in enumerate(self._records)
+            if place in self._stood or not isinstance(record, Stood)
+        )
+        return Remade(made, tuple(self._differ), len(self._stood), records)
 
     def take(self, place: int, record: Record) -> None:
         """Take one record in.
@@ -164,12 +187,16 @@ class _Making:
             case Branched():
                 self._branch(record)
             case Gave(run=number, step=step, command=command):
-                line = self._live_line(number)
+                family = self._live_family(number)
+                line = family.live
                 run = self._know(line, step)
                 if run.step != step:
                     raise CommandError(f"{line.name} is past step {step:,}")
                 run.apply(command, replacing=True)
+                if isinstance(command, SetParameter) and command.key.startswith("world."):
+                    self._count_world(run.spec)
                 line.past.note(run)
+                family.note_given(record)
             case Stood():
                 self._stand(record)
             case WentLive():
@@ -186,10 +213,10 @@ class _Making:
             raise CommandError("no run has begun")
         return self._family
 
-    def _live_line(self, number: int) -> Line:
+    def _live_family(self, number: int) -> Family:
         for family in (self._family, self._aside):
             if family is not None and family.live.number == number:
-                return family.live
+                return family
         raise CommandError(f"run {number} is not live")
 
     def _next(self, number: int) -> None:
@@ -202,6 +229,7 @@ class _Making:
 
     def _begin(self, record: Began) -> None:
         self._next(record.run)
+        self._count_world(record.spec)
         run = Run(record.spec, record.seed)
         root = root_line(record.run, run, record.preset, self._budget, record.spec.trials)
         self._set_aside(for_opened=not record.is_own)
@@ -226,7 +254,9 @@ class _Making:
         else:
             family.line(record.instead_of)
         place = Place(record.parent, step)
+        self._count_way(family.line(record.parent), step)
         begun = begin(family, place, record.commands, False, self._name_of)
+        family.note_given(record)
         family.add(begun.line(record.run, self._budget), record.instead_of)
 
     def _stand(self, record: Stood) -> None:
@@ -242,8 +272,10 @@ class _Making:
             line.held.until_trial = record.until_trial
         if self._place == self._last[record.run]:
             if run.step > record.step:
-                run = run_at(line.past, record.step)
+                run = self._run_at(line, record.step)
             found = digest(run.state)
+            stood = replace(record, trial=run.trial, digest=found)
+            self._stood[self._place] = renumbered(stood, -self._first_number)
             if (found, run.trial) != (record.digest, record.trial):
                 self._differ.append(line.name)
             if line.held is None and line.known.step == run.step:
@@ -260,7 +292,7 @@ class _Making:
             if line.held is not None and step in (None, line.held.run.step):
                 run = line.held.run
             else:
-                run = run_at(line.past, line.past.end_step if step is None else step)
+                run = self._run_at(line, line.past.end_step if step is None else step)
             family.go_live(line, run)
         elif aside is not None and aside.live.number == record.run:
             self._aside = None
@@ -275,7 +307,7 @@ class _Making:
             self._advance(line, line.held.run, step)
             line.known = known_of(line.held.run)
             return line.held.run
-        run = run_at(line.past, line.past.end_step)
+        run = self._run_at(line, line.past.end_step)
         if run.step < step:
             self._advance(line, run, step)
             line.known = known_of(run)
@@ -286,6 +318,33 @@ class _Making:
             if self._on_step is not None:
                 self._on_step(self._place / self._n_records)
             most = min(step - run.step, _SLICE)
+            self._count(most)
             if run.advance(max_steps=most, until_trial=MAX_TRIALS) == 0:
                 raise CommandError(f"{line.name} ends before step {step:,}")
             line.past.note(run)
+
+    # What it takes
+
+    def _run_at(self, line: Line, step: int) -> Run:
+        self._count_way(line, step)
+        return run_at(line.past, step)
+
+    def _count_way(self, line: Line, step: int) -> None:
+        """Count what it takes to come to a moment of a line that is known."""
+        before = max((kept for kept in line.past.kept if kept <= step), default=0)
+        self._count(_COPY + line.past.end_trial + max(step - before, 0))
+
+    def _count_world(self, spec: RunSpec) -> None:
+        self._count(_CELL * spec.world.size**2)
+
+    def _count(self, n_steps: int) -> None:
+        """Count what is about to be made.
+
+        Raises:
+            CommandError: it is more than may be.
+        """
+        self._n_steps += n_steps
+        if self._most_steps is not None and self._n_steps > self._most_steps:
+            raise CommandError(
+                f"to come so far takes more than {self._most_steps:,} steps, as many as may be"
+            )

@@ -10,20 +10,17 @@ step. One whose trials are over stands at its end while the others go on, and so
 as it is known, until more is.
 """
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
 from app.live import snapshot
-from app.live.moments import moment_at
 from app.live.past import Budget, Past
-from app.live.places import Place
+from app.live.racer import Entry, RaceMoments, Racer, Stand
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
 from learners.commands import CommandError
 from learners.kernel.state import digest
-from learners.run import Run
 from learners.spec import RunSpec
 
 FEWEST: Final = 2
@@ -31,24 +28,6 @@ MOST: Final = 4
 """Entries of a race."""
 THESIS_FOUR: Final = ("standard_q", "hierarchical_3", "timed", "hierarchical_2")
 """The presets of Figure 4.1, in its order."""
-
-Stand = Literal["", "finished", "known", "gone"]
-"""Where a racer stands: it goes on with the others, its trials are over, its line is known up to
-there, or its line is not in the tree any more."""
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One that is to be in a race."""
-
-    name: str
-    """By which it is told from the others."""
-    preset: str
-    """As shown."""
-    seed: int
-    spec: RunSpec
-    line: int | None = None
-    """Number of a line of the tree, which it follows; None for a run of its own."""
 
 
 @dataclass(frozen=True)
@@ -130,81 +109,6 @@ _Asked = _Play | _Pause | _RunTo | _SetSpeed | _Heed
 
 _PUBLISH_S: Final = 1 / 30
 _CURVE_S: Final = 0.4
-_CATCH_UP_STEPS: Final = 400_000
-"""Made at once by a racer that stands farther back than its line is known: some 20 ms."""
-_numbers = itertools.count(-1, -1)
-"""Of racers that are no line: so they are told from all lines, and from those of earlier races."""
-
-
-class _Racer:
-    """One of a race. The race's thread alone has to do with it, but for its past."""
-
-    def __init__(self, entry: Entry, past: Past | None, budget: Budget) -> None:
-        """Prepare it at its beginning.
-
-        Raises:
-            ValueError: the seed is not allowed.
-        """
-        self.entry = entry
-        self.follows = past is not None
-        """Whether it is a line of the tree."""
-        self.number = next(_numbers) if entry.line is None else entry.line
-        self.is_gone = False
-        """Whether its line is not in the tree any more."""
-        self.snapshot: Snapshot | None = None
-        """The last one that was taken."""
-        if past is None:
-            self.run = Run(entry.spec, entry.seed)
-            self.past = Past(self.run, budget)
-        else:
-            beginning = past.run_at(0)
-            assert beginning is not None
-            self.run, self.past = beginning, past
-
-    @property
-    def end(self) -> int | None:
-        """The step at which it stands; None if it goes on."""
-        if self.is_gone:
-            return self.run.step
-        if self.follows:
-            return self.past.end_step
-        return self.run.step if self.run.trial >= self.entry.spec.trials else None
-
-    def is_at_end(self) -> bool:
-        """Whether it can make no step now."""
-        end = self.end
-        return end is not None and end <= self.run.step
-
-    def is_behind(self, step: int) -> bool:
-        """Whether it is to catch up with the others, or to do again what was done otherwise."""
-        if not self.follows or self.is_gone:
-            return False
-        past, run = self.past, self.run
-        return run.step < min(step, past.end_step) or not past.is_still(run.step, run.control)
-
-    def stand(self) -> Stand:
-        """Where it stands."""
-        if not self.is_at_end():
-            return ""
-        if self.is_gone:
-            return "gone"
-        return "known" if self.follows else "finished"
-
-    def go_to(self, step: int, is_wanted: Callable[[], bool]) -> None:
-        """Stand at a step, or at its end if that comes before."""
-        if self.is_gone:
-            return
-        if not self.follows:
-            if step > self.run.step:
-                self.run.advance(step - self.run.step, self.entry.spec.trials)
-                self.past.note(self.run)
-            return
-        step = min(step, self.past.end_step)
-        to = min(step, self.run.step + _CATCH_UP_STEPS)
-        if not self.past.take_on(self.run, to):
-            made_again = self.past.run_at(step, is_wanted)
-            if made_again is not None:
-                self.run = made_again
 
 
 class Race(Worker[RaceStatus]):
@@ -240,9 +144,12 @@ class Race(Worker[RaceStatus]):
         self._error: str | None = None
         self._runs_to: int | None = None
         self._step = 0
-        self._advancing: _Racer | None = None
+        self._advancing: Racer | None = None
         self._curve_at_s = float("-inf")
         self._status = self._take_status(0.0)
+        self.moments = RaceMoments(self._racers, lambda: self._status.step)
+        """Makes moments of all, wished by their step, and can be asked for other things of their
+        pasts."""
 
     # What others do
 
@@ -273,7 +180,7 @@ class Race(Worker[RaceStatus]):
         Args:
             step: of the moment; beyond where the race is, that.
         """
-        made = self._moment(step, lambda: True)
+        made = self.moments.made(step)
         assert made is not None
         return made
 
@@ -284,6 +191,7 @@ class Race(Worker[RaceStatus]):
     def close(self) -> None:
         """End the race, and wait for that."""
         self.stop()
+        self.moments.stop()
         for racer in self._racers:
             if not racer.follows:
                 racer.past.drop()
@@ -378,16 +286,16 @@ class Race(Worker[RaceStatus]):
 
     # How
 
-    def _racer(self, entry: Entry, budget: Budget) -> _Racer:
+    def _racer(self, entry: Entry, budget: Budget) -> Racer:
         if entry.line is None:
             try:
-                return _Racer(entry, None, budget)
+                return Racer(entry, None, budget)
             except ValueError as error:
                 raise CommandError(f"{entry.name}: {error}") from error
         past = self._past_of(entry.line)
         if past is None:
             raise CommandError(f"{entry.name} is not in the tree any more")
-        return _Racer(entry, past, budget)
+        return Racer(entry, past, budget)
 
     def _check_goes_on(self) -> None:
         if self._error is not None:
@@ -406,7 +314,7 @@ class Race(Worker[RaceStatus]):
             if racer.entry.line is not None:
                 racer.is_gone = self._past_of(racer.entry.line) is not racer.past
 
-    def _seen(self, racer: _Racer, new_curve: bool) -> Snapshot:
+    def _seen(self, racer: Racer, new_curve: bool) -> Snapshot:
         former, run = racer.snapshot, racer.run
         # One that stands at its end is as it was, but for the width of its curve's windows.
         is_same = former is not None and (former.step, former.control) == (run.step, run.control)
@@ -415,18 +323,6 @@ class Race(Worker[RaceStatus]):
                 run, racer.entry.preset, racer.number, former, new_curve, self._step
             )
         return former
-
-    def _moment(self, step: int, is_wanted: Callable[[], bool]) -> tuple[Snapshot, ...] | None:
-        """What all were like at a step; None if that was not wanted any more."""
-        step = min(max(step, 0), self._status.step)
-        made: list[Snapshot] = []
-        for racer in self._racers:
-            place = Place(racer.number, step)
-            found = moment_at(racer.past, place, racer.entry.preset, is_wanted, step)
-            if found is None:
-                return None
-            made.append(found)
-        return tuple(made)
 
 
 def _check(entries: Sequence[Entry]) -> None:

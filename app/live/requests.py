@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from app.live.lines import MadeAgain
 from app.live.places import Place
-from app.live.race import Entry
+from app.live.racer import Entry
 from app.live.records import Journal
 from learners.commands import Command
 from learners.spec import RunSpec, ScheduleSpec

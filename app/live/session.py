@@ -10,13 +10,15 @@ import time
 
 from app.live import snapshot
 from app.live.branching import Begun, NameOf, plain_name
+from app.live.excerpt import Excerpt, excerpt
 from app.live.held import Held, Opened
 from app.live.lines import Line, MadeAgain
 from app.live.moments import Moments, moment_at
 from app.live.opening import SlowStart
 from app.live.past import Budget, Past
 from app.live.places import Place
-from app.live.race import Entry, Race
+from app.live.race import Race
+from app.live.racer import Entry
 from app.live.records import Journal
 from app.live.requests import (
     AddMark,
@@ -144,6 +146,11 @@ class Session(Worker[Status]):
         """Runs that it has had: the next one's number."""
         return self._tree.n_runs
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether what is done is written down."""
+        return self._tree.journal is not None
+
     def past_of(self, line: int) -> Past | None:
         """The past of a line that is shown, by its number; None if it is not here any more."""
         return self._tree.past_of(line)
@@ -173,6 +180,15 @@ class Session(Worker[Status]):
         made = moment_at(family.line(place.line).past, place, family.preset)
         assert made is not None
         return made
+
+    def excerpt(self, line: int | None) -> Excerpt:
+        """A line that is shown, or with None all of them, to be shared; the caller waits.
+
+        Raises:
+            CommandError: there is no such line.
+            SessionError: it is too much for a file that others take.
+        """
+        return excerpt(self._tree.family, line)
 
     # What the worker advances
 

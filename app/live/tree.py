@@ -123,9 +123,12 @@ class Tree:
         Raises:
             CommandError: it is not here.
         """
+        return self._live_family(number).live
+
+    def _live_family(self, number: int | None = None) -> Family:
         for family in (self.family, self.aside):
             if family is not None and number in (None, family.live.number):
-                return family.live
+                return family
         raise CommandError("the run that this was meant for is not here any more")
 
     def keep_up(self, now_s: float) -> None:
@@ -158,8 +161,10 @@ class Tree:
         assert line.held is not None
         run = line.held.run
         run.check(command)
-        self._note(Gave(line.number, run.step, command))
+        gave = Gave(line.number, run.step, command)
+        self._note(gave)
         run.apply(command, replacing=True)
+        self._live_family(line.number).note_given(gave)
         line.held.claim_no_more()
 
     def carry_out(self, request: RequestOfLines | Ready | Begun, reply: Reply | None) -> None:
@@ -210,8 +215,10 @@ class Tree:
             raise CommandError("more was done at that moment meanwhile; give the command again")
         line = begun.line(self.n_runs, self._budget)
         instead_of = None if former is None else former.number
-        self._note(Branched(line.number, begun.parent, begun.step, begun.commands, instead_of))
+        record = Branched(line.number, begun.parent, begun.step, begun.commands, instead_of)
+        self._note(record)
         self.n_runs += 1
+        family.note_given(record)
         family.add(line, instead_of)
         if begun.viewer is not None:
             self.branched = (*self.branched, (begun.viewer, line.begins))[-_MOST_NEWS:]
@@ -276,19 +283,22 @@ class Tree:
         Raises:
             CommandError: the plan is not one that this run can have.
         """
-        number, command = self.n_runs, None if plan is None else SetSchedule(plan)
-        if command is not None:
-            run.apply(command)
+        number = self.n_runs
+        gave = None if plan is None else Gave(number, 0, SetSchedule(plan))
+        if gave is not None:
+            run.apply(gave.command)
         if number > 0:
             self.note_stood()
         self._note(Began(number, preset, run.preset, run.seed, is_own=opened is None))
-        if command is not None:
-            self._note(Gave(number, 0, command))
+        if gave is not None:
+            self._note(gave)
         if number > 0:
             self._set_aside(for_opened=opened is not None)
         self.n_runs += 1
         root = root_line(number, run, preset, self._budget, until_trial, playing, opened)
         self.family = Family(root, is_own=opened is None)
+        if gave is not None:
+            self.family.note_given(gave)
 
     def go_back(self) -> None:
         """Show the family again that was set aside.

@@ -34,6 +34,7 @@ _MOST_STOOD: Final = 100
 _LONGEST: Final = 500
 """Characters of what a header says."""
 _SUM: Final = re.compile(rb'\{"sum":"([0-9a-f]{16})",')
+_SUM_LENGTH: Final = len(b'{"sum":"0123456789abcdef",')
 _FIRST: Final = b'"pounce_session":'
 
 
@@ -120,9 +121,21 @@ def _document_in(line: bytes, former_sum: str) -> tuple[object, str]:
     if _sum_of(former_sum, body) != total:
         raise ValueError("does not have the checksum that it states")
     try:
-        return json.loads(b"{" + body), total
+        return json.loads(b"{" + body, object_pairs_hook=_each_once), total
     except (ValueError, RecursionError):
         raise ValueError("is not JSON") from None
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON.
+
+    Raises:
+        ValueError: it has a key twice, of which readers may take either.
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key is there twice")
+    return found
 
 
 def _header_in(document: object) -> Header:
@@ -158,7 +171,17 @@ def read(path: Path) -> Written:
         DamagedError: it is damaged, or has a record that this pounce does not know.
         SessionError: it cannot be read, or is none.
     """
-    first, others, is_torn = _lines_in(path)
+    return read_data(path, _data_in(path))
+
+
+def read_data(path: Path, data: bytes) -> Written:
+    """Read a session that was a file elsewhere; ``path`` is what it was called.
+
+    Raises:
+        DamagedError: as :func:`read`.
+        SessionError: it is none.
+    """
+    first, others, is_torn = _lines_of(path, data)
     header, total = _header_of(path, first)
     n_bytes, records = len(first) + 1, list[Record]()
     for line in others.split(b"\n")[:-1]:
@@ -190,7 +213,7 @@ def glance(path: Path) -> Glance:
     Raises:
         SessionError: it cannot be read, or is none.
     """
-    first, others, _ = _lines_in(path)
+    first, others, _ = _lines_of(path, _data_in(path))
     header, _ = _header_of(path, first)
     trial = _live_trial(others)
     return Glance(header, trial, sum(others.count(_mark_of(kind)) for kind in (Gave, Branched)))
@@ -225,7 +248,7 @@ def _record_at(at: int, lines: bytes) -> Record | None:
         return None
     line = lines[lines.rfind(b"\n", 0, at) + 1 :].partition(b"\n")[0]
     with contextlib.suppress(ValueError, RecursionError):
-        return decoded(json.loads(b"{" + line[len(b'{"sum":"0123456789abcdef",') :]))
+        return decoded(json.loads(b"{" + line[_SUM_LENGTH:]))
     return None
 
 
@@ -251,13 +274,13 @@ def _header_of(path: Path, first: bytes) -> tuple[Header, str]:
         raise _no_session(path) from None
 
 
-def _lines_in(path: Path) -> tuple[bytes, bytes, bool]:
+def _lines_of(path: Path, data: bytes) -> tuple[bytes, bytes, bool]:
     """The first line without its end, all others that have an end, and whether one has none.
 
     Raises:
-        SessionError: the file cannot be read, is too large, or has no line.
+        SessionError: there is no line.
     """
-    lines, end, rest = _data_in(path).rpartition(b"\n")
+    lines, end, rest = data.rpartition(b"\n")
     if not end:
         raise _no_session(path)
     first, _, others = (lines + end).partition(b"\n")
@@ -306,6 +329,20 @@ def save(written: Written) -> Path:
                 if file.read(len(data)) == data:
                     return other
     raise FileExistsError("no name is free for another session")
+
+
+def without_sums(data: bytes) -> bytes:
+    """The lines of a file that is whole, without their checksums, which follow from them."""
+    return b"".join(b"{%b\n" % line[_SUM_LENGTH:] for line in data.split(b"\n")[:-1])
+
+
+def with_sums(data: bytes) -> bytes:
+    """A file of lines without their checksums, whatever they say."""
+    lines, total = list[bytes](), ""
+    for line in data.split(b"\n")[:-1]:
+        total = _sum_of(total, line[1:])
+        lines.append(b'{"sum":"%b",%b\n' % (total.encode(), line[1:]))
+    return b"".join(lines)
 
 
 def whole(header: Header, records: Iterable[Record]) -> bytes:

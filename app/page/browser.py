@@ -9,14 +9,20 @@ import viser
 
 from app.live.session import Session
 from app.live.status import Status
+from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
+from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
+from app.page.panels.share import Share
+from app.page.presenting import Presenting
 from app.page.scene.gallery import Exhibit, Seen
+from app.page.side.panel import Presets, SidePanel
+from app.page.side.show import SideShow
 from app.page.time.asks import Asks, Submit
 from app.page.time.bars import Bars
 from app.page.time.outlook import Outlook
@@ -30,6 +36,8 @@ from app.player.texts import Texts
 from app.results.service import Service
 from app.server.calls import Calls
 from app.server.channels import Channels
+from app.server.links import Links
+from app.server.origin import is_loopback
 from app.server.pulse import Pulse
 
 
@@ -40,6 +48,7 @@ class Shared(NamedTuple):
     session: Session
     calls: Calls
     channels: Channels
+    links: Links
     bars: Bars
     deeds: Deeds
     """What the time bar can have done."""
@@ -63,6 +72,12 @@ class Shared(NamedTuple):
     """Where sessions are kept, if anywhere."""
     n_viewers: Callable[[], int]
     """Browsers that there are."""
+    side: SideShow
+    """Shows runs side by side."""
+    presets: Presets
+    """Those that runs may be of."""
+    presenting: Presenting
+    """Who shows an audience what they see."""
 
 
 class Browser:
@@ -76,7 +91,18 @@ class Browser:
         self.asks = Asks(self.outlook, shared.submit, inbox.put)
         """What it asks for."""
         self._shared = shared
-        self.readings = Readings(client, shared.session.status, shared.calls, inbox, shared.drawn)
+        arrival = Arrival(
+            client,
+            shared.session,
+            shared.submit,
+            inbox.work,
+            shared.n_viewers,
+            shared.sessions,
+            shared.links,
+        )
+        self.readings = Readings(
+            client, shared.session.status, shared.calls, inbox, shared.drawn, arrival.came
+        )
         self._hunts = Hunts(client, ask, shared.calls, inbox, wake)
         self.time = TimePanel(
             client,
@@ -89,6 +115,10 @@ class Browser:
             wake,
         )
         """The bar, by which it goes through time."""
+        self.side = SidePanel(
+            client, shared.session, shared.side, shared.channels, inbox, shared.presets
+        )
+        """Runs side by side, where this browser looks at them in the place of the board."""
         self.pulse = Pulse(shared.server, client.client_id)
         self.exhibit: Exhibit | None = None
         """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
@@ -100,7 +130,10 @@ class Browser:
             client.scene.add_frame(name, show_axes=False) for name in ("/inspect", "/watched")
         ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
+        self._audience: Audience | None = None
         with self.readings.file_tab:
+            if shared.presenting.stand is not None:
+                self._audience = Audience(client, shared.presenting, shared.presenting.stand)
             FileTab(
                 client,
                 shared.session,
@@ -109,6 +142,10 @@ class Browser:
                 shared.take_experiment,
                 shared.offer_preset,
                 shared.save_dir,
+            )
+            host = shared.server.get_host()
+            self._share = Share(
+                client, shared.session, shared.status_of, inbox.work, arrival, is_loopback(host)
             )
             if shared.sessions is not None:
                 Earlier(
@@ -124,6 +161,11 @@ class Browser:
         client.scene.on_click()(clicked)
         client.scene.on_click(modifier="shift")(clicked)
         self._read_at = 0.0
+
+    @property
+    def number(self) -> int:
+        """By which it is told from others."""
+        return self.client.client_id
 
     @property
     def look(self) -> Look:
@@ -143,6 +185,7 @@ class Browser:
         self.readings.leave()
         self._hunts.leave()
         self.time.leave()
+        self.side.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:
@@ -192,11 +235,15 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
+        self.side.update(texts.look)
         self._hunts.update(status, texts.look, now_s)
+        self._share.update(status)
         self._inspection.update(snapshot, texts.look, outcomes)
         for root in self._drawn_alone:
             assign(root, "visible", texts.look.frame != ALL)
         self.results.update(now_s)
         if now_s - self._read_at >= every_s:
             self.readings.update(texts, clock)
+            if self._audience is not None:
+                self._audience.update()
             self._read_at = now_s

@@ -47,6 +47,7 @@ UNDO: Final = Key("KeyU", "U", "undo what was just done by hand")
 WATCH: Final = Key("KeyW", "W", "watch a hunt")
 CAMERA: Final = Key("KeyR", "R", "show all of the board again")
 PRESENT: Final = Key("KeyP", "P", "presentation mode, or back")
+SIDE: Final = Key("KeyC", "C", "runs side by side, or back to one board")
 LIST: Final = Key("KeyH", "H", "this list")
 """As does ?, wherever it is."""
 TIME: Final = (
@@ -77,6 +78,7 @@ KEYS: Final = (
     WATCH,
     CAMERA,
     PRESENT,
+    SIDE,
     LIST,
     *TIME,
 )
@@ -111,7 +113,7 @@ def list_html() -> str:
         (f"{first} … {last}, {zeroth}", "the layers, in their order"),
         *(
             (_shown(key), key.does)
-            for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO, WATCH, CAMERA, PRESENT)
+            for key in (NEXT_SKILL, EXPLORE, FREEZE, UNDO, WATCH, CAMERA, PRESENT, SIDE)
         ),
         (f"{_shown(LIST)}, <kbd>?</kbd>", LIST.does),
         ("<kbd>Esc</kbd>", "close a list like this, or end the presentation"),

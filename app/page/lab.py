@@ -20,6 +20,7 @@ import viser
 from app.live.places import Place
 from app.live.requests import Begin, Pause, Play, Request, StartAgain
 from app.live.session import Session
+from app.live.shared import is_code
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import Reply
@@ -32,24 +33,35 @@ from app.page.inbox import Inbox
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
 from app.page.panels.plan import PlanPanel
+from app.page.panels.side_by_side import SideBySide
+from app.page.presenting import Presenting
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Exhibit, Gallery, Seen
+from app.page.side.show import SideShow
 from app.page.success import SuccessMaps
 from app.page.time.bars import Bars
 from app.page.time.grounds import PLAIN_PACE, Grounds
 from app.page.time.panel import Deeds
 from app.page.time.walk import WalkError
 from app.picture.layer import Extras
+from app.player.presented import Stand
 from app.player.texts import Texts
 from app.results.service import Service
 from app.server.access import Access
 from app.server.callbacks import RefusedError, guarded
 from app.server.calls import Calls
 from app.server.channels import Channels
+from app.server.links import Links
 from app.server.notices import tell
 from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
-from app.server.server import addresses_of, close_server, is_serving, open_server
+from app.server.server import (
+    addresses_of,
+    close_server,
+    is_on_this_machine,
+    is_serving,
+    open_server,
+)
 from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
@@ -93,6 +105,7 @@ class Lab:
         names: Sequence[Authority] = (),
         token: str | None = None,
         sessions: Path | None = None,
+        stand: Stand | None = None,
     ) -> None:
         """Open the page; with ``waits`` the learner begins when a browser has drawn the board.
 
@@ -139,7 +152,8 @@ class Lab:
         threading.Thread(
             target=hunts.prepare, args=(session.status.snapshot.world,), daemon=True
         ).start()
-        calls, channels = Calls(), Channels()
+        self._side = SideShow(session)
+        calls, channels, links = Calls(), Channels(), Links(is_code)
         self.access = None if token is None else Access(token)
         self.server = open_server(
             host,
@@ -151,11 +165,15 @@ class Lab:
             on_call=calls.take,
             workers=self.inbox,
             channels=channels,
+            links=links,
         )
         self.gallery = Gallery(self.server)
+        self._presenting = Presenting(stand, partial(is_on_this_machine, self.server))
         self._dress_server()
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
+        with self._controls.run_tab:
+            self._runs = SideBySide(gui, self._open_side)
         with self._controls.tabs.add_tab("Plan", icon=viser.Icon.TIMELINE):
             self._plan = PlanPanel(gui, self.ask, self.status_of, session.status)
         with self._controls.tabs.add_tab("Experiments", icon=viser.Icon.FLASK):
@@ -167,6 +185,7 @@ class Lab:
             session=session,
             calls=calls,
             channels=channels,
+            links=links,
             bars=self._bars,
             deeds=Deeds(self._plan.choose, self._test),
             service=self.service,
@@ -181,6 +200,9 @@ class Lab:
             save_dir=save_dir,
             sessions=sessions,
             n_viewers=lambda: len(self._browsers),
+            side=self._side,
+            presets=lambda: self._controls.presets,
+            presenting=self._presenting,
         )
         self._for_script = self.server.gui.add_html("")
         self._said: tuple[str, bool] | None = None
@@ -334,10 +356,12 @@ class Lab:
         # Not while a frame is being sent over the connections that this takes away.
         self._at_rest.wait(timeout=_FAREWELL_S)
         self.service.close()
+        self._side.stop()
         self.session.stop()
         self._success.stop()
         self._greedy.stop()
         self._ghosts.stop()
+        self._presenting.close()
         close_server(self.server)
 
     def _is_true(self, status: Status) -> bool:
@@ -386,6 +410,7 @@ class Lab:
         # It may have gone away before its turn came.
         if client.client_id in self.server.get_clients():
             self._browsers[client.client_id] = Browser(self._shared, client)
+            self._presenting.come(client.client_id)
         if self._waits:
             self._begins_s = min(self._begins_s, time.perf_counter() + _UNSEEN_S)
 
@@ -404,7 +429,13 @@ class Lab:
             if walk.hold(self.session.status.playing) == "play":
                 self._submit(Play())
             browser.leave()
+            self._presenting.go(client.client_id, time.perf_counter())
         self._has_garbage = True
+
+    def _open_side(self, client: viser.ClientHandle, four: bool) -> None:
+        browser = self._browsers.get(client.client_id)
+        if browser is not None:
+            browser.side.open(four)
 
     def _show_results(self, client: viser.ClientHandle) -> None:
         browser = self._browsers.get(client.client_id)
@@ -442,6 +473,7 @@ class Lab:
             if self._is_true(live):
                 self._plan.update(self._shared_by(seen, live))
             self._bars.tidy(now_s)
+            self._runs.update(self.session.race)
             self.experiments.update(live, len(seen))
         n_viewers = len(seen)
         every_s = max(_READINGS_S, _READINGS_APART_S * n_viewers)
@@ -458,7 +490,7 @@ class Lab:
             which = wanted[browser]
             if which not in drawn:
                 exhibit = self.gallery.of(status, which)
-                extras = self._extras(which, status, browser.outlook.since)
+                extras = self._extras(browser, status)
                 greedy = self._greedy.until(status.snapshot, live.lines)
                 drawn[which] = exhibit, exhibit.update(status, extras, greedy, n_viewers, now_s)
             exhibit, texts = drawn[which]
@@ -469,9 +501,11 @@ class Lab:
             clock = clock_html(reading, status, n_viewers)
             browser.update(status, texts, clock, every_s, now_s)
         send(self.server, frames, now_s)
+        self._presenting.show(seen, live, self._extras, self._grounds.events_of, now_s)
         self._success.keep(wanted.values())
         self.gallery.keep(wanted.values())
 
-    def _extras(self, which: Seen, status: Status, since: Snapshot | None) -> Extras:
+    def _extras(self, browser: Browser, status: Status) -> Extras:
         """What layers show besides the moment of a status."""
-        return Extras(success=self._success.of(which, status.snapshot), since=since)
+        success = self._success.of(browser.seen(status), status.snapshot)
+        return Extras(success=success, since=browser.outlook.since)

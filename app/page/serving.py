@@ -3,7 +3,7 @@
 import contextlib
 import logging
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from app.explain.branches import name_of
@@ -13,6 +13,7 @@ from app.live.past import Budget
 from app.live.records import Journal
 from app.live.session import Session
 from app.page.lab import DEFAULT_SPEED, Lab
+from app.player.presented import Stand
 from app.server.origin import Authority
 from app.server.server import addresses_of
 from app.util.ending import watched
@@ -49,11 +50,13 @@ def run_lab(
     journal: Journal | None,
     made_again: MadeAgain | None,
     budget: Budget,
+    opens_stand: Callable[[Session], Stand] | None = None,
 ) -> int:
     """Serve the live page until Ctrl-C or another signal; returns the exit code.
 
     With an ``opening`` the first hunts are slow enough to be seen. A session that was made again is
-    taken up instead of beginning a run. What is logged meanwhile is said sparingly
+    taken up instead of beginning a run. With ``opens_stand`` there is a port for those who only
+    look. What is logged meanwhile is said sparingly
     (:func:`app.util.logs.sparing_log`).
 
     Raises:
@@ -76,6 +79,7 @@ def run_lab(
         if journal is not None and sessions is not None:
             # Its own file is there by now, and in use.
             kept.clear(sessions)
+        stand = None if opens_stand is None else opens_stand(session)
         try:
             lab = Lab(
                 session,
@@ -88,6 +92,7 @@ def run_lab(
                 names,
                 token,
                 sessions,
+                stand,
             )
         except OSError as error:
             raise ListenError(error.strerror or str(error)) from error
@@ -97,6 +102,8 @@ def run_lab(
         # Between two frames and not within one, where it would leave things half done.
         ending.by(lab.end)
         _announce(lab, port)
+        if stand is not None:
+            _announce_stand(stand)
         session.start()
         if open_browser:
             _show(lab)
@@ -124,6 +131,17 @@ def _announce(lab: Lab, port: int) -> None:
     _say(f"pounce is at {first}  (Ctrl-C ends it)")
     for other in others:
         _say(f"      and at {other}")
+
+
+def _announce_stand(stand: Stand) -> None:
+    """Say where those are to look who only look."""
+    code = "" if stand.code is None else f"/?token={stand.code}"
+    first, *others = stand.addresses
+    _say(f"Its audience looks at {first}{code}")
+    for other in others:
+        _say(f"               and at {other}{code}")
+    if stand.code is not None:
+        _say(f"Whoever opens it without what follows the / is asked for the code {stand.code}")
 
 
 def _show(lab: Lab) -> None:

@@ -1,7 +1,8 @@
 """What the page's script tells the lab by itself, and not because somebody clicked.
 
-It tells that the board has been drawn (``app/web/drawn.js``), and whether its browser wants the
-page dark (``app/web/scheme.js``). It calls addresses that stand in a hidden element.
+It tells that the board has been drawn (``app/web/drawn.js``), whether its browser wants the page
+dark (``app/web/scheme.js``), and which link to a session has led to it (``app/web/share.js``). It
+calls addresses that stand in a hidden element.
 """
 
 from collections.abc import Callable
@@ -16,6 +17,8 @@ from app.util.html import element
 
 DRAWN = "drawn"
 DARK, LIGHT = "dark", "light"
+SHARED = "shared-"
+"""With a ticket behind it."""
 
 
 class Told:
@@ -28,10 +31,14 @@ class Told:
         inbox: Inbox,
         drawn: Callable[[], object],
         wants_dark: Callable[[bool], object],
+        came: Callable[[str], object],
     ) -> None:
-        """``drawn`` is called when the board has been drawn, ``wants_dark`` with what is wanted."""
+        """``drawn`` is called when the board has been drawn, ``wants_dark`` with what is wanted.
+
+        ``came`` is called with the ticket of what came in a link.
+        """
         self._calls = calls
-        self._drawn, self._wants_dark = drawn, wants_dark
+        self._drawn, self._wants_dark, self._came = drawn, wants_dark, came
         self._secret = calls.enter(lambda words: inbox.put(partial(self._called, words)))
         self._handle = gui.add_html(str(self._html(is_dark=False)))
 
@@ -47,6 +54,7 @@ class Told:
         addresses = {
             f"data-{words}-call": address_of(self._secret, words) for words in (DRAWN, DARK, LIGHT)
         }
+        addresses["data-shared-call"] = address_of(self._secret, SHARED)
         scheme = DARK if is_dark else LIGHT
         return element("div", "", hidden="", **{"data-scheme": scheme}, **addresses)
 
@@ -56,3 +64,5 @@ class Told:
             self._drawn()
         elif words in (DARK, LIGHT):
             self._wants_dark(words == DARK)
+        elif words.startswith(SHARED):
+            self._came(words.removeprefix(SHARED))

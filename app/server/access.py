@@ -26,6 +26,8 @@ MIN_TOKEN_CHARACTERS: Final = 12
 _TOKEN: Final = re.compile(rf"[A-Za-z0-9._~-]{{{MIN_TOKEN_CHARACTERS},200}}")
 """What stands in an address and in a cookie as it is."""
 
+_PLAIN_LETTERS: Final = "abcdefghjkmnpqrstuvwxyz23456789"
+
 WINDOW_S: Final = 60.0
 MAX_GUESSES: Final = 10
 """Different wrong tokens that one address may try in `WINDOW_S`."""
@@ -51,6 +53,12 @@ log = logging.getLogger(__name__)
 
 def new_token() -> str:
     return secrets.token_urlsafe(24)
+
+
+def new_code() -> str:
+    """A token that people can type who read it from a screen: 39 bits, none of them ambiguous."""
+    letters = [secrets.choice(_PLAIN_LETTERS) for _ in range(8)]
+    return "".join(letters[:4]) + "-" + "".join(letters[4:])
 
 
 def is_token(text: str) -> bool:
@@ -80,7 +88,7 @@ class Access:
 
     def brings_token(self, request: Request, address: str) -> bool:
         """Whether the request has the token in its address."""
-        given = dict(_questions(request)).get("token")
+        given = dict(questions_of(request)).get("token")
         if given is None:
             return False
         if self._ticket is not None and _are_same(given, self._ticket):
@@ -100,7 +108,7 @@ class Access:
 
     def refusal(self, request: Request, address: str) -> Refusal:
         """What a request is told that has neither."""
-        if "token" not in dict(_questions(request)):
+        if "token" not in dict(questions_of(request)):
             return WITHOUT_TOKEN
         log.warning("refused a wrong token from %s", address)
         return _TOO_MANY if self._guesses.are_too_many(address) else _WRONG_TOKEN
@@ -112,7 +120,7 @@ class Access:
         A link from a letter or a chat is to find the lab open, hence `Lax` and not `Strict`; what
         has effects is asked for its origin besides.
         """
-        rest = [pair for pair in _questions(request) if pair[0] != "token"]
+        rest = [pair for pair in questions_of(request) if pair[0] != "token"]
         question = "&".join(f"{quote_plus(name)}={quote_plus(value)}" for name, value in rest)
         cookie = f"{_cookie_name(port)}={self._cookie}; HttpOnly; SameSite=Lax"
         headers = Headers({"Location": f"?{question}", "Cache-Control": "no-store"})
@@ -124,7 +132,7 @@ def token_form(request: Request) -> str:
     """HTML that asks for the token; all else that is in the address stays in it."""
     kept = "".join(
         f'<input type="hidden" name="{escaped(name)}" value="{escaped(value)}" />'
-        for name, value in _questions(request)
+        for name, value in questions_of(request)
         if name != "token"
     )
     return (
@@ -173,7 +181,8 @@ def _cookies(request: Request, name: str) -> list[str]:
     return [value for key, _, value in pairs if key == name]
 
 
-def _questions(request: Request) -> list[tuple[str, str]]:
+def questions_of(request: Request) -> list[tuple[str, str]]:
+    """What comes after the path of an address, by name."""
     question = request.path.partition("?")[2]
     # Bytes that are no text at all can be sent as well.
     text = question.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

@@ -137,6 +137,11 @@ class Channel:
         if delivery is not None:
             delivery.wake()
 
+    def waits(self, kind: str) -> bool:
+        """Whether the newest of a kind has not gone out yet: one more would be for nothing."""
+        with self._lock:
+            return kind in self._waiting
+
     def leave(self) -> None:
         """End the connection and the address; may be called from any thread, and again."""
         self._leave()

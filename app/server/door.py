@@ -11,11 +11,12 @@ import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from app.server import channels, web_files
-from app.server.access import WITHOUT_TOKEN, Access, token_form
+from app.server import channels, links, web_files
+from app.server.access import WITHOUT_TOKEN, Access, questions_of, token_form
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
 from app.server.channels import Channels, is_of_channel, is_socket
+from app.server.links import Links, is_link
 from app.server.origin import (
     Authority,
     Names,
@@ -67,6 +68,7 @@ class Door:
         on_refused: OnRefused | None,
         on_call: OnCall | None,
         channels: Channels | None,
+        links: Links | None,
         max_clients: int,
         max_upload_bytes: int,
     ) -> None:
@@ -79,6 +81,7 @@ class Door:
         self._title = title
         self._on_call: OnCall = on_call or (lambda words: False)
         self.channels = channels or Channels()
+        self._links = links
         self._host = host
         self._declared = names
 
@@ -112,6 +115,8 @@ class Door:
             elif not self._access.knows(request, self._port):
                 refusal = self._access.refusal(request, address)
                 return refuse(connection, request, refusal, token_form(request))
+        if is_link(request):
+            return self._answer_link(connection, request)
         if is_call(request):
             return self._answer_call(connection, request)
         if is_of_channel(request):
@@ -130,6 +135,12 @@ class Door:
             return web_files.dress(answer, self._title) if web_files.is_page(request) else answer
         refusal = self._crowded(connection)
         return None if refusal is None else refuse(connection, request, refusal)
+
+    def _answer_link(self, connection: ServerConnection, request: Request) -> Response:
+        code = links.code_in(request)
+        if self._links is None or not self._links.is_whole(code):
+            return refuse(connection, request, links.NOT_WHOLE)
+        return links.lead_to_page(self._links.keep(code), questions_of(request))
 
     def _answer_channel(self, connection: ServerConnection, request: Request) -> Response | None:
         channel = self.channels.find(request)

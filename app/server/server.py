@@ -30,7 +30,8 @@ from app.server.connections import (
     tell_of_error,
 )
 from app.server.door import Door, OnCall, OnRefused, harden, n_pages
-from app.server.origin import Authority
+from app.server.links import Links
+from app.server.origin import Authority, is_loopback
 from app.server.workers import Workers
 
 MAX_MESSAGE_BYTES: Final = 4 * 2**20
@@ -49,6 +50,7 @@ def open_server(
     on_refused: OnRefused | None = None,
     on_call: OnCall | None = None,
     channels: Channels | None = None,
+    links: Links | None = None,
     workers: Workers | None = None,
     max_clients: int = 64,
     max_upload_bytes: int = 256 * 1024,
@@ -60,7 +62,7 @@ def open_server(
     first). It runs on the server's event loop and must return at once.
     `on_call(words)` is called when a link of the page to `/call/<words>` was followed, and says
     whether it took the call (see `Calls`). It runs there too and must return at once.
-    Frames of the page talk through `channels`.
+    Frames of the page talk through `channels`. Links to sessions are kept in `links`.
     `host` "0.0.0.0" or "::" opens the lab to the network; then it answers to any IP address and to
     the machine's own names. It answers to `names` besides, and takes pages of theirs for its own.
     With `access` it lets in only who has the token. Callbacks are run by `workers`.
@@ -83,6 +85,7 @@ def open_server(
         on_refused=on_refused,
         on_call=on_call,
         channels=channels,
+        links=links,
         max_clients=room.pages,
         max_upload_bytes=max_upload_bytes,
     )
@@ -119,6 +122,19 @@ def is_serving(server: viser.ViserServer) -> bool:
     """Whether the server's thread, which has every connection, is alive."""
     thread = server._websock_server._server_thread
     return thread is not None and thread.is_alive()
+
+
+def is_on_this_machine(server: viser.ViserServer, client_id: int) -> bool:
+    """Whether a page is open in a browser on the server's own machine, as far as one can tell.
+
+    Behind a proxy on this machine all are.
+    """
+    # viser does not hand out its connections.
+    connection = server._websock_server._live_connections.get(client_id)
+    if connection is None:
+        return False
+    remote, local = connection.remote_address, connection.local_address
+    return remote is not None and (is_loopback(str(remote[0])) or remote[0] == local[0])
 
 
 def addresses_of(server: viser.ViserServer) -> tuple[str, ...]:

@@ -201,7 +201,7 @@ class Watchers:
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """Addresses under which it has just answered, that of this machine first; no token in them."""
+        """Addresses under which it has just answered, without a token; this machine's first."""
         return answering_addresses(self._host, self.port)
 
     @property
@@ -226,7 +226,7 @@ class Watchers:
             self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(timeout=2 * _CLOSE_S)
 
-    # --- In the thread -----------------------------------------------------------------------------
+    # --- In the thread ----------------------------------------------------------------------------
 
     async def _listen(self, port: int) -> Server:
         crowd = _Crowd()

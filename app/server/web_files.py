@@ -24,6 +24,7 @@ _IMPORTED: Final = re.compile(
     r"""^import\s(?:[^"';]*\sfrom\s+)?"(\.{1,2}/[\w./-]+\.js)";""", re.MULTILINE
 )
 """What a module needs before it can run, relative to itself."""
+_STYLES: Final = re.compile(r'<link rel="stylesheet" href="web/([\w./-]+)" />')
 Frame = Literal["time", "side"]
 FRAMES: Final[tuple[Frame, ...]] = get_args(Frame)
 """Folders that are the page of a frame: an ``index.html``, and ``frame.js``, which begins it."""
@@ -115,6 +116,7 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         '<link rel="stylesheet" href="web/stage.css" />\n'
         '<link rel="stylesheet" href="web/controls.css" />\n'
         '<link rel="stylesheet" href="web/frame.css" />\n'
+        '<link rel="stylesheet" href="web/side.css" />\n'
         '<link rel="stylesheet" href="web/readings.css" />\n'
         '<link rel="stylesheet" href="web/hunts.css" />\n'
         '<link rel="stylesheet" href="web/terms.css" />\n'
@@ -126,21 +128,25 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
     return gzip.compress(dressed) if is_packed else dressed
 
 
-_AUDIENCE: Final = ("audience", "player", "time")
-"""Folders of what the page of an audience loads."""
-
-
 @functools.cache
 def _audience_files() -> dict[str, tuple[bytes, str]]:
-    """What that page is and loads, by its path: content and type. There is nothing else."""
-    files = [file for name in _AUDIENCE for file in sorted((_FOLDER / name).iterdir())]
-    found = {
-        f"/web/{file.relative_to(_FOLDER).as_posix()}": (file.read_bytes(), _TYPES[file.suffix])
-        for file in files
-        if file.suffix in _TYPES
+    """What the page of an audience is and loads, by its path: content and type. There is nothing
+    else."""
+    folder = _FOLDER / "audience"
+    page = (folder / "index.html").read_text("utf-8")
+    scripts = modules_of(folder / "audience.js")
+    files = [*scripts, *(_FOLDER / name for name in _STYLES.findall(page))]
+    paths = {f"/web/{file.relative_to(_FOLDER).as_posix()}": file for file in files}
+    links = "".join(
+        f'<link rel="modulepreload" href="{path.removeprefix("/")}" />\n'
+        for path, file in paths.items()
+        if file in scripts
+    )
+    document = page.replace("</head>", f"{links}</head>").encode()
+    return {
+        **{path: (file.read_bytes(), _TYPES[file.suffix]) for path, file in paths.items()},
+        **dict.fromkeys(_PAGES, (document, "text/html; charset=utf-8")),
     }
-    page = (_FOLDER / "audience" / "index.html").read_bytes()
-    return found | dict.fromkeys(_PAGES, (page, "text/html; charset=utf-8"))
 
 
 def audience_file(request: Request) -> Response | None:

@@ -42,7 +42,10 @@ export const rail = (edge) => rails[edge];
  * @param {Edge} edge
  */
 export const taken = (edge) => {
-  if (!region(edge) || document.documentElement.dataset.present !== undefined) return 0;
+  const { present, side } = document.documentElement.dataset;
+  if (!region(edge) || present !== undefined) return 0;
+  // What is there steers the live run, which is not to be seen.
+  if (edge === "right" && side !== undefined) return 0;
   const isBeside = isOpen(edge) && room() !== "over";
   return (isBeside ? region(edge) : rail(edge))?.getBoundingClientRect().width ?? 0;
 };

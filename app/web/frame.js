@@ -59,6 +59,15 @@ const pressInFrame = (name) => {
 };
 
 /**
+ * Keys and presses in a frame's page that are none of its own act here.
+ * @param {any} within the frame's window
+ */
+export const listenTo = (within) => {
+  within.addEventListener("keydown", passOn);
+  within.addEventListener("pointerdown", uncoverStage);
+};
+
+/**
  * Each page that is loaded into the frame is another one.
  * @param {HTMLIFrameElement} node
  */
@@ -74,8 +83,7 @@ const dressPage = (node) => {
   // What is in it has its height by its width alone, so this comes to an end.
   new within.ResizeObserver(fit).observe(body);
   fit();
-  within.addEventListener("keydown", passOn);
-  within.addEventListener("pointerdown", uncoverStage);
+  listenTo(within);
 };
 
 /** @param {HTMLIFrameElement} node */

@@ -22,6 +22,8 @@ const told = new WeakSet();
 const local = new Map();
 /** Where keys of time go. @type {(name: string) => void} */
 let tellTime = () => {};
+/** Where keys go while runs stand side by side; whether one is done there. @type {(name: string) => boolean} */
+let tellSide = () => false;
 let isTabbed = false;
 /** Whether a pointer is down, and whether one was used since the focus was last given by other means. */
 let isPointing = false;
@@ -97,6 +99,12 @@ export const onKey = (code, act) => void local.set(code, act);
 export const whenTimeKey = (tell) => void (tellTime = tell);
 
 /**
+ * Have the names of keys sent to the runs that stand side by side, which say whether they took it.
+ * @param {(name: string) => boolean} tell
+ */
+export const whenSideKey = (tell) => void (tellSide = tell);
+
+/**
  * Do what a key does.
  * @param {string} name
  */
@@ -104,6 +112,7 @@ export const press = (name) => {
   const key = keys.get(name);
   const act = local.get(name);
   if (act) act();
+  else if (tellSide(name)) return;
   else if (key?.ofTime) {
     // What is open over the page keeps the focus, which a mark would take.
     const dialogs = [...document.querySelectorAll("[role=dialog]")];

@@ -44,6 +44,7 @@ stage.innerHTML = `
       <p data-slot-of="task"></p>
       <div class="tools">
         <button class="begin-tour" type="button" data-tour="start" title="Five stops at what one needs first">Tour</button>
+        <button class="runs" type="button" data-press="KeyC" title="Two to four runs on boards next to each other (C)">Side by side</button>
         <button class="play" type="button" title="Pause or play (space)">Play</button>
         <button class="present" type="button" aria-pressed="false" title="Only board, sentence, legend, curve and timeline, in large type (P)">Present</button>
       </div>
@@ -55,7 +56,8 @@ stage.innerHTML = `
     <div data-slot-of="readings"></div>
     <div data-slot-of="legend"></div>
     <footer data-slot-of="bar"></footer>
-  </div>`;
+  </div>
+  <div class="beside" data-slot-of="side"></div>`;
 stage.append(...EDGES.map(rail));
 document.body.append(stage);
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from app.live import snapshot
-from app.live.moments import LEARNING_STEPS, MOST_WAITING, Moments, moment_at
+from app.live.moments import LEARNING_STEPS, Moments, moment_at
 from app.live.past import Budget, Past
 from app.live.places import Place
 from app.live.snapshot import Snapshot
+from app.live.wishes import MOST_WAITING
 from learners.commands import CommandError, FreezeSelection, SetParameter
 from learners.run import Run, replay
 from tests.support.lines import SEED, SPEC, play, stands

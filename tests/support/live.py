@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from app.audience.audience import Audience
 from app.documents import experiments, presets
 from app.documents.experiments import Experiment
 from app.explain.branches import name_of
@@ -62,9 +63,11 @@ class LiveLab:
         results: Path,
         opening: bool = False,
         sessions: Path | None = None,
+        audience: bool = False,
     ) -> None:
         """With an ``opening`` the learner begins as people see it, with slow hunts once a page is
-        there. With a folder of ``sessions`` this one is kept there.
+        there. With a folder of ``sessions`` this one is kept there. With an ``audience`` there is a
+        port for those who only look.
         """
         self.results = results
         """Folder below which experiments leave their results; made when it is needed."""
@@ -76,8 +79,16 @@ class LiveLab:
             spec, "timed", SEED, speed, False, opening, journal=journal, name_of=name_of
         )
         known = {**offered, "timed": spec}
+        self.audience = Audience(self.session.past_of, "127.0.0.1", 0) if audience else None
         self.lab = Lab(
-            self.session, known, "127.0.0.1", 0, results, waits=opening, sessions=sessions
+            self.session,
+            known,
+            "127.0.0.1",
+            0,
+            results,
+            waits=opening,
+            sessions=sessions,
+            stand=self.audience,
         )
         self.gone = threading.Event()
         """Set when a page has left."""

@@ -148,6 +148,11 @@ class Screen:
         """What the colours mean, in the panel."""
         return self.page.locator("#root .pounce-legend")
 
+    def notice(self, title: str) -> Locator:
+        """What the page was told of late, under a title."""
+        notices = self.page.locator(".mantine-Notification-root")
+        return notices.filter(has=self.page.get_by_text(title, exact=True))
+
     def reading(self, label: str) -> Locator:
         """The number under a label, or beside it."""
         numbers = self.page.locator("[data-dock-edge] .pounce-numbers")

@@ -120,7 +120,9 @@ class Controls:
         self._said = Said(gui, status)
         self.tabs = gui.add_tab_group()
         """Where other tabs go."""
-        with self.tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY):
+        self.run_tab = self.tabs.add_tab("Run", icon=viser.Icon.PLAYER_PLAY)
+        """Where what begins other runs goes, below what is there."""
+        with self.run_tab:
             self._whose = gui.add_html("", visible=False)
             self._transport = Transport(gui, ask, status_of, status)
             self._skills = gui.add_folder("Skills")
@@ -135,6 +137,11 @@ class Controls:
     def settle(self, now_s: float) -> None:
         """Ask for what was set and has come to rest."""
         self._steering.settle(now_s)
+
+    @property
+    def presets(self) -> Mapping[str, RunSpec]:
+        """Those there are to start again with, by name."""
+        return self._starting.presets
 
     def offer_preset(self, name: str, spec: RunSpec) -> None:
         """Have a preset in the list of those to start again with."""

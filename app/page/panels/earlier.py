@@ -1,6 +1,5 @@
 """Earlier sessions on the *File* tab of one browser: which are kept, and taking one up again."""
 
-import contextlib
 from collections.abc import Callable
 from datetime import datetime
 from functools import partial
@@ -12,24 +11,18 @@ from app.explain.branches import name_of
 from app.live import kept
 from app.live.journal import Journal
 from app.live.kept import Kept
-from app.live.made_again import Remade, Renumbered, made_again
-from app.live.requests import TakeUp
+from app.live.made_again import made_again
 from app.live.session import Session
-from app.live.worker import Reply
 from app.live.written import DamagedError, SessionError, read, save
 from app.page.confirm import confirm_for_all
 from app.page.inbox import Intent, Work
+from app.page.taking_up import Submit, Taken, take_up
 from app.page.widgets import CALM, add_hints, assign
 from app.util.html import element
 from app.util.texts import as_text
 from app.words.numbers import counted
 
-_APART = 1_000
-"""Numbers that runs may have had by the time that a session is taken up, before it is refused."""
 _NONE = "none"
-_PATIENCE_S = 5.0
-
-Submit = Callable[[TakeUp, Reply], object]
 
 
 class Earlier:
@@ -123,43 +116,27 @@ class Earlier:
     def _begin(self, chosen: Kept) -> None:
         self._say("The session is being made again …")
         assign(self._resume, "disabled", True)
-        first_number = self._session.n_runs + _APART
-        make = partial(_made, chosen.path, self._session, first_number)
-        self._work(self._client, make, partial(self._take_up, first_number))
+        make = partial(_made, chosen.path, self._session)
+        take_up(self._client, self._session, self._submit, self._work, make, self._taken)
 
-    def _take_up(self, first_number: int, found: tuple[Journal, Remade] | str) -> None:
+    def _taken(self, found: Taken | str) -> None:
         assign(self._resume, "disabled", False)
         if isinstance(found, str):
             self._say(found)
             return
-        journal, remade = found
-
-        def refused(reason: str) -> None:
-            journal.close()
-            # The learner tells it, and the loop alone changes widgets.
-            self._work(self._client, lambda: reason, self._say)
-
-        self._submit(TakeUp(remade.made, Renumbered(journal, first_number)), refused)
-        differ = ", ".join(remade.differ)
+        differ = ", ".join(found.remade.differ)
         end = ". This pounce learns otherwise."
         self._say(f"Not as it was recorded: {differ}{end}" if differ else "")
-        live = remade.made.family.live.number
-        self._work(self._client, partial(_once_shown, self._session, live), lambda _: self._look())
+        self._look()
 
 
-def _once_shown(session: Session, run: int) -> None:
-    """Wait until a run is live, and the session before it therefore closed."""
-    with contextlib.suppress(TimeoutError):
-        session.wait_for(lambda status: status.snapshot.generation == run, _PATIENCE_S)
-
-
-def _made(path: Path, session: Session, first_number: int) -> tuple[Journal, Remade] | str:
+def _made(path: Path, session: Session, first_number: int) -> Taken | str:
     """A session made again, and its journal; or why that cannot be."""
     journal = None
     try:
         written = read(path)
         journal = Journal.going_on(written)
-        return journal, made_again(written, session.budget, name_of, first_number)
+        return Taken(made_again(written, session.budget, name_of, first_number), journal)
     except BaseException as error:
         if journal is not None:
             # Nobody could resume it as long as this lab holds its file.

@@ -44,8 +44,10 @@ class Readings:
         calls: Calls,
         inbox: Inbox,
         drawn: Callable[[], object],
+        came: Callable[[str], object],
     ) -> None:
-        """``drawn`` is called when the page has drawn its first picture."""
+        """``drawn`` is called when the page has drawn its first picture, ``came`` when a link to a
+        session has led to it."""
         self._client = client
         self._gui = gui = client.gui
         # At the root of the main panel, which is there whatever tab is shown.
@@ -56,7 +58,7 @@ class Readings:
         self._tours = 0
         """That were asked for."""
         self._tour = gui.add_html(slot_html("tour", tour_html(0)))
-        self._told = Told(gui, calls, inbox, drawn, lambda dark: self.view.set_dark(dark))
+        self._told = Told(gui, calls, inbox, drawn, lambda dark: self.view.set_dark(dark), came)
         panel = gui.add_panel()
         panel.dock_left()
         panel.set_width(_WIDTH)

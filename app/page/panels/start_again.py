@@ -82,6 +82,11 @@ class StartingAgain:
         again.on_click(Intent(lambda client, _: ask(client, self._request(client))))
         self._back.on_click(Intent(lambda client, _: ask(client, GoBack())))
 
+    @property
+    def presets(self) -> Mapping[str, RunSpec]:
+        """All that are in the list, by name."""
+        return {**self._presets, **self._loaded}
+
     def offer(self, name: str, spec: RunSpec) -> None:
         """Have a preset in the list that somebody saved or loaded."""
         self._note(name, spec)

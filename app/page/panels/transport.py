@@ -26,7 +26,7 @@ from app.server.callbacks import RefusedError
 from app.words.numbers import counted, in_short
 from learners.spec import MAX_TRIALS
 
-_FULL: Final = 7.0
+SPEEDS: Final = 7.0
 """Where the speed slider means as fast as it goes."""
 _SPEED_MARKS: Final = (
     (0.0, "1"),
@@ -36,7 +36,7 @@ _SPEED_MARKS: Final = (
     (4.0, "10 k"),
     (5.0, "100 k"),
     (6.0, "1 M"),
-    (_FULL, "max"),
+    (SPEEDS, "max"),
 )
 _ROUND: Final = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0)
 """The speeds of a tenth of the slider each, up to the next power of ten."""
@@ -44,7 +44,7 @@ _ROUND: Final = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0)
 
 def speed_of(slider: float) -> float:
     """Steps per second at a place of the speed slider, a round number."""
-    if slider >= _FULL:
+    if slider >= SPEEDS:
         return FULL_SPEED
     power, tenth = divmod(round(10 * slider), 10)
     return _ROUND[tenth] * 10.0**power
@@ -52,7 +52,9 @@ def speed_of(slider: float) -> float:
 
 def slider_of(speed: float) -> float:
     """Place of the speed slider for a speed."""
-    return _FULL if speed == FULL_SPEED else round(min(max(math.log10(speed), 0.0), _FULL - 0.1), 1)
+    return (
+        SPEEDS if speed == FULL_SPEED else round(min(max(math.log10(speed), 0.0), SPEEDS - 0.1), 1)
+    )
 
 
 def speed_label(speed: float) -> str:
@@ -70,7 +72,7 @@ def speed_label(speed: float) -> str:
 
 def faster(by: float, status: Status) -> SetSpeed:
     """What sets the speed so much farther along the slider; below 0 it is slower."""
-    return SetSpeed(speed_of(min(max(slider_of(status.speed) + by, 0.0), _FULL)))
+    return SetSpeed(speed_of(min(max(slider_of(status.speed) + by, 0.0), SPEEDS)))
 
 
 def play_or_pause(status: Status) -> Request:
@@ -121,7 +123,7 @@ class Transport:
         speed = gui.add_slider(
             speed_label(status.speed),
             min=0.0,
-            max=_FULL,
+            max=SPEEDS,
             step=0.1,
             initial_value=slider_of(status.speed),
             marks=_SPEED_MARKS,

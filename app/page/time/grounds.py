@@ -1,7 +1,6 @@
 """What is known of a session's lines by those who walk on them, found once for all of them."""
 
 import math
-from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from app.explain.happenings import Happening, first_capture_in, happenings_of
@@ -45,7 +44,7 @@ class Grounds:
             del self._happened[line]
         pace = live.speed if math.isfinite(live.speed) else PLAIN_PACE
         return Ground(
-            live.snapshot.generation, self._session.past_of, self._events_of, max(pace, 1.0)
+            live.snapshot.generation, self._session.past_of, self.events_of, max(pace, 1.0)
         )
 
     def happened(self, line: int) -> tuple[Happening, ...]:
@@ -69,5 +68,6 @@ class Grounds:
         self._happened[line] = _Happened(history, trial, marks, found)
         return found
 
-    def _events_of(self, line: int) -> Sequence[int]:
-        return [happening.step for happening in self.happened(line)]
+    def events_of(self, line: int) -> tuple[int, ...]:
+        """Steps of what happened in a line as far as it is known, in order."""
+        return tuple(happening.step for happening in self.happened(line))

@@ -91,6 +91,16 @@ class TimePanel:
         """Whether anything has been shown yet; before, nothing is taken from the frame."""
         return self._ground is not None
 
+    @property
+    def bar(self) -> msgspec.Raw | None:
+        """The bar that it shows; None as long as there is none."""
+        return self._bar
+
+    @property
+    def moment(self) -> dict[str, Any] | None:
+        """Where it is on the bar (:func:`moment_sent`); None before anything is shown."""
+        return self._moment
+
     def say(self, text: str, refused: bool = False) -> None:
         """Say something in the frame. May be called from any thread."""
         self._channel.send("said", {"text": text, "refused": refused})

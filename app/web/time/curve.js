@@ -19,7 +19,7 @@ const SVG = "http://www.w3.org/2000/svg";
  * From a reward to its height, as a share.
  * @param {[number, number]} rewards
  */
-const heightOf = ([low, high]) => {
+export const heightOf = ([low, high]) => {
   const margin = MARGIN * (high - low);
   const whole = high - low + 2 * margin;
   return (/** @type {number} */ reward) =>

@@ -1,0 +1,407 @@
+"""The audience of a lab: who looks, what each of them is shown, and how often.
+
+A thread of its own paints each view once, however many look at it, and hands it to the port
+(:mod:`app.server.watchers`). The lab tells it how things stand, and waits for nothing. The
+presenter's view comes first; all others together have a small share of one processor, and are drawn
+the less often the more of them there are.
+"""
+
+import functools
+import logging
+import secrets
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final, NamedTuple
+
+from app.audience import pictures
+from app.audience.past import Rarely
+from app.audience.pictures import ORDER, Parts, part
+from app.audience.wishes import Follow, LookAround, Wish, look_of, offered_step, themed
+from app.live.past import Past
+from app.live.places import Place
+from app.live.status import Status
+from app.picture.layer import Extras
+from app.picture.look import Look
+from app.player.presented import Presented
+from app.server.access import Access
+from app.server.origin import Authority
+from app.server.turnstile import Turnstile
+from app.server.watchers import Watcher, Watchers
+
+BYTES_PER_S: Final = 4_200.0
+"""What a watcher is sent in the long run while the learner goes on."""
+_BYTES_AT_ONCE: Final = 8_000.0
+ASKED_S: Final = 0.12
+"""Between two pictures at least, where the presenter has done something."""
+_LEAST_S: Final = 0.03
+_PLAIN_S: Final = 0.25
+"""Between two at least while the learner goes on."""
+_OVER_S: Final = 1.5
+_WORDS_S: Final = 1.0
+_BAR_S: Final = 5.0
+_BAR_ASKED_S: Final = 0.5
+OTHERS_SHARE: Final = 0.1
+"""Of one processor, for all who look at something else than the presenter."""
+_MOST_VIEWS: Final = 200
+"""Views that are kept for those who look around."""
+_IDLE_S: Final = 1.0
+_MOST_GUESSES: Final = 1_000
+"""Wrong codes that one address may try in a minute: a class may have but one, and one of its
+members is not to keep the others out. So many are none of the 10**11 that there are."""
+
+log = logging.getLogger(__name__)
+
+
+class Seen(NamedTuple):
+    """What somebody looks at; whoever looks at the same is sent the same."""
+
+    look: Look | None
+    """None for that of the presenter."""
+    dark: bool
+    place: Place | None = None
+    """A moment of the past; None for what is live, or for that of the presenter."""
+
+    @property
+    def is_presenters(self) -> bool:
+        """Whether it is what the presenter looks at."""
+        return self.look is None
+
+
+class _View:
+    """What those are sent who look at the same, and when it was made."""
+
+    def __init__(self) -> None:
+        self.parts: Parts = {}
+        self.subject: object = None
+        """What was asked for when it was painted last: another is painted sooner."""
+        self.ground_of: tuple[object, ...] = ()
+        self.over_of: tuple[object, ...] = ()
+        self.words_of: tuple[object, ...] = ()
+        """Of what each was made; kept, so that it is told by what that is."""
+        self.due_s = 0.0
+        """When it is to be painted again if nobody does anything."""
+        self.at_s = -10.0
+        self.over_s = self.words_s = self.bar_s = -10.0
+        self.pace = Turnstile(BYTES_PER_S, _BYTES_AT_ONCE)
+
+
+class Audience:
+    """All who look at one lab. Methods may be called from any thread."""
+
+    def __init__(
+        self,
+        past_of: Callable[[int], Past | None],
+        host: str,
+        port: int,
+        *,
+        code: str | None = None,
+        names: Sequence[Authority] = (),
+        most: int | None = None,
+    ) -> None:
+        """Open the port.
+
+        Args:
+            past_of: the past of a line, by its number.
+            host: address to listen on.
+            port: port to listen on.
+            code: without which nobody is let in; None if whoever comes is.
+            names: under which the port is reached besides.
+            most: so many may look, if it is not as many as usual.
+
+        Raises:
+            OSError: the host is not an address of this machine, or the port is not free.
+        """
+        self.code = code
+        self._past = Rarely(past_of, self._wake)
+        self._changed = threading.Event()
+        self._closed = False
+        self._live: Status | None = None
+        self._presented: Presented | None = None
+        self._views: dict[Seen, _View] = {}
+        self._others_s = 0.0
+        """When one of those may be painted next that is not the presenter's."""
+        self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
+        access = None if code is None else Access(code, max_guesses=_MOST_GUESSES)
+        options = {} if most is None else {"most": most}
+        self.watchers = Watchers(
+            host, port, Wish, self._wake, names=names, access=access, **options
+        )
+        self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
+        self._thread.start()
+
+    @functools.cached_property
+    def addresses(self) -> tuple[str, ...]:
+        """Addresses to open, that on this machine first."""
+        return self.watchers.addresses
+
+    @property
+    def n_watchers(self) -> int:
+        """How many look."""
+        return len(self.watchers.all)
+
+    def show(self, live: Status, presented: Presented | None) -> None:
+        """Show them how the run stands, and what the presenter sees; None before one has come."""
+        former, self._live, self._presented = self._presented, live, presented
+        if _subject(former) != _subject(presented):
+            self._wake()
+
+    def close(self) -> None:
+        """Let nobody look any more."""
+        self._closed = True
+        self._wake()
+        self._thread.join(timeout=2.0)
+        self._past.stop()
+        self.watchers.close()
+
+    def _wake(self) -> None:
+        self._changed.set()
+
+    # --- In the thread ----------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        while not self._closed:
+            began_s = time.perf_counter()
+            try:
+                due_s = self._turn(began_s)
+            except Exception:
+                # A view that cannot be painted is nobody's who presents or learns.
+                log.exception("a view of the audience could not be painted")
+                due_s = began_s + _IDLE_S
+            # However many come and wish, this is done so often and not more.
+            time.sleep(_LEAST_S)
+            self._changed.wait(max(due_s - time.perf_counter(), 0.0))
+            self._changed.clear()
+
+    def _turn(self, now_s: float) -> float:
+        """Paint what is due, and send it; returns when to look again."""
+        live, presented, watchers = self._live, self._presented, self.watchers.all
+        groups = self._grouped(watchers, live, presented)
+        due_s = now_s + _IDLE_S
+        if presented is not None and live is not None:
+            for seen in groups:
+                view = self._views.setdefault(seen, _View())
+                if seen.is_presenters:
+                    due_s = min(due_s, self._paint_if_due(view, seen, live, presented, now_s))
+            due_s = min(due_s, self._paint_another(groups, live, presented, now_s))
+        self._send(groups)
+        self._tidy(groups)
+        return due_s
+
+    def _grouped(
+        self, watchers: Sequence[Watcher], live: Status | None, presented: Presented | None
+    ) -> dict[Seen, list[Watcher]]:
+        groups: dict[Seen, list[Watcher]] = {}
+        for watcher in watchers:
+            wish = watcher.wish
+            if wish is not None:
+                groups.setdefault(self._seen(wish, live, presented), []).append(watcher)
+        places = {seen.place for seen in groups if seen.place is not None}
+        if live is not None:
+            name = live.snapshot.preset
+            self._past.want((place, name) for place in places)
+        return groups
+
+    def _seen(self, wish: Wish, live: Status | None, presented: Presented | None) -> Seen:
+        if isinstance(wish, Follow) or live is None or presented is None:
+            return Seen(None, wish.dark)
+        look = look_of(wish)
+        return Seen(look, wish.dark, self._place(wish, live, presented))
+
+    def _place(self, wish: LookAround, live: Status, presented: Presented) -> Place | None:
+        line = int(presented.moment["line"])
+        end_step = _end_of(line, live)
+        if wish.step is None or end_step is None:
+            return None
+        if line == live.snapshot.generation and wish.step >= end_step:
+            return None
+        return Place(line, offered_step(wish.step, end_step, presented.events))
+
+    # Painting
+
+    def _paint_if_due(
+        self, view: _View, seen: Seen, live: Status, presented: Presented, now_s: float
+    ) -> float:
+        """Paint the presenter's view if that is due; returns when it is due next."""
+        subject = _subject(presented)
+        if view.subject != subject:
+            due_s = view.at_s + ASKED_S
+        else:
+            due_s = max(view.due_s, view.at_s + _PLAIN_S)
+        if now_s < due_s:
+            return due_s
+        look = themed(presented.look, seen.dark)
+        asked = view.subject != subject
+        view.subject = subject
+        stand = {"follows": True, "away": presented.is_away, "place": _where(presented.status)}
+        self._paint(view, presented.status, look, presented.extras, presented, asked, now_s)
+        self._around(view, stand, presented.moment, live)
+        return now_s + _PLAIN_S
+
+    def _paint_another(
+        self,
+        groups: Mapping[Seen, Sequence[Watcher]],
+        live: Status,
+        presented: Presented,
+        now_s: float,
+    ) -> float:
+        """Paint one of the other views, if there is time; returns when to look again."""
+        others = [seen for seen in groups if not seen.is_presenters]
+        if not others:
+            return now_s + _IDLE_S
+        if now_s < self._others_s:
+            return self._others_s
+        waiting = sorted(others, key=lambda seen: self._views[seen].at_s)
+        for seen in waiting:
+            view = self._views[seen]
+            is_due = now_s >= max(view.due_s, view.at_s + _PLAIN_S)
+            if is_due and self._paint_around(view, seen, live, presented, now_s):
+                took_s = time.perf_counter() - now_s
+                self._others_s = now_s + took_s / OTHERS_SHARE
+                return self._others_s
+        return now_s + _PLAIN_S
+
+    def _paint_around(
+        self, view: _View, seen: Seen, live: Status, presented: Presented, now_s: float
+    ) -> bool:
+        """Paint what somebody looks at who looks around; whether anything had to be painted."""
+        assert seen.look is not None
+        shown = live
+        if seen.place is not None:
+            snapshot = self._past.at(seen.place)
+            if snapshot is None:
+                return False
+            shown = live.seen_at(snapshot, playing=False)
+        is_first = not view.parts
+        self._paint(view, shown, seen.look, Extras(), presented, is_first, now_s)
+        stand = {"follows": False, "away": presented.is_away, "place": _where(shown)}
+        line = int(presented.moment["line"])
+        self._around(view, stand, pictures.moment_on_bar(live, shown, seen.place, line), live)
+        view.at_s = now_s
+        return True
+
+    def _paint(
+        self,
+        view: _View,
+        status: Status,
+        look: Look,
+        extras: Extras,
+        presented: Presented,
+        asked: bool,
+        now_s: float,
+    ) -> None:
+        """Make those parts anew that are due."""
+        view.at_s = now_s
+        of = (status.snapshot, look, extras.success, extras.since, status.playing)
+        if not _are_same(of, view.ground_of):
+            view.ground_of = of
+            view.parts["world"] = pictures.world_part(status.snapshot.spec.world)
+            view.parts["ground"] = pictures.ground_part(status, look, extras)
+        if not _are_same(of, view.over_of) and (asked or now_s - view.over_s >= _OVER_S):
+            view.over_of, view.over_s = of, now_s
+            view.parts["over"] = pictures.over_part(status, look, extras)
+        words_of = (status, look)
+        if not _are_same(words_of, view.words_of) and (asked or now_s - view.words_s >= _WORDS_S):
+            view.words_of, view.words_s = words_of, now_s
+            view.parts |= pictures.word_parts(status, look, extras)
+        if presented.bar is not None and now_s - view.bar_s >= (_BAR_ASKED_S if asked else _BAR_S):
+            view.bar_s = now_s
+            view.parts["bar"] = part("bar", {"bar": presented.bar})
+
+    def _around(
+        self,
+        view: _View,
+        stand: Mapping[str, object],
+        moment: Mapping[str, object],
+        live: Status,
+    ) -> None:
+        view.parts["stand"] = part("stand", {"begun": True, **stand})
+        view.parts["moment"] = part("moment", moment)
+        view.parts["offer"] = pictures.offer_part(live)
+
+    # Sending
+
+    def _send(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
+        letters: list[tuple[bytes, list[Watcher]]] = []
+        waiting = {"lab": self._lab, "stand": part("stand", {"begun": False})}
+        for seen, watchers in groups.items():
+            view = self._views.get(seen)
+            has_begun = view is not None and bool(view.parts)
+            parts = {**view.parts, "lab": self._lab} if view is not None and has_begun else waiting
+            if not has_begun and self._presented is not None:
+                # What it had stays until there is something else.
+                continue
+            sizes: list[int] = []
+            for missing, group in _by_what_they_miss(parts, watchers).items():
+                letter = pictures.letter_of(parts[kind] for kind in missing)
+                letters.append((letter, group))
+                if "lab" not in missing:
+                    sizes.append(len(letter))
+            if view is not None and sizes:
+                now_s = time.perf_counter()
+                view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
+        if letters:
+            self.watchers.send(letters)
+
+    def _tidy(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
+        """Forget views at which nobody looks, but for the newest of them."""
+        unused = [seen for seen in self._views if seen not in groups]
+        for seen in unused[: max(len(self._views) - _MOST_VIEWS, 0)]:
+            del self._views[seen]
+
+
+def _by_what_they_miss(
+    parts: Parts, watchers: Sequence[Watcher]
+) -> dict[tuple[str, ...], list[Watcher]]:
+    """Those who can take something in, by the kinds of which they have another than this."""
+    groups: dict[tuple[str, ...], list[Watcher]] = {}
+    for watcher in watchers:
+        if not watcher.is_ready:
+            continue
+        missing = tuple(
+            kind for kind in ORDER if kind in parts and watcher.seen.get(kind) != parts[kind]
+        )
+        if missing:
+            groups.setdefault(missing, []).append(watcher)
+            watcher.seen.update((kind, parts[kind]) for kind in missing)
+    return groups
+
+
+def _subject(presented: Presented | None) -> object:
+    """What a presenter has done, as far as it is seen: while it stays, the run alone goes on."""
+    if presented is None:
+        return None
+    status, moment = presented.status, presented.moment
+    return (
+        presented.look,
+        presented.is_away,
+        status.snapshot.generation,
+        status.playing,
+        status.error,
+        status.answered,
+        moment["live"],
+        None if moment["live"] else moment["step"],
+        presented.events,
+    )
+
+
+def _where(status: Status) -> dict[str, object] | None:
+    """How far behind a moment is; None for what is live."""
+    behind = status.behind
+    if behind is None:
+        return None
+    return {"branch": behind.branch, "trials": behind.trials, "steps": behind.steps}
+
+
+def _end_of(line: int, live: Status) -> int | None:
+    """Steps of a line that are known; None if it is not here."""
+    if line == live.snapshot.generation:
+        return live.snapshot.step
+    return next((one.until_step for one in live.lines if one.number == line), None)
+
+
+def _are_same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
+    # Snapshots and what holds them can be long to compare.
+    return len(one) == len(other) and all(
+        a is b or (isinstance(a, Look | bool) and a == b) for a, b in zip(one, other, strict=True)
+    )

@@ -1,0 +1,135 @@
+"""Runs side by side in words: what each of them is, who leads, and what each knows of one cell."""
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from markupsafe import Markup
+
+from app.explain.cell import OUTCOME_NAMES, CellReading
+from app.live.snapshot import Snapshot
+from app.util.html import element, joined
+from app.words.numbers import NONE, counted, shown_number
+from app.words.plain import joined_by_and, plain
+from learners import measures
+from learners.spec import MOVES, RunSpec
+
+_LEVEL: Final = 3.0
+"""Rewards per trial that are no farther apart are level: a mean over the last trials is no surer."""
+_COUNTS: Final = {2: "Two", 3: "Three", 4: "Four"}
+
+
+def repertoire(spec: RunSpec) -> str:
+    """What a learner chooses among, in a few words for those who do not know its name."""
+    skills = spec.learner.skills
+    if spec.learner.options == MOVES:
+        return "nine moves, no skills"
+    joins = [spec.schedule.introduced_at(skill) for skill in skills]
+    names = joined_by_and([plain(skill) for skill in skills])
+    if len(set(joins)) == 1:
+        when = "from the start" if joins[0] == 0 else f"from trial {joins[0]:,}"
+        return f"{names}, {when}" if len(skills) == 1 else f"{names}, all {when}"
+    by_time = sorted(zip(joins, skills, strict=True))
+    first, *later = [
+        f"{plain(skill)} from {'the start' if at == 0 else f'trial {at:,}'}"
+        for at, skill in by_time
+    ]
+    return f"one skill after the other: {', '.join([first, *later])}"
+
+
+def standing(
+    names: Sequence[str], snapshots: Sequence[Snapshot], step: int, common_starts: bool
+) -> Markup:
+    """What stands side by side, and who leads, in a sentence or two.
+
+    Args:
+        names: of the runs.
+        snapshots: of one moment.
+        step: steps that each has made.
+        common_starts: whether trials of the same number start alike for all.
+    """
+    count = _COUNTS.get(len(names), str(len(names)))
+    alike = ", from the same starts of trials" if common_starts else ""
+    what = f"{count} runs, step for step{alike}."
+    rewards = [one.recent_reward for one in snapshots]
+    lead = leaders(snapshots)
+    if not lead:
+        return joined([what, " No trial has ended yet in all of them."], "")
+    best = _mean(max(rewards))
+    after = f" After {counted(step, 'step')} "
+    others = sorted(set(range(len(names))) - set(lead), key=lambda place: -rewards[place])
+    if not others:
+        return joined([what, after, "they are level: ", best, "."], "")
+    behind = [f"{names[place]} {shown_number(rewards[place], '.0f')}" for place in others]
+    verb = "leads with" if len(lead) == 1 else "lead with"
+    who = element("b", joined_by_and([names[place] for place in lead]))
+    return joined([what, after, who, f" {verb} {best}; ", joined_by_and(behind), "."], "")
+
+
+def leaders(snapshots: Sequence[Snapshot]) -> tuple[int, ...]:
+    """Places of those whose reward is best, or level with the best, that first.
+
+    Empty as long as there is one in which no trial has ended.
+    """
+    rewards = [one.recent_reward for one in snapshots]
+    if any(math.isnan(reward) for reward in rewards):
+        return ()
+    best = max(rewards)
+    lead = [place for place, reward in enumerate(rewards) if best - reward <= _LEVEL]
+    return tuple(sorted(lead, key=lambda place: -rewards[place]))
+
+
+def _mean(reward: float) -> str:
+    recent = measures.RECENT_TRIALS
+    return f"{shown_number(reward, '.0f')} a trial (mean of the last {recent})"
+
+
+class Row(NamedTuple):
+    """A row of a table with a column for each run."""
+
+    what: str
+    values: tuple[str, ...]
+    hint: str = ""
+
+
+def cell_rows(readings: Sequence[CellReading | None]) -> list[Row]:
+    """What each run knows of the same cell; None of one whose grid has no such cell."""
+    rows = (
+        ("worth", _worth, "Steps from a capture that is worth as much, and the value itself"),
+        ("it takes", _choice, "What is best there by what it knows"),
+        ("first worth something", _reach, "Trial in which the value first rose above 0"),
+        ("steps begun here", _visits, "So far, in this state"),
+        ("a hunt from here", _end, "Without random moves, nothing learned"),
+    )
+    return [
+        Row(
+            what,
+            tuple("not on this board" if one is None else say(one) for one in readings),
+            hint,
+        )
+        for what, say, hint in rows
+    ]
+
+
+def _worth(reading: CellReading) -> str:
+    best = max((option.q for option in reading.options), default=0.0)
+    if best <= 0:
+        return "expects to be seen" if best < 0 else "nothing known"
+    return f"{reading.unit.steps_in_words(best)} steps ({shown_number(best)})"
+
+
+def _choice(reading: CellReading) -> str:
+    best = [option.name for option in reading.options if option.greedy]
+    return best[0] if len(best) == 1 else "no choice is best"
+
+
+def _reach(reading: CellReading) -> str:
+    return NONE if reading.first_reach is None else f"trial {reading.first_reach:,}"
+
+
+def _visits(reading: CellReading) -> str:
+    return f"{sum(option.visits for option in reading.options):,}"
+
+
+def _end(reading: CellReading) -> str:
+    return OUTCOME_NAMES[reading.outcome]

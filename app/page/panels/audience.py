@@ -1,0 +1,48 @@
+"""The audience on the *File* tab of one browser: where it looks, how many do, and who presents."""
+
+import viser
+
+from app.page.inbox import Intent
+from app.page.presenting import Presenting
+from app.page.widgets import CALM, add_hints, assign
+from app.player.presented import Stand
+from app.util.html import element, joined
+from app.words.numbers import counted
+
+_STYLE = "padding:0 0.7em 0.5em;font-size:0.9em;overflow-wrap:anywhere"
+
+
+class Audience:
+    """The folder of widgets, in the container that is current."""
+
+    def __init__(self, client: viser.ClientHandle, presenting: Presenting, stand: Stand) -> None:
+        self._number, self._presenting, self._stand = client.client_id, presenting, stand
+        gui = client.gui
+        with gui.add_folder("Audience"):
+            self._said = gui.add_html("")
+            self._present = gui.add_button(
+                "Present from this browser",
+                icon=viser.Icon.PRESENTATION,
+                color=CALM,
+                hint="Show the audience what this browser sees: its layer, its headings, and the"
+                " moment that it looks at.",
+            )
+        add_hints(gui, self._present)
+        self._present.on_click(Intent(lambda _, __: presenting.take_over(self._number)))
+        self.update()
+
+    def update(self) -> None:
+        """Show what is true now."""
+        stand, presenter = self._stand, self._presenting.presenter
+        is_own = presenter == self._number
+        # Another machine cannot reach the address that this one has for itself.
+        addresses = stand.addresses[1:] or stand.addresses
+        parts = [element("b", address, style="user-select:all") for address in addresses]
+        if stand.code is not None:
+            parts.append(joined(["Code: ", element("b", stand.code, style="user-select:all")], ""))
+        parts.append(f"{counted(stand.n_watchers, 'page')} open.")
+        whose = "this browser" if is_own else "another browser"
+        parts.append("Nobody presents." if presenter is None else f"It sees what {whose} sees.")
+        content = joined([element("div", part) for part in parts], "")
+        assign(self._said, "content", str(element("div", content, style=_STYLE)))
+        assign(self._present, "disabled", is_own)

@@ -1,0 +1,71 @@
+"""Of runs side by side, what is said of one, of two, and how a look is one for all of them."""
+
+import math
+from typing import Any
+
+from app.explain.sentence import success_share
+from app.live.divergence import Divergence
+from app.live.race import Stand
+from app.live.snapshot import Snapshot
+from app.picture.look import Look
+from app.picture.options import option_names
+from app.words.numbers import NONE, shown_number
+
+_STANDS = {
+    "finished": "all its trials are over",
+    "known": "as far as this line goes",
+    "gone": "this line is not there any more",
+}
+"""Where a run stands that does not go on with the others."""
+
+
+def run_sent(
+    snapshot: Snapshot, stand: Stand, greedy: tuple[int, float] | None, digest: str, leads: bool
+) -> dict[str, Any]:
+    """What is read of one run, in few words each.
+
+    Args:
+        snapshot: the moment.
+        stand: where it stands.
+        greedy: step and reward of the newest measurement; None before the first.
+        digest: of its tables; "" where that is not known.
+        leads: whether none has a better reward.
+    """
+    caught = success_share(snapshot)
+    return {
+        "trial": f"{snapshot.trial:,}",
+        "reward": shown_number(snapshot.recent_reward, ".1f"),
+        "success": NONE if math.isnan(caught) else f"{caught:.0%}",
+        "greedy": NONE if greedy is None else shown_number(greedy[1], ".1f"),
+        "measured": "not measured yet" if greedy is None else f"measured at step {greedy[0]:,}",
+        "stand": _STANDS.get(stand, ""),
+        "digest": digest,
+        "leads": leads,
+    }
+
+
+def looks_with(look: Look, named: Snapshot, snapshot: Snapshot) -> Look:
+    """A look at another run: an option is the one of the same name there, or else the first.
+
+    Args:
+        look: as the browser has it, with an option of ``named``.
+        named: a moment of the run whose options there were to choose from.
+        snapshot: the run.
+    """
+    names, own = option_names(named), option_names(snapshot)
+    name = names[look.option] if look.option < len(names) else ""
+    return look._replace(option=own.index(name) if name in own else 0)
+
+
+def apart_said(found: Divergence | None, names: tuple[str, str], step: int) -> str:
+    """Where two runs first went different ways, in a sentence.
+
+    Args:
+        found: that; None if no difference is known.
+        names: of both.
+        step: how far they have come.
+    """
+    one, other = names
+    if found is None:
+        return f"{one} and {other}: no difference known up to step {step:,}."
+    return str(found)

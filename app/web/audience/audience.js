@@ -1,0 +1,83 @@
+// @ts-check
+// The page of an audience: what the presenter shows, on whatever one has at hand. It only looks.
+
+import { Board } from "../player/board.js";
+import { on } from "../player/pipe.js";
+import { changed, state } from "../time/state.js";
+import { begin as beginAround } from "./around.js";
+import { put } from "./html.js";
+import { begin as connect } from "./line.js";
+
+/** @typedef {{branch: string, trials: number, steps: number} | null} Where */
+
+/** What is said aloud is said no more often. */
+const SAID_MS = 10_000;
+
+/** @param {string} id */
+const part = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+const main = /** @type {HTMLElement} */ (document.querySelector("main"));
+const board = new Board(/** @type {HTMLCanvasElement} */ (part("board")));
+let lab = "";
+
+/** @param {HTMLElement} place @param {string} text */
+const write = (place, text) => {
+  if (place.textContent !== text) place.textContent = text;
+  place.hidden = !text;
+};
+
+/** @param {string} text */
+const tell = (text) => write(part("connection"), text);
+
+on("lab", ({ lab: told }) => {
+  // Another lab is at the same address now: nothing of the former one holds, be it a script.
+  if (lab && lab !== told) location.reload();
+  lab = told;
+});
+
+on("stand", ({ begun, away, place, follows }) => {
+  main.hidden = !begun;
+  write(part("waiting"), begun ? "" : "The presenter has not begun. This page shows it when they do.");
+  if (!begun) return;
+  const notes = [];
+  if (away && follows) notes.push("The presenter's page is closed; this is how they left it.");
+  if (follows && place) notes.push(`The presenter looks at ${whereOf(place)}.`);
+  write(part("note"), notes.join(" "));
+});
+
+/** @param {NonNullable<Where>} where */
+const whereOf = ({ branch }) => branch || "the past";
+
+on("world", ({ world }) => board.world(world));
+on("ground", ({ board: sent }) => board.show(sent));
+on("over", ({ board: sent }) => board.show(sent));
+on("legend", ({ html, title }) => {
+  write(part("title"), title);
+  put(part("legend"), html);
+});
+on("readings", ({ html }) => put(part("readings"), html));
+on("bar", ({ bar }) => {
+  state.bar = bar;
+  changed();
+});
+on("moment", (moment) => {
+  state.moment = moment;
+  changed();
+});
+
+let saidAt = -SAID_MS;
+let timer = 0;
+on("said", ({ html, caption, described }) => {
+  put(part("sentence"), html);
+  write(part("caption"), caption);
+  board.describe(described);
+  clearTimeout(timer);
+  const aloud = () => {
+    saidAt = performance.now();
+    part("told").textContent = part("sentence").textContent;
+  };
+  timer = setTimeout(aloud, Math.max(saidAt + SAID_MS - performance.now(), 0));
+});
+
+beginAround();
+connect(tell);

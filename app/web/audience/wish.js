@@ -1,0 +1,24 @@
+// @ts-check
+// What this page wishes to see. It is all that it ever sends.
+
+import { send } from "../player/pipe.js";
+import { isDark, whenChanged } from "./scheme.js";
+
+/** `step` is null for what is newest. */
+export const wish = {
+  follows: true,
+  layer: "value",
+  of: 0,
+  frame: -1,
+  /** @type {number | null} */
+  step: null,
+};
+
+/** Say what is wished now. */
+export const say = () => {
+  const { follows, layer, of, frame, step } = wish;
+  const dark = isDark();
+  send(follows ? { do: "follow", dark } : { do: "look", dark, layer, of, frame, step });
+};
+
+whenChanged(say);

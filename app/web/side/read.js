@@ -1,0 +1,116 @@
+// @ts-check
+// What is read below the bar: colours of the boards, where two runs went different ways, and what all
+// runs know of the cell under the pointer.
+
+import { attribute, element, write } from "../time/dom.js";
+import { send } from "../player/pipe.js";
+import { legendInto } from "./legend.js";
+import { isRacing, state, whenChanged } from "./state.js";
+import { swatch } from "./swatch.js";
+
+const read = element("section", "read");
+read.innerHTML = `
+  <div class="colours"><h2></h2><div class="pounce"></div></div>
+  <div class="apart">
+    <h2>Compare <select class="one" aria-label="One of two runs"></select> with
+      <select class="other" aria-label="The other run"></select></h2>
+    <label><input type="checkbox" class="map" /> Map of what is different</label>
+    <p class="text"></p>
+    <button type="button" class="go">Go there</button>
+    <div class="pounce"></div>
+  </div>
+  <div class="cell"><h2></h2><table></table></div>`;
+document.body.append(read);
+
+const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (read.querySelector(name));
+const one = /** @type {HTMLSelectElement} */ (part(".one"));
+const other = /** @type {HTMLSelectElement} */ (part(".other"));
+const map = /** @type {HTMLInputElement} */ (part(".map"));
+const go = /** @type {HTMLButtonElement} */ (part(".go"));
+
+const showColours = () => {
+  const { legend } = state;
+  write(part(".colours h2"), legend?.layer ?? "");
+  legendInto(part(".colours .pounce"), legend?.html ?? "");
+};
+
+const showApart = () => {
+  const { compare, race } = state;
+  part(".apart").hidden = !compare || !race;
+  if (!compare || !race) return;
+  const names = race.runs.map(({ name }) => name);
+  for (const [list, chosen] of /** @type {const} */ ([
+    [one, compare.one],
+    [other, compare.other],
+  ])) {
+    if (list.dataset.options !== names.join("\n")) {
+      list.dataset.options = names.join("\n");
+      list.replaceChildren(...names.map((name, place) => new Option(name, `${place}`)));
+    }
+    if (document.activeElement !== list) list.value = `${chosen}`;
+  }
+  map.checked = compare.shown;
+  write(part(".apart .text"), compare.text);
+  go.hidden = compare.step === null;
+  legendInto(part(".apart .pounce"), compare.legend);
+};
+
+const compare = () => {
+  const pair = { one: Number(one.value), other: Number(other.value) };
+  if (pair.one === pair.other) pair.other = (pair.one + 1) % (state.race?.runs.length ?? 2);
+  send({ do: "compare", ...pair, shown: map.checked });
+};
+for (const field of [one, other, map])
+  field.addEventListener("change", () => {
+    compare();
+    field.blur();
+  });
+go.addEventListener("click", () => {
+  if (state.compare?.step !== null) send({ do: "seek", step: state.compare?.step });
+});
+
+let shownCell = "";
+
+const showCell = () => {
+  const { cell, race } = state;
+  const rows = cell?.rows;
+  const place = cell ? `${cell.east} east, ${cell.north} north` : "";
+  write(
+    part(".cell h2"),
+    rows ? `The cell ${place} of the prey` : "Point at a board: what each run knows of that cell",
+  );
+  const key = JSON.stringify([rows, race?.runs]);
+  if (key === shownCell) return;
+  shownCell = key;
+  const table = part(".cell table");
+  table.replaceChildren();
+  if (!rows || !race) return;
+  const top = element("tr", "");
+  top.append(
+    element("td", ""),
+    ...race.runs.map(({ name, look }) => {
+      const column = element("th", "");
+      column.setAttribute("scope", "col");
+      column.append(swatch(look), name);
+      return column;
+    }),
+  );
+  table.append(
+    top,
+    ...rows.map(({ what, values, hint }) => {
+      const row = element("tr", "");
+      const label = element("th", "", what);
+      label.setAttribute("scope", "row");
+      attribute(label, "title", hint || null);
+      row.append(label, ...values.map((value) => element("td", "", value)));
+      return row;
+    }),
+  );
+};
+
+whenChanged(() => {
+  read.hidden = !isRacing();
+  showColours();
+  showApart();
+  showCell();
+});

@@ -1,0 +1,142 @@
+"""What an audience costs: the presenter's clicks, the learner's rate, and what each phone is sent.
+
+The watchers read every frame and draw nothing, in a process of their own; the presenter's page does
+so in another, and clicks. The learner's rate beside them is compared with its rate beside the
+presenter alone, in turns in the same process.
+"""
+
+import json
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from app.audience.audience import Audience
+from app.live.requests import Play, StartAgain
+from app.live.session import Session
+from app.live.worker import FULL_SPEED
+from app.page.lab import Lab
+from benchmarks.load import clicks, percentile
+from benchmarks.page import TRIALS, clients_of, page_rate
+from learners.spec import MAX_TRIALS, RunSpec
+
+READ_S = 5.0
+"""For so long it is counted what the watchers are sent."""
+_CONNECT_S = 60.0
+
+
+def measure_audience(
+    spec: RunSpec,
+    preset: str,
+    presets: Mapping[str, RunSpec],
+    n_watchers: int,
+    repetitions: int,
+    progress: Callable[[str], None],
+) -> dict[str, Any]:
+    """What so many watchers cost.
+
+    Returns:
+        ``{"watchers": N, "click_ms": {"p50", "p95"}, "kB_per_s_each", "learner_share"}``: the
+        milliseconds from a click of the presenter to its effect in their page, over all
+        repetitions, while the learner learns at full speed; what each watcher is sent meanwhile
+        while nobody clicks, in kB a second, the median; the learner's rate as a share of that with
+        no watcher, the median.
+    """
+    spec = spec.model_copy(update={"trials": TRIALS})
+    took_ms: list[float] = []
+    sent: list[float] = []
+    shares: list[float] = []
+    with _opened(spec, preset, presets) as (session, lab, audience), clients_of(lab, 1) as pages:
+        for repetition in range(repetitions):
+            progress(f"no watchers: {repetition + 1} of {repetitions}")
+            alone = page_rate(session, spec, preset, 0)
+            progress(f"{n_watchers} watchers: {repetition + 1} of {repetitions}")
+            with _watchers_of(audience, n_watchers) as readers:
+                shares.append(page_rate(session, spec, preset, 0) / alone)
+                sent.append(_kb_per_s_each(session, spec, preset, readers, n_watchers))
+                took_ms += clicks(session, spec, preset, pages)
+    took_ms.sort()
+    return {
+        "watchers": n_watchers,
+        "click_ms": {"p50": percentile(took_ms, 50), "p95": percentile(took_ms, 95)},
+        "kB_per_s_each": round(statistics.median(sent), 2),
+        "learner_share": round(statistics.median(shares), 3),
+    }
+
+
+@contextmanager
+def _opened(
+    spec: RunSpec, preset: str, presets: Mapping[str, RunSpec]
+) -> Iterator[tuple[Session, Lab, Audience]]:
+    """A lab at full speed that has an audience, with nobody looking yet."""
+    session = Session(spec, preset, 0, FULL_SPEED, playing=True)
+    audience = Audience(session.past_of, "127.0.0.1", 0, most=10_000)
+    lab = Lab(session, presets, "127.0.0.1", 0, Path("results"), stand=audience)
+    session.start()
+    drawing = threading.Thread(target=lab.serve, daemon=True)
+    drawing.start()
+    try:
+        yield session, lab, audience
+    finally:
+        lab.close()
+        drawing.join()
+
+
+@contextmanager
+def _watchers_of(audience: Audience, n_watchers: int) -> Iterator[subprocess.Popen[str]]:
+    """The process of so many watchers, once all of them look."""
+    readers = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "benchmarks.audience_client",
+            str(audience.watchers.port),
+            str(n_watchers),
+        ],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        _wait_for(lambda: audience.n_watchers == n_watchers, f"{n_watchers} watchers did not come")
+        yield readers
+    finally:
+        readers.kill()
+        readers.communicate()
+    _wait_for(lambda: audience.n_watchers == 0, "watchers that have left are still there")
+
+
+def _wait_for(condition: Callable[[], bool], complaint: str) -> None:
+    deadline = time.perf_counter() + _CONNECT_S
+    while not condition():
+        if time.perf_counter() > deadline:
+            raise TimeoutError(complaint)
+        time.sleep(0.05)
+
+
+def _kb_per_s_each(
+    session: Session,
+    spec: RunSpec,
+    preset: str,
+    readers: subprocess.Popen[str],
+    n_watchers: int,
+) -> float:
+    """What each is sent while the learner learns at full speed and nobody does anything."""
+    assert readers.stdin is not None
+    assert readers.stdout is not None
+    session.submit(StartAgain(spec.model_copy(update={"trials": MAX_TRIALS}), preset, 0))
+    ticket = session.submit(Play())
+    session.wait_for(lambda status: status.answered >= ticket, _CONNECT_S)
+    # What came before it is another run, of which all is sent once more.
+    for seconds in (1.0, READ_S):
+        readers.stdin.write(f"{seconds}\n")
+        readers.stdin.flush()
+        told = json.loads(readers.stdout.readline())
+    if told["watchers"] != n_watchers:
+        raise RuntimeError(f"{n_watchers - told['watchers']} watchers have gone")
+    return told["bytes"] / 1_000 / READ_S / n_watchers

@@ -1,0 +1,72 @@
+"""What is shared of a session, whatever was done in it, is there again elsewhere."""
+
+import contextlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from app.live.branching import run_at
+from app.live.excerpt import Excerpt, excerpt
+from app.live.lines import Family
+from app.live.made_again import made_again
+from app.live.past import Budget
+from app.live.replayed import replayed
+from app.live.session import Session
+from app.live.shared import MOST_STEPS, code_of, read_link, read_shared
+from app.live.worker import FULL_SPEED
+from app.live.written import SessionError
+from learners.kernel.state import digest
+from tests.support.lines import SEED, SPEC
+from tests.support.sessions import Deed, deeds, do
+
+
+def name_of(*_: object) -> str:
+    return "another way"
+
+
+def done(some: Sequence[Deed]) -> Session:
+    """A session in which some things were done, and which is over."""
+    session = Session(SPEC, "timed", SEED, FULL_SPEED, False, name_of=name_of)
+    session.start()
+    try:
+        for deed in some:
+            do(session, deed)
+    finally:
+        session.stop()
+    return session
+
+
+def stands(family: Family) -> dict[str, tuple[int, str, object]]:
+    """How each line of a tree ends: its step, its digest, and all that was done on it."""
+    ends = {line.name: run_at(line.past, line.past.end_step) for line in family.lines.values()}
+    return {name: (run.step, digest(run.state), run.control.history) for name, run in ends.items()}
+
+
+@given(st.lists(deeds, max_size=16))
+@settings(max_examples=60, phases=[Phase.generate])
+def test_whatever_was_done_its_lines_are_the_same_elsewhere(some: Sequence[Deed]) -> None:
+    family = done(some)._tree.family
+    theirs = stands(family)
+    whole: Excerpt | None = None
+    # A line may go back behind a branch that is deleted then, and brought back.
+    with contextlib.suppress(SessionError):
+        whole = excerpt(family, None)
+    if whole is not None:
+        written = read_shared(Path(whole.file_name), whole.data)
+        assert replayed(written.records).is_same
+        remade = made_again(written, Budget(), name_of, most_steps=MOST_STEPS)
+        assert (remade.differ, remade.n_compared) == ((), len(theirs))
+        assert stands(remade.made.family) == theirs
+        assert remade.made.family.live.name == family.live.name
+        texts = [mark.text for mark in family.marks]
+        assert [mark.text for mark in remade.made.family.marks] == texts
+    for line in family.lines.values():
+        alone = excerpt(family, line.number)
+        written = read_link(code_of(alone.data))
+        assert written.records == read_shared(Path("one"), alone.data).records
+        remade = made_again(written, Budget(), name_of, most_steps=MOST_STEPS)
+        assert remade.differ == ()
+        (its,) = stands(remade.made.family).values()
+        assert its == theirs[line.name]
