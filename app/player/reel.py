@@ -6,7 +6,7 @@ board adds up to. Whatever happened (:mod:`app.explain.happenings`) has a moment
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final, NamedTuple
 
@@ -18,10 +18,11 @@ from app.charts.bar.sent import Around, Sent, bar_sent
 from app.charts.bar.tree import known_until, marks_on
 from app.explain import sentence
 from app.explain.happenings import Happening, first_capture_in, happenings_of
-from app.live.lines import FIRST_RUN
+from app.live.lines import FIRST_RUN, Family
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Mark
 from app.live.snapshot import Snapshot, take
+from app.live.status import Status
 from app.metrics.course import GreedyCurve, greedy_of
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
@@ -94,6 +95,46 @@ def recorded_run(
         is_live=True,
     )
     return Recorded(preset, seed, (line,), {0: past})
+
+
+def recorded_family(family: Family) -> Recorded:
+    """A session's tree of runs, which must stand still."""
+    lines: list[LineSeen] = []
+    for number in sorted(family.lines):
+        line = family.lines[number]
+        seen = line.seen(is_live=line is family.live, is_growing=False)
+        lines.append(_with_digest(seen, line.past))
+    pasts = {number: line.past for number, line in family.lines.items()}
+    seed = family.held.run.seed
+    return Recorded(family.preset, seed, tuple(lines), pasts, family.marks)
+
+
+def recorded_status(status: Status, past_of: Callable[[int], Past | None]) -> Recorded:
+    """A session as it stands, which may go on meanwhile.
+
+    Args:
+        status: how it stands.
+        past_of: the past of a line, by its number; None if it has gone.
+    """
+    pasts = {line.number: past_of(line.number) for line in status.lines}
+    there = {number: past for number, past in pasts.items() if past is not None}
+    lines = [
+        _with_digest(replace(line, is_growing=False), there[line.number])
+        for line in sorted(status.lines, key=lambda line: line.number)
+        if line.number in there and (line.parent is None or line.parent in there)
+    ]
+    marks = tuple(mark for mark in status.marks if mark.place.line in there)
+    snapshot = status.snapshot
+    return Recorded(snapshot.preset, snapshot.seed, tuple(lines), there, marks)
+
+
+def _with_digest(line: LineSeen, past: Past) -> LineSeen:
+    """The line with the digest of its tables where it ends, which is not always at hand."""
+    if line.digest:
+        return line
+    run = past.run_at(line.until_step)
+    assert run is not None
+    return replace(line, digest=digest(run.state), until_step=run.step, until_trial=run.trial)
 
 
 # --- Which moments -------------------------------------------------------------------------------

@@ -152,9 +152,7 @@ def _page(
         "world": world,
         "line": live.number,
         "lines": [_line(line, bars[line.number]) for line in recorded.lines],
-        "bars": {
-            number: {"trials": of.trials, "steps": of.steps} for number, of in bars.items()
-        },
+        "bars": {number: {"trials": of.trials, "steps": of.steps} for number, of in bars.items()},
     }
     said = _json(data)
     # Nothing that stands in the page can know it, as it is found of all that does.
@@ -180,9 +178,7 @@ def _page(
             glossary.table_html(),
             Markup(f'<script type="application/json" id="replay-data">{said}</script>'),
             Markup(f'<script type="text/plain" id="replay-film">{film}</script>'),
-            Markup(
-                f'<script type="module" nonce="{nonce}">import "{_name_of(_START)}";</script>'
-            ),
+            Markup(f'<script type="module" nonce="{nonce}">import "{_name_of(_START)}";</script>'),
         ]
     )
     content = joined([element("head", head), element("body", body)])
@@ -346,7 +342,9 @@ def _events(recorded: Recorded, bars: Mapping[int, LineBars]) -> Markup:
         happenings = bars[line.number].happenings
         rows = [("trial", "step", "what happened")]
         rows += [(f"{one.trial:,}", f"{one.step:,}", one.text) for one in happenings]
-        rows.append((f"{line.until_trial:,}", f"{line.until_step:,}", "the end of what is recorded"))
+        rows.append(
+            (f"{line.until_trial:,}", f"{line.until_step:,}", "the end of what is recorded")
+        )
         steps = [0, *(one.step for one in happenings), line.until_step]
         if len(recorded.lines) > 1:
             parts.append(element("h3", line.name))
