@@ -3,6 +3,7 @@
 
 import "../terms.js";
 import { Board } from "../player/board.js";
+import { fill } from "../player/html.js";
 import { send } from "../player/pipe.js";
 import "../time/draw.js";
 import { goBy } from "../time/scrub.js";
@@ -29,11 +30,6 @@ const frame = /** @type {HTMLSelectElement} */ (part("frame"));
 
 /** What is seen of a moment. */
 const look = { layer: layers[0].dataset.layer ?? "", frame: TURNED };
-
-/** @param {Element} place @param {string} html */
-const fill = (place, html) => {
-  if (place.innerHTML !== html) place.innerHTML = html;
-};
 
 /**
  * What has its place in the page is put there, wherever it was made.
