@@ -5,7 +5,7 @@ import { Board } from "../player/board.js";
 import { on } from "../player/pipe.js";
 import { changed, state } from "../time/state.js";
 import { begin as beginAround } from "./around.js";
-import { put } from "./html.js";
+import { put } from "../player/html.js";
 import { begin as connect } from "./line.js";
 
 /** @typedef {{branch: string, trials: number, steps: number} | null} Where */
