@@ -1,5 +1,6 @@
 """What is asked of a session, by any thread: values that its worker carries out in their order."""
 
+import math
 from dataclasses import dataclass
 
 from app.live.lines import MadeAgain
@@ -197,6 +198,8 @@ class StartRace:
     entries: tuple[Entry, ...]
     playing: bool = True
     """Whether they go on at once."""
+    speed: float = math.inf
+    """Steps per second of each."""
 
 
 @dataclass(frozen=True)

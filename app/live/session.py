@@ -345,7 +345,9 @@ class Session(Worker[Status]):
         self._show()
 
     def _start_race(self, request: StartRace) -> None:
-        race = Race(request.entries, self.budget, self.past_of, playing=request.playing)
+        race = Race(
+            request.entries, self.budget, self.past_of, request.speed, playing=request.playing
+        )
         self._end_race()
         self._held().pause()
         self.race = race

@@ -141,8 +141,8 @@ def _svg(shape: Shape) -> Markup:
         case Lines(ways, colour, width):
             path = "".join(map(_path, ways))
             return Markup(
-                f'<path d="{path}" fill="none" stroke="{escaped(colour)}" stroke-width="{_n(width)}"'
-                ' stroke-linecap="round" stroke-linejoin="round"/>'
+                f'<path d="{path}" fill="none" stroke="{escaped(colour)}"'
+                f' stroke-width="{_n(width)}" stroke-linecap="round" stroke-linejoin="round"/>'
             )
         case Area(points, colour):
             return Markup(f'<path d="{_path(points)}Z" fill="{escaped(colour)}"/>')
