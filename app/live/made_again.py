@@ -153,7 +153,7 @@ class _Making:
         self._n_runs = first_number
         self._family: Family | None = None
         self._aside: Family | None = None
-        self._differ: list[str] = []
+        self._differ: list[Line] = []
         self._stood: dict[int, Stood] = {}
         """How lines stand here, by the place in the records where that was written down."""
 
@@ -174,7 +174,8 @@ class _Making:
             for place, record in enumerate(self._records)
             if place in self._stood or not isinstance(record, Stood)
         )
-        return Remade(made, tuple(self._differ), len(self._stood), records)
+        differ = tuple(line.name for line in self._differ)
+        return Remade(made, differ, len(self._stood), records)
 
     def take(self, place: int, record: Record) -> None:
         """Take one record in.
@@ -281,7 +282,7 @@ class _Making:
             stood = replace(record, trial=run.trial, digest=found)
             self._stood[self._place] = replace(stood, run=stood.run - self._first_number)
             if (found, run.trial) != (record.digest, record.trial):
-                self._differ.append(line.name)
+                self._differ.append(line)
             if line.held is None and line.known.step == run.step:
                 # Where a branch rests it is not made again for its digest.
                 line.known = line.known._replace(digest=found)

@@ -16,7 +16,7 @@ _VALUES: Final[tuple[Any, ...]] = (
     *({"do": "FreezeSkills", "frozen": True}, [{"do": "Undo", "number": 5}], ["avoid"]),
 )
 _KEYS: Final = ("run", "parent", "step", "kind", "do", "sum", "spec", "__class__", "a" * 500, "")
-_KINDS: Final = (
+_KINDS: Final[tuple[dict[str, Any], ...]] = (
     *({"kind": "deleted", "run": 1}, {"kind": "brought_back", "run": 1}),
     *({"kind": "went_live", "run": 1, "step": None}, {"kind": "went_live", "run": 0, "step": 5}),
     *({"kind": "went_live", "run": 1, "step": 2**62}, {"kind": "unmarked", "number": 1}),
@@ -89,13 +89,14 @@ def _changed(document: Any, chance: random.Random) -> Any:
     """Something of JSON with one value in it, however deep, left out, changed or added."""
     if not isinstance(document, dict | list) or not document or chance.random() < 0.1:
         return copy.deepcopy(chance.choice(_VALUES))
-    keys: list[Any] = list(document) if isinstance(document, dict) else list(range(len(document)))
+    parts: Any = document
+    keys: list[Any] = list(parts if isinstance(document, dict) else range(len(parts)))
     key = chance.choice(keys)
     match chance.randrange(8):
         case 0:
-            del document[key]
-        case 1 if isinstance(document, dict):
-            document[chance.choice(_KEYS)] = copy.deepcopy(chance.choice(_VALUES))
+            del parts[key]
+        case 1 if isinstance(parts, dict):
+            parts[chance.choice(_KEYS)] = copy.deepcopy(chance.choice(_VALUES))
         case _:
-            document[key] = _changed(document[key], chance)
-    return document
+            parts[key] = _changed(parts[key], chance)
+    return parts
