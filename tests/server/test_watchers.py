@@ -26,12 +26,16 @@ class Wish(msgspec.Struct, tag_field="do", tag="see", forbid_unknown_fields=True
     n: int
 
 
+class Rest(msgspec.Struct, tag_field="do", tag="rest", forbid_unknown_fields=True):
+    """What is read as well."""
+
+
 class Port:
     """A port, and when something changed there."""
 
     def __init__(self, **options: Any) -> None:
         self._changed = threading.Condition()
-        self.watchers = Watchers("127.0.0.1", 0, Wish, self._note, **options)
+        self.watchers = Watchers("127.0.0.1", 0, Wish | Rest, self._note, **options)
         self.port = self.watchers.port
 
     def _note(self) -> None:
@@ -45,9 +49,9 @@ class Port:
 
     def page(self, **options: Any) -> Page:
         """One more that looks."""
-        n = len(self.watchers.all)
+        former = set(self.watchers.all)
         page = Page(self.port, **options)
-        self.wait_for(lambda: len(self.watchers.all) == n + 1)
+        self.wait_for(lambda: bool(set(self.watchers.all) - former))
         return page
 
     def hears(self, page: Page) -> bool:
@@ -182,8 +186,8 @@ def test_when_there_are_too_many_that_is_said() -> None:
         assert b"Too many" in get_path(port.port, "/why", {}).read()
         pages[0].close()
         port.wait_for(lambda: len(port.watchers.all) == 1)
-        assert port.hears(port.page())
         assert get_path(port.port, "/why", {}).read() == b""
+        assert port.hears(port.page())
 
 
 # --- What it reads --------------------------------------------------------------------------------
