@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import InvalidStatus
 
 from app.server import watchers as watchers_module
 from app.server.access import Access, new_code
@@ -245,7 +245,7 @@ def test_random_bytes_end_but_their_own_connection(port: Port) -> None:
 
 def test_a_flood_is_let_go_and_others_are_heard(port: Port) -> None:
     other, page = port.page(), port.page()
-    with pytest.raises((ConnectionClosed, OSError)):
+    with contextlib.suppress(OSError):
         for _ in range(200_000):
             page.socket.socket.sendall(b"\x89\x80abcd" * 20)
     port.wait_for(lambda: len(port.watchers.all) == 1)
