@@ -26,7 +26,7 @@ from app.live.worker import Reply
 from app.page.browser import Browser, Shared
 from app.page.clock import clock_html
 from app.page.confirm import confirm_for_all
-from app.page.dressed import dress
+from app.page.dress import dress
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.inbox import Inbox

@@ -1,16 +1,18 @@
-"""viser's page as it is before anybody sees it: what it leaves out, and where one looks from."""
+"""How viser's page looks at first: the scene with its camera, and the panel that all share."""
+
+from typing import Final
 
 import numpy as np
 import viser
 
 from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 
-_FOV_RADIANS = np.pi / 3
-_PANEL_WIDTH = 330.0
+_FOV_RADIANS: Final = np.pi / 3
+_PANEL_WIDTH: Final = 330.0
 
 
 def dress(server: viser.ViserServer) -> None:
-    """Have the pages of a server show a board from above, and panels beside it."""
+    """Set all that is the same for every browser of a lab."""
     server.scene.set_up_direction("+z")
     server.scene.configure_default_lights(enabled=False)
     server.scene.world_axes.visible = False
