@@ -80,11 +80,20 @@ def difference_in_words(before: Control, trial: int, commands: Sequence[Command]
     return f"Here {here}. End goes back to the live run, which is as it was."
 
 
+def differences(one: Control, other: Control, trial: int) -> list[str]:
+    """What is otherwise where another control holds, in words, the most telling first."""
+    return [difference.said for difference in _differences_between(one, other, trial)]
+
+
 def _differences(before: Control, trial: int, commands: Iterable[Command]) -> list[_Difference]:
-    """What is otherwise, the most telling first."""
+    """What is otherwise after some commands, the most telling first."""
     after = before
     for command in commands:
         after = evolve(after, Event(len(after.history), 0, trial, 0, command, "hand"))
+    return _differences_between(before, after, trial)
+
+
+def _differences_between(before: Control, after: Control, trial: int) -> list[_Difference]:
     finders: tuple[Callable[[Control, Control, int], Iterator[_Difference]], ...] = (
         _skills,
         _explorations,

@@ -345,7 +345,9 @@ class Session(Worker[Status]):
         self._show()
 
     def _start_race(self, request: StartRace) -> None:
-        race = Race(request.entries, self.budget, self.past_of, playing=request.playing)
+        race = Race(
+            request.entries, self.budget, self.past_of, request.speed, playing=request.playing
+        )
         self._end_race()
         self._held().pause()
         self.race = race
@@ -390,6 +392,7 @@ class Session(Worker[Status]):
             answered=self._answered,
             is_own=tree.family.is_own,
             is_resumed=tree.family.is_resumed,
+            is_shared=tree.family.is_shared,
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.held.run.trial:,}",
             opening=None if held.is_over else opening,

@@ -24,7 +24,7 @@ from app.page.side import messages
 from app.page.side.course import ground_of
 from app.page.side.messages import FromSide
 from app.page.side.said import apart_said, looks_with, run_sent
-from app.page.side.show import Hall, SideShow
+from app.page.side.show import Hall, SideShow, are_same
 from app.page.slots import slot_html
 from app.page.time.grounds import PLAIN_PACE
 from app.page.time.walk import Ground, Walk, WalkError, rates_of
@@ -40,17 +40,19 @@ from app.words.numbers import rate_in_short
 from learners.commands import CommandError
 from learners.spec import RunSpec
 
-_SLOWLY_S: Final = 0.3
+_SLOWLY_S: Final = 0.25
 """How often what is read, and lines over boards, are made anew while runs go on."""
 _MOST_WAITING: Final = 256
 _SPEEDS: Final = (200.0, 2e3, 1e4, 2e4, 5e4, 1e5, 2e5, 1e6)
 """Steps a second there are to choose from."""
+_FIRST_SPEED: Final = 2e4
+"""At which a million steps take most of a minute: there is time to see who goes ahead."""
 Presets = Callable[[], Mapping[str, RunSpec]]
 """Those there are to choose from, by name."""
 
 
 class SidePanel:
-    """Of one browser. Opened and closed in the render loop, all else is done in the show's thread."""
+    """Of one browser. The render loop opens and closes it, the show's thread does all else."""
 
     def __init__(
         self,
@@ -131,14 +133,15 @@ class SidePanel:
     # In the show's thread
 
     def draw(self, hall: Hall | None, now_s: float) -> None:
-        """Do what was asked for, and send what is to be seen; whatever is asked is the network's."""
+        """Do what was asked for, which comes from the network, and send what is to be seen."""
         if self._is_new:
             self._is_new = False
             self._sent.clear()
         if hall is not self._hall:
             self._hall = hall
             self._walk, self._past, self._point = Walk(), None, None
-            self._pair = messages.Compare(0, 1, self._pair.shown)
+            n_runs = 2 if hall is None else len(hall.status.entries)
+            self._pair = messages.Compare(n_runs - 2, n_runs - 1, self._pair.shown)
         while self._messages:
             message = self._messages.popleft()
             try:
@@ -183,26 +186,25 @@ class SidePanel:
         ground = _ground(hall)
         place = self._walk.at(now_s, ground)
         self._send("race", self._runs(hall))
-        if not self._send_worlds(status.snapshots):
-            return
+        self._send_worlds(status.snapshots)
         self._send("curves", {**hall.curves, "events": _events(hall)})
         shown = status.snapshots if place is None else self._moment_at(hall.race, place.step)
         step = status.step if place is None else place.step
         is_live = place is None
         playing = status.playing if is_live else self._walk.direction != 0
-        self._send("moment", self._moment(hall, shown, step, is_live, playing, ground))
+        self._send("moment", self._moment(hall, step, is_live, playing, ground))
         if not self._channel.waits("boards"):
             self._send_boards(hall, shown, rests=not playing)
         if now_s - self._slowly_s >= _SLOWLY_S or not playing:
             self._slowly_s = now_s
+            self._send("readings", self._readings(hall, shown, step, is_live))
             self._send_slowly(hall, shown)
 
-    def _send_worlds(self, snapshots: tuple[Snapshot, ...]) -> bool:
+    def _send_worlds(self, snapshots: tuple[Snapshot, ...]) -> None:
         worlds = {world_key(one.spec.world): one.spec.world for one in snapshots}
         if self._sent.get("worlds") != list(worlds):
             self._sent["worlds"] = list(worlds)
             self._channel.send("worlds", {"worlds": [world_sent(one) for one in worlds.values()]})
-        return True
 
     def _runs(self, hall: Hall) -> dict[str, Any]:
         entries = hall.status.entries
@@ -226,17 +228,10 @@ class SidePanel:
         return self._past[1]
 
     def _moment(
-        self,
-        hall: Hall,
-        shown: tuple[Snapshot, ...],
-        step: int,
-        is_live: bool,
-        playing: bool,
-        ground: Ground,
+        self, hall: Hall, step: int, is_live: bool, playing: bool, ground: Ground
     ) -> dict[str, Any]:
+        """Where the playhead is; it moves with each frame."""
         status, walk = hall.status, self._walk
-        names = [entry.name for entry in status.entries]
-        lead = leaders(shown)
         return {
             "step": step,
             "end": status.step,
@@ -246,20 +241,28 @@ class SidePanel:
             "direction": walk.direction or 1,
             "rate": walk.rate,
             "rates": rates_of(status.step, ground.pace),
-            **_pace(status),
             "error": status.error,
             "preparing": status.preparing,
+        }
+
+    def _readings(
+        self, hall: Hall, shown: tuple[Snapshot, ...], step: int, is_live: bool
+    ) -> dict[str, Any]:
+        """What is read of the runs, and who leads."""
+        status = hall.status
+        names = [entry.name for entry in status.entries]
+        lead = leaders(shown)
+        nothing = [""] * len(shown)
+        stands = status.stands if is_live else nothing
+        digests = status.digests if is_live and status.digests else nothing
+        return {
             "standing": str(standing(names, shown, step, status.common_starts)),
+            **_pace(status),
             "runs": [
-                run_sent(one, stand, hall.greedy.at(place, step), digest, place in lead)
-                for place, (one, stand, digest) in enumerate(
-                    zip(
-                        shown,
-                        status.stands if is_live else [""] * len(shown),
-                        (is_live and status.digests) or [""] * len(shown),
-                        strict=True,
-                    )
+                run_sent(
+                    one, stands[place], hall.greedy.at(place, step), digests[place], place in lead
                 )
+                for place, one in enumerate(shown)
             ],
         }
 
@@ -305,12 +308,11 @@ class SidePanel:
         self._send("cell", self._cell(shown))
 
     def _send_parts(self, kind: str, parts: list[msgspec.Raw]) -> None:
+        """Send parts of boards if one of them is another one."""
         known = self._sent.get(kind)
-        if isinstance(known, list) and len(known) == len(parts):
-            if all(a is b for a, b in zip(known, parts, strict=True)):
-                return
-        self._sent[kind] = parts
-        self._channel.send(kind, {"boards": parts})
+        if not (isinstance(known, list) and are_same(known, parts)):
+            self._sent[kind] = parts
+            self._channel.send(kind, {"boards": parts})
 
     @property
     def _names(self) -> Snapshot:
@@ -335,7 +337,7 @@ class SidePanel:
             "one": pair.one,
             "other": pair.other,
             "shown": pair.shown,
-            "text": apart_said(found, names, hall.status.step),
+            "text": apart_said(found, names, hall.status.step, hall.status.trials[pair.one]),
             "caption": ""
             if between is None
             else CHANGE.caption(between[1], self._change_look, Extras(since=between[0])),
@@ -421,7 +423,7 @@ class SidePanel:
                 pass
 
     def _start(self, entries: list[Entry]) -> None:
-        self._session.submit(requests.StartRace(tuple(entries)), self._say)
+        self._session.submit(requests.StartRace(tuple(entries), speed=_FIRST_SPEED), self._say)
 
     def _four(self) -> list[Entry]:
         presets = self._presets()
