@@ -38,6 +38,7 @@ SLIDE: Final = Size()
 SMALL: Final = Size(440, 330)
 """Of films, each picture of which takes room."""
 FILM_MOMENTS: Final = 150
+_GIF_COLOURS: Final = 192
 FILM_MOMENT_S: Final = 0.12
 
 
@@ -157,7 +158,14 @@ def gif_of(frames: Iterable[np.ndarray], seconds: float) -> bytes:
 
     The last one stays for a while before it begins anew.
     """
-    images = [Image.fromarray(frame).quantize(128) for frame in frames]
+    found = list(frames)
+    some = np.concatenate([found[round(n * (len(found) - 1) / 7)] for n in range(8)])
+    colours = Image.fromarray(some).quantize(_GIF_COLOURS)
+    # With the same colours in all, and none mixed of others, of each but what changes is written.
+    images = [
+        Image.fromarray(frame).quantize(palette=colours, dither=Image.Dither.NONE)
+        for frame in found
+    ]
     each = max(round(1000 * seconds), 20)
     times = [*([each] * (len(images) - 1)), 3_000]
     buffer = io.BytesIO()
