@@ -275,7 +275,7 @@ class _Making:
                 run = self._run_at(line, record.step)
             found = digest(run.state)
             stood = replace(record, trial=run.trial, digest=found)
-            self._stood[self._place] = renumbered(stood, -self._first_number)
+            self._stood[self._place] = replace(stood, run=stood.run - self._first_number)
             if (found, run.trial) != (record.digest, record.trial):
                 self._differ.append(line.name)
             if line.held is None and line.known.step == run.step:

@@ -187,6 +187,8 @@ class TakeUp:
     made_again: MadeAgain
     journal: Journal | None
     """Of the session that is taken up: what is done from here on is written there."""
+    is_shared: bool = False
+    """Whether it is from elsewhere, and was not kept here."""
 
 
 @dataclass(frozen=True)

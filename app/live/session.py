@@ -392,6 +392,7 @@ class Session(Worker[Status]):
             answered=self._answered,
             is_own=tree.family.is_own,
             is_resumed=tree.family.is_resumed,
+            is_shared=tree.family.is_shared,
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.held.run.trial:,}",
             opening=None if held.is_over else opening,

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final
 
-from app.live.records import Began, Branched, Gave, Marked, Record, Stood
+from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
 from app.live.written import SessionError, Written, read_data, with_sums, without_sums
 from learners.spec import MAX_TRIALS
 
@@ -166,10 +166,8 @@ class Contents:
     """Runs, and branches of them."""
     n_commands: int
     """Given by hand, those by which lines branched off among them."""
-    n_marks: int
-    step: int
-    """The farthest that any of its lines came, as written down."""
     trial: int
+    """In which the line was, as written down, that was live."""
     version: str
     """Of the pounce that wrote it."""
 
@@ -179,16 +177,14 @@ def contents_of(written: Written) -> Contents:
     records = written.records
     began = next((record for record in reversed(records) if isinstance(record, Began)), None)
     branches = [record for record in records if isinstance(record, Branched)]
-    stood = [record for record in records if isinstance(record, Stood)]
-    farthest = max(stood, key=lambda record: record.step, default=None)
+    live = next((r.run for r in reversed(records) if isinstance(r, Began | WentLive)), 0)
+    stood = (r.trial for r in reversed(records) if isinstance(r, Stood) and r.run == live)
     gave = sum(isinstance(record, Gave) for record in records)
     return Contents(
         preset=written.header.preset if began is None else began.preset,
         seed=written.header.seed if began is None else began.seed,
         n_lines=sum(isinstance(record, Began) for record in records) + len(branches),
         n_commands=gave + sum(len(branch.commands) for branch in branches),
-        n_marks=sum(isinstance(record, Marked) for record in records),
-        step=0 if farthest is None else farthest.step,
-        trial=0 if farthest is None else farthest.trial,
+        trial=next(stood, 0),
         version=written.header.version,
     )

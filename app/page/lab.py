@@ -54,13 +54,7 @@ from app.server.links import Links
 from app.server.notices import tell
 from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
-from app.server.server import (
-    addresses_of,
-    close_server,
-    is_on_this_machine,
-    is_serving,
-    open_server,
-)
+from app.server.server import addresses_of, close_server, is_serving, open_server
 from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
@@ -165,7 +159,7 @@ class Lab:
             links=links,
         )
         self.gallery = Gallery(self.server)
-        self._presenting = Presenting(stand, partial(is_on_this_machine, self.server))
+        self._presenting = Presenting(stand, self.server)
         dress(self.server)
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)

@@ -141,8 +141,8 @@ def _svg(shape: Shape) -> Markup:
         case Lines(ways, colour, width):
             path = "".join(map(_path, ways))
             return Markup(
-                f'<path d="{path}" fill="none" stroke="{escaped(colour)}" stroke-width="{_n(width)}"'
-                ' stroke-linecap="round" stroke-linejoin="round"/>'
+                f'<path d="{path}" fill="none" stroke="{escaped(colour)}"'
+                f' stroke-width="{_n(width)}" stroke-linecap="round" stroke-linejoin="round"/>'
             )
         case Area(points, colour):
             return Markup(f'<path d="{_path(points)}Z" fill="{escaped(colour)}"/>')
@@ -212,9 +212,7 @@ def _scaled(points: Points) -> list[tuple[float, float]]:
 def _paint(image: Image.Image, draw: ImageDraw.ImageDraw, shape: Shape) -> None:
     match shape:
         case Pixels(x, y, wide, high, colours):
-            left, top, right, bottom = (
-                round(v * _FINER) for v in (x, y, x + wide, y + high)
-            )
+            left, top, right, bottom = (round(v * _FINER) for v in (x, y, x + wide, y + high))
             patch = Image.fromarray(colours, "RGBA")
             patch = patch.resize((right - left, bottom - top), Image.Resampling.NEAREST)
             image.paste(patch, (left, top), patch)
@@ -244,9 +242,7 @@ def _paint(image: Image.Image, draw: ImageDraw.ImageDraw, shape: Shape) -> None:
 def _paint_box(image: Image.Image, box: Box) -> None:
     mask = Image.new("L", image.size, 0)
     corners = _scaled([(box.x, box.y), (box.x + box.wide, box.y + box.high)])
-    ImageDraw.Draw(mask).rounded_rectangle(
-        corners, box.radius * _FINER, round(255 * box.opacity)
-    )
+    ImageDraw.Draw(mask).rounded_rectangle(corners, box.radius * _FINER, round(255 * box.opacity))
     image.paste(_rgb(box.colour), mask=mask)
 
 

@@ -93,7 +93,6 @@ export const drawHunt = (context, place, sent) => {
   const [x, y] = place.to(...hunt.predator);
   dot(context, x, y, HALO * unit, "circle", theme.unknown);
   dot(context, x, y, PREDATOR * unit, "circle", theme.predator);
-  if (!hunt.ended) return;
-  dot(context, x, y, END * unit, hunt.ended.shape, hunt.ended.colour);
-  drawWord(context, place, sent, hunt.ended.word, TAG);
+  if (hunt.ended) dot(context, x, y, END * unit, hunt.ended.shape, hunt.ended.colour);
+  for (const word of hunt.words) drawWord(context, place, sent, word, TAG);
 };

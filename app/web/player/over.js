@@ -3,10 +3,15 @@
 
 /** @typedef {import("./sent.js").World} World */
 /** @typedef {import("./sent.js").Sent} Sent */
+/** @typedef {import("./sent.js").Line} Line */
+/** @typedef {import("./sent.js").Theme} Theme */
+/** @typedef {import("./sent.js").Word} Word */
 /** @typedef {import("./place.js").Place} Place */
 
 /** Pixels along each side of the board for which the widths of lines are meant. */
 const WIDTHS_FOR = 640;
+/** They become so much narrower and wider at most, and no line thinner than so many pixels. */
+const [NARROWEST, WIDEST, THINNEST] = [0.4, 1.6, 0.6];
 /** The board of the lab is so many units wide, in which sizes of things on it are given. */
 const UNITS = 12;
 const FIELD = 3;
@@ -15,8 +20,17 @@ const BORDER = 2;
 /** Along an arrow that shows where the prey looks: where it begins and ends, and its wings. */
 const [TAIL, TIP, WING] = [0.12, 0.62, 0.2];
 const PREY = 0.13;
+/** Of an arrow among many, the wings as a share of it. */
+const BARB = 0.38;
+/** The mark of a cell is at least so large. */
+const MARK = 0.11;
+/** Of lines of words. */
 const LABEL = 0.34;
 const TILE_LABEL = 0.29;
+/** Letters as a share of their line, and at least so many pixels of the page large. */
+const [LETTERS, SMALLEST] = [0.72, 9];
+/** The patch under a word, in letters: what it has beside it, its height, its corners; how it covers. */
+const [PAD, TALL, ROUNDED, PATCH] = [0.7, 1.35, 0.3, 0.88];
 
 /**
  * A board unit in pixels.
@@ -29,9 +43,9 @@ export const unitOf = (place) => place.side / UNITS;
  * @param {Place} place
  * @param {number} width
  */
-export const widthOn = (place, width) => {
-  const ratio = window.devicePixelRatio || 1;
-  return Math.max(width * Math.min(Math.max(place.side / ratio / WIDTHS_FOR, 0.4), 1.6), 0.6) * ratio;
+export const widthOn = ({ side, ratio }, width) => {
+  const share = Math.min(Math.max(side / ratio / WIDTHS_FOR, NARROWEST), WIDEST);
+  return Math.max(width * share, THINNEST) * ratio;
 };
 
 /**
@@ -49,17 +63,30 @@ export const trace = (context, place, points) => {
 };
 
 /**
+ * The wings of an arrow, as a line from one over the tip to the other.
+ * @param {number[]} arrow x and y of its tail and of its head
+ */
+const wingsOf = ([fromX, fromY, toX, toY]) => {
+  const [x, y] = [BARB * (fromX - toX), BARB * (fromY - toY)];
+  // To both sides of the shaft, by a triangle of sides 3, 4 and 5.
+  return [toX + 0.8 * x - 0.6 * y, toY + 0.6 * x + 0.8 * y, toX, toY, toX + 0.8 * x + 0.6 * y, toY - 0.6 * x + 0.8 * y];
+};
+
+/**
  * @param {CanvasRenderingContext2D} context
  * @param {Place} whole
- * @param {Sent} sent
+ * @param {Line[]} lines
  */
-export const drawLines = (context, whole, sent) => {
+export const drawLines = (context, whole, lines) => {
   context.lineCap = context.lineJoin = "round";
-  for (const { colour, width, points } of sent.lines ?? []) {
+  for (const { colour, width, points, arrows } of lines) {
     context.beginPath();
     context.strokeStyle = colour;
     context.lineWidth = widthOn(whole, width);
-    for (const piece of points) trace(context, whole, piece);
+    for (const piece of points) {
+      trace(context, whole, piece);
+      if (arrows) trace(context, whole, wingsOf(piece));
+    }
     context.stroke();
   }
 };
@@ -72,7 +99,7 @@ export const drawLines = (context, whole, sent) => {
  * @param {World} world
  */
 export const drawPrey = (context, place, sent, world) => {
-  const theme = /** @type {import("./sent.js").Theme} */ (sent.theme);
+  const theme = /** @type {Theme} */ (sent.theme);
   const unit = unitOf(place);
   const heading = place.heading ?? sent.prey ?? null;
   const turns = sent.prey !== null && heading !== null;
@@ -115,32 +142,54 @@ export const drawPrey = (context, place, sent, world) => {
 };
 
 /**
+ * The outline of a cell, with a rim that sets it off.
+ * @param {CanvasRenderingContext2D} context
+ * @param {Place} place
+ * @param {Sent} sent
+ * @param {{east: number, north: number} | null} cell
+ */
+export const drawMark = (context, place, sent, cell) => {
+  if (!cell || !place.has(cell.east, cell.north)) return;
+  const theme = /** @type {Theme} */ (sent.theme);
+  const [x, y] = place.to(cell.east, cell.north);
+  const half = Math.max(place.cell / 2, MARK * unitOf(place));
+  for (const [colour, width] of /** @type {const} */ ([
+    [theme.unknown, 5.5],
+    [theme.ink, 3],
+  ])) {
+    context.strokeStyle = colour;
+    context.lineWidth = widthOn(place, width);
+    context.strokeRect(x - half, y - half, 2 * half, 2 * half);
+  }
+};
+
+/**
  * A word on a patch of the board's colour, with its middle at a place.
  * @param {CanvasRenderingContext2D} context
  * @param {Place} place
  * @param {Sent} sent
- * @param {[string, number, number]} label
+ * @param {Word} word
  * @param {number} height of a line, in board units
+ * @param {number} [most] pixels that it may take
  */
-export const drawWord = (context, place, sent, [text, east, north], height) => {
-  if (!text) return;
-  const theme = /** @type {import("./sent.js").Theme} */ (sent.theme);
-  const ratio = window.devicePixelRatio || 1;
-  const size = Math.max(height * unitOf(place) * 0.72, 9 * ratio);
+export const drawWord = (context, place, sent, [text, east, north], height, most = place.side) => {
+  const theme = /** @type {Theme} */ (sent.theme);
+  const size = Math.max(height * LETTERS * unitOf(place), SMALLEST * place.ratio);
   context.font = `${size}px system-ui, sans-serif`;
   context.textAlign = "center";
   context.textBaseline = "middle";
   const [x, y] = place.to(east, north);
-  const wide = context.measureText(text).width + size * 0.7;
-  const high = size * 1.35;
+  const room = most - PAD * size;
+  const wide = Math.min(context.measureText(text).width, room) + PAD * size;
+  const high = TALL * size;
   context.beginPath();
-  context.roundRect(x - wide / 2, y - high / 2, wide, high, size * 0.3);
-  context.globalAlpha = 0.88;
+  context.roundRect(x - wide / 2, y - high / 2, wide, high, ROUNDED * size);
+  context.globalAlpha = PATCH;
   context.fillStyle = theme.unknown;
   context.fill();
   context.globalAlpha = 1;
   context.fillStyle = theme.ink;
-  context.fillText(text, x, y);
+  context.fillText(text, x, y, room);
 };
 
 /**
@@ -149,5 +198,7 @@ export const drawWord = (context, place, sent, [text, east, north], height) => {
  * @param {Sent} sent
  */
 export const drawWords = (context, whole, sent) => {
-  for (const label of sent.labels ?? []) drawWord(context, whole, sent, label, sent.tiles ? TILE_LABEL : LABEL);
+  const most = sent.tiles ? whole.side * whole.world.tiles.share : whole.side;
+  const height = sent.tiles ? TILE_LABEL : LABEL;
+  for (const word of sent.labels ?? []) drawWord(context, whole, sent, word, height, most);
 };
