@@ -2,13 +2,11 @@
 // The page of an audience: what the presenter shows, on whatever one has at hand. It only looks.
 
 import { Board } from "../player/board.js";
+import { put as fill } from "../player/html.js";
 import { on } from "../player/pipe.js";
 import { changed, state } from "../time/state.js";
 import { begin as beginAround } from "./around.js";
-import { put } from "../player/html.js";
 import { begin as connect } from "./line.js";
-
-/** @typedef {{branch: string, trials: number, steps: number} | null} Where */
 
 /** What is said aloud is said no more often. */
 const SAID_MS = 10_000;
@@ -18,6 +16,7 @@ const part = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 const main = /** @type {HTMLElement} */ (document.querySelector("main"));
 const board = new Board(/** @type {HTMLCanvasElement} */ (part("board")));
+const modes = /** @type {HTMLElement} */ (document.querySelector(".modes"));
 let lab = "";
 
 /** @param {HTMLElement} place @param {string} text */
@@ -29,24 +28,25 @@ const write = (place, text) => {
 /** @param {string} text */
 const tell = (text) => write(part("connection"), text);
 
+/**
+ * Texts with markup. Words that are explained in the lab are plain words here.
+ * @param {HTMLElement} place
+ * @param {string} html
+ */
+const put = (place, html) => fill(place, html.replaceAll(' role="term" tabindex="0"', ""));
+
 on("lab", ({ lab: told }) => {
   // Another lab is at the same address now: nothing of the former one holds, be it a script.
   if (lab && lab !== told) location.reload();
   lab = told;
 });
 
-on("stand", ({ begun, away, place, follows }) => {
+on("stand", ({ begun, away, follows }) => {
   main.hidden = !begun;
-  write(part("waiting"), begun ? "" : "The presenter has not begun. This page shows it when they do.");
-  if (!begun) return;
-  const notes = [];
-  if (away && follows) notes.push("The presenter's page is closed; this is how they left it.");
-  if (follows && place) notes.push(`The presenter looks at ${whereOf(place)}.`);
-  write(part("note"), notes.join(" "));
+  modes.hidden = !begun;
+  write(part("waiting"), begun ? "" : "The presenter has not begun. What they show will be here.");
+  write(part("note"), away && follows ? "The presenter's page is closed. This is how they left it." : "");
 });
-
-/** @param {NonNullable<Where>} where */
-const whereOf = ({ branch }) => branch || "the past";
 
 on("world", ({ world }) => board.world(world));
 on("ground", ({ board: sent }) => board.show(sent));
