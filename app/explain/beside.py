@@ -15,7 +15,7 @@ from learners import measures
 from learners.spec import MOVES, RunSpec
 
 _LEVEL: Final = 3.0
-"""Rewards per trial that are no farther apart are level: a mean over the last trials is no surer."""
+"""Rewards per trial no farther apart are level: a mean over the last trials is no surer."""
 _COUNTS: Final = {2: "Two", 3: "Three", 4: "Four"}
 
 
@@ -30,11 +30,8 @@ def repertoire(spec: RunSpec) -> str:
         when = "from the start" if joins[0] == 0 else f"from trial {joins[0]:,}"
         return f"{names}, {when}" if len(skills) == 1 else f"{names}, all {when}"
     by_time = sorted(zip(joins, skills, strict=True))
-    first, *later = [
-        f"{plain(skill)} from {'the start' if at == 0 else f'trial {at:,}'}"
-        for at, skill in by_time
-    ]
-    return f"one skill after the other: {', '.join([first, *later])}"
+    parts = [plain(skill) + (f" ({at:,})" if at else "") for at, skill in by_time]
+    return f"one skill after the other, by trial: {', '.join(parts)}"
 
 
 def standing(
@@ -95,11 +92,11 @@ class Row(NamedTuple):
 def cell_rows(readings: Sequence[CellReading | None]) -> list[Row]:
     """What each run knows of the same cell; None of one whose grid has no such cell."""
     rows = (
-        ("worth", _worth, "Steps from a capture that is worth as much, and the value itself"),
-        ("it takes", _choice, "What is best there by what it knows"),
-        ("first worth something", _reach, "Trial in which the value first rose above 0"),
-        ("steps begun here", _visits, "So far, in this state"),
-        ("a hunt from here", _end, "Without random moves, nothing learned"),
+        ("worth", _worth, "Steps to a certain capture that is worth as much"),
+        ("takes", _choice, "What is best there by what it knows"),
+        ("since", _reach, "The trial in which the value first rose above 0"),
+        ("visits", _visits, "Steps that began in this state so far"),
+        ("a hunt", _end, "How one from here ends without random moves"),
     )
     return [
         Row(
@@ -114,13 +111,13 @@ def cell_rows(readings: Sequence[CellReading | None]) -> list[Row]:
 def _worth(reading: CellReading) -> str:
     best = max((option.q for option in reading.options), default=0.0)
     if best <= 0:
-        return "expects to be seen" if best < 0 else "nothing known"
-    return f"{reading.unit.steps_in_words(best)} steps ({shown_number(best)})"
+        return "will be seen" if best < 0 else "nothing yet"
+    return f"{reading.unit.steps_in_words(best)} steps"
 
 
 def _choice(reading: CellReading) -> str:
     best = [option.name for option in reading.options if option.greedy]
-    return best[0] if len(best) == 1 else "no choice is best"
+    return best[0] if len(best) == 1 else "no best one"
 
 
 def _reach(reading: CellReading) -> str:

@@ -10,6 +10,7 @@ others as CSS writes them.
 """
 
 import base64
+import functools
 import hashlib
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
@@ -24,18 +25,19 @@ from app.picture.frames import folds, rim
 from app.picture.layer import Extras, Layer, Picture
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look, heading_shown
-from app.picture.multiples import SHARE, SIDE, TILES, all_headings
+from app.picture.multiples import HALF_HEIGHT, SHARE, SIDE, TILES, all_headings
 from app.picture.outlines import BOARD_UNITS
-from app.picture.raster import PATTERNS, Raster, areas, by_state, raster
+from app.picture.raster import PATTERNS, Raster, areas, by_state, raster, sensors_of
 from app.picture.theme import OUTCOME_SHAPES, Theme
-from app.player.hunts import ENDED, Way, ends_of, placed, sketched, way_of
+from app.player.hunts import arrow_middle, end_of, ends_of, names_of, placed, sketched, way_of
 from app.player.names import middles
-from app.player.tags import Tag, places_of
+from app.player.tags import places_of
 from sim.spec import N_HEADINGS, WorldSpec
 
 _THIN: Final = 1.0
 _THICK: Final = 2.5
 _ARROW: Final = 4.0
+_SMALL_ARROW: Final = 2.5
 _PATH: Final = 2.0
 """Widths of lines in pixels, on a board as large as that of the lab."""
 _DIGITS: Final = 2
@@ -55,6 +57,7 @@ def world_sent(world: WorldSpec) -> dict[str, Any]:
         "tiles": {
             "side": SIDE,
             "share": SHARE,
+            "height": round(2 * HALF_HEIGHT, 6),
             "places": [[round(tile.east, 6), round(tile.north, 6)] for tile in TILES],
         },
     }
@@ -62,13 +65,12 @@ def world_sent(world: WorldSpec) -> dict[str, Any]:
 
 def world_key(world: WorldSpec) -> str:
     """The same for worlds that are drawn alike."""
-    found = areas(world)
-    content = found.of_cells.tobytes() + repr((world.size, world.vision_radius)).encode()
-    return hashlib.blake2b(content, digest_size=6).hexdigest()
+    drawn = (*sensors_of(world), *sensors_of(world.of_skills), world.vision_radius)
+    return hashlib.blake2b(repr(drawn).encode(), digest_size=6).hexdigest()
 
 
 def board_sent(
-    snapshot: Snapshot, look: Look, extras: Extras, rests: bool = False
+    snapshot: Snapshot, look: Look, extras: Extras, rests: bool = False, named: bool = False
 ) -> dict[str, Any]:
     """All that is drawn of a moment; both parts, which may be sent apart (:func:`over_sent`).
 
@@ -77,33 +79,37 @@ def board_sent(
         look: how it is seen.
         extras: what the layer shows besides.
         rests: whether the learner stands still: then a trial that has just ended is still shown.
+        named: whether there are names on prey and predator.
     """
-    picture = _painted(snapshot, look, extras)
-    return _ground(snapshot, look, picture, rests) | _over(snapshot, look, picture)
+    look, picture = _painted(snapshot, look, extras)
+    return _ground(snapshot, look, picture, rests, named) | _over(snapshot, look, picture)
 
 
 def ground_sent(
-    snapshot: Snapshot, look: Look, extras: Extras, rests: bool = False
+    snapshot: Snapshot, look: Look, extras: Extras, rests: bool = False, named: bool = False
 ) -> dict[str, Any]:
     """The part of a board that changes with each moment: its colours, and the hunt."""
-    return _ground(snapshot, look, _painted(snapshot, look, extras), rests)
+    look, picture = _painted(snapshot, look, extras)
+    return _ground(snapshot, look, picture, rests, named)
 
 
 def over_sent(snapshot: Snapshot, look: Look, extras: Extras) -> dict[str, Any]:
     """The other part: lines and words over the colours, which take longer to find than all
     colours; those that were shown stay until others come, if they are of the same view."""
-    return _over(snapshot, look, _painted(snapshot, look, extras))
+    look, picture = _painted(snapshot, look, extras)
+    return _over(snapshot, look, picture)
 
 
 # Colours --------------------------------------------------------------------------------------
 
 
-def _painted(snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
-    """The picture, its colours by states where it goes by states."""
+def _painted(snapshot: Snapshot, look: Look, extras: Extras) -> tuple[Look, Picture]:
+    """The picture, its colours by states where it goes by states; and the look that it has."""
     layer, world = LAYERS[look.layer], snapshot.spec.world
+    look = layer.heeded(look)
     if look.frame == ALL:
-        return all_headings(snapshot, look, layer, extras, _raster(layer, world, SIDE))
-    return layer.draw(snapshot, look, extras, _raster(layer, world, world.size))
+        return look, all_headings(snapshot, look, layer, extras, _raster(layer, world, SIDE))
+    return look, layer.draw(snapshot, look, extras, _raster(layer, world, world.size))
 
 
 def _raster(layer: Layer, world: WorldSpec, side: int) -> Raster:
@@ -131,7 +137,9 @@ def _base64(array: np.ndarray) -> str:
 # The part that changes with each moment ---------------------------------------------------------
 
 
-def _ground(snapshot: Snapshot, look: Look, picture: Picture, rests: bool) -> dict[str, Any]:
+def _ground(
+    snapshot: Snapshot, look: Look, picture: Picture, rests: bool, named: bool
+) -> dict[str, Any]:
     layer = LAYERS[look.layer]
     turns = "frame" in layer.heeds
     shown = heading_shown(look, snapshot.heading)
@@ -145,7 +153,7 @@ def _ground(snapshot: Snapshot, look: Look, picture: Picture, rests: bool) -> di
         "round": folds(look),
         "tiles": look.frame == ALL,
         "theme": _theme(look.theme),
-        "hunt": None if look.frame == ALL else _hunt(snapshot, look, shown, rests),
+        "hunt": None if look.frame == ALL else _hunt(snapshot, look, shown, rests, named),
     }
 
 
@@ -155,12 +163,13 @@ def _view(snapshot: Snapshot, look: Look) -> str:
     return f"{world_key(snapshot.spec.world)} {look.layer} {look.option} {look.frame} {shown}"
 
 
+@functools.lru_cache(maxsize=4)
 def _theme(theme: Theme) -> dict[str, Any]:
     colours = {name: css(getattr(theme, name)) for name in theme._fields}
     return {"dark": theme.is_dark, **colours}
 
 
-def _hunt(snapshot: Snapshot, look: Look, shown: int, rests: bool) -> dict[str, Any]:
+def _hunt(snapshot: Snapshot, look: Look, shown: int, rests: bool, named: bool) -> dict[str, Any]:
     world, theme = snapshot.spec.world, look.theme
     ends = ends_of(snapshot, look, shown, theme)
     sent: dict[str, Any] = {
@@ -168,6 +177,7 @@ def _hunt(snapshot: Snapshot, look: Look, shown: int, rests: bool) -> dict[str, 
         "turned": shown != snapshot.heading,
         "predator": None,
         "trail": [],
+        "words": [],
         "ends": [
             [*_numbers(place, world), OUTCOME_SHAPES[outcome], css(colour)]
             for place, outcome, colour in zip(
@@ -182,20 +192,16 @@ def _hunt(snapshot: Snapshot, look: Look, shown: int, rests: bool) -> dict[str, 
     sent["predator"] = _numbers(path[-1], world)
     if look.trail:
         sent["trail"] = _numbers(path, world)
-    if way.outcome is not None:
-        sent["ended"] = _ended(way, path[-1], theme, world)
+    if way.outcome in OUTCOME_SHAPES:
+        colour = css(theme.of_outcome(way.outcome))
+        sent["ended"] = {"shape": OUTCOME_SHAPES[way.outcome], "colour": colour}
+    tags = names_of(world, look, way, path[-1], shown) if named else end_of(way, path[-1])
+    places = places_of(tags, [arrow_middle(shown)] if named else [])
+    sent["words"] = [
+        [tag.text, *_numbers(np.array(place), world)]
+        for tag, place in zip(tags, places, strict=True)
+    ]
     return sent
-
-
-def _ended(way: Way, here: np.ndarray, theme: Theme, world: WorldSpec) -> dict[str, Any]:
-    outcome = way.outcome or 0
-    word = ENDED.get(outcome, "")
-    tag = Tag(word, (float(here[0]), float(here[1])))
-    return {
-        "shape": OUTCOME_SHAPES.get(outcome, "circle"),
-        "colour": css(theme.of_outcome(outcome)),
-        "word": [word, *_numbers(np.array(places_of([tag])[0]), world)],
-    }
 
 
 def _numbers(points: np.ndarray, world: WorldSpec) -> list[float]:
@@ -264,17 +270,20 @@ def _contours(
 
 
 def _arrows(picture: Picture, look: Look, world: WorldSpec) -> Iterable[dict[str, Any]]:
-    """Arrows by their colours."""
-    lines, there = outlines.arrow_lines(picture, world, folds(look))
-    if not len(lines):
+    """Arrows by their colours: each as its tail and its head."""
+    if picture.arrows is None or not len(picture.arrows):
         return
-    inks = np.tile(np.array(look.theme.ink, np.uint8), (len(there), 1))
-    if picture.arrow_colours is not None:
-        inks = picture.arrow_colours
-    # An arrow is three lines.
-    colours, number = np.unique(np.tile(inks[there], (3, 1)), axis=0, return_inverse=True)
+    unit = BOARD_UNITS / world.size
+    there = outlines.within(picture.arrows * unit, world, folds(look))
+    inks = picture.arrow_colours
+    if inks is None:
+        inks = np.broadcast_to(np.array(look.theme.ink, np.uint8), (len(there), 3))
+    width = _SMALL_ARROW if look.frame == ALL else _ARROW
+    colours, number = np.unique(inks[there], axis=0, return_inverse=True)
     for index, colour in enumerate(colours):
-        yield _line(lines[number.ravel() == index], colour, _ARROW, world)
+        arrows = picture.arrows[there][number.ravel() == index]
+        ends = [_rounded(arrow) for arrow in arrows.astype(np.float64)]
+        yield {"colour": css(colour), "width": width, "points": ends, "arrows": True}
 
 
 def _line(

@@ -62,8 +62,8 @@ class _Track:
     lines: list[Sequence[Mapping[str, Any]]] = field(
         default_factory=list[Sequence[Mapping[str, Any]]]
     )
-    inks: list[tuple[str, ...]] = field(default_factory=list[tuple[str, ...]])
-    """Colours of these lines on dark pages."""
+    looks: list[tuple[str, ...]] = field(default_factory=list[tuple[str, ...]])
+    """Of each of these lines what it looks like on light pages and on dark ones, as JSON."""
     hunts: list["_Hunt"] = field(default_factory=list["_Hunt"])
     rests: list[tuple[str, ...]] = field(default_factory=list[tuple[str, ...]])
     """All else of the boards, and texts."""
@@ -95,7 +95,12 @@ class Film:
             track = self._tracks.setdefault(name, _Track())
             _add_colours(track, view)
             track.lines.append(view.light["lines"])
-            track.inks.append(tuple(line["colour"] for line in view.dark["lines"]))
+            track.looks.append(
+                tuple(
+                    _json([_without(line, ["points"]) for line in both])
+                    for both in zip(view.light["lines"], view.dark["lines"], strict=True)
+                )
+            )
             track.hunts.append(_hunt(view))
             track.rests.append((_rest(view.light), _rest(view.dark), *view.texts))
 
@@ -137,11 +142,7 @@ def _packed(
         less = np.diff(places, axis=0, prepend=0)
         body += _bytes(less, 1 if len(palette) <= 256 else 2)
     lines = [track.lines[place] for place in kept]
-    looks = [
-        table.place(json.dumps([line["colour"], ink, line["width"]]))
-        for place in kept
-        for line, ink in zip(track.lines[place], track.inks[place], strict=True)
-    ]
+    looks = [table.place(look) for place in kept for look in track.looks[place]]
     ways = [way for each in lines for line in each for way in line["points"]]
     body += _ways(ways)
     hunts = [track.hunts[place] for place in kept]
@@ -182,7 +183,7 @@ def _add_colours(track: _Track, view: View) -> None:
 
 
 def _together(view: View, plane: str) -> np.ndarray:
-    """(state,) int64: two colours as one number; of a plane that is not there those of the first."""
+    """(state,) int64: two colours as one number; where a plane is not there, those of the first."""
     parts = [
         np.frombuffer(base64.b64decode(board.get(plane, board["colours"])), np.uint8)
         .reshape(-1, 3)
@@ -315,9 +316,7 @@ def _boards(view: Mapping[str, Any], texts: Sequence[str], n: int, reader: _Read
         light, dark, *said = (texts[place] for place in view["rests"][number])
         boards = [json.loads(rest) for rest in (light, dark)]
         for side, board in enumerate(boards):
-            board["lines"] = [
-                {"colour": look[side], "width": look[2], "points": at} for look, at in lines[number]
-            ]
+            board["lines"] = [{**look[side], "points": at} for look, at in lines[number]]
             for name, (palette, places) in planes.items():
                 colours = palette[places[number], 3 * side : 3 * side + 3]
                 board[name] = base64.b64encode(colours.tobytes()).decode()

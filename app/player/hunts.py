@@ -9,9 +9,10 @@ import numpy as np
 from app.live.snapshot import Snapshot, TrialPath
 from app.picture.frames import folds
 from app.picture.look import Look
-from app.picture.outlines import kept_on_board, on_picture
+from app.picture.outlines import BOARD_UNITS, kept_on_board, on_picture
 from app.picture.theme import Theme
-from sim.spec import WorldSpec
+from app.player.tags import Tag
+from sim.spec import STANDARD_SIZE, WorldSpec
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, World
 
 ENDED: Final[Mapping[int, str]] = {
@@ -21,6 +22,14 @@ ENDED: Final[Mapping[int, str]] = {
 }
 """What stands on the board where a hunt has ended."""
 
+
+_FIELD_NAME: Final = "what it sees"
+_FIELD_PLACE: Final = (1.3, 1.05)
+"""Of that in the field of a prey that faces east, clear of its arrow, in board units."""
+_ARROW_PLACE: Final = (0.45, 0.0)
+"""Of the middle of that arrow."""
+_LEAST_FIELD: Final = 2.4
+"""Radius of a field, in board units, in which that has room."""
 
 _TRAIL_STEPS = 120
 _WHOLE_STEPS = 2_000
@@ -103,3 +112,33 @@ def sketched(snapshot: Snapshot, look: Look, path: TrialPath, shown: int) -> np.
     chosen = np.unique(np.linspace(0, len(path.cells) - 1, _PATH_POINTS).astype(int))
     cells = path.cells[chosen]
     return placed(snapshot.world, snapshot.spec.world, look, cells, path.heading, shown)
+
+
+# Words ----------------------------------------------------------------------------------------
+
+
+def names_of(spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> list[Tag]:
+    """What is what; where the predator is that has ended its hunt stands what that came to."""
+    tags: list[Tag] = []
+    if look.field and spec.vision_radius * BOARD_UNITS / STANDARD_SIZE >= _LEAST_FIELD:
+        tags.append(Tag(_FIELD_NAME, _turned(_FIELD_PLACE, shown), within=True))
+    tags.append(Tag("prey", (0.0, 0.0)))
+    word = "predator" if way.outcome is None else ENDED.get(way.outcome, "predator")
+    return [*tags, Tag(word, (float(here[0]), float(here[1])))]
+
+
+def end_of(way: Way, here: np.ndarray) -> list[Tag]:
+    """What a hunt came to, beside where it ended; nothing of one that goes on."""
+    word = "" if way.outcome is None else ENDED.get(way.outcome, "")
+    return [Tag(word, (float(here[0]), float(here[1])))] if word else []
+
+
+def arrow_middle(shown: int) -> tuple[float, float]:
+    """The middle of the prey's arrow in a picture, which no word is to cover."""
+    return _turned(_ARROW_PLACE, shown)
+
+
+def _turned(place: tuple[float, float], heading: int) -> tuple[float, float]:
+    """A place beside a prey that faces east, beside one that faces another way."""
+    turned = np.exp(1j * heading * np.pi / 4) * complex(*place)
+    return float(turned.real), float(turned.imag)

@@ -19,9 +19,11 @@ _WIDTHS_FOR: Final = 640
 _BORDER, _FIELD, _ARROW, _TRAIL = 2.0, 3.0, 4.0, 3.0
 _PREY, _PREDATOR, _HALO, _END, _RIM = 0.13, 0.13, 0.17, 0.1, 1.5
 _TAIL, _TIP, _WING = 0.12, 0.62, 0.2
+_BARB: Final = 0.38
+"""Wings of an arrow among many, as a share of it."""
 _LABEL, _TILE_LABEL, _TAG = 0.34, 0.29, 0.42
 _TRAIL_PIECES: Final = 12
-_ARC: Final = 48
+_ARC: Final = 144
 """Straight pieces of a circle."""
 # In the order in which one lies over another, where they differ.
 _PATTERNS: Final = ("falling", "rising", "dots")
@@ -83,6 +85,8 @@ def sketch(
         yield _ground(board, world, place, number)
     for line in board["lines"]:
         ways = [whole.way(points) for points in line["points"]]
+        if line.get("arrows"):
+            ways += [_wings(way) for way in ways]
         yield Lines(ways, line["colour"], whole.width(line["width"]))
     for number, place in enumerate(places):
         yield from _prey(board, world, place, number if board["tiles"] else None)
@@ -91,6 +95,18 @@ def sketch(
     for label in board["labels"]:
         height = _TILE_LABEL if board["tiles"] else _LABEL
         yield from _word(board["theme"], whole, label, height)
+
+
+def _wings(arrow: Points) -> Points:
+    """The wings of an arrow from its tail to its head, as a line from one over the tip."""
+    (from_x, from_y), (x, y) = arrow
+    back_x, back_y = _BARB * (from_x - x), _BARB * (from_y - y)
+    # To both sides of the shaft, by a triangle of sides 3, 4 and 5.
+    return [
+        (x + 0.8 * back_x - 0.6 * back_y, y + 0.6 * back_x + 0.8 * back_y),
+        (x, y),
+        (x + 0.8 * back_x + 0.6 * back_y, y - 0.6 * back_x + 0.8 * back_y),
+    ]
 
 
 def _tiles(whole: _Place, world: Mapping[str, Any]) -> list[_Place]:
@@ -211,7 +227,8 @@ def _hunt(board: Mapping[str, Any], place: _Place) -> Iterator[Shape]:
     yield Disc(x, y, _PREDATOR * unit, theme["predator"])
     if ended:
         yield _dot(x, y, _END * unit, ended["shape"], ended["colour"])
-        yield from _word(theme, place, ended["word"], _TAG)
+    for word in hunt["words"]:
+        yield from _word(theme, place, word, _TAG)
 
 
 def _dot(x: float, y: float, radius: float, shape: str, colour: str) -> Shape:

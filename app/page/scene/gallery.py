@@ -17,6 +17,7 @@ from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look
 from app.picture.multiples import all_headings
+from app.player.moments import manner_of
 from app.player.texts import Texts
 from app.server.stage import Stage
 
@@ -67,9 +68,8 @@ class Exhibit:
 
     def _draw(self, status: Status, extras: Extras, now_s: float) -> None:
         look, layer = self.look, LAYERS[self.look.layer]
-        opens = status.opening is not None and not status.opening.rising
-        rests = opens or not status.playing
-        drawn = (status.snapshot, extras.success, extras.since, rests, opens)
+        manner = manner_of(status)
+        drawn = (status.snapshot, extras.success, extras.since, *manner)
         former = self._drawn
         if former is None or not all(a is b for a, b in zip(drawn, former, strict=True)):
             self._drawn, self._drawn_s = drawn, now_s
@@ -77,7 +77,7 @@ class Exhibit:
             return
         paint = partial(all_headings, layer=layer) if look.frame == ALL else layer.paint
         picture = paint(status.snapshot, look, extras=extras)
-        self.board.update(status.snapshot, picture, self.look, now_s, rests, named=opens)
+        self.board.update(status.snapshot, picture, self.look, now_s, *manner)
 
 
 class Gallery:

@@ -1,8 +1,5 @@
 """Hunts on the board: predator, trail, how trials ended, and names on what is to be seen."""
 
-from collections.abc import Sequence
-from typing import Final
-
 import numpy as np
 import viser
 
@@ -11,11 +8,19 @@ from app.page.scene.parts import OF_PARTS, Parts, in_linear_light
 from app.page.scene.tags import Tags
 from app.page.widgets import assign
 from app.picture.look import Look, heading_shown
-from app.picture.outlines import BOARD_UNITS, lifted, segments
+from app.picture.outlines import lifted, segments
 from app.picture.theme import OUTCOME_SHAPES, Theme
-from app.player.hunts import ENDED, Way, ends_of, placed, sketched, way_of
-from app.player.tags import Tag
-from sim.spec import STANDARD_SIZE, WorldSpec
+from app.player.hunts import (
+    Way,
+    arrow_middle,
+    end_of,
+    ends_of,
+    names_of,
+    placed,
+    sketched,
+    way_of,
+)
+from sim.spec import WorldSpec
 from sim.world import World
 
 _PREDATOR_RADIUS, _HALO_RADIUS, _END_RADIUS = 0.13, 0.17, 0.1
@@ -25,14 +30,6 @@ _Z_PATHS, _Z_TRAIL, _Z_RIM, _Z_END, _Z_HALO, _Z_PREDATOR, _Z_LAST = (
     *(0.028, 0.03),
     *(0.033, 0.035, 0.048, 0.05, 0.052),
 )
-
-_FIELD_NAME: Final = "what it sees"
-_FIELD_PLACE: Final = (1.3, 1.05)
-"""Of that in the field of a prey that faces east, clear of its arrow, in board units."""
-_ARROW_PLACE: Final = (0.45, 0.0)
-"""Of the middle of that arrow."""
-_LEAST_FIELD: Final = 2.4
-"""Radius of a field, in board units, in which that has room."""
 
 
 class Chase(Parts):
@@ -88,13 +85,11 @@ class Chase(Parts):
 
     def name(self, spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> None:
         """Say what is what, and what the hunt came to."""
-        tip = _turned(_ARROW_PLACE, shown)
-        self._tags.show(_names(spec, look, way, here, shown), [tip])
+        self._tags.show(names_of(spec, look, way, here, shown), [arrow_middle(shown)])
 
     def say_end(self, way: Way, here: np.ndarray) -> None:
         """Say what the hunt came to, and nothing else."""
-        words = [] if way.outcome is None else [ENDED.get(way.outcome, "")]
-        self._tags.show([Tag(word, _pair(here)) for word in words if word])
+        self._tags.show(end_of(way, here))
 
 
 class HuntView(Parts):
@@ -167,26 +162,6 @@ class HuntView(Parts):
             places = lifted(ends.places[of], _Z_END)
             self._set(handle, f"ends {outcome}", places, ends.colours[of])
         self._set(self._rims, "rims", lifted(ends.places, _Z_RIM))
-
-
-def _names(spec: WorldSpec, look: Look, way: Way, here: np.ndarray, shown: int) -> Sequence[Tag]:
-    """What is what; where the predator is that has ended its hunt stands what that came to."""
-    tags: list[Tag] = []
-    if look.field and spec.vision_radius * BOARD_UNITS / STANDARD_SIZE >= _LEAST_FIELD:
-        tags.append(Tag(_FIELD_NAME, _turned(_FIELD_PLACE, shown), within=True))
-    tags.append(Tag("prey", (0.0, 0.0)))
-    word = "predator" if way.outcome is None else ENDED.get(way.outcome, "predator")
-    return [*tags, Tag(word, _pair(here))]
-
-
-def _turned(place: tuple[float, float], heading: int) -> tuple[float, float]:
-    """A place beside a prey that faces east, beside one that faces another way."""
-    turned = np.exp(1j * heading * np.pi / 4) * complex(*place)
-    return float(turned.real), float(turned.imag)
-
-
-def _pair(point: np.ndarray) -> tuple[float, float]:
-    return float(point[0]), float(point[1])
 
 
 def _fading(theme: Theme, n_segments: int) -> np.ndarray:

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from app.explain.divergence import divergence_in_words, same_in_words
 from app.explain.sentence import success_share
 from app.live.divergence import Divergence
 from app.live.race import Stand
@@ -57,15 +58,15 @@ def looks_with(look: Look, named: Snapshot, snapshot: Snapshot) -> Look:
     return look._replace(option=own.index(name) if name in own else 0)
 
 
-def apart_said(found: Divergence | None, names: tuple[str, str], step: int) -> str:
+def apart_said(found: Divergence | None, names: tuple[str, str], step: int, trial: int) -> str:
     """Where two runs first went different ways, in a sentence.
 
     Args:
         found: that; None if no difference is known.
         names: of both.
         step: how far they have come.
+        trial: the running one there, of the first.
     """
-    one, other = names
     if found is None:
-        return f"{one} and {other}: no difference known up to step {step:,}."
-    return str(found)
+        return same_in_words(step, trial)
+    return divergence_in_words(found, *names)

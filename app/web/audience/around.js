@@ -22,7 +22,6 @@ const follow = part("follow");
 const around = part("around");
 const choices = part("choices");
 const steps = part("steps");
-const hint = part("hint");
 const layer = /** @type {HTMLSelectElement} */ (part("layer"));
 const of = /** @type {HTMLSelectElement} */ (part("of"));
 const headings = /** @type {HTMLSelectElement} */ (part("headings"));
@@ -49,7 +48,6 @@ const show = () => {
   document.documentElement.toggleAttribute("data-around", !follows);
   choices.hidden = follows;
   steps.hidden = follows;
-  hint.hidden = follows;
   handle.tabIndex = follows ? -1 : 0;
   handle.setAttribute("aria-disabled", `${follows}`);
   const chosen = offer.layers.find(({ key }) => key === wish.layer) ?? offer.layers[0];

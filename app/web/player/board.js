@@ -3,12 +3,22 @@
 // decided where it is sent from (app/player/boards.py); here it is put in its place.
 import { Ground } from "./ground.js";
 import { drawHunt } from "./hunt.js";
-import { drawLines, drawPrey, drawWords } from "./over.js";
-import { boardPlace, tilePlaces } from "./place.js";
+import { drawBorder, drawLines, drawMark, drawWords } from "./over.js";
+import { boardPlace, tilePlaces, tilesPlace } from "./place.js";
 
 /** @typedef {import("./sent.js").World} World */
 /** @typedef {import("./sent.js").Sent} Sent */
+/** @typedef {import("./sent.js").Line} Line */
 /** @typedef {import("./place.js").Place} Place */
+
+/** Pixels of the canvas for each of the page on paper, which is finer than a screen. */
+const PRINTED = 4;
+
+/**
+ * Whether its lines and words are of what is seen: over another view they would mislead.
+ * @param {Sent} sent
+ */
+const isOver = (sent) => sent.over === sent.view;
 
 /** One board. Several may be on one page; they know nothing of each other. */
 export class Board {
@@ -21,7 +31,14 @@ export class Board {
   #world;
   /** @type {Sent} */
   #sent = {};
+  /** @type {{east: number, north: number} | null} */
+  #marked = null;
+  /** What was drawn last over the colours. @type {{canvas: HTMLCanvasElement, lines?: Line[], looks: string}} */
+  #over = { canvas: document.createElement("canvas"), looks: "" };
   #due = 0;
+  #ratio = 1;
+  #font = "sans-serif";
+  #leave = new AbortController();
   #observer;
 
   /** @param {HTMLCanvasElement} canvas whose size is given by a style; it is drawn as large as that */
@@ -31,6 +48,9 @@ export class Board {
     canvas.setAttribute("role", "img");
     this.#observer = new ResizeObserver(() => this.resize());
     this.#observer.observe(canvas);
+    const { signal } = this.#leave;
+    addEventListener("beforeprint", () => this.#fit(PRINTED), { signal });
+    addEventListener("afterprint", () => this.resize(), { signal });
   }
 
   /**
@@ -67,16 +87,18 @@ export class Board {
     if (this.#canvas.getAttribute("aria-label") !== text) this.#canvas.setAttribute("aria-label", text);
   }
 
+  /**
+   * Mark a cell, or none.
+   * @param {{east: number, north: number} | null} cell from the prey
+   */
+  mark(cell) {
+    this.#marked = cell;
+    this.#soon();
+  }
+
   /** Draw as sharply as the canvas is large by now. */
   resize() {
-    const { width, height } = this.#canvas.getBoundingClientRect();
-    const ratio = window.devicePixelRatio || 1;
-    const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
-    if (!wide || !high || (this.#canvas.width === wide && this.#canvas.height === high)) return;
-    this.#canvas.width = wide;
-    this.#canvas.height = high;
-    // A canvas whose size is set is empty.
-    this.draw();
+    this.#fit(window.devicePixelRatio || 1);
   }
 
   /**
@@ -92,9 +114,10 @@ export class Board {
     const box = this.#canvas.getBoundingClientRect();
     const x = ((clientX - box.left) / box.width) * this.#canvas.width;
     const y = ((clientY - box.top) / box.height) * this.#canvas.height;
-    for (const place of this.#places(world)) {
+    for (const place of this.#places(world).each) {
       const [east, north] = place.at(x, y);
-      if (place.has(east, north)) return { east: Math.round(east), north: Math.round(north), heading: place.heading };
+      if (!place.has(east, north)) continue;
+      return { east: Math.round(east), north: Math.round(north), heading: place.heading };
     }
     return null;
   }
@@ -108,15 +131,12 @@ export class Board {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, width, height);
     if (!world || sent.world !== world.key || !sent.theme) return;
-    const places = this.#places(world);
-    this.#ground.draw(context, places, sent);
-    // Lines over another view would mislead.
-    const isOver = sent.over === sent.view;
-    const whole = sent.tiles ? boardPlace(world, width, height, false) : places[0];
-    if (isOver) drawLines(context, whole, sent);
-    for (const place of places) drawPrey(context, place, sent, world);
-    if (sent.hunt) drawHunt(context, whole, sent);
-    if (isOver) drawWords(context, whole, sent);
+    const { whole, each } = this.#places(world);
+    this.#ground.draw(context, each, sent);
+    context.drawImage(this.#drawnOver(whole, each, world), 0, 0);
+    drawHunt(context, whole, each, sent);
+    for (const place of this.#marked ? each : []) drawMark(context, place, sent, this.#marked);
+    if (isOver(sent)) drawWords(context, whole, sent);
     this.drawn += 1;
   }
 
@@ -124,6 +144,43 @@ export class Board {
   remove() {
     cancelAnimationFrame(this.#due);
     this.#observer.disconnect();
+    this.#leave.abort();
+  }
+
+  /** @param {number} ratio */
+  #fit(ratio) {
+    const { width, height } = this.#canvas.getBoundingClientRect();
+    const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (!wide || !high) return;
+    this.#ratio = ratio;
+    this.#font = getComputedStyle(this.#canvas).fontFamily || this.#font;
+    if (this.#canvas.width === wide && this.#canvas.height === high) return;
+    this.#canvas.width = wide;
+    this.#canvas.height = high;
+    // A canvas whose size is set is empty.
+    this.draw();
+  }
+
+  /**
+   * What lies over colours and under a hunt: drawn when it has changed, which is seldom.
+   * @param {Place} whole
+   * @param {Place[]} each
+   * @param {World} world
+   */
+  #drawnOver(whole, each, world) {
+    const [sent, over] = [this.#sent, this.#over];
+    const { width, height } = this.#canvas;
+    const lines = isOver(sent) ? sent.lines : undefined;
+    const { prey, sees, round, tiles, theme } = sent;
+    const looks = [world.key, width, height, prey, sees, round, tiles, theme?.border, theme?.field].join();
+    if (over.lines === lines && over.looks === looks) return over.canvas;
+    Object.assign(over, { lines, looks });
+    // A canvas whose size is set is empty.
+    Object.assign(over.canvas, { width, height });
+    const context = /** @type {CanvasRenderingContext2D} */ (over.canvas.getContext("2d"));
+    drawLines(context, whole, lines ?? []);
+    for (const place of each) drawBorder(context, place, sent);
+    return over.canvas;
   }
 
   #soon() {
@@ -131,13 +188,18 @@ export class Board {
   }
 
   /**
-   * Where the board lies, or each of its tiles.
+   * Where all lies that is shown, and where each board of it does.
    * @param {World} world
+   * @returns {{whole: Place, each: Place[]}}
    */
   #places(world) {
     const { width, height } = this.#canvas;
-    return this.#sent.tiles
-      ? tilePlaces(world, width, height)
-      : [boardPlace(world, width, height, Boolean(this.#sent.round))];
+    const sheet = { width, height, ratio: this.#ratio, font: this.#font };
+    if (!this.#sent.tiles) {
+      const whole = boardPlace(world, sheet, Boolean(this.#sent.round));
+      return { whole, each: [whole] };
+    }
+    const whole = tilesPlace(world, sheet);
+    return { whole, each: tilePlaces(whole) };
   }
 }

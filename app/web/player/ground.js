@@ -61,6 +61,24 @@ class Raster {
     this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
     this.image = this.context.createImageData(side, side);
     this.pixels = new Uint32Array(this.image.data.buffer);
+    this.large = document.createElement("canvas");
+  }
+
+  /**
+   * The raster with each pixel a whole number of times as large, and all at least of a side: made
+   * smaller from there, pixels are alike, and so are patterns of them.
+   * @param {number} side
+   */
+  enlarged(side) {
+    const times = Math.ceil(side / this.side);
+    const { canvas, large } = this;
+    if (times <= 1) return canvas;
+    if (large.width !== times * this.side) large.width = large.height = times * this.side;
+    const context = /** @type {CanvasRenderingContext2D} */ (large.getContext("2d"));
+    context.imageSmoothingEnabled = false;
+    context.clearRect(0, 0, large.width, large.height);
+    context.drawImage(canvas, 0, 0, large.width, large.height);
+    return large;
   }
 }
 
@@ -120,11 +138,12 @@ export class Ground {
     const world = this.#world;
     if (!world || this.#tables.length !== places.length) return;
     const raster = this.#raster(world, sent.tiles ? world.tiles.side : world.size);
-    context.imageSmoothingEnabled = false;
     places.forEach((place, board) => {
       this.#fill(raster, this.#tables[board], sent, place.round);
-      const side = Math.round(place.side);
-      context.drawImage(raster.canvas, Math.round(place.left), Math.round(place.top), side, side);
+      const { left, top, side } = place;
+      const drawn = raster.enlarged(side);
+      context.imageSmoothingEnabled = drawn.width !== side;
+      context.drawImage(drawn, left, top, side, side);
     });
   }
 

@@ -3,42 +3,47 @@
 
 /** @typedef {import("./sent.js").World} World */
 
+/**
+ * A canvas that is drawn on: how many pixels it has, how many of them are one of a style's, and the
+ * family of its type.
+ * @typedef {{width: number, height: number, ratio: number, font: string}} Sheet
+ */
+
+/** What stays free round a board for its border, as a share of its side. */
+const MARGIN = 0.006;
+
 export class Place {
   /**
    * @param {World} world
-   * @param {number} x of the middle of the prey's cell, in pixels of the canvas
-   * @param {number} y
-   * @param {number} cell side of a cell
+   * @param {number} left edge, in pixels of the canvas
+   * @param {number} top
+   * @param {number} side
+   * @param {Sheet} sheet
    * @param {boolean} round
    * @param {number | null} heading the one it shows by itself
    */
-  constructor(world, x, y, cell, round, heading) {
+  constructor(world, left, top, side, sheet, round, heading) {
     this.world = world;
-    this.x = x;
-    this.y = y;
-    this.cell = cell;
+    this.left = left;
+    this.top = top;
+    this.side = side;
+    this.sheet = sheet;
+    this.ratio = sheet.ratio;
+    this.font = sheet.font;
     this.round = round;
     this.heading = heading;
-    /** The west and the south edge, in cells from the prey. */
+    /** Side of a cell in pixels. */
+    this.cell = side / world.size;
+    /** The west and the south edge, and the others, in cells from the prey. */
     this.low = -0.5 - Math.floor(world.size / 2);
     this.high = this.low + world.size;
-  }
-
-  /** Pixels along each side. */
-  get side() {
-    return this.world.size * this.cell;
-  }
-
-  get left() {
-    return this.x + this.low * this.cell;
-  }
-
-  get top() {
-    return this.y - this.high * this.cell;
+    /** The middle of the prey's cell. */
+    this.x = left - this.low * this.cell;
+    this.y = top + this.high * this.cell;
   }
 
   /**
-   * Where cells lie.
+   * Where a place lies that is so many cells from the prey.
    * @param {number} east
    * @param {number} north
    * @returns {[number, number]}
@@ -48,7 +53,7 @@ export class Place {
   }
 
   /**
-   * What lies at a pixel.
+   * What lies at a pixel, in cells from the prey.
    * @param {number} x
    * @param {number} y
    * @returns {[number, number]}
@@ -68,37 +73,38 @@ export class Place {
   }
 }
 
-/** What stays free round a board for its border, as a share of its side. */
-const MARGIN = 0.008;
-
 /**
- * The whole board, as large as there is room.
+ * The whole board in the middle of a sheet, as large as there is room.
  * @param {World} world
- * @param {number} width of the canvas
- * @param {number} height
+ * @param {Sheet} sheet
  * @param {boolean} round
+ * @param {number} [high] its height as a share of its width
  */
-export const boardPlace = (world, width, height, round) => {
-  const side = Math.min(width, height) * (1 - 2 * MARGIN);
-  // A whole number of pixels for each cell keeps patterns even.
-  const cell = side / world.size >= 2 ? Math.floor(side / world.size) : side / world.size;
-  const middle = Math.floor(world.size / 2) + 0.5;
-  const [left, top] = [(width - cell * world.size) / 2, (height - cell * world.size) / 2];
-  const [x, y] = [Math.round(left) + middle * cell, Math.round(top) + (world.size - middle) * cell];
-  return new Place(world, x, y, cell, round, null);
+export const boardPlace = (world, sheet, round, high = 1) => {
+  const { width, height } = sheet;
+  const side = Math.max(Math.floor(Math.min(width, height / high) * (1 - 2 * MARGIN)), 1);
+  const [left, top] = [Math.round((width - side) / 2), Math.round((height - side) / 2)];
+  return new Place(world, left, top, side, sheet, round, null);
 };
 
 /**
- * All headings side by side.
+ * What all headings side by side take, as if that were a board.
  * @param {World} world
- * @param {number} width
- * @param {number} height
+ * @param {Sheet} sheet
  */
-export const tilePlaces = (world, width, height) => {
-  const whole = boardPlace(world, width, height, false);
-  const { share, places } = world.tiles;
-  return places.map(([east, north], heading) => {
-    const [x, y] = whole.to(east * world.size, north * world.size);
-    return new Place(world, x, y, whole.cell * share, false, heading);
+export const tilesPlace = (world, sheet) => boardPlace(world, sheet, false, world.tiles.height);
+
+/**
+ * Each of them.
+ * @param {Place} whole
+ */
+export const tilePlaces = (whole) => {
+  const { world, sheet } = whole;
+  const side = Math.round(whole.side * world.tiles.share);
+  const [x, y] = [whole.left + whole.side / 2, whole.top + whole.side / 2];
+  return world.tiles.places.map(([east, north], heading) => {
+    const left = Math.round(x + east * whole.side - side / 2);
+    const top = Math.round(y - north * whole.side - side / 2);
+    return new Place(world, left, top, side, sheet, false, heading);
   });
 };

@@ -10,12 +10,15 @@
  * @property {number} field how far the prey sees
  * @property {number} n_states
  * @property {string} states of each cell, from the south-west on: uint16 in base64
- * @property {{side: number, share: number, places: [number, number][]}} tiles
+ * @property {{side: number, share: number, height: number, places: [number, number][]}} tiles how all
+ *   headings lie side by side: pixels of each, its share of the width of all, their height as a share of
+ *   that, and their middles from the middle of all
  *
  * @typedef {object} Line
  * @property {string} colour
  * @property {number} width in pixels, on a board as large as that of the lab
  * @property {number[][]} points x, y, x, y ... of each piece
+ * @property {boolean} [arrows] whether each piece is an arrow, from its tail to its head
  *
  * @typedef {object} Hunt
  * @property {number} heading of the prey in the trial
@@ -23,7 +26,10 @@
  * @property {[number, number] | null} predator
  * @property {number[]} trail x, y, x, y ...
  * @property {[number, number, Shape, string][]} ends of the last trials, the oldest first
- * @property {{shape: Shape, colour: string, word: [string, number, number]}} [ended]
+ * @property {{shape: Shape, colour: string}} [ended] how, if it has
+ * @property {Word[]} words beside what they are of
+ *
+ * @typedef {[string, number, number]} Word and its middle
  *
  * @typedef {"circle" | "diamond" | "square"} Shape
  *
@@ -45,12 +51,17 @@
  * @property {Hunt | null} [hunt]
  * @property {string} [over] the view that lines and labels are of
  * @property {Line[]} [lines]
- * @property {[string, number, number][]} [labels]
+ * @property {Word[]} [labels]
  */
 
 /**
  * Bytes from base64; what is bytes already stays as it is.
  * @param {string | Uint8Array} text
  */
-export const bytesOf = (text) =>
-  typeof text === "string" ? Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)) : text;
+export const bytesOf = (text) => {
+  if (typeof text !== "string") return text;
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+};

@@ -46,21 +46,21 @@ const offer = (
 };
 
 const show = () => {
-  const { moment, choosing } = state;
+  const { moment, readings, choosing } = state;
   const isThere = isRacing();
   for (const name of [".on", '[data-act="choose"]']) part(name).hidden = !isThere;
   part('[data-act="choose"]').setAttribute("aria-expanded", `${choosing}`);
   const present = part('[data-act="present"]');
   write(present, around.documentElement.dataset.present === undefined ? "Present" : "Exit");
-  if (!moment || !isThere) {
+  if (!moment || !readings || !isThere) {
     write(part(".standing"), "Runs side by side: which two to four?");
     return;
   }
   const standing = part(".standing");
-  if (standing.dataset.html !== moment.standing) {
-    standing.dataset.html = moment.standing;
+  if (standing.dataset.html !== readings.standing) {
+    standing.dataset.html = readings.standing;
     // Made by the lab, which escapes all names.
-    standing.innerHTML = moment.standing;
+    standing.innerHTML = readings.standing;
   }
   const isBack = !moment.live && moment.direction < 0;
   write(part(".play"), moment.playing ? "Pause" : moment.live ? "Play" : "Play the past");
@@ -70,10 +70,10 @@ const show = () => {
   write(live, `Back to now (${grouped(moment.end - moment.step)} steps on)`);
   part(".rate").hidden = moment.live;
   part(".speed").hidden = !moment.live;
-  offer(speed, moment.speeds, moment.speed);
+  offer(speed, readings.speeds, readings.speed);
   offer(rate, moment.rates, moment.rate);
   attribute(part(".play"), "data-back", isBack ? "" : null);
-  const pace = moment.error ?? (moment.preparing ? "The learners' code is being compiled." : moment.pace);
+  const pace = moment.error ?? (moment.preparing ? "The learners' code is being compiled." : readings.pace);
   write(part(".pace"), moment.live ? pace : "");
 };
 whenChanged(show);

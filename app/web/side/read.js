@@ -4,7 +4,7 @@
 
 import { attribute, element, write } from "../time/dom.js";
 import { send } from "../player/pipe.js";
-import { legendInto } from "./legend.js";
+import { put } from "../player/html.js";
 import { isRacing, state, whenChanged } from "./state.js";
 import { swatch } from "./swatch.js";
 
@@ -31,7 +31,7 @@ const go = /** @type {HTMLButtonElement} */ (part(".go"));
 const showColours = () => {
   const { legend } = state;
   write(part(".colours h2"), legend?.layer ?? "");
-  legendInto(part(".colours .pounce"), legend?.html ?? "");
+  put(part(".colours .pounce"), legend?.html ?? "");
 };
 
 const showApart = () => {
@@ -52,7 +52,7 @@ const showApart = () => {
   map.checked = compare.shown;
   write(part(".apart .text"), compare.text);
   go.hidden = compare.step === null;
-  legendInto(part(".apart .pounce"), compare.legend);
+  put(part(".apart .pounce"), compare.legend);
 };
 
 const compare = () => {
@@ -71,13 +71,22 @@ go.addEventListener("click", () => {
 
 let shownCell = "";
 
+/** Where a cell is, in words. @param {{east: number, north: number}} cell */
+const placed = ({ east, north }) => {
+  const parts = [
+    [Math.abs(east), east > 0 ? "east" : "west"],
+    [Math.abs(north), north > 0 ? "north" : "south"],
+  ].filter(([far]) => far);
+  return parts.length ? `${parts.map((part) => part.join(" ")).join(", ")} of the prey` : "of the prey";
+};
+
 const showCell = () => {
   const { cell, race } = state;
   const rows = cell?.rows;
-  const place = cell ? `${cell.east} east, ${cell.north} north` : "";
+  const place = cell ? placed(cell) : "";
   write(
     part(".cell h2"),
-    rows ? `The cell ${place} of the prey` : "Point at a board: what each run knows of that cell",
+    rows ? `The cell ${place}` : "Point at a board: what each run knows of that cell",
   );
   const key = JSON.stringify([rows, race?.runs]);
   if (key === shownCell) return;

@@ -1,5 +1,6 @@
 // @ts-check
-// Texts with markup, where no style may stand in it: the page's policy lets scripts alone set styles.
+// Texts with markup (legends, sentences, readings), where no style may stand in it: the policy of pages
+// in frames lets scripts alone set styles.
 
 /** What each place holds, so that nothing is made anew for nothing. @type {WeakMap<Element, string>} */
 const held = new WeakMap();
@@ -18,7 +19,7 @@ export const put = (place, html) => {
     node.style.cssText = node.dataset.style ?? "";
     delete node.dataset.style;
   }
-  // Words that are explained in the lab are plain words here.
+  // Words that are explained in the lab's page are plain words here.
   for (const term of parsed.querySelectorAll('[role="term"]')) {
     term.removeAttribute("role");
     term.removeAttribute("tabindex");
