@@ -240,3 +240,83 @@ def test_a_session_in_which_nothing_was_done_leaves_no_file(tmp_path: Path) -> N
     assert journal.path.exists()
     journal.close()
     assert not journal.path.exists()
+
+
+# --- A file that somebody shared -----------------------------------------------------------------
+
+
+@pytest.fixture
+def theirs(here: Path) -> Path:
+    """A session that somebody shared."""
+    path = here / "theirs.pounce"
+    path.write_bytes(whole(HEADER, RECORDS))
+    return path
+
+
+@pytest.mark.parametrize("words", [[], ["--no-journal"]])
+def test_a_shared_session_is_opened_as_one_of_its_own(
+    here: Path,
+    theirs: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+) -> None:
+    assert main.main(["lab", "theirs.pounce", *words]) == 0
+    out, err = capsys.readouterr()
+    assert said(out) == said(
+        "theirs.pounce: mine, seed 5; 2 commands; 2 lines, the live one up to trial"
+        f" {ENDED.trial}; written by pounce 1.2.3. Digest as recorded: same."
+    )
+    assert err == ""
+    (call,) = opened
+    assert (call["spec"], call["preset"], call["seed"]) == (SPEC, "mine", SEED)
+    family = call["made_again"].family
+    assert digest(family.held.run.state) == STOOD.digest
+    assert theirs.read_bytes() == whole(HEADER, RECORDS)
+    kept = [*here.glob("pounce/sessions/*-mine-seed5.pounce")]
+    if words:
+        assert (call["journal"], kept) == (None, [])
+    else:
+        assert kept == [call["journal"].path]
+        assert read(kept[0]).records == RECORDS
+        assert main.main(["lab", "--resume"]) == 0
+
+
+def test_a_shared_session_that_is_not_as_recorded_is_opened_with_a_word(
+    here: Path, theirs: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    theirs.write_bytes(whole(HEADER, (*RECORDS[:-1], replace(STOOD, digest="ab" * 32))))
+    assert main.main(["lab", "theirs.pounce"]) == 0
+    assert said("Warning: Digest as recorded: differs (first run). Pounce") in said(
+        capsys.readouterr().err
+    )
+    # What is kept of it is true here.
+    (kept,) = here.glob("pounce/sessions/*.pounce")
+    assert read(kept).records == RECORDS
+
+
+@pytest.mark.parametrize(
+    ("data", "words", "message"),
+    [
+        (b"", [], "PRESET: theirs.pounce: is no session of pounce; allowed: a file .pounce"),
+        (whole(HEADER, RECORDS[1:]), [], "PRESET: theirs.pounce: line 2: run 0 is not live"),
+        (bytes(300_000), [], "PRESET: theirs.pounce: is too large; allowed: up to 256 KiB"),
+        (None, [], "PRESET: theirs.pounce: is no file; allowed: a session that there is"),
+        (b"", ["--seed", "3"], "--seed: a session has a seed of its own; allowed: the file alone"),
+        (b"", ["--resume"], "--resume goes on with a session's own preset and seed;"),
+    ],
+)
+def test_what_cannot_be_opened_is_refused(
+    here: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    data: bytes | None,
+    words: Sequence[str],
+    message: str,
+) -> None:
+    if data is not None:
+        (here / "theirs.pounce").write_bytes(data)
+    assert main.main(["lab", "theirs.pounce", *words]) == 2
+    assert told(capsys).startswith(said(message))
+    assert opened == []
+    assert [*here.glob("pounce/sessions/*")] == []
