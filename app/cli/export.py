@@ -3,7 +3,7 @@
 Like the command line, it imports what takes long only once it is needed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -28,7 +28,12 @@ from app.cli.replay import folder_of, refused, written_of
 from app.util import interrupts
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from app.live.snapshot import Snapshot
+    from app.picture.look import Look
     from app.player.reel import Recorded, Tell
+    from app.player.shapes import Picture
 
 EXAMPLES = (
     "pounce export latest --html replay.html",
@@ -216,7 +221,51 @@ def _makers(command: Export, recorded: "Recorded", tell: "Tell") -> dict[str, Ca
         except ReplayError as error:
             raise _RefusedError(str(error)) from error
 
-    return {"html": page}
+    def picture(write: "Callable[[Picture, str], bytes]") -> bytes:
+        look = _look(command)
+        return write(images.picture_of(_snapshot(command, recorded), look), page_colour(look))
+
+    def film(write: "Callable[[Iterable[np.ndarray], float], bytes]") -> bytes:
+        frames = images.film_pictures(recorded, recorded.live.number, _look(command), tell)
+        try:
+            return write(frames, images.FILM_MOMENT_S)
+        except images.MissingError as error:
+            raise _RefusedError(str(error)) from error
+
+    from app.player import images
+    from app.player.images import page_colour
+
+    return {
+        "html": page,
+        "png": lambda: picture(images.png_of),
+        "svg": lambda: picture(images.svg_file),
+        "gif": lambda: film(images.gif_of),
+        "mp4": lambda: film(images.mp4_of),
+    }
+
+
+def _look(command: Export) -> "Look":
+    from app.picture.look import Look
+    from app.picture.theme import DARK, LIGHT
+    from app.player.reel import FRAMES
+
+    return Look(DARK if command.dark else LIGHT, command.layer, frame=FRAMES[command.frame])
+
+
+def _snapshot(command: Export, recorded: "Recorded") -> "Snapshot":
+    """The moment of which pictures are taken.
+
+    Raises:
+        UsageError: there is no such moment.
+    """
+    from app.player.reel import Stop, snapshots_at
+
+    line = recorded.live
+    step = line.until_step
+    if command.at is not None:
+        trial = whole_number("--at", command.at, 0, line.until_trial)
+        step = recorded.pasts[line.number].step_of_trial(trial)
+    return next(iter(snapshots_at(recorded, [Stop(line.number, step)])))
 
 
 def _write(path: Path, content: bytes) -> None:

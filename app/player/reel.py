@@ -172,6 +172,19 @@ def stops_of(recorded: Recorded, most: int, tell: Tell = lambda _, __: None) -> 
     return found
 
 
+def stops_along(
+    recorded: Recorded, line: int, most: int, tell: Tell = lambda _, __: None
+) -> list[Stop]:
+    """About so many moments of a line, those of the lines that it left among them."""
+    until = known_until(line, recorded.lines)
+    there = [
+        stop
+        for stop in stops_of(recorded, most, tell)
+        if stop.line in until and stop.step < until[stop.line]
+    ]
+    return sorted(there, key=lambda stop: stop.step)
+
+
 class _Looked(NamedTuple):
     """How much changed along a line."""
 
@@ -249,12 +262,16 @@ def shots_of(
     recorded: Recorded, stops: Sequence[Stop], tell: Tell = lambda _, __: None
 ) -> Iterator[Shot]:
     """What there is to be seen and read at some moments."""
-    done, inks = 0, Inks()
+    inks = Inks()
+    for number, snapshot in enumerate(snapshots_at(recorded, stops), 1):
+        yield shot_of(snapshot, inks)
+        tell("Moments are drawn", number / len(stops))
+
+
+def snapshots_at(recorded: Recorded, stops: Sequence[Stop]) -> Iterator[Snapshot]:
+    """Moments of lines, those that follow one another on a line in its order."""
     for line, group in groupby(stops, key=lambda stop: stop.line):
-        for snapshot in _snapshots(recorded, line, [stop.step for stop in group]):
-            yield shot_of(snapshot, inks)
-            done += 1
-            tell("Moments are drawn", done / len(stops))
+        yield from _snapshots(recorded, line, [stop.step for stop in group])
 
 
 class Inks:

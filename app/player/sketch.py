@@ -23,7 +23,7 @@ _BARB: Final = 0.38
 """Wings of an arrow among many, as a share of it."""
 _LABEL, _TILE_LABEL, _TAG = 0.34, 0.29, 0.42
 _TRAIL_PIECES: Final = 12
-_ARC: Final = 48
+_ARC: Final = 144
 """Straight pieces of a circle."""
 # In the order in which one lies over another, where they differ.
 _PATTERNS: Final = ("falling", "rising", "dots")
