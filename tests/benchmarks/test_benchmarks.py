@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import beside, load, page, scrub, soak
+from benchmarks import audience, beside, load, page, scrub, soak
 from benchmarks.compare import (
     c_program,
     compare,
@@ -186,6 +186,21 @@ def test_what_many_pages_cost_is_measured(monkeypatch: pytest.MonkeyPatch) -> No
     assert 0 < found["click_ms"]["p50"] <= found["click_ms"]["p95"] <= found["click_ms"]["max"]
     assert found["learner_share"] > 0
     assert found["rss_mb"] > 10
+
+
+def test_what_an_audience_costs_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "SECONDS", 0.01)
+    for name, value in (("ROUNDS", 1), ("CLICKS", 2)):
+        monkeypatch.setattr(load, name, value)
+    for name, value in (("TRIALS", 300), ("READ_S", 0.5)):
+        monkeypatch.setattr(audience, name, value)
+    spec = presets.load("timed")
+    found = audience.measure_audience(spec, "timed", {"timed": spec}, 3, 1, lambda _: None)
+    assert found.keys() == {"watchers", "click_ms", "kB_per_s_each", "learner_share"}
+    assert found["watchers"] == 3
+    assert 0 < found["click_ms"]["p50"] <= found["click_ms"]["p95"]
+    assert found["kB_per_s_each"] > 0
+    assert found["learner_share"] > 0
 
 
 def test_what_an_experiment_costs_the_learner_is_measured(
