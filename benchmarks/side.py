@@ -24,7 +24,7 @@ from learners.spec import MAX_TRIALS, RunSpec
 BOARDS: Final = 4
 TURN_S: Final = 3.0
 """For so long pictures are counted, once for each repetition."""
-_WINDOW: Final = {"width": 1366, "height": 768}
+_WIDTH, _HEIGHT = 1366, 768
 _PATIENCE_MS: Final = 60_000.0
 _ARGUMENTS: Final = (
     "--no-sandbox",
@@ -74,7 +74,7 @@ def measure_side(repetitions: int, progress: Callable[[str], None]) -> dict[str,
         try:
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(executable_path=program, args=list(_ARGUMENTS))
-                page = browser.new_page(viewport=_WINDOW)
+                page = browser.new_page(viewport={"width": _WIDTH, "height": _HEIGHT})
                 progress("opening the page")
                 return _measure(session, lab, page, repetitions, progress)
         except Error as error:

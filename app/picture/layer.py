@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.contours import Contour
-from app.picture.look import Look
+from app.picture.look import OF_TRIAL, Look
 from app.picture.raster import Raster, on_raster, raster
 
 
@@ -96,6 +96,15 @@ class Layer(NamedTuple):
     by: Literal["state", "cell"] = "state"
     """What its colours depend on, besides the patterns of a raster: on the state alone that lies
     under a pixel, or on its cell."""
+
+    def heeded(self, look: Look) -> Look:
+        """A look in which what does not matter to this layer is as it is at first."""
+        return look._replace(
+            frame=look.frame if "frame" in self.heeds else OF_TRIAL,
+            scale=look.scale if "scale" in self.heeds else "steps",
+            fitted="fitted" in self.heeds and look.fitted,
+            flight="flight" in self.heeds and look.flight,
+        )
 
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
         """The picture on the board."""

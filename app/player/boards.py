@@ -81,7 +81,7 @@ def board_sent(
         rests: whether the learner stands still: then a trial that has just ended is still shown.
         named: whether there are names on prey and predator.
     """
-    picture = _painted(snapshot, look, extras)
+    look, picture = _painted(snapshot, look, extras)
     return _ground(snapshot, look, picture, rests, named) | _over(snapshot, look, picture)
 
 
@@ -89,24 +89,27 @@ def ground_sent(
     snapshot: Snapshot, look: Look, extras: Extras, rests: bool = False, named: bool = False
 ) -> dict[str, Any]:
     """The part of a board that changes with each moment: its colours, and the hunt."""
-    return _ground(snapshot, look, _painted(snapshot, look, extras), rests, named)
+    look, picture = _painted(snapshot, look, extras)
+    return _ground(snapshot, look, picture, rests, named)
 
 
 def over_sent(snapshot: Snapshot, look: Look, extras: Extras) -> dict[str, Any]:
     """The other part: lines and words over the colours, which take longer to find than all
     colours; those that were shown stay until others come, if they are of the same view."""
-    return _over(snapshot, look, _painted(snapshot, look, extras))
+    look, picture = _painted(snapshot, look, extras)
+    return _over(snapshot, look, picture)
 
 
 # Colours --------------------------------------------------------------------------------------
 
 
-def _painted(snapshot: Snapshot, look: Look, extras: Extras) -> Picture:
-    """The picture, its colours by states where it goes by states."""
+def _painted(snapshot: Snapshot, look: Look, extras: Extras) -> tuple[Look, Picture]:
+    """The picture, its colours by states where it goes by states; and the look that it has."""
     layer, world = LAYERS[look.layer], snapshot.spec.world
+    look = layer.heeded(look)
     if look.frame == ALL:
-        return all_headings(snapshot, look, layer, extras, _raster(layer, world, SIDE))
-    return layer.draw(snapshot, look, extras, _raster(layer, world, world.size))
+        return look, all_headings(snapshot, look, layer, extras, _raster(layer, world, SIDE))
+    return look, layer.draw(snapshot, look, extras, _raster(layer, world, world.size))
 
 
 def _raster(layer: Layer, world: WorldSpec, side: int) -> Raster:

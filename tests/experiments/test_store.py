@@ -24,6 +24,7 @@ from app.report.write import default_place, write_report
 from app.results.read import read_folder
 from app.results.service import folder_for
 from tests.support.folders import KILLED_IN_A_COMMIT, seal
+from tests.support.reports import without_pictures
 
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 600\n"
 
@@ -388,7 +389,9 @@ def test_where_the_disk_is_full_at_once_the_folder_stays_free(
 
 
 def with_a_report(path: Path) -> Path:
-    write_report([path], None, False)
+    with pytest.MonkeyPatch.context() as patch:
+        without_pictures(patch)
+        write_report([path], None, False)
     page = path / "report.html"
     assert page.is_file()
     assert list((path / "report_figures").iterdir())

@@ -98,17 +98,17 @@ class View:
     def look(self) -> Look:
         """How to draw the board."""
         layer, about = self._layer.chosen, self._about.chosen
-        heeds = layer.heeds
-        return Look(
+        look = Look(
             theme=DARK if self._dark.value else LIGHT,
             layer=layer.key,
             option=self._names.index(about) if about in self._names else 0,
-            frame=self._frame.chosen if "frame" in heeds else OF_TRIAL,
-            scale=self._scale.chosen if "scale" in heeds else "steps",
-            fitted="fitted" in heeds and bool(self._fitted.value),
-            flight="flight" in heeds and bool(self._flight.value),
+            frame=self._frame.chosen,
+            scale=self._scale.chosen,
+            fitted=bool(self._fitted.value),
+            flight=bool(self._flight.value),
             **{field: bool(box.value) for field, box in self._overlays.items()},
         )
+        return layer.heeded(look)
 
     def update(self, snapshot: Snapshot) -> None:
         """Offer what there is to choose at a moment."""

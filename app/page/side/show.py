@@ -69,6 +69,14 @@ class Hall:
         """Steps at which something happened."""
         return [happening.step for _, happening in self.happenings]
 
+    @property
+    def events_sent(self) -> list[dict[str, Any]]:
+        """The same, as the bar shows them."""
+        return [
+            {"step": one.step, "kind": one.kind, "text": one.text, "run": place}
+            for place, one in self.happenings
+        ]
+
     def look_again(self, now_s: float) -> None:
         """Take in how the runs stand now."""
         self.status = self.race.status

@@ -1,10 +1,12 @@
 // @ts-check
 // The page of an audience: what the presenter shows, on whatever one has at hand. It only looks.
 
+import "../terms.js";
 import { Board } from "../player/board.js";
-import { fill } from "../player/html.js";
+import { put } from "../player/html.js";
 import { on } from "../player/pipe.js";
 import { changed, state } from "../time/state.js";
+import "../time/tip.js";
 import { begin as beginAround } from "./around.js";
 import { begin as connect } from "./line.js";
 
@@ -27,13 +29,6 @@ const write = (place, text) => {
 
 /** @param {string} text */
 const tell = (text) => write(part("connection"), text);
-
-/**
- * Texts with markup. Words that are explained in the lab are plain words here.
- * @param {HTMLElement} place
- * @param {string} html
- */
-const put = (place, html) => fill(place, html.replaceAll(' role="term" tabindex="0"', ""));
 
 on("lab", ({ lab: told }) => {
   // Another lab is at the same address now: nothing of the former one holds, be it a script.

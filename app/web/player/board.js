@@ -3,7 +3,7 @@
 // decided where it is sent from (app/player/boards.py); here it is put in its place.
 import { Ground } from "./ground.js";
 import { drawHunt } from "./hunt.js";
-import { drawLines, drawMark, drawPrey, drawWords } from "./over.js";
+import { drawBorder, drawLines, drawMark, drawWords } from "./over.js";
 import { boardPlace, tilePlaces, tilesPlace } from "./place.js";
 
 /** @typedef {import("./sent.js").World} World */
@@ -37,6 +37,7 @@ export class Board {
   #over = { canvas: document.createElement("canvas"), looks: "" };
   #due = 0;
   #ratio = 1;
+  #font = "sans-serif";
   #leave = new AbortController();
   #observer;
 
@@ -133,7 +134,7 @@ export class Board {
     const { whole, each } = this.#places(world);
     this.#ground.draw(context, each, sent);
     context.drawImage(this.#drawnOver(whole, each, world), 0, 0);
-    if (sent.hunt) drawHunt(context, whole, sent);
+    drawHunt(context, whole, each, sent);
     for (const place of this.#marked ? each : []) drawMark(context, place, sent, this.#marked);
     if (isOver(sent)) drawWords(context, whole, sent);
     this.drawn += 1;
@@ -152,6 +153,7 @@ export class Board {
     const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
     if (!wide || !high) return;
     this.#ratio = ratio;
+    this.#font = getComputedStyle(this.#canvas).fontFamily || this.#font;
     if (this.#canvas.width === wide && this.#canvas.height === high) return;
     this.#canvas.width = wide;
     this.#canvas.height = high;
@@ -170,14 +172,14 @@ export class Board {
     const { width, height } = this.#canvas;
     const lines = isOver(sent) ? sent.lines : undefined;
     const { prey, sees, round, tiles, theme } = sent;
-    const looks = [world.key, width, height, prey, sees, round, tiles, theme?.border, theme?.prey].join();
+    const looks = [world.key, width, height, prey, sees, round, tiles, theme?.border, theme?.field].join();
     if (over.lines === lines && over.looks === looks) return over.canvas;
     Object.assign(over, { lines, looks });
     // A canvas whose size is set is empty.
     Object.assign(over.canvas, { width, height });
     const context = /** @type {CanvasRenderingContext2D} */ (over.canvas.getContext("2d"));
     drawLines(context, whole, lines ?? []);
-    for (const place of each) drawPrey(context, place, sent, world);
+    for (const place of each) drawBorder(context, place, sent);
     return over.canvas;
   }
 
@@ -192,7 +194,7 @@ export class Board {
    */
   #places(world) {
     const { width, height } = this.#canvas;
-    const sheet = { width, height, ratio: this.#ratio };
+    const sheet = { width, height, ratio: this.#ratio, font: this.#font };
     if (!this.#sent.tiles) {
       const whole = boardPlace(world, sheet, Boolean(this.#sent.round));
       return { whole, each: [whole] };

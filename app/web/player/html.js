@@ -1,24 +1,28 @@
 // @ts-check
-// Texts that come as HTML (legends, sentences, readings) in pages whose policy lets no style stand in
-// HTML: it is set by script, which is allowed.
+// Texts with markup (legends, sentences, readings), where no style may stand in it: the policy of pages
+// in frames lets scripts alone set styles.
 
-/** No text has this in it: quotes are escaped there. */
-const STYLE = / style="/g;
+/** What each place holds, so that nothing is made anew for nothing. @type {WeakMap<Element, string>} */
+const held = new WeakMap();
 
 /**
- * Put HTML into an element, with the styles that stand in it; nothing happens if it is there already.
- * @param {HTMLElement} element
- * @param {string} html made by the lab, which has escaped what is written in it
+ * Put a text with markup into its place; what comes from people has been escaped by the lab.
+ * @param {Element} place
+ * @param {string} html
  */
-export const fill = (element, html) => {
-  if (filled.get(element) === html) return;
-  filled.set(element, html);
-  element.innerHTML = html.replace(STYLE, ' data-style="');
-  for (const part of /** @type {Iterable<HTMLElement>} */ (element.querySelectorAll("[data-style]"))) {
-    part.style.cssText = part.dataset.style ?? "";
-    part.removeAttribute("data-style");
+export const put = (place, html) => {
+  if (held.get(place) === html) return;
+  held.set(place, html);
+  // In what people wrote, quotes are escaped.
+  const parsed = new DOMParser().parseFromString(html.replaceAll(' style="', ' data-style="'), "text/html");
+  for (const node of /** @type {NodeListOf<HTMLElement>} */ (parsed.querySelectorAll("[data-style]"))) {
+    node.style.cssText = node.dataset.style ?? "";
+    delete node.dataset.style;
   }
+  // Words that are explained in the lab's page are plain words here.
+  for (const term of parsed.querySelectorAll('[role="term"]')) {
+    term.removeAttribute("role");
+    term.removeAttribute("tabindex");
+  }
+  place.replaceChildren(...document.adoptNode(parsed.body).childNodes);
 };
-
-/** What was put where. @type {WeakMap<HTMLElement, string>} */
-const filled = new WeakMap();

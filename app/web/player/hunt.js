@@ -1,6 +1,6 @@
 // @ts-check
 // A hunt on a board: the predator, the way that it has come, and where the last hunts ended.
-import { drawWord, trace, unitOf, widthOn } from "./over.js";
+import { drawPrey, drawWord, trace, unitOf, widthOn } from "./over.js";
 
 /** @typedef {import("./sent.js").Sent} Sent */
 /** @typedef {import("./place.js").Place} Place */
@@ -74,22 +74,25 @@ const drawTrail = (context, place, sent) => {
 };
 
 /**
+ * The last hunts, the prey in each board, and over it the predator.
  * @param {CanvasRenderingContext2D} context
- * @param {Place} place
+ * @param {Place} place the whole board
+ * @param {Place[]} each board of it
  * @param {Sent} sent
  */
-export const drawHunt = (context, place, sent) => {
-  const hunt = /** @type {import("./sent.js").Hunt} */ (sent.hunt);
+export const drawHunt = (context, place, each, sent) => {
   const theme = /** @type {import("./sent.js").Theme} */ (sent.theme);
+  const { hunt } = sent;
   const unit = unitOf(place);
-  drawTrail(context, place, sent);
-  for (const [east, north] of hunt.ends) {
+  if (hunt) drawTrail(context, place, sent);
+  for (const [east, north] of hunt?.ends ?? []) {
     dot(context, ...place.to(east, north), END * RIM * unit, "circle", theme.unknown);
   }
-  for (const [east, north, shape, colour] of hunt.ends) {
+  for (const [east, north, shape, colour] of hunt?.ends ?? []) {
     dot(context, ...place.to(east, north), END * unit, shape, colour);
   }
-  if (!hunt.predator) return;
+  for (const one of each) drawPrey(context, one, sent);
+  if (!hunt?.predator) return;
   const [x, y] = place.to(...hunt.predator);
   dot(context, x, y, HALO * unit, "circle", theme.unknown);
   dot(context, x, y, PREDATOR * unit, "circle", theme.predator);

@@ -1,7 +1,6 @@
 // @ts-check
 // What lies over the colours of a board: its border, lines, the prey, and words.
 
-/** @typedef {import("./sent.js").World} World */
 /** @typedef {import("./sent.js").Sent} Sent */
 /** @typedef {import("./sent.js").Line} Line */
 /** @typedef {import("./sent.js").Theme} Theme */
@@ -11,7 +10,7 @@
 /** Pixels along each side of the board for which the widths of lines are meant. */
 const WIDTHS_FOR = 640;
 /** They become so much narrower and wider at most, and no line thinner than so many pixels. */
-const [NARROWEST, WIDEST, THINNEST] = [0.4, 1.6, 0.6];
+const [NARROWEST, WIDEST, THINNEST] = [0.5, 1.6, 0.9];
 /** The board of the lab is so many units wide, in which sizes of things on it are given. */
 const UNITS = 12;
 const FIELD = 3;
@@ -28,9 +27,9 @@ const MARK = 0.11;
 const LABEL = 0.34;
 const TILE_LABEL = 0.29;
 /** Letters as a share of their line, and at least so many pixels of the page large. */
-const [LETTERS, SMALLEST] = [0.72, 9];
+const [LETTERS, SMALLEST] = [0.95, 9.5];
 /** The patch under a word, in letters: what it has beside it, its height, its corners; how it covers. */
-const [PAD, TALL, ROUNDED, PATCH] = [0.7, 1.35, 0.3, 0.88];
+const [PAD, TALL, ROUNDED, PATCH] = [0.4, 1.15, 0.2, 0.88];
 
 /**
  * A board unit in pixels.
@@ -92,52 +91,74 @@ export const drawLines = (context, whole, lines) => {
 };
 
 /**
- * The border of the board, the prey in its middle, where it looks and what it sees.
+ * The heading of the prey in a picture; null where it does not matter.
+ * @param {Place} place
+ * @param {Sent} sent
+ */
+const headingOf = (place, sent) => (sent.prey === null ? null : (place.heading ?? sent.prey ?? null));
+
+/**
+ * The border of a board, and what the prey sees.
  * @param {CanvasRenderingContext2D} context
  * @param {Place} place
  * @param {Sent} sent
- * @param {World} world
  */
-export const drawPrey = (context, place, sent, world) => {
+export const drawBorder = (context, place, sent) => {
   const theme = /** @type {Theme} */ (sent.theme);
-  const unit = unitOf(place);
-  const heading = place.heading ?? sent.prey ?? null;
-  const turns = sent.prey !== null && heading !== null;
+  const { rim, field } = place.world;
   context.strokeStyle = theme.border;
   context.lineWidth = widthOn(place, BORDER);
   context.beginPath();
-  if (place.round) context.arc(place.x, place.y, world.rim * place.cell, 0, 2 * Math.PI);
+  if (place.round) context.arc(place.x, place.y, rim * place.cell, 0, 2 * Math.PI);
   else context.rect(place.left, place.top, place.side, place.side);
   context.stroke();
-  const angle = turns ? (-heading * Math.PI) / 4 : 0;
-  if (turns && sent.sees) {
-    context.strokeStyle = theme.field;
-    context.lineWidth = widthOn(place, FIELD);
-    context.beginPath();
-    context.arc(place.x, place.y, world.field * place.cell, angle - Math.PI / 2, angle + Math.PI / 2);
-    context.closePath();
-    context.stroke();
-  }
-  context.fillStyle = theme.prey;
+  const heading = headingOf(place, sent);
+  if (heading === null || !sent.sees) return;
+  const angle = (-heading * Math.PI) / 4;
+  context.save();
+  // A field may be larger than the board.
+  context.clip();
+  context.strokeStyle = theme.field;
+  context.lineWidth = widthOn(place, FIELD);
   context.beginPath();
-  context.arc(place.x, place.y, PREY * unit, 0, 2 * Math.PI);
-  context.fill();
-  if (!turns) return;
-  // In a tile it is longer, or it would be a dot.
-  const long = (place.heading === null ? 1 : 2) * unit;
+  context.arc(place.x, place.y, field * place.cell, angle - Math.PI / 2, angle + Math.PI / 2);
+  context.closePath();
+  context.stroke();
+  context.restore();
+};
+
+/**
+ * The prey, and where it looks.
+ * @param {CanvasRenderingContext2D} context
+ * @param {Place} place
+ * @param {Sent} sent
+ */
+export const drawPrey = (context, place, sent) => {
+  const theme = /** @type {Theme} */ (sent.theme);
+  // A tile is small: there the dot is smaller, and the arrow longer than that of a board as small.
+  const isTile = place.heading !== null;
+  const [dot, arrow] = isTile ? [2 * PREY, 2] : [PREY, 1];
+  const [unit, heading] = [unitOf(place), headingOf(place, sent)];
   context.save();
   context.translate(place.x, place.y);
-  context.rotate(angle);
-  context.strokeStyle = theme.prey;
-  context.lineWidth = widthOn(place, ARROW);
-  context.lineCap = context.lineJoin = "round";
+  context.scale(unit, unit);
+  context.fillStyle = context.strokeStyle = theme.prey;
   context.beginPath();
-  context.moveTo(TAIL * long, 0);
-  context.lineTo(TIP * long, 0);
-  context.moveTo((TIP - WING) * long, -WING * long);
-  context.lineTo(TIP * long, 0);
-  context.lineTo((TIP - WING) * long, WING * long);
-  context.stroke();
+  context.arc(0, 0, dot, 0, 2 * Math.PI);
+  context.fill();
+  if (heading !== null) {
+    context.rotate((-heading * Math.PI) / 4);
+    context.scale(arrow, arrow);
+    context.lineWidth = widthOn(place, ARROW) / unit / arrow;
+    context.lineCap = context.lineJoin = "round";
+    context.beginPath();
+    context.moveTo(TAIL, 0);
+    context.lineTo(TIP, 0);
+    context.moveTo(TIP - WING, -WING);
+    context.lineTo(TIP, 0);
+    context.lineTo(TIP - WING, WING);
+    context.stroke();
+  }
   context.restore();
 };
 
@@ -175,7 +196,7 @@ export const drawMark = (context, place, sent, cell) => {
 export const drawWord = (context, place, sent, [text, east, north], height, most = place.side) => {
   const theme = /** @type {Theme} */ (sent.theme);
   const size = Math.max(height * LETTERS * unitOf(place), SMALLEST * place.ratio);
-  context.font = `${size}px system-ui, sans-serif`;
+  context.font = `${size}px ${place.font}`;
   context.textAlign = "center";
   context.textBaseline = "middle";
   const [x, y] = place.to(east, north);

@@ -4,8 +4,9 @@
 /** @typedef {import("./sent.js").World} World */
 
 /**
- * A canvas that is drawn on: how many pixels it has, and how many of them are one of a style's.
- * @typedef {{width: number, height: number, ratio: number}} Sheet
+ * A canvas that is drawn on: how many pixels it has, how many of them are one of a style's, and the
+ * family of its type.
+ * @typedef {{width: number, height: number, ratio: number, font: string}} Sheet
  */
 
 /** What stays free round a board for its border, as a share of its side. */
@@ -17,16 +18,18 @@ export class Place {
    * @param {number} left edge, in pixels of the canvas
    * @param {number} top
    * @param {number} side
-   * @param {number} ratio pixels of the canvas for each of a style's
+   * @param {Sheet} sheet
    * @param {boolean} round
    * @param {number | null} heading the one it shows by itself
    */
-  constructor(world, left, top, side, ratio, round, heading) {
+  constructor(world, left, top, side, sheet, round, heading) {
     this.world = world;
     this.left = left;
     this.top = top;
     this.side = side;
-    this.ratio = ratio;
+    this.sheet = sheet;
+    this.ratio = sheet.ratio;
+    this.font = sheet.font;
     this.round = round;
     this.heading = heading;
     /** Side of a cell in pixels. */
@@ -77,10 +80,11 @@ export class Place {
  * @param {boolean} round
  * @param {number} [high] its height as a share of its width
  */
-export const boardPlace = (world, { width, height, ratio }, round, high = 1) => {
+export const boardPlace = (world, sheet, round, high = 1) => {
+  const { width, height } = sheet;
   const side = Math.max(Math.floor(Math.min(width, height / high) * (1 - 2 * MARGIN)), 1);
   const [left, top] = [Math.round((width - side) / 2), Math.round((height - side) / 2)];
-  return new Place(world, left, top, side, ratio, round, null);
+  return new Place(world, left, top, side, sheet, round, null);
 };
 
 /**
@@ -95,12 +99,12 @@ export const tilesPlace = (world, sheet) => boardPlace(world, sheet, false, worl
  * @param {Place} whole
  */
 export const tilePlaces = (whole) => {
-  const { world, ratio } = whole;
+  const { world, sheet } = whole;
   const side = Math.round(whole.side * world.tiles.share);
   const [x, y] = [whole.left + whole.side / 2, whole.top + whole.side / 2];
   return world.tiles.places.map(([east, north], heading) => {
     const left = Math.round(x + east * whole.side - side / 2);
     const top = Math.round(y - north * whole.side - side / 2);
-    return new Place(world, left, top, side, ratio, false, heading);
+    return new Place(world, left, top, side, sheet, false, heading);
   });
 };

@@ -3,7 +3,7 @@
 
 import "../terms.js";
 import { Board } from "../player/board.js";
-import { fill } from "../player/html.js";
+import { put } from "../player/html.js";
 import { send } from "../player/pipe.js";
 import "../time/draw.js";
 import { goBy } from "../time/scrub.js";
@@ -64,11 +64,11 @@ const begin = async () => {
     board.show(Number.isNaN(heading) ? sent : alone(sent, heading, data.world));
     const [light, dark, caption, about] = film.said(name, shot);
     board.describe(about);
-    fill(part("legend"), isDark() ? dark : light);
+    put(part("legend"), isDark() ? dark : light);
     if (part("caption").textContent !== caption) part("caption").textContent = caption;
     const [sentence, readings] = film.shots[shot].said;
-    fill(part("sentence"), sentence);
-    fill(part("readings"), readings);
+    put(part("sentence"), sentence);
+    put(part("readings"), readings);
     for (const button of layers) button.setAttribute("aria-pressed", `${button.dataset.layer === layer}`);
     markEvents(film.shots[shot].step);
   };

@@ -4,7 +4,7 @@
 
 import { attribute, element, write } from "../time/dom.js";
 import { send } from "../player/pipe.js";
-import { legendInto } from "./legend.js";
+import { put } from "../player/html.js";
 import { isRacing, state, whenChanged } from "./state.js";
 import { swatch } from "./swatch.js";
 
@@ -31,7 +31,7 @@ const go = /** @type {HTMLButtonElement} */ (part(".go"));
 const showColours = () => {
   const { legend } = state;
   write(part(".colours h2"), legend?.layer ?? "");
-  legendInto(part(".colours .pounce"), legend?.html ?? "");
+  put(part(".colours .pounce"), legend?.html ?? "");
 };
 
 const showApart = () => {
@@ -52,7 +52,7 @@ const showApart = () => {
   map.checked = compare.shown;
   write(part(".apart .text"), compare.text);
   go.hidden = compare.step === null;
-  legendInto(part(".apart .pounce"), compare.legend);
+  put(part(".apart .pounce"), compare.legend);
 };
 
 const compare = () => {
