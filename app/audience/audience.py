@@ -233,7 +233,7 @@ class Audience:
         look = themed(presented.look, seen.dark)
         asked = view.subject != subject
         view.subject = subject
-        stand = {"follows": True, "away": presented.is_away, "place": _where(presented.status)}
+        stand = {"follows": True, "away": presented.is_away}
         self._paint(view, presented.status, look, presented.extras, presented, asked, now_s)
         self._around(view, stand, presented.moment, live)
         return now_s + _PLAIN_S
@@ -274,7 +274,7 @@ class Audience:
             shown = live.seen_at(snapshot, playing=False)
         is_first = not view.parts
         self._paint(view, shown, seen.look, Extras(), presented, is_first, now_s)
-        stand = {"follows": False, "away": presented.is_away, "place": _where(shown)}
+        stand = {"follows": False, "away": presented.is_away}
         line = int(presented.moment["line"])
         self._around(view, stand, pictures.moment_on_bar(live, shown, seen.place, line), live)
         view.at_s = now_s
@@ -383,14 +383,6 @@ def _subject(presented: Presented | None) -> object:
         None if moment["live"] else moment["step"],
         presented.events,
     )
-
-
-def _where(status: Status) -> dict[str, object] | None:
-    """How far behind a moment is; None for what is live."""
-    behind = status.behind
-    if behind is None:
-        return None
-    return {"branch": behind.branch, "trials": behind.trials, "steps": behind.steps}
 
 
 def _end_of(line: int, live: Status) -> int | None:

@@ -41,7 +41,7 @@ def looks_of(presets: Sequence[str]) -> list[Sent]:
 
 
 def curves_sent(snapshots: Sequence[Snapshot]) -> Sent:
-    """The curves as far as they are known, and the axis: ``{"axis", "rewards", "levels", "curves"}``.
+    """The curves as far as they are known: ``{"axis", "rewards", "levels", "curves"}``.
 
     The axis is that of the run that has come farthest. Places along it are shares of it.
 

@@ -44,6 +44,7 @@ EXAMPLES = (
     "pounce bench --load 31 --json",
     "pounce bench --audience 100 --json",
     "pounce bench --scrub --json",
+    "pounce bench --side --json",
 )
 
 
@@ -71,6 +72,8 @@ class Bench:
     and what each is sent."""
     scrub: Flag = False
     """Measure walking in the past: moments a second, how soon one shows, the learner's share."""
+    side: Flag = False
+    """Measure how often a browser shows four runs side by side while all learn at full speed."""
 
 
 def obey(command: Bench) -> int:
@@ -84,11 +87,14 @@ def obey(command: Bench) -> int:
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
-    chosen = [command.page, command.load is not None, command.audience is not None, command.scrub]
-    if sum(chosen) > 1:
+    many = [command.load is not None, command.audience is not None]
+    if sum([command.page, command.scrub, command.side, *many]) > 1:
         raise UsageError(
-            "--page, --load, --audience and --scrub exclude each other; allowed: one of them"
+            "--page, --load, --audience, --scrub and --side exclude each other; allowed: one of"
+            " them"
         )
+    if command.side:
+        return _measure_side(command, repetitions)
     if command.page:
         return _measure_page(command, specs, repetitions)
     if command.scrub:
@@ -193,6 +199,27 @@ def _measure_scrub(command: Bench, specs: "dict[str, RunSpec]", repetitions: int
         f"  moments painted      {found['moments_per_s']:.0f} a second\n"
         f"  a wish shows after   {found['p95_ms']:.0f} ms (95 %)\n"
         f"  the learner keeps    {found['learner_share']:.2f} of its rate"
+    )
+    return EXIT_OK
+
+
+def _measure_side(command: Bench, repetitions: int) -> int:
+    from benchmarks.side import measure_side
+
+    try:
+        with interrupts.undoing(), terminal.status() as on_progress:
+            found = measure_side(repetitions, on_progress)
+    except RuntimeError as error:
+        complain(str(error))
+        return EXIT_FAILED
+    if command.json:
+        say(json.dumps(found))
+        return EXIT_OK
+    say(
+        f"The thesis's four side by side at full speed, in a browser that draws in software:\n"
+        f"  all boards shown  {found['shown_per_s']:.0f} times a second\n"
+        f"  each run makes    {found['steps_per_s'] / 1e6:.2f} M steps a second,"
+        f" {found['learner_share']:.2f} of its rate while nobody looks"
     )
     return EXIT_OK
 

@@ -19,7 +19,7 @@ import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 
 from app import __version__
-from app.cli import bench, doctor, experiment, lab, replay, replicate, report, run
+from app.cli import bench, doctor, experiment, export, lab, replay, replicate, report, run
 from app.cli.answers import (
     COLUMNS,
     EXIT_FAILED,
@@ -37,6 +37,7 @@ from app.cli.answers import (
 from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
+from app.cli.export import Export
 from app.cli.lab import Lab
 from app.cli.replay import Replay
 from app.cli.replicate import Replicate
@@ -56,11 +57,12 @@ class Presets:
     """List the shipped presets."""
 
 
-Command = Lab | Replay | Presets | Run | Experiment | Report | Replicate | Bench | Doctor
+Command = Lab | Replay | Export | Presets | Run | Experiment | Report | Replicate | Bench | Doctor
 
 COMMANDS: dict[str, type[Command]] = {
     "lab": Lab,
     "replay": Replay,
+    "export": Export,
     "presets": Presets,
     "run": Run,
     "experiment": Experiment,
@@ -73,6 +75,7 @@ COMMANDS: dict[str, type[Command]] = {
 EXAMPLES: dict[type[Command], Sequence[str]] = {
     Lab: lab.EXAMPLES,
     Replay: replay.EXAMPLES,
+    Export: export.EXAMPLES,
     Presets: ("pounce presets",),
     Run: run.EXAMPLES,
     Experiment: experiment.EXAMPLES,
@@ -93,6 +96,7 @@ class Pounce:
     command: OmitArgPrefixes[
         Annotated[Lab, tyro.conf.subcommand("lab")]
         | Annotated[Replay, tyro.conf.subcommand("replay")]
+        | Annotated[Export, tyro.conf.subcommand("export")]
         | Annotated[Presets, tyro.conf.subcommand("presets")]
         | Annotated[Run, tyro.conf.subcommand("run")]
         | Annotated[Experiment, tyro.conf.subcommand("experiment")]
@@ -264,6 +268,8 @@ def _obey(command: Command | Pounce | None) -> int:
             return lab.obey(command)
         case Replay():
             return replay.obey(command)
+        case Export():
+            return export.obey(command)
         case Presets():
             return _presets()
         case Run():

@@ -15,7 +15,7 @@ from learners import measures
 from learners.spec import MOVES, RunSpec
 
 _LEVEL: Final = 3.0
-"""Rewards per trial that are no farther apart are level: a mean over the last trials is no surer."""
+"""Rewards per trial no farther apart are level: a mean over the last trials is no surer."""
 _COUNTS: Final = {2: "Two", 3: "Three", 4: "Four"}
 
 
@@ -30,11 +30,8 @@ def repertoire(spec: RunSpec) -> str:
         when = "from the start" if joins[0] == 0 else f"from trial {joins[0]:,}"
         return f"{names}, {when}" if len(skills) == 1 else f"{names}, all {when}"
     by_time = sorted(zip(joins, skills, strict=True))
-    first, *later = [
-        f"{plain(skill)} from {'the start' if at == 0 else f'trial {at:,}'}"
-        for at, skill in by_time
-    ]
-    return f"one skill after the other: {', '.join([first, *later])}"
+    parts = [plain(skill) + (f" ({at:,})" if at else "") for at, skill in by_time]
+    return f"one skill after the other, by trial: {', '.join(parts)}"
 
 
 def standing(
@@ -52,31 +49,47 @@ def standing(
     alike = ", from the same starts of trials" if common_starts else ""
     what = f"{count} runs, step for step{alike}."
     rewards = [one.recent_reward for one in snapshots]
-    lead = leaders(snapshots)
+    lead = leaders(snapshots, step)
     if not lead:
         return joined([what, " No trial has ended yet in all of them."], "")
-    best = _mean(max(rewards))
+    best = _mean(max(rewards[place] for place in lead))
     after = f" After {counted(step, 'step')} "
-    others = sorted(set(range(len(names))) - set(lead), key=lambda place: -rewards[place])
+    others = [place for place in _compared(snapshots, step) if place not in lead]
     if not others:
-        return joined([what, after, "they are level: ", best, "."], "")
+        whose = "they are level" if len(lead) > 1 else f"{names[lead[0]]} is there alone"
+        return joined([what, after, f"{whose}: ", best, "."], "")
+    others.sort(key=lambda place: -rewards[place])
     behind = [f"{names[place]} {shown_number(rewards[place], '.0f')}" for place in others]
     verb = "leads with" if len(lead) == 1 else "lead with"
     who = element("b", joined_by_and([names[place] for place in lead]))
     return joined([what, after, who, f" {verb} {best}; ", joined_by_and(behind), "."], "")
 
 
-def leaders(snapshots: Sequence[Snapshot]) -> tuple[int, ...]:
+def leaders(snapshots: Sequence[Snapshot], step: int) -> tuple[int, ...]:
     """Places of those whose reward is best, or level with the best, that first.
 
-    Empty as long as there is one in which no trial has ended.
+    A run that has not come as far does not count, unless its trials are over. Empty as long as
+    there is one in which no trial has ended.
+
+    Args:
+        snapshots: of all runs.
+        step: the moment.
     """
     rewards = [one.recent_reward for one in snapshots]
-    if any(math.isnan(reward) for reward in rewards):
+    compared = _compared(snapshots, step)
+    if not compared or any(math.isnan(rewards[place]) for place in compared):
         return ()
-    best = max(rewards)
-    lead = [place for place, reward in enumerate(rewards) if best - reward <= _LEVEL]
+    best = max(rewards[place] for place in compared)
+    lead = [place for place in compared if best - rewards[place] <= _LEVEL]
     return tuple(sorted(lead, key=lambda place: -rewards[place]))
+
+
+def _compared(snapshots: Sequence[Snapshot], step: int) -> list[int]:
+    return [
+        place
+        for place, one in enumerate(snapshots)
+        if one.step >= step or one.trial >= one.spec.trials
+    ]
 
 
 def _mean(reward: float) -> str:
@@ -95,11 +108,11 @@ class Row(NamedTuple):
 def cell_rows(readings: Sequence[CellReading | None]) -> list[Row]:
     """What each run knows of the same cell; None of one whose grid has no such cell."""
     rows = (
-        ("worth", _worth, "Steps from a capture that is worth as much, and the value itself"),
-        ("it takes", _choice, "What is best there by what it knows"),
-        ("first worth something", _reach, "Trial in which the value first rose above 0"),
-        ("steps begun here", _visits, "So far, in this state"),
-        ("a hunt from here", _end, "Without random moves, nothing learned"),
+        ("worth", _worth, "Steps to a certain capture that is worth as much"),
+        ("takes", _choice, "What is best there by what it knows"),
+        ("since", _reach, "The trial in which the value first rose above 0"),
+        ("visits", _visits, "Steps that began in this state so far"),
+        ("a hunt", _end, "How one from here ends without random moves"),
     )
     return [
         Row(
@@ -114,13 +127,13 @@ def cell_rows(readings: Sequence[CellReading | None]) -> list[Row]:
 def _worth(reading: CellReading) -> str:
     best = max((option.q for option in reading.options), default=0.0)
     if best <= 0:
-        return "expects to be seen" if best < 0 else "nothing known"
-    return f"{reading.unit.steps_in_words(best)} steps ({shown_number(best)})"
+        return "will be seen" if best < 0 else "nothing yet"
+    return f"{reading.unit.steps_in_words(best)} steps"
 
 
 def _choice(reading: CellReading) -> str:
     best = [option.name for option in reading.options if option.greedy]
-    return best[0] if len(best) == 1 else "no choice is best"
+    return best[0] if len(best) == 1 else "no best one"
 
 
 def _reach(reading: CellReading) -> str:

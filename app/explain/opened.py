@@ -10,7 +10,8 @@ SAME = "Digest as recorded: same."
 
 def contents_in_words(contents: Contents) -> str:
     """What is in a session: preset, seed, commands, how far it goes, and who wrote it."""
-    lines = "" if contents.n_lines == 1 else f"{counted(contents.n_lines, 'line')}, "
+    n_lines = contents.n_lines
+    lines = "" if n_lines == 1 else f"{counted(n_lines, 'line')}, the live one "
     return (
         f"{contents.preset}, seed {contents.seed}; {counted(contents.n_commands, 'command')};"
         f" {lines}up to trial {contents.trial:,}; written by pounce {contents.version}."

@@ -33,7 +33,7 @@ class Excerpt:
     data: bytes
     n_lines: int
     trial: int
-    """The farthest that any of its lines came."""
+    """In which the line is, or the live one of its tree."""
 
 
 def excerpt(family: Family, line: int | None) -> Excerpt:
@@ -59,8 +59,8 @@ def excerpt(family: Family, line: int | None) -> Excerpt:
             f"it has {len(data):,} bytes; allowed: up to {MOST_BYTES:,}, which is some thousand"
             " commands"
         )
-    farthest = max(record.trial for record in stood)
-    return Excerpt(name_of_file(header, now), data, len(stood), farthest)
+    end_trial = (family.live if line is None else family.line(line)).past.end_trial
+    return Excerpt(name_of_file(header, now), data, len(stood), end_trial)
 
 
 def _of_line(family: Family, line: Line) -> Iterator[Record]:

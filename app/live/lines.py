@@ -128,6 +128,8 @@ class Family:
         """Whether that began in its session, and was not made again from results."""
         self.is_resumed = False
         """Whether it was made again from what was kept of an earlier session."""
+        self.is_shared = False
+        """Whether it was made again from what somebody shared."""
         self.lines: dict[int, Line] = {root.number: root}
         self.deleted: dict[int, Line] = {}
         """Those that can be brought back."""

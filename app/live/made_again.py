@@ -10,7 +10,7 @@ from typing import Final
 
 from app.live.branching import NameOf, begin, run_at
 from app.live.lines import Family, Line, MadeAgain, aside_after, known_of, root_line
-from app.live.past import Budget
+from app.live.past import Budget, Past
 from app.live.places import Place
 from app.live.records import (
     Began,
@@ -27,7 +27,7 @@ from app.live.records import (
     WentLive,
 )
 from app.live.written import DamagedError, Written
-from learners.commands import CommandError, SetParameter
+from learners.commands import Command, CommandError, SetParameter, Undo
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
@@ -38,6 +38,8 @@ _COPY: Final = 20_000
 """Steps that take about as long as to come to a moment at which there is a checkpoint."""
 _CELL: Final = 5
 """Steps that take about as long as to compile a cell of a world."""
+_EVENT: Final = 300
+"""Steps that take about as long as to play an event of a history again."""
 
 OnStep = Callable[[float], object]
 """Told now and then which share of the records has been taken."""
@@ -151,7 +153,7 @@ class _Making:
         self._n_runs = first_number
         self._family: Family | None = None
         self._aside: Family | None = None
-        self._differ: list[str] = []
+        self._differ: list[Line] = []
         self._stood: dict[int, Stood] = {}
         """How lines stand here, by the place in the records where that was written down."""
 
@@ -172,7 +174,8 @@ class _Making:
             for place, record in enumerate(self._records)
             if place in self._stood or not isinstance(record, Stood)
         )
-        return Remade(made, tuple(self._differ), len(self._stood), records)
+        differ = tuple(line.name for line in self._differ)
+        return Remade(made, differ, len(self._stood), records)
 
     def take(self, place: int, record: Record) -> None:
         """Take one record in.
@@ -192,9 +195,8 @@ class _Making:
                 run = self._know(line, step)
                 if run.step != step:
                     raise CommandError(f"{line.name} is past step {step:,}")
+                self._count_command(run, command)
                 run.apply(command, replacing=True)
-                if isinstance(command, SetParameter) and command.key.startswith("world."):
-                    self._count_world(run.spec)
                 line.past.note(run)
                 family.note_given(record)
             case Stood():
@@ -254,7 +256,10 @@ class _Making:
         else:
             family.line(record.instead_of)
         place = Place(record.parent, step)
-        self._count_way(family.line(record.parent), step)
+        parent = family.line(record.parent)
+        self._count_way(parent, step)
+        for command in record.commands:
+            self._count_command(parent.past, command)
         begun = begin(family, place, record.commands, False, self._name_of)
         family.note_given(record)
         family.add(begun.line(record.run, self._budget), record.instead_of)
@@ -275,9 +280,9 @@ class _Making:
                 run = self._run_at(line, record.step)
             found = digest(run.state)
             stood = replace(record, trial=run.trial, digest=found)
-            self._stood[self._place] = renumbered(stood, -self._first_number)
+            self._stood[self._place] = replace(stood, run=stood.run - self._first_number)
             if (found, run.trial) != (record.digest, record.trial):
-                self._differ.append(line.name)
+                self._differ.append(line)
             if line.held is None and line.known.step == run.step:
                 # Where a branch rests it is not made again for its digest.
                 line.known = line.known._replace(digest=found)
@@ -333,6 +338,16 @@ class _Making:
         """Count what it takes to come to a moment of a line that is known."""
         before = max((kept for kept in line.past.kept if kept <= step), default=0)
         self._count(_COPY + line.past.end_trial + max(step - before, 0))
+
+    def _count_command(self, of: Run | Past, command: Command) -> None:
+        match command:
+            case SetParameter(key=key) if key.startswith("world."):
+                self._count_world(of.control.spec)
+            case Undo():
+                # All of it is played again without one.
+                self._count(_EVENT * len(of.control.history))
+            case _:
+                pass
 
     def _count_world(self, spec: RunSpec) -> None:
         self._count(_CELL * spec.world.size**2)

@@ -1,5 +1,6 @@
 """What is asked of a session, by any thread: values that its worker carries out in their order."""
 
+import math
 from dataclasses import dataclass
 
 from app.live.lines import MadeAgain
@@ -186,6 +187,8 @@ class TakeUp:
     made_again: MadeAgain
     journal: Journal | None
     """Of the session that is taken up: what is done from here on is written there."""
+    is_shared: bool = False
+    """Whether it is from elsewhere, and was not kept here."""
 
 
 @dataclass(frozen=True)
@@ -195,6 +198,8 @@ class StartRace:
     entries: tuple[Entry, ...]
     playing: bool = True
     """Whether they go on at once."""
+    speed: float = math.inf
+    """Steps per second of each."""
 
 
 @dataclass(frozen=True)

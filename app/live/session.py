@@ -345,9 +345,16 @@ class Session(Worker[Status]):
         self._show()
 
     def _start_race(self, request: StartRace) -> None:
-        race = Race(request.entries, self.budget, self.past_of, playing=request.playing)
+        race = Race(
+            request.entries, self.budget, self.past_of, request.speed, playing=request.playing
+        )
+        former, held = self.race, self._held()
+        if held.is_learning:
+            race.paused_live = held.run.trial
+        elif former is not None:
+            race.paused_live = former.paused_live
+        held.pause()
         self._end_race()
-        self._held().pause()
         self.race = race
         race.start()
 
@@ -390,6 +397,7 @@ class Session(Worker[Status]):
             answered=self._answered,
             is_own=tree.family.is_own,
             is_resumed=tree.family.is_resumed,
+            is_shared=tree.family.is_shared,
             opened=held.opened,
             aside=None if aside is None else f"{aside.preset}, trial {aside.held.run.trial:,}",
             opening=None if held.is_over else opening,

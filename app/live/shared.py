@@ -10,13 +10,15 @@ import base64
 import binascii
 import re
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final
 
-from app.live.records import Began, Branched, Gave, Marked, Record, Stood
+from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
 from app.live.written import SessionError, Written, read_data, with_sums, without_sums
-from learners.spec import MAX_TRIALS
+from learners.commands import SetSchedule
+from learners.spec import MAX_TRIALS, ScheduleSpec
 
 MOST_BYTES: Final = 256 * 2**10
 """Of a file; a whole session with some hundred commands has a tenth of it."""
@@ -28,6 +30,8 @@ MOST_STEPS: Final = 300_000_000
 _MOST_RECORDS: Final = 2_000
 _MOST_RUNS: Final = 10_000
 """Numbers of runs are lower, and so are those of marks."""
+_MOST_EPISODES: Final = 200
+"""Of a schedule: each is compared with the others whenever a number is set."""
 _LONGEST_NAME: Final = 100
 _CODE: Final = re.compile(rf"[A-Za-z0-9_-]{{1,{MOST_CHARACTERS}}}")
 _DIGEST: Final = re.compile(r"[0-9a-f]{64}")
@@ -142,11 +146,26 @@ def _fault(record: Record) -> str | None:
         most, value = _MOST.get(field.name), getattr(record, field.name)
         if most is not None and value is not None and value > most:
             return f"{field.name}: {value:,} is not allowed; allowed: up to {most:,}"
+    for schedule in _schedules_of(record):
+        if len(schedule.episodes) > _MOST_EPISODES:
+            return f"episodes: there are more than {_MOST_EPISODES:,}, as many as there may be"
     if isinstance(record, Began) and not _is_name(record.preset):
         return f"preset: is no name; allowed: up to {_LONGEST_NAME} characters that can be read"
     if isinstance(record, Stood) and _DIGEST.fullmatch(record.digest) is None:
         return "digest: is none; allowed: 64 hexadecimal digits"
     return None
+
+
+def _schedules_of(record: Record) -> Iterator[ScheduleSpec]:
+    match record:
+        case Began(spec=spec):
+            yield spec.schedule
+        case Gave(command=SetSchedule(schedule=schedule)):
+            yield schedule
+        case Branched(commands=commands):
+            yield from (part.schedule for part in commands if isinstance(part, SetSchedule))
+        case _:
+            pass
 
 
 def _is_name(text: str) -> bool:
@@ -166,10 +185,8 @@ class Contents:
     """Runs, and branches of them."""
     n_commands: int
     """Given by hand, those by which lines branched off among them."""
-    n_marks: int
-    step: int
-    """The farthest that any of its lines came, as written down."""
     trial: int
+    """In which the line was, as written down, that was live."""
     version: str
     """Of the pounce that wrote it."""
 
@@ -179,16 +196,14 @@ def contents_of(written: Written) -> Contents:
     records = written.records
     began = next((record for record in reversed(records) if isinstance(record, Began)), None)
     branches = [record for record in records if isinstance(record, Branched)]
-    stood = [record for record in records if isinstance(record, Stood)]
-    farthest = max(stood, key=lambda record: record.step, default=None)
+    live = next((r.run for r in reversed(records) if isinstance(r, Began | WentLive)), 0)
+    stood = (r.trial for r in reversed(records) if isinstance(r, Stood) and r.run == live)
     gave = sum(isinstance(record, Gave) for record in records)
     return Contents(
         preset=written.header.preset if began is None else began.preset,
         seed=written.header.seed if began is None else began.seed,
         n_lines=sum(isinstance(record, Began) for record in records) + len(branches),
         n_commands=gave + sum(len(branch.commands) for branch in branches),
-        n_marks=sum(isinstance(record, Marked) for record in records),
-        step=0 if farthest is None else farthest.step,
-        trial=0 if farthest is None else farthest.trial,
+        trial=next(stood, 0),
         version=written.header.version,
     )

@@ -33,6 +33,8 @@ class Status:
     """Whether the run that is shown began here, and was not made again from results."""
     is_resumed: bool = False
     """Whether it was made again from what was kept of an earlier session."""
+    is_shared: bool = False
+    """Whether it was made again from what somebody shared."""
     opened: Opened | None = None
     """The run of an experiment that is made again, or that stands as it ended."""
     aside: str | None = None

@@ -330,7 +330,7 @@ class Tree:
             self.close()
             self.family.drop()
         for family in families:
-            family.is_resumed = True
+            family.is_resumed, family.is_shared = not request.is_shared, request.is_shared
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
 

@@ -65,6 +65,11 @@ class Arrival:
         self._folder = folder if session.is_kept else None
         self._links = links
         self._is_busy = False
+        self._say: Callable[[str], object] = lambda text: None
+
+    def call_when_told(self, say: Callable[[str], object]) -> None:
+        """Have what is told for a while said where it stays, too."""
+        self._say = say
 
     def came(self, ticket: str) -> None:
         """Open what came in the link that has led the browser here."""
@@ -92,14 +97,14 @@ class Arrival:
             self._refuse(found)
             return
         n_others, is_kept = self._n_viewers() - 1, self._folder is not None
-        kept_words = "It is kept, and can be resumed later." if is_kept else "It is not kept."
+        kept_words = "which is kept, and can be resumed later" if is_kept else "which is not kept"
         begin = partial(self._begin, found)
         what = contents_in_words(contents_of(found))
         if n_others > 0:
-            text = f"the session on the board. {kept_words} The one to be opened: {what}"
+            text = f"the session on the board, {kept_words}. To be opened: {what}"
             confirm_for_all(self._client, n_others, "Open", text, begin)
         elif self._has_begun() and not (is_sure and is_kept):
-            text = f"It takes the place of the session on the board. {kept_words} It is: {what}"
+            text = f"{what} It takes the place of the session on the board, {kept_words}."
             confirm(self._client, "Open this session?", text, ("Open", "No"), begin)
         else:
             begin()
@@ -126,9 +131,12 @@ class Arrival:
         verdict = verdict_in_words(found.remade, contents)
         torn = " Its last record is torn, and left out." if written.is_torn else ""
         sentences = [contents_in_words(contents), f"{verdict}{torn}"]
-        tell(self._client, "Opened", " ".join(sentences), auto_close_seconds=_SHOWN_S)
+        self._say(f"Opened: {' '.join(sentences)}")
         if found.remade.differ:
+            tell(self._client, "Opened", "Not as it was recorded.", auto_close_seconds=_SHOWN_S)
             self._show("Opened, and not as it was recorded", sentences)
+        else:
+            tell(self._client, "Opened", " ".join(sentences), auto_close_seconds=_SHOWN_S)
 
     def _refuse(self, reason: str) -> None:
         tell(self._client, "Not opened", "Nothing has changed.", color="red")
@@ -160,8 +168,8 @@ def _made(
     except SessionError as error:
         return for_terminal(str(error))
     if folder is None:
-        return Taken(remade, None)
+        return Taken(remade, None, is_shared=True)
     run = remade.made.family.held.run
     journal = kept.begun(folder, remade.made.family.preset, run.seed)
     journal.begin_with(remade.records)
-    return Taken(remade, journal)
+    return Taken(remade, journal, is_shared=True)

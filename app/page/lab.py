@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import viser
 
 from app.live.places import Place
@@ -27,6 +26,7 @@ from app.live.worker import Reply
 from app.page.browser import Browser, Shared
 from app.page.clock import clock_html
 from app.page.confirm import confirm_for_all
+from app.page.dress import dress
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.inbox import Inbox
@@ -35,7 +35,6 @@ from app.page.panels.experiments import ExperimentsPanel
 from app.page.panels.plan import PlanPanel
 from app.page.panels.side_by_side import SideBySide
 from app.page.presenting import Presenting
-from app.page.scene.board import FLAT_CAMERA, FLAT_TARGET
 from app.page.scene.gallery import Exhibit, Gallery, Seen
 from app.page.side.show import SideShow
 from app.page.success import SuccessMaps
@@ -55,13 +54,7 @@ from app.server.links import Links
 from app.server.notices import tell
 from app.server.origin import Authority
 from app.server.pulse import Drawing, Pulse, send
-from app.server.server import (
-    addresses_of,
-    close_server,
-    is_on_this_machine,
-    is_serving,
-    open_server,
-)
+from app.server.server import addresses_of, close_server, is_serving, open_server
 from app.util.html import escaped
 from app.util.machine import give_back_memory, share_among_threads
 from learners import hunts
@@ -86,8 +79,6 @@ _TIDY_S = 10.0
 """How often memory is given back at most."""
 _UNSEEN_S = 20.0
 """The learner waits for a page that never says that it has drawn the board no longer than this."""
-_FOV_RADIANS = np.pi / 3
-_PANEL_WIDTH = 330.0
 
 
 class Lab:
@@ -168,8 +159,8 @@ class Lab:
             links=links,
         )
         self.gallery = Gallery(self.server)
-        self._presenting = Presenting(stand, partial(is_on_this_machine, self.server))
-        self._dress_server()
+        self._presenting = Presenting(stand, self.server)
+        dress(self.server)
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
         with self._controls.run_tab:
@@ -391,20 +382,6 @@ class Lab:
     def browsers(self) -> tuple[Browser, ...]:
         """Those that are connected, in the order in which they came."""
         return tuple(self._browsers.values())
-
-    def _dress_server(self) -> None:
-        server = self.server
-        server.scene.set_up_direction("+z")
-        server.scene.configure_default_lights(enabled=False)
-        server.scene.world_axes.visible = False
-        server.gui.configure_theme(show_logo=False, show_share_button=False)
-        server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(_PANEL_WIDTH)
-        camera = server.initial_camera
-        camera.up = (0.0, 1.0, 0.0)
-        camera.look_at = FLAT_TARGET
-        camera.position = FLAT_CAMERA
-        camera.fov = _FOV_RADIANS
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         # It may have gone away before its turn came.

@@ -9,11 +9,13 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, Protocol
 
 import msgspec
+import viser
 
 from app.live.status import Status
 from app.picture.layer import Extras
 from app.picture.look import Look
 from app.player.presented import Presented, Stand
+from app.server.server import is_on_this_machine
 
 RELOADED_S: Final = 10.0
 """Whoever comes within this time after the presenter has gone is taken for the same person."""
@@ -51,15 +53,15 @@ class Viewer(Protocol):
 class Presenting:
     """Of one lab. The render loop alone has to do with it."""
 
-    def __init__(self, stand: Stand | None, is_local: Callable[[int], bool]) -> None:
+    def __init__(self, stand: Stand | None, server: viser.ViserServer) -> None:
         """Prepare.
 
         Args:
             stand: who is shown what the presenter sees; None if there is no audience.
-            is_local: whether a browser, by its number, is on this machine.
+            server: of the browsers.
         """
         self.stand = stand
-        self._is_local = is_local
+        self._server = server
         self._there: dict[int, bool] = {}
         """Browsers in the order in which they came, and whether each is on this machine."""
         self._presenter: int | None = None
@@ -74,7 +76,7 @@ class Presenting:
 
     def come(self, number: int) -> None:
         """Note that a browser has come."""
-        self._there[number] = self._is_local(number)
+        self._there[number] = is_on_this_machine(self._server, number)
         if self._left_s is not None:
             self.take_over(number)
 

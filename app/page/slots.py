@@ -13,7 +13,8 @@ Slot = Literal[
     "task", "sentence", "readings", "legend", "bar", "said", "opening", "tour", "experiment", "side"
 ]
 """A place of the stage: the task in one line, what goes on, how an experiment stands, a few
-numbers, what colours mean, curve and timeline, what was just done, the first hunts, the tour, runs side by side."""
+numbers, what colours mean, curve and timeline, what was just done, the first hunts, the tour, runs
+side by side."""
 
 
 def slot_html(name: Slot, content: str) -> str:

@@ -26,6 +26,8 @@ class Taken(NamedTuple):
 
     remade: Remade
     journal: Journal | None
+    is_shared: bool = False
+    """Whether it is from elsewhere."""
 
 
 def take_up(
@@ -52,7 +54,7 @@ def take_up(
         if isinstance(found, str):
             then(found)
             return
-        remade, journal = found
+        remade, journal, is_shared = found
 
         def refused(reason: str) -> None:
             if journal is not None:
@@ -61,7 +63,7 @@ def take_up(
             work(client, lambda: reason, then)
 
         kept = None if journal is None else Renumbered(journal, first_number)
-        submit(TakeUp(remade.made, kept), refused)
+        submit(TakeUp(remade.made, kept, is_shared), refused)
         live = remade.made.family.live.number
         work(client, partial(_is_shown, session, live), lambda shown: shown and then(found))
 

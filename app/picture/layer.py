@@ -32,6 +32,8 @@ class Extras:
     success: SuccessMap | None = None
     since: Snapshot | None = None
     """The moment A, which another one is set against."""
+    names: tuple[str, str] | None = None
+    """What the run of A is called and what the other one is, where they are two side by side."""
 
 
 class Label(NamedTuple):

@@ -6,9 +6,9 @@ board adds up to. Whatever happened (:mod:`app.explain.happenings`) has a moment
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -18,18 +18,19 @@ from app.charts.bar.sent import Around, Sent, bar_sent
 from app.charts.bar.tree import known_until, marks_on
 from app.explain import sentence
 from app.explain.happenings import Happening, first_capture_in, happenings_of
-from app.live.lines import FIRST_RUN
+from app.live.lines import FIRST_RUN, Family
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Mark
 from app.live.snapshot import Snapshot, take
+from app.live.status import Status
 from app.metrics.course import GreedyCurve, greedy_of
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, Look
 from app.picture.shading import equivalent_steps, nearness
 from app.picture.theme import DARK, LIGHT
-from app.player.boards import board_sent, described
-from app.player.film import Shot, View
+from app.player.boards import board_sent, described, ground_sent
+from app.player.film import Board, Shot, View
 from app.player.headline import readings_html
 from app.schedule.blocks import Past as Blocks
 from learners.kernel.state import digest
@@ -58,6 +59,7 @@ class Recorded:
 
     preset: str
     """As shown."""
+    seed: int
     lines: tuple[LineSeen, ...]
     """Parents before those that branched off them."""
     pasts: Mapping[int, Past]
@@ -92,7 +94,47 @@ def recorded_run(
         digest=digest(run.state),
         is_live=True,
     )
-    return Recorded(preset, (line,), {0: past})
+    return Recorded(preset, seed, (line,), {0: past})
+
+
+def recorded_family(family: Family) -> Recorded:
+    """A session's tree of runs, which must stand still."""
+    lines: list[LineSeen] = []
+    for number in sorted(family.lines):
+        line = family.lines[number]
+        seen = line.seen(is_live=line is family.live, is_growing=False)
+        lines.append(_with_digest(seen, line.past))
+    pasts = {number: line.past for number, line in family.lines.items()}
+    seed = family.held.run.seed
+    return Recorded(family.preset, seed, tuple(lines), pasts, family.marks)
+
+
+def recorded_status(status: Status, past_of: Callable[[int], Past | None]) -> Recorded:
+    """A session as it stands, which may go on meanwhile.
+
+    Args:
+        status: how it stands.
+        past_of: the past of a line, by its number; None if it has gone.
+    """
+    pasts = {line.number: past_of(line.number) for line in status.lines}
+    there = {number: past for number, past in pasts.items() if past is not None}
+    lines = [
+        _with_digest(replace(line, is_growing=False), there[line.number])
+        for line in sorted(status.lines, key=lambda line: line.number)
+        if line.number in there and (line.parent is None or line.parent in there)
+    ]
+    marks = tuple(mark for mark in status.marks if mark.place.line in there)
+    snapshot = status.snapshot
+    return Recorded(snapshot.preset, snapshot.seed, tuple(lines), there, marks)
+
+
+def _with_digest(line: LineSeen, past: Past) -> LineSeen:
+    """The line with the digest of its tables where it ends, which is not always at hand."""
+    if line.digest:
+        return line
+    run = past.run_at(line.until_step)
+    assert run is not None
+    return replace(line, digest=digest(run.state), until_step=run.step, until_trial=run.trial)
 
 
 # --- Which moments -------------------------------------------------------------------------------
@@ -128,6 +170,19 @@ def stops_of(recorded: Recorded, most: int, tell: Tell = lambda _, __: None) -> 
         steps = {line.fork_step, line.until_step, *between.tolist(), *own}
         found += [Stop(line.number, step) for step in sorted(steps)]
     return found
+
+
+def stops_along(
+    recorded: Recorded, line: int, most: int, tell: Tell = lambda _, __: None
+) -> list[Stop]:
+    """About so many moments of a line, those of the lines that it left among them."""
+    until = known_until(line, recorded.lines)
+    there = [
+        stop
+        for stop in stops_of(recorded, most, tell)
+        if stop.line in until and stop.step < until[stop.line]
+    ]
+    return sorted(there, key=lambda stop: stop.step)
 
 
 class _Looked(NamedTuple):
@@ -207,19 +262,48 @@ def shots_of(
     recorded: Recorded, stops: Sequence[Stop], tell: Tell = lambda _, __: None
 ) -> Iterator[Shot]:
     """What there is to be seen and read at some moments."""
-    done = 0
+    inks = Inks()
+    for number, snapshot in enumerate(snapshots_at(recorded, stops), 1):
+        yield shot_of(snapshot, inks)
+        tell("Moments are drawn", number / len(stops))
+
+
+def snapshots_at(recorded: Recorded, stops: Sequence[Stop]) -> Iterator[Snapshot]:
+    """Moments of lines, those that follow one another on a line in its order."""
     for line, group in groupby(stops, key=lambda stop: stop.line):
-        for snapshot in _snapshots(recorded, line, [stop.step for stop in group]):
-            yield shot_of(snapshot)
-            done += 1
-            tell("Moments are drawn", done / len(stops))
+        yield from _snapshots(recorded, line, [stop.step for stop in group])
 
 
-def shot_of(snapshot: Snapshot) -> Shot:
+class Inks:
+    """Which colours lines have on dark pages, by those that they have on light ones.
+
+    Where lines run takes longer to find than all else of a board, and is the same on both; so a
+    board of lines that have been seen before is drawn for dark pages without them.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, str], str] = {}
+
+    def dark(self, light: Board, snapshot: Snapshot, look: Look) -> Board:
+        """The board for dark pages of a moment whose board for light ones is known."""
+        lines: list[dict[str, Any]] = light["lines"]
+        keys = [(look.layer, str(line["colour"])) for line in lines]
+        if all(key in self._known for key in keys):
+            inked = [
+                {**line, "colour": self._known[key]} for line, key in zip(lines, keys, strict=True)
+            ]
+            over = {"over": light["over"], "lines": inked, "labels": light["labels"]}
+            return ground_sent(snapshot, look, NOTHING) | over
+        board = board_sent(snapshot, look, NOTHING)
+        self._known |= {key: line["colour"] for key, line in zip(keys, board["lines"], strict=True)}
+        return board
+
+
+def shot_of(snapshot: Snapshot, inks: Inks) -> Shot:
     """What there is to be seen and read at one moment."""
     said = sentence.said_of(snapshot)
     views = {
-        view_name(layer, name): _view(snapshot, layer, frame, said.striptags())
+        view_name(layer, name): _view(snapshot, layer, frame, said.striptags(), inks)
         for layer in LAYERS_SHOWN
         for name, frame in FRAMES.items()
     }
@@ -227,15 +311,14 @@ def shot_of(snapshot: Snapshot) -> Shot:
     return Shot(snapshot.generation, snapshot.step, snapshot.trial, texts, views)
 
 
-def _view(snapshot: Snapshot, key: str, frame: int, said: str) -> View:
+def _view(snapshot: Snapshot, key: str, frame: int, said: str, inks: Inks) -> View:
     looks = [Look(theme, key, frame=frame) for theme in (LIGHT, DARK)]
     layer = LAYERS[key]
     legends = [str(layer.legend(snapshot, look, NOTHING)) for look in looks]
     caption = layer.caption(snapshot, looks[0], NOTHING)
     about = f"{described(snapshot, looks[0])} {said}"
-    return View(
-        *(board_sent(snapshot, look, NOTHING) for look in looks), (*legends, caption, about)
-    )
+    light = board_sent(snapshot, looks[0], NOTHING)
+    return View(light, inks.dark(light, snapshot, looks[1]), (*legends, caption, about))
 
 
 # --- Lines along their axes ----------------------------------------------------------------------

@@ -120,9 +120,17 @@ def _font(size: float) -> ImageFont.FreeTypeFont:
 # --- As SVG --------------------------------------------------------------------------------------
 
 
-def svg_of(picture: Picture) -> Markup:
-    """The picture as an element that may stand in a page, or in a file of its own."""
-    content = joined([element("title", picture.about), *map(_svg, picture.shapes)], "")
+def svg_of(picture: Picture, ground: str | None = None) -> Markup:
+    """The picture as an element that may stand in a page, or in a file of its own.
+
+    Args:
+        picture: the picture.
+        ground: what it stands on; None if one sees through.
+    """
+    shapes = list(picture.shapes)
+    if ground is not None:
+        shapes.insert(0, Box(0, 0, picture.wide, picture.high, ground))
+    content = joined([element("title", picture.about), *map(_svg, shapes)], "")
     return Markup(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {picture.wide} {picture.high}"'
         f' width="{picture.wide}" height="{picture.high}" role="img">{content}</svg>'
@@ -141,8 +149,8 @@ def _svg(shape: Shape) -> Markup:
         case Lines(ways, colour, width):
             path = "".join(map(_path, ways))
             return Markup(
-                f'<path d="{path}" fill="none" stroke="{escaped(colour)}" stroke-width="{_n(width)}"'
-                ' stroke-linecap="round" stroke-linejoin="round"/>'
+                f'<path d="{path}" fill="none" stroke="{escaped(colour)}"'
+                f' stroke-width="{_n(width)}" stroke-linecap="round" stroke-linejoin="round"/>'
             )
         case Area(points, colour):
             return Markup(f'<path d="{_path(points)}Z" fill="{escaped(colour)}"/>')
@@ -189,15 +197,19 @@ def _png(colours: np.ndarray) -> bytes:
 # --- As pixels -----------------------------------------------------------------------------------
 
 
-def painted(picture: Picture, ground: str = "rgb(255,255,255)") -> np.ndarray:
-    """The picture as pixels, (row, column, 3) uint8, on a ground of one colour."""
-    size = picture.wide * _FINER, picture.high * _FINER
-    image = Image.new("RGB", size, _rgb(ground))
-    draw = ImageDraw.Draw(image)
+def painted(picture: Picture, ground: str, scale: int = 1) -> np.ndarray:
+    """The picture as pixels, (row, column, 3) uint8, on a ground of one colour.
+
+    Args:
+        picture: the picture.
+        ground: what it stands on.
+        scale: pixels along a side for each that it is said to have.
+    """
+    brush = _Brush(picture, ground, scale * _FINER)
     for shape in picture.shapes:
-        _paint(image, draw, shape)
-    small = image.resize((picture.wide, picture.high), Image.Resampling.BOX)
-    return np.asarray(small)
+        brush.paint(shape)
+    small = picture.wide * scale, picture.high * scale
+    return np.asarray(brush.image.resize(small, Image.Resampling.BOX))
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:
@@ -205,49 +217,62 @@ def _rgb(colour: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _scaled(points: Points) -> list[tuple[float, float]]:
-    return [(x * _FINER, y * _FINER) for x, y in points]
+class _Brush:
+    """Paints shapes, a scale larger than they are."""
 
+    def __init__(self, picture: Picture, ground: str, scale: int) -> None:
+        size = picture.wide * scale, picture.high * scale
+        self.image = Image.new("RGB", size, _rgb(ground))
+        self._draw = ImageDraw.Draw(self.image)
+        self._scale = scale
 
-def _paint(image: Image.Image, draw: ImageDraw.ImageDraw, shape: Shape) -> None:
-    match shape:
-        case Pixels(x, y, wide, high, colours):
-            left, top, right, bottom = (
-                round(v * _FINER) for v in (x, y, x + wide, y + high)
-            )
-            patch = Image.fromarray(colours, "RGBA")
-            patch = patch.resize((right - left, bottom - top), Image.Resampling.NEAREST)
-            image.paste(patch, (left, top), patch)
-        case Lines(ways, colour, width):
-            wide = max(round(width * _FINER), 1)
-            for way in ways:
-                draw.line(_scaled(way), _rgb(colour), wide, joint="curve")
-        case Area(points, colour):
-            draw.polygon(_scaled(points), _rgb(colour))
-        case Disc(x, y, radius, colour):
-            low, high = _scaled([(x - radius, y - radius), (x + radius, y + radius)])
-            draw.ellipse([low, high], _rgb(colour))
-        case Box():
-            _paint_box(image, shape)
-        case Words(x, y, text, size, colour, anchor, is_bold):
-            draw.text(
-                (x * _FINER, y * _FINER),
-                text,
-                _rgb(colour),
-                _font(size * _FINER),
-                _ANCHORS[anchor],
-                stroke_width=_FINER / 4 if is_bold else 0,
-                stroke_fill=_rgb(colour),
-            )
+    def paint(self, shape: Shape) -> None:
+        match shape:
+            case Pixels(x, y, wide, high, colours):
+                left, top, right, bottom = (
+                    round(each * self._scale) for each in (x, y, x + wide, y + high)
+                )
+                patch = Image.fromarray(colours, "RGBA")
+                patch = patch.resize((right - left, bottom - top), Image.Resampling.NEAREST)
+                self.image.paste(patch, (left, top), patch)
+            case Lines(ways, colour, width):
+                wide = max(round(width * self._scale), 1)
+                for way in ways:
+                    self._draw.line(self._scaled(way), _rgb(colour), wide, joint="curve")
+            case Area(points, colour):
+                self._draw.polygon(self._scaled(points), _rgb(colour))
+            case Disc(x, y, radius, colour):
+                corners = self._scaled([(x - radius, y - radius), (x + radius, y + radius)])
+                self._draw.ellipse(corners, _rgb(colour))
+            case Box():
+                self._box(shape)
+            case Words(x, y, text, size, colour, anchor, is_bold):
+                self._draw.text(
+                    (x * self._scale, y * self._scale),
+                    text,
+                    _rgb(colour),
+                    _font(size * self._scale),
+                    _ANCHORS[anchor],
+                    stroke_width=self._scale / 4 if is_bold else 0,
+                    stroke_fill=_rgb(colour),
+                )
 
+    def _scaled(self, points: Points) -> list[tuple[float, float]]:
+        return [(x * self._scale, y * self._scale) for x, y in points]
 
-def _paint_box(image: Image.Image, box: Box) -> None:
-    mask = Image.new("L", image.size, 0)
-    corners = _scaled([(box.x, box.y), (box.x + box.wide, box.y + box.high)])
-    ImageDraw.Draw(mask).rounded_rectangle(
-        corners, box.radius * _FINER, round(255 * box.opacity)
-    )
-    image.paste(_rgb(box.colour), mask=mask)
+    def _box(self, box: Box) -> None:
+        corners = self._scaled([(box.x, box.y), (box.x + box.wide, box.y + box.high)])
+        if box.opacity == 1.0:
+            self._draw.rounded_rectangle(corners, box.radius * self._scale, _rgb(box.colour))
+            return
+        (left, top), (right, bottom) = ((round(x), round(y)) for x, y in corners)
+        mask = Image.new("L", (max(right - left, 1), max(bottom - top, 1)), 0)
+        ImageDraw.Draw(mask).rounded_rectangle(
+            [(0, 0), (mask.width - 1, mask.height - 1)],
+            box.radius * self._scale,
+            round(255 * box.opacity),
+        )
+        self.image.paste(_rgb(box.colour), (left, top), mask)
 
 
 def wrapped(text: str, size: float, wide: float) -> Iterable[str]:

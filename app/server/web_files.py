@@ -17,6 +17,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from app.util.html import escaped
+from app.words.glossary import table_html
 
 _FOLDER: Final = Path(__file__).resolve().parent.parent / "web"
 _TYPES: Final = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
@@ -142,6 +143,8 @@ def _audience_files() -> dict[str, tuple[bytes, str]]:
         for path, file in paths.items()
         if file in scripts
     )
+    # What words mean that are explained (`terms.js`).
+    page = page.replace("</body>", f"{table_html()}</body>")
     document = page.replace("</head>", f"{links}</head>").encode()
     return {
         **{path: (file.read_bytes(), _TYPES[file.suffix]) for path, file in paths.items()},

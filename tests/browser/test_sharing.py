@@ -1,4 +1,4 @@
-"""A session is shared from one lab and opened in another, in a real page: as a file and as a link."""
+"""A session is shared from one lab and opened in another, in real pages: by a file and by a link."""
 
 import re
 from pathlib import Path
@@ -114,7 +114,9 @@ def test_a_link_opens_in_the_lab_that_is_reached(
     # What came in the address is asked for once: the page that is loaded anew does not.
     expect(other.page).to_have_url(re.compile(r"/\?fixedDpr=1$"))
     dialog = other.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("timed, seed 3; 2 commands; 2 lines, up to trial")
+    expect(dialog).to_contain_text(
+        "timed, seed 3; 2 commands; 2 lines, the live one up to trial 700"
+    )
     assert mine.session.status.snapshot.trial == 40
     dialog.get_by_role("button", name="Open", exact=True).click()
     status = expect_opened(other, mine, theirs)

@@ -1064,6 +1064,43 @@ def test_without_a_the_layer_says_how_to_set_it() -> None:
     assert everywhere_blank(paint("change", away(20), Extras(since=other)))
 
 
+NAMES = ("standard_q", "timed")
+
+
+def test_the_difference_of_two_runs_names_both() -> None:
+    extras = Extras(since=away(40, north=25, step=1_000), names=NAMES)
+    legend, caption = words("change", away(15, north=30), extras, frame=0)
+    for said in ("nearer for timed by 20", "nearer for standard_q by 20", "known to timed alone"):
+        assert said in legend
+    assert "timed and standard_q, at step 1,000" in legend
+    east, north = (on_board(state_at(*place)).sum() for place in ((20, 0), (0, 40)))
+    assert caption == (
+        f"timed and standard_q, at step 1,000: a capture is nearer for timed in"
+        f" {east / (east + north):.0%} of the area that has value, nearer for standard_q in"
+        f" {north / (east + north):.0%}."
+    )
+    since_a = paint("change", away(15, north=30), Extras(since=extras.since), frame=0)
+    of_two = paint("change", away(15, north=30), extras, frame=0)
+    assert np.array_equal(of_two.colours, since_a.colours)
+
+
+def test_the_difference_of_two_runs_says_where_there_is_none_and_where_one_stands_at_its_end() -> (
+    None
+):
+    moment = away(20)
+    same = words("change", moment, Extras(since=away(20), names=NAMES), frame=0)[1]
+    assert same == "timed and standard_q, at step 1,000: each knows what the other knows."
+    nowhere, at_end = made(value=zeros(), step=1_000), made(value=zeros(), step=600)
+    unknown = words("change", nowhere, Extras(since=at_end, names=NAMES))[1]
+    assert unknown == (
+        "timed and standard_q, at step 1,000 and 600: neither knows a way to a capture."
+    )
+    other = Extras(since=made(fresh("timed", "world.size=60")), names=NAMES)
+    for shown in words("change", moment, other):
+        assert "Difference of timed and standard_q" in shown
+        assert "cannot be set against one another" in shown
+
+
 # Frames -------------------------------------------------------------------------------------
 
 

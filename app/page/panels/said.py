@@ -74,6 +74,8 @@ def _of_run(status: Status, is_back: bool) -> Saying:
         text = f"Opened: {run_on_board(status)}"
     elif is_back:
         text = f"Back to {run_on_board(status)}, trial {snapshot.trial:,}"
+    elif status.is_shared:
+        text = f"Opened: {snapshot.preset}, seed {snapshot.seed}, trial {snapshot.trial:,}"
     elif status.is_resumed:
         text = f"Resumed: {run_on_board(status)}, trial {snapshot.trial:,}"
     else:

@@ -93,6 +93,7 @@ class Share:
         save.on_click(Intent(lambda client, _: self._make(client, self._download)))
         link.on_click(Intent(lambda client, _: self._make(client, self._show_link)))
         come.on_upload(Intent(self._take))
+        arrival.call_when_told(self._say)
         self.update(session.status)
 
     def update(self, status: Status) -> None:
@@ -110,7 +111,7 @@ class Share:
         shown = status.snapshot.generation
         name = next((line.name for line in status.lines if line.number == shown), "this line")
         return (
-            f"What is shared: the line that you look at, {name}, from its beginning to its end,"
+            f"What is shared: {name}, the line that you look at, from its beginning to its end,"
             f" with its marks. Not in it: {counted(n_others, 'other line')}."
         )
 
@@ -166,7 +167,9 @@ class Share:
 
 
 def _extent(found: Excerpt) -> str:
-    return f"{counted(found.n_lines, 'line')}, up to trial {found.trial:,}"
+    if found.n_lines == 1:
+        return f"1 line, up to trial {found.trial:,}"
+    return f"{found.n_lines} lines, the live one up to trial {found.trial:,}"
 
 
 def _size(found: Excerpt) -> str:

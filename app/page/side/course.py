@@ -32,4 +32,11 @@ def ground_of(step: int, events: Sequence[int], pace: float) -> Ground:
         events: steps at which something happened to one of them, ascending.
         pace: steps a second at which the past plays at the rate 1.
     """
-    return Ground(RACE, lambda line: Steps(step) if line == RACE else None, lambda _: events, pace)
+
+    def course_of(line: int) -> Steps | None:
+        return Steps(step) if line == RACE else None
+
+    def events_of(line: int) -> Sequence[int]:
+        return events
+
+    return Ground(RACE, course_of, events_of, pace)

@@ -92,7 +92,7 @@ class Apart:
 
 
 class Successes:
-    """Success maps of the runs, for those who look at that layer: of a moment ago while they run."""
+    """Success maps of the runs, for those who look at them: of a moment ago while they go on."""
 
     def __init__(self) -> None:
         self._makers: dict[int, Maker[SuccessMap | None]] = {}

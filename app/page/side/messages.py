@@ -71,6 +71,10 @@ class Pause(_Message, frozen=True, tag="pause"):
     """Stand still."""
 
 
+class StepOnce(_Message, frozen=True, tag="step"):
+    """Let each run make one step, and stand still."""
+
+
 class Faster(_Message, frozen=True, tag="faster"):
     """Let the runs be faster by so many tenths of the slider of speeds, or slower below 0."""
 
@@ -140,6 +144,7 @@ FromSide = (
     | Close
     | Play
     | Pause
+    | StepOnce
     | Faster
     | SetSpeed
     | Seek

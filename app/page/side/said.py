@@ -3,18 +3,19 @@
 import math
 from typing import Any
 
+from app.explain.divergence import divergence_in_words, same_in_words
 from app.explain.sentence import success_share
 from app.live.divergence import Divergence
-from app.live.race import Stand
+from app.live.racer import Stand
 from app.live.snapshot import Snapshot
 from app.picture.look import Look
 from app.picture.options import option_names
 from app.words.numbers import NONE, shown_number
 
 _STANDS = {
-    "finished": "all its trials are over",
-    "known": "as far as this line goes",
-    "gone": "this line is not there any more",
+    "finished": "its trials are over",
+    "known": "no more is known",
+    "gone": "it is not there any more",
 }
 """Where a run stands that does not go on with the others."""
 
@@ -38,7 +39,7 @@ def run_sent(
         "success": NONE if math.isnan(caught) else f"{caught:.0%}",
         "greedy": NONE if greedy is None else shown_number(greedy[1], ".1f"),
         "measured": "not measured yet" if greedy is None else f"measured at step {greedy[0]:,}",
-        "stand": _STANDS.get(stand, ""),
+        "stand": f"Step {snapshot.step:,}: {_STANDS[stand]}" if stand else "",
         "digest": digest,
         "leads": leads,
     }
@@ -57,15 +58,15 @@ def looks_with(look: Look, named: Snapshot, snapshot: Snapshot) -> Look:
     return look._replace(option=own.index(name) if name in own else 0)
 
 
-def apart_said(found: Divergence | None, names: tuple[str, str], step: int) -> str:
+def apart_said(found: Divergence | None, names: tuple[str, str], step: int, trial: int) -> str:
     """Where two runs first went different ways, in a sentence.
 
     Args:
         found: that; None if no difference is known.
         names: of both.
         step: how far they have come.
+        trial: the running one there, of the first.
     """
-    one, other = names
     if found is None:
-        return f"{one} and {other}: no difference known up to step {step:,}."
-    return str(found)
+        return same_in_words(step, trial)
+    return divergence_in_words(found, *names)

@@ -6,9 +6,10 @@ frames are seldom, and no widget is touched here: what a frame is sent goes over
 """
 
 import logging
+import math
 import threading
 import time
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
 import msgspec
@@ -26,9 +27,10 @@ from app.player.boards import ground_sent, over_sent
 _FRAME_S: Final = 1 / 30
 _LEAST_PAUSE: Final = 1.25
 """From one round to the next, as a multiple of what it took: learners get their share."""
-_CURVES_S: Final = 0.4
-_OVER_S: Final = 0.25
+_CURVES_S: Final = 0.2
+
 _FAREWELL_S: Final = 2.0
+_QUIET_S: Final = 10.0
 _MOST_KEPT: Final = 64
 _SHOWN_KINDS: Final = frozenset({"join", "capture"})
 """Of what happens to runs, what their common bar has a sign for."""
@@ -59,13 +61,21 @@ class Hall:
         self.happenings: tuple[tuple[int, Happening], ...] = ()
         """What happened to which run, by step."""
         self._curves_s = 0.0
-        self._made: dict[Hashable, tuple[Snapshot, object, msgspec.Raw]] = {}
+        self._made: dict[Hashable, tuple[Snapshot, tuple[object, ...], msgspec.Raw]] = {}
         """Parts of boards, with what they are of."""
 
     @property
     def events(self) -> list[int]:
         """Steps at which something happened."""
         return [happening.step for _, happening in self.happenings]
+
+    @property
+    def events_sent(self) -> list[dict[str, Any]]:
+        """The same, as the bar shows them."""
+        return [
+            {"step": one.step, "kind": one.kind, "text": one.text, "run": place}
+            for place, one in self.happenings
+        ]
 
     def look_again(self, now_s: float) -> None:
         """Take in how the runs stand now."""
@@ -133,7 +143,7 @@ class Hall:
         make: Callable[[], Mapping[str, Any]],
     ) -> msgspec.Raw:
         known = self._made.pop(key, None)
-        if known is None or known[0] is not snapshot or not _are_same(known[1], besides):
+        if known is None or known[0] is not snapshot or not are_same(known[1], besides):
             known = (snapshot, besides, msgspec.Raw(msgspec.json.encode(make())))
         self._made[key] = known
         while len(self._made) > _MOST_KEPT:
@@ -147,8 +157,9 @@ class Hall:
         self._successes.stop()
 
 
-def _are_same(one: object, other: tuple[object, ...]) -> bool:
-    return isinstance(one, tuple) and all(a is b for a, b in zip(one, other, strict=True))
+def are_same(some: Sequence[object], others: Sequence[object]) -> bool:
+    """Whether these are the very same objects, which may be long to compare."""
+    return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
 
 
 class SideShow:
@@ -163,6 +174,8 @@ class SideShow:
         self._stopping = False
         self._thread: threading.Thread | None = None
         self._hall: Hall | None = None
+        self._failed_s = -math.inf
+        """When something was logged that went wrong."""
 
     def enter(self, viewer: Viewer) -> None:
         """Show runs to one more."""
@@ -175,9 +188,13 @@ class SideShow:
         self._awake.set()
 
     def leave(self, viewer: Viewer) -> None:
-        """Show it nothing more."""
+        """Show it nothing more; runs that nobody looks at stand still."""
         with self._lock:
+            was_there = viewer in self._viewers
             self._viewers = tuple(one for one in self._viewers if one is not viewer)
+            race = None if self._viewers or not was_there else self._session.race
+        if race is not None:
+            race.pause()
 
     def wake(self) -> None:
         """Draw at once, because something was asked for."""
@@ -219,4 +236,6 @@ class SideShow:
                 viewer.draw(self._hall, now_s)
             except Exception:
                 # Whatever is wrong with one, the others are to see theirs.
-                log.exception("runs side by side could not be shown")
+                if now_s - self._failed_s > _QUIET_S:
+                    self._failed_s = now_s
+                    log.exception("runs side by side could not be shown")

@@ -1,4 +1,7 @@
-"""Change since A: how much nearer a capture is than it was at another moment, or farther."""
+"""Change since A: how much nearer a capture is than it was at another moment, or farther.
+
+The other moment may be of another run: then it is the difference of two that are side by side.
+"""
 
 from typing import Final, NamedTuple
 
@@ -60,6 +63,63 @@ class _Change(NamedTuple):
     def lost(self) -> np.ndarray:
         """Where one was known, and is no longer."""
         return self.was & ~self.known
+
+
+class _Words(NamedTuple):
+    """How the two moments, and what is different, are called."""
+
+    what: str
+    """In the legend, after "Steps to capture"."""
+    against: str
+    """In the caption, before what is different."""
+    same: str
+    """That nothing can be different."""
+    unknown: str
+    """That neither knows a way to a capture."""
+    nearer: str
+    farther: str
+    new: str
+    lost: str
+    ends: tuple[str, str]
+    """Of the bar: what comes after the steps on its left, and what stands on its right."""
+    line: str
+    """What the thick line is."""
+
+
+def _words(snapshot: Snapshot, since: Snapshot, extras: Extras) -> _Words:
+    if extras.names is not None:
+        return _words_of_two(snapshot, since, *extras.names)
+    word = "Since" if since.step <= snapshot.step else "Beside"
+    return _Words(
+        what=f"what changed since A, trial {since.trial:,}",
+        against=f"{word} A, trial {since.trial:,}",
+        same="this is A itself. Go to another moment to see what is different",
+        unknown="no way to a capture is known at either moment",
+        nearer="nearer",
+        farther="farther",
+        new="newly known",
+        lost="no longer known",
+        ends=("steps nearer", "as many farther"),
+        line="Thick line: where value ends at this moment.",
+    )
+
+
+def _words_of_two(snapshot: Snapshot, since: Snapshot, other: str, own: str) -> _Words:
+    at = f"at step {snapshot.step:,}"
+    if since.step != snapshot.step:
+        at = f"{at} and {since.step:,}"
+    return _Words(
+        what=f"{own} and {other}, {at}",
+        against=f"{own} and {other}, {at}",
+        same="each knows what the other knows",
+        unknown="neither knows a way to a capture",
+        nearer=f"nearer for {own}",
+        farther=f"nearer for {other}",
+        new=f"known to {own} alone",
+        lost=f"known to {other} alone",
+        ends=(f"steps nearer for {own}", f"as many for {other}"),
+        line=f"Thick line: where value ends for {own}.",
+    )
 
 
 def _since(snapshot: Snapshot, extras: Extras) -> Snapshot | None:
@@ -139,33 +199,35 @@ def _strongest(ramp: Ramp, theme: Theme) -> np.ndarray:
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     since = _since(snapshot, extras)
-    frame = frame_in_words(snapshot, look, "the mean of those that knew a way at both moments")
+    knew = "knew a way at both moments" if extras.names is None else "know a way in both"
+    frame = frame_in_words(snapshot, look, f"the mean of those that {knew}")
     if since is None:
-        return legend(look, "Change since A", [element("div", _why_none(extras))], frame)
+        return legend(look, _title(extras), [element("div", _why_none(extras))], frame)
     theme, ruler = look.theme, _ruler(snapshot, since, look)
+    words = _words(snapshot, since, extras)
     marks = [steps for steps in _MARKS if steps < ruler.high / 2]
     said = marks[0] if marks else ruler.high
     nearer, farther, same = (_colours(np.array(at), ruler, theme) for at in (-said, said, 0.0))
     key = [
-        swatch(css(nearer), f"nearer by {_number(said)}"),
-        swatch(css(farther), f"farther by {_number(said)}"),
+        swatch(css(nearer), f"{words.nearer} by {_number(said)}"),
+        swatch(css(farther), f"{words.farther} by {_number(said)}"),
         swatch(css(same), "by less than 1"),
     ]
     patterns = [
-        hatch(css(_strongest(NEARER, theme)), "newly known"),
-        hatch(css(_strongest(FARTHER, theme)), "no longer known", falls=True),
+        hatch(css(_strongest(NEARER, theme)), words.new),
+        hatch(css(_strongest(FARTHER, theme)), words.lost, falls=True),
         patch_of_board(look, "no value"),
     ]
+    left, right = words.ends
     return legend(
         look,
-        term("steps to capture", "Steps to capture")
-        + f": what changed since A, trial {since.trial:,}",
+        term("steps to capture", "Steps to capture") + f": {words.what}",
         [
             bar(_bar(ruler, theme), _bar_marks(ruler, marks, look)),
-            limits(look, f"{_number(ruler.high)} steps nearer", "as many farther"),
+            limits(look, f"{_number(ruler.high)} {left}", right),
             element("div", joined(key, "")),
             element("div", joined(patterns, "")),
-            element("div", "Thick line: where value ends at this moment.", class_="lines"),
+            element("div", words.line, class_="lines"),
         ],
         frame,
     )
@@ -190,30 +252,41 @@ def _bar_marks(ruler: Ruler, marks: list[float], look: Look) -> list[tuple[float
     return [*left, (0.5, "0"), *right]
 
 
+def _title(extras: Extras) -> str:
+    if extras.names is None:
+        return "Change since A"
+    other, own = extras.names
+    return f"Difference of {own} and {other}"
+
+
 def _why_none(extras: Extras) -> str:
     """What to do, or why nothing is to be seen."""
+    if extras.names is not None:
+        return "Their worlds have other places, so they cannot be set against one another."
     return _NO_A if extras.since is None else "A is a moment of another world; set A (key A) anew."
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     since = _since(snapshot, extras)
     if since is None:
-        return f"Change since A: {_why_none(extras)}"
-    word = "Since" if since.step <= snapshot.step else "Beside"
-    against = f"{word} A, trial {since.trial:,}"
-    if (since.generation, since.step) == (snapshot.generation, snapshot.step):
-        return f"{against}: this is A itself. Go to another moment to see what is different."
+        return f"{_title(extras)}: {_why_none(extras)}"
+    words = _words(snapshot, since, extras)
+    is_itself = (since.generation, since.step) == (snapshot.generation, snapshot.step)
+    if is_itself and extras.names is None:
+        return f"{words.against}: {words.same}."
     if not (snapshot.value > 0).any() and not (since.value > 0).any():
-        return f"{against}: no way to a capture is known at either moment."
+        return f"{words.against}: {words.unknown}."
+    if extras.names is not None and np.array_equal(snapshot.value, since.value):
+        return f"{words.against}: {words.same}."
     nearer, farther, new, lost = _shares(snapshot, since, look)
-    parts = [f"a capture is nearer in {nearer:.0%} of the area that has value"]
-    parts.append(f"farther in {farther:.0%}")
+    parts = [f"a capture is {words.nearer} in {nearer:.0%} of the area that has value"]
+    parts.append(f"{words.farther} in {farther:.0%}")
     parts += [
         f"{what} in {share:.0%}"
-        for what, share in (("newly known", new), ("no longer known", lost))
+        for what, share in ((words.new, new), (words.lost, lost))
         if share >= _LEAST_SHARE
     ]
-    return f"{against}: {', '.join(parts)}."
+    return f"{words.against}: {', '.join(parts)}."
 
 
 def _shares(snapshot: Snapshot, since: Snapshot, look: Look) -> np.ndarray:

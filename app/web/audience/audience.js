@@ -1,14 +1,13 @@
 // @ts-check
 // The page of an audience: what the presenter shows, on whatever one has at hand. It only looks.
 
+import "../terms.js";
 import { Board } from "../player/board.js";
-import { on } from "../player/pipe.js";
-import { changed, state } from "../time/state.js";
-import { begin as beginAround } from "./around.js";
 import { put } from "../player/html.js";
+import { on } from "../player/pipe.js";
+import "../time/tip.js";
+import { begin as beginAround } from "./around.js";
 import { begin as connect } from "./line.js";
-
-/** @typedef {{branch: string, trials: number, steps: number} | null} Where */
 
 /** What is said aloud is said no more often. */
 const SAID_MS = 10_000;
@@ -18,6 +17,7 @@ const part = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 const main = /** @type {HTMLElement} */ (document.querySelector("main"));
 const board = new Board(/** @type {HTMLCanvasElement} */ (part("board")));
+const modes = /** @type {HTMLElement} */ (document.querySelector(".modes"));
 let lab = "";
 
 /** @param {HTMLElement} place @param {string} text */
@@ -35,18 +35,12 @@ on("lab", ({ lab: told }) => {
   lab = told;
 });
 
-on("stand", ({ begun, away, place, follows }) => {
+on("stand", ({ begun, away, follows }) => {
   main.hidden = !begun;
-  write(part("waiting"), begun ? "" : "The presenter has not begun. This page shows it when they do.");
-  if (!begun) return;
-  const notes = [];
-  if (away && follows) notes.push("The presenter's page is closed; this is how they left it.");
-  if (follows && place) notes.push(`The presenter looks at ${whereOf(place)}.`);
-  write(part("note"), notes.join(" "));
+  modes.hidden = !begun;
+  write(part("waiting"), begun ? "" : "The presenter has not begun. What they show will be here.");
+  write(part("note"), away && follows ? "The presenter's page is closed. This is how they left it." : "");
 });
-
-/** @param {NonNullable<Where>} where */
-const whereOf = ({ branch }) => branch || "the past";
 
 on("world", ({ world }) => board.world(world));
 on("ground", ({ board: sent }) => board.show(sent));
@@ -56,15 +50,6 @@ on("legend", ({ html, title }) => {
   put(part("legend"), html);
 });
 on("readings", ({ html }) => put(part("readings"), html));
-on("bar", ({ bar }) => {
-  state.bar = bar;
-  changed();
-});
-on("moment", (moment) => {
-  state.moment = moment;
-  changed();
-});
-
 let saidAt = -SAID_MS;
 let timer = 0;
 on("said", ({ html, caption, described }) => {

@@ -2,7 +2,7 @@
 // What this page wishes to see. It is all that it ever sends.
 
 import { send } from "../player/pipe.js";
-import { isDark, whenChanged } from "./scheme.js";
+import { isDark, whenScheme } from "../replay/scheme.js";
 
 /** `step` is null for what is newest. */
 export const wish = {
@@ -21,4 +21,4 @@ export const say = () => {
   send(follows ? { do: "follow", dark } : { do: "look", dark, layer, of, frame, step });
 };
 
-whenChanged(say);
+whenScheme(say);

@@ -9,7 +9,7 @@ const PAIR = 6;
 /**
  * @typedef {{line: number, step: number, trial: number, said: string[]}} Shot `said` is what is read
  *   of it whatever is seen
- * @typedef {{colour: string, width: number, points: number[][]}} Line
+ * @typedef {import("../player/sent.js").Line} Line
  * @typedef {Record<string, any>} Board as `app/player/boards.py` sends it, but that colours of states are bytes
  */
 
@@ -120,7 +120,7 @@ class View {
     for (let line = this.lines[moment]; line < this.lines[moment + 1]; line++) {
       const look = JSON.parse(this.texts[this.head.looks[line]]);
       const points = this.ways.slice(this.ofLine[line], this.ofLine[line + 1]);
-      board.lines.push({ colour: look[side], width: look[2], points });
+      board.lines.push({ ...look[side], points });
     }
     return board;
   }

@@ -2,7 +2,7 @@
 // The one bar: curves of all runs along steps, and the playhead, which all boards go by.
 
 import { roundest, shareOfStep, stepAt } from "../time/axis.js";
-import { attribute, element, grouped, keep, percent, write } from "../time/dom.js";
+import { attribute, element, grouped, keep, percent, reach, write } from "../time/dom.js";
 import { heightOf } from "../time/curve.js";
 import { send, sendNewest } from "../player/pipe.js";
 import { changed, state, whenChanged } from "./state.js";
@@ -35,6 +35,7 @@ const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (bar.que
 const plot = part(".plot");
 const head = part(".playhead");
 const handle = part(".handle");
+const ahead = part(".ahead");
 
 // --- Drawing ---------------------------------------------------------------------------------------
 
@@ -135,8 +136,8 @@ const drawMoment = () => {
   if (!curves || !moment) return;
   const step = state.scrub ?? moment.step;
   const share = shareOfStep(curves.axis, step);
-  bar.style.setProperty("--at", `${share}`);
-  bar.style.setProperty("--end", `${shareOfStep(curves.axis, moment.end)}`);
+  head.style.left = percent(share);
+  reach(ahead, share, shareOfStep(curves.axis, moment.end));
   bar.toggleAttribute("data-live", moment.live && state.scrub === null);
   head.toggleAttribute("data-far", share > 0.7);
   const text = `step ${grouped(step)}`;

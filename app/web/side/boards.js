@@ -17,8 +17,10 @@ import { swatch } from "./swatch.js";
 
 /** Least width of a board beside others before they are scrolled, and what the bar needs at least. */
 const LEAST_PX = 150;
-const BAR_REM = 8.4;
-const READ_REM = 9.5;
+const BAR_REM = 8.6;
+const PRESENTED_BAR_REM = 10.5;
+const READ_REM = 8.2;
+const COMPARED_REM = 11;
 /** What is read of a run, in a word, and whether it is of the first that matter. */
 const NUMBERS = /** @type {const} */ ([
   ["reward", "reward", "Mean reward per trial over the last 500, random moves and all"],
@@ -39,16 +41,19 @@ const worlds = new Map();
 const sent = { boards: [], overs: [] };
 let made = "";
 
+/** How often each board was drawn, for whoever measures that. */
+/** @type {any} */ (window).pounceSide = () => tiles.map(({ board }) => board.drawn);
+
 /** @returns {Tile} */
 const tile = () => {
   const node = element("figure", "tile");
   node.innerHTML = `
     <figcaption>
-      <span class="name"></span><span class="leads" hidden>leads</span>
+      <span class="head"><span class="name"></span><span class="leads" hidden>leads</span></span>
       <span class="about"></span>
       <span class="numbers"></span>
     </figcaption>
-    <canvas role="img" tabindex="-1"></canvas>
+    <canvas></canvas>
     <span class="foot"><span class="stand"></span><span class="digest"></span></span>`;
   const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (node.querySelector(name));
   const canvas = /** @type {HTMLCanvasElement} */ (part("canvas"));
@@ -85,6 +90,7 @@ const make = () => {
       );
     } else {
       each.tile.classList.add("difference");
+      each.numbers.remove();
       each.canvas.setAttribute("aria-label", "What is different between two of the runs");
     }
     return each;
@@ -97,18 +103,25 @@ const make = () => {
 /** Rows and columns in which the boards are as large as can be. */
 const place = () => {
   document.body.classList.toggle("racing", isRacing());
+  document.body.classList.toggle("compared", state.compare?.shown ?? false);
   if (!tiles.length) return;
   const rem = parseFloat(getComputedStyle(document.documentElement).fontSize);
   const gap = 0.6 * rem;
   const head = document.querySelector("header")?.getBoundingClientRect().height ?? 0;
   const width = document.documentElement.clientWidth - 2 * gap;
-  const height = innerHeight - head - (BAR_REM + READ_REM) * rem - gap;
+  // Of a presentation it is the boards that are looked at; to what is read below, one scrolls.
+  const isPresented = document.documentElement.hasAttribute("data-present");
+  const read = state.compare?.shown ? COMPARED_REM : READ_REM;
+  const below = isPresented ? PRESENTED_BAR_REM : BAR_REM + read;
+  // Eight headings lie in two rows of four.
+  const ratio = boards.classList.contains("tiled") ? 0.5 : 1;
+  const height = innerHeight - head - below * rem - gap;
   const [{ tile: first, canvas }] = tiles;
   const around = first.getBoundingClientRect().height - canvas.getBoundingClientRect().height + gap;
   let best = { columns: 1, size: 0 };
   for (let columns = 1; columns <= tiles.length; columns += 1) {
     const rows = Math.ceil(tiles.length / columns);
-    const size = Math.min((width - (columns - 1) * gap) / columns, height / rows - around);
+    const size = Math.min((width - (columns - 1) * gap) / columns, (height / rows - around) / ratio);
     if (size > best.size) best = { columns, size };
   }
   const isCramped = best.size < LEAST_PX;
@@ -139,14 +152,19 @@ on("worlds", (message) => {
 for (const kind of ["boards", "overs"])
   on(kind, (message) => {
     sent[kind] = message.boards;
+    const isTiled = sent.boards[0]?.tiles ?? false;
+    if (boards.classList.contains("tiled") !== isTiled) {
+      boards.classList.toggle("tiled", isTiled);
+      place();
+    }
     draw(kind);
   });
 
 const read = () => {
   make();
-  const { moment, legend, compare, race } = state;
+  const { readings, legend, compare, race } = state;
   tiles.forEach((each, index) => {
-    const run = moment?.runs[index];
+    const run = readings?.runs[index];
     if (!run || each.tile.classList.contains("difference")) return;
     for (const [kind] of NUMBERS) {
       const value = each.numbers.querySelector(`.${kind} b`);
@@ -167,8 +185,7 @@ const read = () => {
   });
   const last = tiles.at(-1);
   if (compare?.shown && last?.tile.classList.contains("difference") && race) {
-    const [one, other] = [race.runs[compare.one]?.name, race.runs[compare.other]?.name];
-    write(last.name, `${other} against ${one}`);
+    write(last.name, "Difference");
     write(last.about, compare.caption);
   }
 };
@@ -200,7 +217,10 @@ boards.addEventListener("pointerleave", ({ pointerType }) => {
   if (!isKept && pointerType === "mouse") send({ do: "unpoint" });
 });
 
-new ResizeObserver(() => {
+// Of a presentation the height that what is said takes changes, too.
+const watch = new ResizeObserver(() => {
   place();
   changed();
-}).observe(document.documentElement);
+});
+watch.observe(document.querySelector("header") ?? document.body);
+watch.observe(document.documentElement);

@@ -12,13 +12,13 @@ import "./choose.js";
 import "./keys.js";
 import { changed, state } from "./state.js";
 
-for (const kind of /** @type {const} */ (["curves", "moment", "legend", "compare", "cell", "choice"]))
+for (const kind of /** @type {const} */ (["curves", "moment", "readings", "legend", "compare", "cell", "choice"]))
   on(kind, (message) => {
     state[kind] = message;
     changed();
   });
 on("race", (race) => {
   state.race = race;
-  if (!race.runs.length) state.moment = state.curves = state.compare = state.cell = null;
+  if (!race.runs.length) state.moment = state.readings = state.curves = state.compare = state.cell = null;
   changed();
 });

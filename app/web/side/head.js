@@ -1,7 +1,7 @@
 // @ts-check
 // What stands at the top: who leads, and what lets the runs go on, and go faster.
 
-import { attribute, element, grouped, write } from "../time/dom.js";
+import { attribute, element, write } from "../time/dom.js";
 import { send } from "../player/pipe.js";
 import { changed, isRacing, state, whenChanged } from "./state.js";
 
@@ -14,7 +14,7 @@ head.innerHTML = `
       <button type="button" data-act="play" class="play" title="Pause or play (space)">Play</button>
       <button type="button" data-act="live" class="live" title="Where the runs are now (End)"></button>
       <label class="speed">Speed <select aria-label="Steps a second of each run"></select></label>
-      <label class="rate">The past plays <select aria-label="How fast the past is played"></select></label>
+      <span class="rate"><select aria-label="How fast the past is played" title="How fast the past is played"></select></span>
       <span class="pace"></span>
     </span>
     <span class="group">
@@ -46,34 +46,34 @@ const offer = (
 };
 
 const show = () => {
-  const { moment, choosing } = state;
+  const { moment, readings, choosing } = state;
   const isThere = isRacing();
   for (const name of [".on", '[data-act="choose"]']) part(name).hidden = !isThere;
   part('[data-act="choose"]').setAttribute("aria-expanded", `${choosing}`);
   const present = part('[data-act="present"]');
   write(present, around.documentElement.dataset.present === undefined ? "Present" : "Exit");
-  if (!moment || !isThere) {
+  if (!moment || !readings || !isThere) {
     write(part(".standing"), "Runs side by side: which two to four?");
     return;
   }
   const standing = part(".standing");
-  if (standing.dataset.html !== moment.standing) {
-    standing.dataset.html = moment.standing;
+  if (standing.dataset.html !== readings.standing) {
+    standing.dataset.html = readings.standing;
     // Made by the lab, which escapes all names.
-    standing.innerHTML = moment.standing;
+    standing.innerHTML = readings.standing;
   }
   const isBack = !moment.live && moment.direction < 0;
   write(part(".play"), moment.playing ? "Pause" : moment.live ? "Play" : "Play the past");
   /** @type {HTMLButtonElement} */ (part(".play")).disabled = moment.live && moment.finished;
   const live = part(".live");
   live.hidden = moment.live;
-  write(live, `Back to now (${grouped(moment.end - moment.step)} steps on)`);
+  write(live, "Back to now");
   part(".rate").hidden = moment.live;
   part(".speed").hidden = !moment.live;
-  offer(speed, moment.speeds, moment.speed);
+  offer(speed, readings.speeds, readings.speed);
   offer(rate, moment.rates, moment.rate);
   attribute(part(".play"), "data-back", isBack ? "" : null);
-  const pace = moment.error ?? (moment.preparing ? "The learners' code is being compiled." : moment.pace);
+  const pace = moment.error ?? (moment.preparing ? "The learners' code is being compiled." : readings.pace);
   write(part(".pace"), moment.live ? pace : "");
 };
 whenChanged(show);

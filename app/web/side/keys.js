@@ -8,6 +8,7 @@ import { ACTS } from "./head.js";
 /** @type {Record<string, () => unknown>} */
 const KEYS = {
   Space: ACTS.play,
+  KeyS: () => send({ do: "step" }),
   KeyJ: () => send({ do: "faster", by: -5 }),
   KeyK: () => send({ do: "faster", by: 5 }),
   Home: () => send({ do: "seek", step: 0 }),

@@ -14,9 +14,9 @@ read.innerHTML = `
   <div class="apart">
     <h2>Compare <select class="one" aria-label="One of two runs"></select> with
       <select class="other" aria-label="The other run"></select></h2>
-    <label><input type="checkbox" class="map" /> Map of what is different</label>
     <p class="text"></p>
     <button type="button" class="go">Go there</button>
+    <div><label><input type="checkbox" class="map" /> Map of what is different</label></div>
     <div class="pounce"></div>
   </div>
   <div class="cell"><h2></h2><table></table></div>`;
@@ -71,13 +71,22 @@ go.addEventListener("click", () => {
 
 let shownCell = "";
 
+/** Where a cell is, in words. @param {{east: number, north: number}} cell */
+const placed = ({ east, north }) => {
+  const parts = [
+    [Math.abs(east), east > 0 ? "east" : "west"],
+    [Math.abs(north), north > 0 ? "north" : "south"],
+  ].filter(([far]) => far);
+  return parts.length ? `${parts.map((part) => part.join(" ")).join(", ")} of the prey` : "of the prey";
+};
+
 const showCell = () => {
   const { cell, race } = state;
   const rows = cell?.rows;
-  const place = cell ? `${cell.east} east, ${cell.north} north` : "";
+  const place = cell ? placed(cell) : "";
   write(
     part(".cell h2"),
-    rows ? `The cell ${place} of the prey` : "Point at a board: what each run knows of that cell",
+    rows ? `The cell ${place}` : "Point at a board: what each run knows of that cell",
   );
   const key = JSON.stringify([rows, race?.runs]);
   if (key === shownCell) return;

@@ -17,9 +17,11 @@
  * }} Reading
  * @typedef {{
  *   step: number, end: number, live: boolean, playing: boolean, finished: boolean, direction: number,
- *   rate: number, rates: Array<[number, string]>, speed: number, speeds: Array<[number, string]>,
- *   pace: string, error: string | null, preparing: boolean, standing: string, runs: Reading[],
- * }} Moment `end` is how far the runs have come, `speed` 0 as fast as it goes
+ *   rate: number, rates: Array<[number, string]>, error: string | null, preparing: boolean,
+ * }} Moment `end` is how far the runs have come
+ * @typedef {{
+ *   standing: string, runs: Reading[], speed: number, speeds: Array<[number, string]>, pace: string,
+ * }} Readings `speed` is 0 as fast as it goes
  * @typedef {{layer: string, html: string, captions: string[]}} Legend
  * @typedef {{
  *   one: number, other: number, shown: boolean, text: string, step: number | null, legend: string,
@@ -35,7 +37,7 @@
 
 /**
  * @type {{
- *   race: Race | null, curves: Curves | null, moment: Moment | null, legend: Legend | null,
+ *   race: Race | null, curves: Curves | null, moment: Moment | null, readings: Readings | null, legend: Legend | null,
  *   compare: Comparison | null, cell: Cell | null, choice: Choice | null,
  *   scrub: number | null, choosing: boolean,
  * }} while `scrub` is there, a hand holds the playhead at that step
@@ -44,6 +46,7 @@ export const state = {
   race: null,
   curves: null,
   moment: null,
+  readings: null,
   legend: null,
   compare: null,
   cell: null,

@@ -13,7 +13,7 @@ const SVG = "http://www.w3.org/2000/svg";
 export const dressLine = (line, { light, dark, width, dashes }) => {
   line.style.setProperty("--on-light", light);
   line.style.setProperty("--on-dark", dark);
-  line.style.strokeWidth = `${width}px`;
+  line.style.strokeWidth = `calc(${width}px * var(--stage-zoom, 1))`;
   line.style.strokeDasharray = dashes.length ? dashes.join(" ") : "none";
 };
 
