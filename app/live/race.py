@@ -75,10 +75,8 @@ def thesis_four(spec_of: Callable[[str], RunSpec], seed: int) -> tuple[Entry, ..
 
 def common_starts(entries: Sequence[Entry]) -> bool:
     """Whether trials of the same number start alike for all of them."""
-    first = entries[0]
-    return all(
-        entry.seed == first.seed and entry.spec.world == first.spec.world for entry in entries
-    )
+    worlds = [(entry.seed, entry.spec.world) for entry in entries]
+    return len({(seed, world.size, world.start_radius) for seed, world in worlds}) == 1
 
 
 def _no_line(line: int) -> None:
@@ -149,6 +147,7 @@ class Race(Worker[RaceStatus]):
         self._step = 0
         self._advancing: Racer | None = None
         self._curve_at_s = float("-inf")
+        self._closing = False
         self._status = self._take_status(0.0)
         self.paused_live: int | None = None
         """Trial in which the live run has been made to stand still for it; None if it did already.
@@ -196,6 +195,7 @@ class Race(Worker[RaceStatus]):
 
     def close(self) -> None:
         """End the race, and wait for that."""
+        self._closing = True
         self.stop()
         self.moments.stop()
         for racer in self._racers:
@@ -220,7 +220,7 @@ class Race(Worker[RaceStatus]):
             goal += steps if self._runs_to is None else min(steps, self._runs_to - before)
         for racer in self._racers:
             self._advancing = racer
-            racer.go_to(goal, lambda: not self._stopping)
+            racer.go_to(goal, lambda: not self._closing)
         self._advancing = None
         self._preparing = False
         self._step = max(racer.run.step for racer in self._racers)

@@ -123,6 +123,11 @@ def test_trials_start_alike_for_the_four_of_the_thesis() -> None:
     for other in (entry("timed", 8), entry("timed", SEED, "world.size=40")):
         with racing([entry("standard_q"), other]) as race:
             assert not race.status.common_starts
+    # Nor what the prey sees nor what a capture is worth has to do with where trials start.
+    sharp = entry("timed", SEED, "world.vision_radius=20", "world.capture_reward=50")
+    with racing([entry("standard_q"), sharp]) as race:
+        assert race.status.common_starts
+    assert Run(sharp.spec, SEED).start_of(30) == runs[0].start_of(30)
 
 
 def test_learners_of_other_worlds_race_too() -> None:
