@@ -14,13 +14,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
-from app.live import snapshot
 from app.live.past import Budget, Past
 from app.live.racer import Entry, RaceMoments, Racer, Stand
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
 from learners.commands import CommandError
-from learners.kernel.state import digest
 from learners.spec import RunSpec
 
 FEWEST: Final = 2
@@ -270,7 +268,7 @@ class Race(Worker[RaceStatus]):
         new_curve = aim is None or now_s - self._curve_at_s >= _CURVE_S
         if new_curve:
             self._curve_at_s = now_s
-        snapshots = tuple(self._seen(racer, new_curve) for racer in self._racers)
+        snapshots = tuple(racer.seen(self._step, new_curve) for racer in self._racers)
         rests = aim is None
         return RaceStatus(
             entries=tuple(racer.entry for racer in self._racers),
@@ -284,7 +282,7 @@ class Race(Worker[RaceStatus]):
             speed=self._speed,
             steps_per_s=0.0 if rests else self._pace.rate(),
             runs_to=self._runs_to,
-            digests=tuple(digest(racer.run.state) for racer in self._racers) if rests else (),
+            digests=tuple(racer.digest() for racer in self._racers) if rests else (),
             common_starts=self._common_starts,
             preparing=self._preparing and self._playing,
             answered=self._answered,
@@ -319,16 +317,6 @@ class Race(Worker[RaceStatus]):
         for racer in self._racers:
             if racer.entry.line is not None:
                 racer.is_gone = self._past_of(racer.entry.line) is not racer.past
-
-    def _seen(self, racer: Racer, new_curve: bool) -> Snapshot:
-        former, run = racer.snapshot, racer.run
-        # One that stands at its end is as it was, but for the width of its curve's windows.
-        is_same = former is not None and (former.step, former.control) == (run.step, run.control)
-        if former is None or not is_same or new_curve:
-            racer.snapshot = former = snapshot.take(
-                run, racer.entry.preset, racer.number, former, new_curve, self._step
-            )
-        return former
 
 
 def _check(entries: Sequence[Entry]) -> None:
