@@ -1,6 +1,7 @@
 """What ``pounce lab`` is told of sessions: which it keeps, which it takes up, which it refuses."""
 
 import contextlib
+import socket
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,10 +9,13 @@ from typing import Any
 
 import pytest
 
+from app.audience.audience import Audience
 from app.cli import main
+from app.cli.answers import UsageError
 from app.live.journal import Journal
 from app.live.kept import begun
 from app.live.records import Began, Branched, Gave, NamedLine, Record, Stood
+from app.live.session import Session
 from app.live.written import Header, read, whole
 from learners.commands import FreezeSkills, SetParameter, Undo
 from learners.kernel.state import digest
@@ -195,6 +199,10 @@ def test_a_session_in_use_is_refused(
         (["--sessions", "text"], "--sessions: 'text' is not allowed; allowed: a folder"),
         (["--sessions", "a", "--no-journal"], "--sessions and --no-journal exclude each other;"),
         (["--past-memory", "0"], "--past-memory: '0' is not allowed; allowed: a whole number, 1"),
+        (["--audience", "8090"], "--audience: '8090' is not allowed; allowed: an address of this"),
+        (["--audience", ":8090"], "--audience: ':8090' is not allowed; allowed: an address of"),
+        (["--audience", "0.0.0.0:x"], "--audience: 'x' is not allowed; allowed: a whole number"),
+        (["--no-code"], "--no-code is about the code of --audience; allowed: with that"),
         (["--sessions", "text/in"], "--sessions: 'text/in' cannot be written to: Not a directory"),
     ],
 )
@@ -320,3 +328,47 @@ def test_what_cannot_be_opened_is_refused(
     assert told(capsys).startswith(said(message))
     assert opened == []
     assert [*here.glob("pounce/sessions/*")] == []
+# --- Its audience --------------------------------------------------------------------------------
+
+
+def opened_stand(call: dict[str, Any]) -> Audience:
+    """The port for an audience, as the lab would open it."""
+    stand = call["opens_stand"](Session(SPEC, "mine", SEED, 1_000.0, False))
+    assert isinstance(stand, Audience)
+    return stand
+
+
+@pytest.mark.parametrize(
+    ("words", "host", "has_code"),
+    [
+        (["--audience", "127.0.0.1:0"], "127.0.0.1", False),
+        (["--audience", "localhost:0"], "127.0.0.1", False),
+        (["--audience", "0.0.0.0:0"], "0.0.0.0", True),
+        (["--audience", "0.0.0.0:0", "--no-code"], "0.0.0.0", False),
+    ],
+)
+def test_an_audience_that_others_can_reach_is_asked_for_a_code(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+    host: str,
+    has_code: bool,
+) -> None:
+    assert main.main(["lab", "--no-journal", *words]) == 0
+    warned = told(capsys)
+    assert bool(warned) == ("--no-code" in words)
+    stand = opened_stand(opened[0])
+    try:
+        assert (stand.code is not None) == has_code
+        assert stand.addresses[0] == f"http://127.0.0.1:{stand.watchers.port}"
+        assert (opened[0]["host"], opened[0]["token"]) == ("127.0.0.1", None)
+    finally:
+        stand.close()
+
+
+def test_an_audience_whose_port_is_busy_is_told(opened: list[dict[str, Any]]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as busy:
+        place = f"127.0.0.1:{busy.getsockname()[1]}"
+        assert main.main(["lab", "--no-journal", "--audience", place]) == 0
+        with pytest.raises(UsageError, match="cannot be listened on"):
+            opened_stand(opened[0])

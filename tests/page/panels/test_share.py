@@ -268,9 +268,13 @@ def test_what_would_be_lost_is_asked_for_first(sit_down: Callable[..., Desk]) ->
     assert not desk.session.is_kept
 
 
-def test_one_is_opened_at_a_time(desk: Desk) -> None:
+def test_one_is_opened_at_a_time(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     waiting: list[Callable[[], object]] = []
-    desk.arrival._work = lambda _, make, then: waiting.append(lambda: then(make()))
+
+    def work(_: object, make: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        waiting.append(lambda: then(make()))
+
+    monkeypatch.setattr(desk.arrival, "_work", work)
     desk.arrival.open(lambda: read_shared(Path("a"), THEIR_FILE.encode()), is_sure=True)
     desk.arrival.open(lambda: read_shared(Path("b"), b""), is_sure=True)
     assert desk.person.reads("Another session is being opened; wait for that.")
