@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import msgspec
 
 from app.charts.race import looks_of
-from app.explain.beside import cell_rows, leaders, repertoire, standing
+from app.explain.beside import ahead_of_others, cell_rows, repertoire, standing
 from app.explain.cell import CellReading, reading_at
 from app.live.race import RaceStatus
 from app.live.snapshot import Snapshot
@@ -190,8 +190,7 @@ def _readings(view: View) -> dict[str, Any]:
     """What is read of the runs, who leads, and how fast they go."""
     status, hall = view.hall.status, view.hall
     names = [entry.name for entry in status.entries]
-    lead = leaders(view.shown, view.step)
-    leads = lead if len(lead) < len(names) else ()
+    leads = ahead_of_others(view.shown, view.step)
     digests = status.digests if view.is_live and status.digests else [""] * len(names)
     speed = 0.0 if math.isinf(status.speed) else status.speed
     speeds = [(one, speed_label(one)) for one in sorted({*_SPEEDS, speed} - {0.0})]
