@@ -3,7 +3,7 @@
 Like the command line, it imports what takes long only once it is needed.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -28,8 +28,6 @@ from app.cli.replay import folder_of, refused, written_of
 from app.util import interrupts
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from app.live.snapshot import Snapshot
     from app.picture.look import Look
     from app.player.reel import Recorded, Tell
@@ -212,6 +210,7 @@ def _recorded(command: Export, tell: "Tell") -> "Recorded":
 
 def _makers(command: Export, recorded: "Recorded", tell: "Tell") -> dict[str, Callable[[], bytes]]:
     """What makes each kind of file."""
+    from app.player import images
 
     def page() -> bytes:
         from app.player.replay_page import ReplayError, replay_page
@@ -223,17 +222,16 @@ def _makers(command: Export, recorded: "Recorded", tell: "Tell") -> dict[str, Ca
 
     def picture(write: "Callable[[Picture, str], bytes]") -> bytes:
         look = _look(command)
-        return write(images.picture_of(_snapshot(command, recorded), look), page_colour(look))
+        return write(
+            images.picture_of(_snapshot(command, recorded), look), images.page_colour(look)
+        )
 
-    def film(write: "Callable[[Iterable[np.ndarray], float], bytes]") -> bytes:
+    def film(write: "images.WriteFilm") -> bytes:
         frames = images.film_pictures(recorded, recorded.live.number, _look(command), tell)
         try:
             return write(frames, images.FILM_MOMENT_S)
         except images.MissingError as error:
             raise _RefusedError(str(error)) from error
-
-    from app.player import images
-    from app.player.images import page_colour
 
     return {
         "html": page,

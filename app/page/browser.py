@@ -13,6 +13,8 @@ from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
 from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
+from app.page.panels.export import Export
+from app.page.panels.export import Seen as OnBoard
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
 from app.page.panels.inspection import Inspection
@@ -29,6 +31,7 @@ from app.page.time.outlook import Outlook
 from app.page.time.panel import Deeds, TimePanel
 from app.page.time.rise import rise_under
 from app.page.widgets import assign
+from app.picture.layer import Extras
 from app.picture.layers.change import CHANGE
 from app.picture.layers.reach import REACH
 from app.picture.look import ALL, Look
@@ -124,6 +127,7 @@ class Browser:
         """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
         now; None before the first."""
         self._sent = 0
+        self._extras = Extras()
         self._wake = wake
         # What is drawn for this browser alone is drawn on a whole board.
         self._drawn_alone = [
@@ -147,6 +151,7 @@ class Browser:
             self._share = Share(
                 client, shared.session, shared.status_of, inbox.work, arrival, is_loopback(host)
             )
+            Export(client, shared.session, self._on_board, inbox.work)
             if shared.sessions is not None:
                 Earlier(
                     client,
@@ -171,6 +176,10 @@ class Browser:
     def look(self) -> Look:
         """How this browser wants to see the board."""
         return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
+
+    def _on_board(self) -> OnBoard:
+        snapshot = self._shared.status_of(self.client).snapshot
+        return OnBoard(snapshot, self.look, self._extras, snapshot.generation)
 
     def seen(self, status: Status) -> Seen:
         """What it is to see of a board, given the status that is true for it."""
@@ -235,6 +244,7 @@ class Browser:
         outcomes = None
         if success is not None and success.generation == snapshot.generation:
             outcomes = success.outcomes
+        self._extras = texts.extras
         self.side.update(texts.look)
         self._hunts.update(status, texts.look, now_s)
         self._share.update(status)

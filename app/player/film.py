@@ -236,7 +236,9 @@ def _hunt(view: View) -> _Hunt:
 
 
 def _without(thing: Mapping[str, Any] | None, keys: Sequence[str]) -> dict[str, Any] | None:
-    return thing and {key: value for key, value in thing.items() if key not in keys}
+    if thing is None:
+        return None
+    return {key: value for key, value in thing.items() if key not in keys}
 
 
 def _json(thing: object) -> str:
@@ -256,7 +258,8 @@ def unpacked(data: bytes) -> list[Shot]:
     raw = zlib.decompress(data)
     end = 4 + int.from_bytes(raw[:4], "little")
     head = json.loads(raw[4:end])
-    texts, shots = head["texts"], head["shots"]
+    texts: list[str] = head["texts"]
+    shots: list[tuple[int, int, int]] = head["shots"]
     reader = _Reader(raw, end)
     boards = {
         name: _boards(view, texts, len(shots), reader) for name, view in head["views"].items()
@@ -271,11 +274,13 @@ def unpacked(data: bytes) -> list[Shot]:
     }
     return [
         Shot(
-            *shot,
-            tuple(texts[place] for place in head["said"][number]),
-            {name: each[number] for name, each in views.items()},
+            line=line,
+            step=step,
+            trial=trial,
+            texts=tuple(_chosen(texts, head["said"][number])),
+            views={name: each[number] for name, each in views.items()},
         )
-        for number, shot in enumerate(shots)
+        for number, (line, step, trial) in enumerate(shots)
     ]
 
 
@@ -303,7 +308,11 @@ class _Reader:
         return found
 
 
-def _boards(view: Mapping[str, Any], texts: Sequence[str], n: int, reader: _Reader) -> list[View]:
+def _chosen(texts: list[str], places: Sequence[int]) -> list[str]:
+    return [texts[place] for place in places]
+
+
+def _boards(view: Mapping[str, Any], texts: list[str], n: int, reader: _Reader) -> list[View]:
     planes: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for name, plane in view["planes"].items():
         palette = np.frombuffer(base64.b64decode(plane["colours"]), np.uint8).reshape(-1, 6)
@@ -313,32 +322,32 @@ def _boards(view: Mapping[str, Any], texts: Sequence[str], n: int, reader: _Read
     lines = _lines(view, texts, reader.ways(view["lengths"]))
     found: list[View] = []
     for number in range(n):
-        light, dark, *said = (texts[place] for place in view["rests"][number])
-        boards = [json.loads(rest) for rest in (light, dark)]
-        for side, board in enumerate(boards):
+        light, dark, *said = _chosen(texts, view["rests"][number])
+        both: tuple[Board, Board] = json.loads(light), json.loads(dark)
+        for side, board in enumerate(both):
             board["lines"] = [{**look[side], "points": at} for look, at in lines[number]]
             for name, (palette, places) in planes.items():
                 colours = palette[places[number], 3 * side : 3 * side + 3]
                 board[name] = base64.b64encode(colours.tobytes()).decode()
-        found.append(View(*boards, tuple(said)))
+        found.append(View(*both, tuple(said)))
     return found
 
 
 def _lines(
-    view: Mapping[str, Any], texts: Sequence[str], ways: Sequence[list[float]]
+    view: Mapping[str, Any], texts: list[str], ways: Sequence[list[float]]
 ) -> list[list[tuple[list[Any], Sequence[list[float]]]]]:
     """The lines of each moment: what they look like, and where they go."""
     ends = np.cumsum([0, *view["ways"]]).tolist()
     lines = [
-        (json.loads(texts[look]), ways[first:until])
-        for look, (first, until) in zip(view["looks"], pairwise(ends), strict=True)
+        (json.loads(look), ways[first:until])
+        for look, (first, until) in zip(_chosen(texts, view["looks"]), pairwise(ends), strict=True)
     ]
     ends = np.cumsum([0, *view["lines"]]).tolist()
     return [lines[first:until] for first, until in pairwise(ends)]
 
 
 def _with_hunt(
-    view: View, texts: Sequence[str], trails: Sequence[list[float]], hunt: Sequence[int]
+    view: View, texts: list[str], trails: Sequence[list[float]], hunt: Sequence[int]
 ) -> View:
     for board, text in zip((view.light, view.dark), hunt[:2], strict=True):
         found = json.loads(texts[text])

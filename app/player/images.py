@@ -2,9 +2,9 @@
 
 import io
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 from PIL import Image
@@ -141,12 +141,22 @@ def svg_file(picture: Picture, ground: str) -> bytes:
     return f'<?xml version="1.0" encoding="utf-8"?>\n{whole}\n'.encode()
 
 
-def film_pictures(recorded: Recorded, line: int, look: Look, tell: Tell) -> Iterator[np.ndarray]:
+WriteFilm = Callable[[Iterable[np.ndarray], float], bytes]
+"""Makes a file of pictures, each of which is seen for so many seconds."""
+
+
+def film_pictures(
+    recorded: Recorded,
+    line: int,
+    look: Look,
+    tell: Tell = lambda _, __: None,
+    extras: Extras | None = None,
+) -> Iterator[np.ndarray]:
     """The moments of a line from its beginning, each as pixels ``(row, column, 3) uint8``."""
     stops = stops_along(recorded, line, FILM_MOMENTS, tell)
     ground, high = page_colour(look), 0
     for number, snapshot in enumerate(snapshots_at(recorded, stops)):
-        picture = picture_of(snapshot, look, size=SMALL)
+        picture = picture_of(snapshot, look, extras, SMALL)
         # The text may be long at one moment and short at another.
         high = high or picture.high
         yield painted(picture._replace(high=high), ground)
@@ -192,7 +202,7 @@ def mp4_of(frames: Iterable[np.ndarray], seconds: float) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         try:
-            writer = imageio.get_writer(
+            writer = cast(Any, imageio).get_writer(
                 path, format="FFMPEG", fps=1 / seconds, codec="libx264", macro_block_size=2
             )
         except (ImportError, ValueError, RuntimeError) as error:

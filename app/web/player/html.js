@@ -19,8 +19,9 @@ export const put = (place, html) => {
     node.style.cssText = node.dataset.style ?? "";
     delete node.dataset.style;
   }
-  // Words that are explained in the lab's page are plain words here.
-  for (const term of parsed.querySelectorAll('[role="term"]')) {
+  // Where no glossary is, words that are explained elsewhere are plain words.
+  const isExplained = document.querySelector("[data-terms]") !== null;
+  for (const term of isExplained ? [] : parsed.querySelectorAll('[role="term"]')) {
     term.removeAttribute("role");
     term.removeAttribute("tabindex");
   }
