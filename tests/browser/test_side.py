@@ -10,6 +10,7 @@ from app.explain.cell import reading_at
 from app.live.race import Race, RaceStatus
 from app.live.requests import EndRace, Play
 from app.live.snapshot import Snapshot
+from app.page.side import panel
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
@@ -37,7 +38,8 @@ _PIXELS = """([board, size, large, margin]) => {
         for (let east = 0; east < size; east++) {
             const x = Math.floor(left + (east + 0.5) * cell);
             const y = Math.floor(top + (size - north - 0.5) * cell);
-            pixels.push(...image.data.slice(4 * (y * canvas.width + x), 4 * (y * canvas.width + x) + 3));
+            const at = 4 * (y * canvas.width + x);
+            pixels.push(...image.data.slice(at, at + 3));
         }
     return pixels;
 }"""
@@ -105,6 +107,12 @@ def leave(screen: Screen) -> None:
     if screen.page.locator(SIDE).count():
         screen.page.keyboard.press("c")
     expect(screen.page.locator(SIDE)).to_have_count(0)
+
+
+@pytest.fixture(autouse=True)
+def slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs come to where a test wants them when it says so."""
+    monkeypatch.setattr(panel, "FIRST_SPEED", 1.0)
 
 
 @pytest.fixture
@@ -230,10 +238,10 @@ def test_the_live_run_stands_beside_a_preset_that_is_chosen(begun: Shared) -> No
     live, screen = begun
     screen.page.get_by_role("button", name="Side by side", exact=True).click()
     frame = side(screen)
-    expect(frame.get_by_label("Run 1")).to_have_value(
+    expect(frame.get_by_label("Run 1", exact=True)).to_have_value(
         f"line {live.session.status.snapshot.generation}"
     )
-    frame.get_by_label("Run 2").select_option(label="timed")
+    frame.get_by_label("Run 2", exact=True).select_option(label="timed")
     frame.get_by_label("Seed of run 2").fill(f"{SEED}")
     frame.get_by_role("button", name="Let them run").click()
     expect(frame.locator(".tile")).to_have_count(2)

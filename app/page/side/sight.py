@@ -92,9 +92,9 @@ class Sight:
         """Something was asked for: what is made now and then is made now."""
         self._slowly_s = -math.inf
 
-    def say(self, text: str) -> None:
-        """Say why something was not done; may be called from any thread."""
-        self._channel.send("said", {"text": text[:400], "refused": True})
+    def say(self, text: str, refused: bool = True) -> None:
+        """Say something, as a rule why it was not done; may be called from any thread."""
+        self._channel.send("said", {"text": text[:400], "refused": refused})
 
     def send(self, kind: str, content: dict[str, Any]) -> None:
         """Send something if it is other than what the frame has."""
