@@ -12,8 +12,9 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from http import HTTPStatus
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import msgspec
 from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
@@ -86,7 +87,8 @@ class Watcher:
         """For whoever sends: what this one has been sent last, of each kind."""
         self.n_dropped = 0
         """Messages that were no wish."""
-        self._connection = connection
+        self.connection = connection
+        """Only for the thread of the port."""
         self._unanswered = 0
 
     @property
@@ -94,14 +96,14 @@ class Watcher:
         """Whether it has taken in what it was sent, or nearly so."""
         return self._unanswered < MOST_UNANSWERED
 
-    def _sent(self) -> None:
-        """A message is on its way to it; count until it has been taken in."""
+    def note_sent(self) -> None:
+        """A message is on its way to it: it counts until it has been taken in."""
         self._unanswered += 1
         asyncio.get_running_loop().create_task(self._wait())
 
     async def _wait(self) -> None:
         with contextlib.suppress(ConnectionClosed):
-            await (await self._connection.ping())
+            await (await self.connection.ping())
         self._unanswered -= 1
 
 
@@ -233,7 +235,7 @@ class Watchers:
             sock=self._socket,
             process_request=self._answer,
             process_response=_harden,
-            create_connection=lambda *args, **options: _Connection(*args, crowd=crowd, **options),
+            create_connection=cast("type[_Connection]", partial(_Connection, crowd=crowd)),
             open_timeout=HANDSHAKE_S,
             close_timeout=_CLOSE_S,
             compression=None,
@@ -260,9 +262,9 @@ class Watchers:
     def _send(self, letters: Sequence[tuple[bytes, Sequence[Watcher]]]) -> None:
         for letter, watchers in letters:
             there = [watcher for watcher in watchers if watcher in self._watchers]
-            broadcast([watcher._connection for watcher in there], letter, text=False)
+            broadcast([watcher.connection for watcher in there], letter, text=False)
             for watcher in there:
-                watcher._sent()
+                watcher.note_sent()
 
     async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         wait_s = self._requests.wait_s(self._loop.time())
