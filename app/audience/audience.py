@@ -24,7 +24,6 @@ from app.picture.layer import Extras
 from app.picture.look import Look
 from app.player.boards import world_key
 from app.player.presented import Presented
-from app.server.access import Access
 from app.server.origin import Authority
 from app.server.turnstile import Turnstile
 from app.server.watchers import Watcher, Watchers
@@ -47,9 +46,6 @@ OTHERS_SHARE: Final = 0.1
 _MOST_VIEWS: Final = 200
 """Views that are kept for those who look around."""
 _IDLE_S: Final = 1.0
-_MOST_GUESSES: Final = 1_000
-"""Wrong codes that one address may try in a minute: a class may have but one, and one of its
-members is not to keep the others out. So many are none of the 10**11 that there are."""
 
 log = logging.getLogger(__name__)
 
@@ -126,11 +122,8 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        access = None if code is None else Access(code, max_guesses=_MOST_GUESSES)
         options = {} if most is None else {"most": most}
-        self.watchers = Watchers(
-            host, port, Wish, self._wake, names=names, access=access, **options
-        )
+        self.watchers = Watchers(host, port, Wish, self._wake, names=names, code=code, **options)
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
         self._thread.start()
 
