@@ -49,31 +49,47 @@ def standing(
     alike = ", from the same starts of trials" if common_starts else ""
     what = f"{count} runs, step for step{alike}."
     rewards = [one.recent_reward for one in snapshots]
-    lead = leaders(snapshots)
+    lead = leaders(snapshots, step)
     if not lead:
         return joined([what, " No trial has ended yet in all of them."], "")
-    best = _mean(max(rewards))
+    best = _mean(max(rewards[place] for place in lead))
     after = f" After {counted(step, 'step')} "
-    others = sorted(set(range(len(names))) - set(lead), key=lambda place: -rewards[place])
+    others = [place for place in _compared(snapshots, step) if place not in lead]
     if not others:
-        return joined([what, after, "they are level: ", best, "."], "")
+        whose = "they are level" if len(lead) > 1 else f"{names[lead[0]]} is there alone"
+        return joined([what, after, f"{whose}: ", best, "."], "")
+    others.sort(key=lambda place: -rewards[place])
     behind = [f"{names[place]} {shown_number(rewards[place], '.0f')}" for place in others]
     verb = "leads with" if len(lead) == 1 else "lead with"
     who = element("b", joined_by_and([names[place] for place in lead]))
     return joined([what, after, who, f" {verb} {best}; ", joined_by_and(behind), "."], "")
 
 
-def leaders(snapshots: Sequence[Snapshot]) -> tuple[int, ...]:
+def leaders(snapshots: Sequence[Snapshot], step: int) -> tuple[int, ...]:
     """Places of those whose reward is best, or level with the best, that first.
 
-    Empty as long as there is one in which no trial has ended.
+    A run that has not come as far does not count, unless its trials are over. Empty as long as
+    there is one in which no trial has ended.
+
+    Args:
+        snapshots: of all runs.
+        step: the moment.
     """
     rewards = [one.recent_reward for one in snapshots]
-    if any(math.isnan(reward) for reward in rewards):
+    compared = _compared(snapshots, step)
+    if not compared or any(math.isnan(rewards[place]) for place in compared):
         return ()
-    best = max(rewards)
-    lead = [place for place, reward in enumerate(rewards) if best - reward <= _LEVEL]
+    best = max(rewards[place] for place in compared)
+    lead = [place for place in compared if best - rewards[place] <= _LEVEL]
     return tuple(sorted(lead, key=lambda place: -rewards[place]))
+
+
+def _compared(snapshots: Sequence[Snapshot], step: int) -> list[int]:
+    return [
+        place
+        for place, one in enumerate(snapshots)
+        if one.step >= step or one.trial >= one.spec.trials
+    ]
 
 
 def _mean(reward: float) -> str:

@@ -66,7 +66,7 @@ def is_same(one: LearnerState, other: LearnerState) -> bool:
     )
 
 
-def first_divergence(one: Past, other: Past, until: int | None = None) -> Divergence | None:
+def first_divergence(one: Past, other: Past, *, until: int | None = None) -> Divergence | None:
     """Where two runs part; None if they are the same as far as both are known.
 
     Takes some tenths of a second, and leaves the runs and their pasts as they are.

@@ -147,6 +147,9 @@ class Race(Worker[RaceStatus]):
         self._advancing: Racer | None = None
         self._curve_at_s = float("-inf")
         self._status = self._take_status(0.0)
+        self.paused_live: int | None = None
+        """Trial in which the live run has been made to stand still for it; None if it did already.
+        """
         self.moments = RaceMoments(self._racers, lambda: self._status.step)
         """Makes moments of all, wished by their step, and can be asked for other things of their
         pasts."""

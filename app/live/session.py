@@ -348,8 +348,13 @@ class Session(Worker[Status]):
         race = Race(
             request.entries, self.budget, self.past_of, request.speed, playing=request.playing
         )
+        former, held = self.race, self._held()
+        if held.is_learning:
+            race.paused_live = held.run.trial
+        elif former is not None:
+            race.paused_live = former.paused_live
+        held.pause()
         self._end_race()
-        self._held().pause()
         self.race = race
         race.start()
 

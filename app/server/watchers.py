@@ -9,6 +9,7 @@ much is let go. What goes out is bytes, the same for all who are to see the same
 import asyncio
 import contextlib
 import logging
+import socket
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from http import HTTPStatus
@@ -187,15 +188,12 @@ class Watchers:
         self._most = room_for(most).pages
         self._watchers: dict[Watcher, None] = {}
         self._requests = Turnstile(_REQUESTS_PER_S, _REQUESTS_AT_ONCE)
+        # Not in its thread: who starts the lab is to be told why it cannot be.
+        family, *_ = socket.getaddrinfo(self._host, port, type=socket.SOCK_STREAM)[0]
+        self._socket = socket.create_server((self._host, port), family=family)
+        self.port: int = self._socket.getsockname()[1]
         self._loop = asyncio.new_event_loop()
         self._loop.set_exception_handler(tell_of_error)
-        try:
-            # Not in its thread: who starts the lab is to be told why it cannot be.
-            self._server: Server = self._loop.run_until_complete(self._listen(port))
-        except BaseException:
-            self._loop.close()
-            raise
-        self.port: int = next(iter(self._server.sockets)).getsockname()[1]
         self._thread = threading.Thread(target=self._run, name="watchers", daemon=True)
         self._thread.start()
 
@@ -228,12 +226,11 @@ class Watchers:
 
     # --- In the thread ----------------------------------------------------------------------------
 
-    async def _listen(self, port: int) -> Server:
+    async def _listen(self) -> Server:
         crowd = _Crowd()
         return await serve(
             self._handle,
-            self._host,
-            port,
+            sock=self._socket,
             process_request=self._answer,
             process_response=_harden,
             create_connection=lambda *args, **options: _Connection(*args, crowd=crowd, **options),
@@ -249,12 +246,11 @@ class Watchers:
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
+            server = self._loop.run_until_complete(self._listen())
             self._loop.run_forever()
-            self._server.close(code=CloseCode.GOING_AWAY, reason="the lab has ended")
+            server.close(code=CloseCode.GOING_AWAY, reason="the lab has ended")
             with contextlib.suppress(TimeoutError):
-                self._loop.run_until_complete(
-                    asyncio.wait_for(self._server.wait_closed(), _CLOSE_S)
-                )
+                self._loop.run_until_complete(asyncio.wait_for(server.wait_closed(), _CLOSE_S))
         finally:
             for task in asyncio.all_tasks(self._loop):
                 task.cancel()

@@ -1,6 +1,7 @@
 """What ``pounce lab`` is told of sessions: which it keeps, which it takes up, which it refuses."""
 
 import contextlib
+import socket
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,10 +9,13 @@ from typing import Any
 
 import pytest
 
+from app.audience.audience import Audience
 from app.cli import main
+from app.cli.answers import UsageError
 from app.live.journal import Journal
 from app.live.kept import begun
 from app.live.records import Began, Branched, Gave, NamedLine, Record, Stood
+from app.live.session import Session
 from app.live.written import Header, read, whole
 from learners.commands import FreezeSkills, SetParameter, Undo
 from learners.kernel.state import digest
@@ -195,6 +199,10 @@ def test_a_session_in_use_is_refused(
         (["--sessions", "text"], "--sessions: 'text' is not allowed; allowed: a folder"),
         (["--sessions", "a", "--no-journal"], "--sessions and --no-journal exclude each other;"),
         (["--past-memory", "0"], "--past-memory: '0' is not allowed; allowed: a whole number, 1"),
+        (["--audience", "8090"], "--audience: '8090' is not allowed; allowed: an address of this"),
+        (["--audience", ":8090"], "--audience: ':8090' is not allowed; allowed: an address of"),
+        (["--audience", "0.0.0.0:x"], "--audience: 'x' is not allowed; allowed: a whole number"),
+        (["--no-code"], "--no-code is about the code of --audience; allowed: with that"),
         (["--sessions", "text/in"], "--sessions: 'text/in' cannot be written to: Not a directory"),
     ],
 )
@@ -240,3 +248,127 @@ def test_a_session_in_which_nothing_was_done_leaves_no_file(tmp_path: Path) -> N
     assert journal.path.exists()
     journal.close()
     assert not journal.path.exists()
+
+
+# --- A file that somebody shared -----------------------------------------------------------------
+
+
+@pytest.fixture
+def theirs(here: Path) -> Path:
+    """A session that somebody shared."""
+    path = here / "theirs.pounce"
+    path.write_bytes(whole(HEADER, RECORDS))
+    return path
+
+
+@pytest.mark.parametrize("words", [[], ["--no-journal"]])
+def test_a_shared_session_is_opened_as_one_of_its_own(
+    here: Path,
+    theirs: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+) -> None:
+    assert main.main(["lab", "theirs.pounce", *words]) == 0
+    out, err = capsys.readouterr()
+    assert said(out) == said(
+        "theirs.pounce: mine, seed 5; 2 commands; 2 lines, the live one up to trial"
+        f" {ENDED.trial}; written by pounce 1.2.3. Digest as recorded: same."
+    )
+    assert err == ""
+    (call,) = opened
+    assert (call["spec"], call["preset"], call["seed"]) == (SPEC, "mine", SEED)
+    family = call["made_again"].family
+    assert digest(family.held.run.state) == STOOD.digest
+    assert theirs.read_bytes() == whole(HEADER, RECORDS)
+    kept = [*here.glob("pounce/sessions/*-mine-seed5.pounce")]
+    if words:
+        assert (call["journal"], kept) == (None, [])
+    else:
+        assert kept == [call["journal"].path]
+        assert read(kept[0]).records == RECORDS
+        assert main.main(["lab", "--resume"]) == 0
+
+
+def test_a_shared_session_that_is_not_as_recorded_is_opened_with_a_word(
+    here: Path, theirs: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    theirs.write_bytes(whole(HEADER, (*RECORDS[:-1], replace(STOOD, digest="ab" * 32))))
+    assert main.main(["lab", "theirs.pounce"]) == 0
+    assert said("Warning: Digest as recorded: differs (first run). Pounce") in said(
+        capsys.readouterr().err
+    )
+    # What is kept of it is true here.
+    (kept,) = here.glob("pounce/sessions/*.pounce")
+    assert read(kept).records == RECORDS
+
+
+@pytest.mark.parametrize(
+    ("data", "words", "message"),
+    [
+        (b"", [], "PRESET: theirs.pounce: is no session of pounce; allowed: a file .pounce"),
+        (whole(HEADER, RECORDS[1:]), [], "PRESET: theirs.pounce: line 2: run 0 is not live"),
+        (bytes(300_000), [], "PRESET: theirs.pounce: is too large; allowed: up to 256 KiB"),
+        (None, [], "PRESET: theirs.pounce: is no file; allowed: a session that there is"),
+        (b"", ["--seed", "3"], "--seed: a session has a seed of its own; allowed: the file alone"),
+        (b"", ["--resume"], "--resume goes on with a session's own preset and seed;"),
+    ],
+)
+def test_what_cannot_be_opened_is_refused(
+    here: Path,
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    data: bytes | None,
+    words: Sequence[str],
+    message: str,
+) -> None:
+    if data is not None:
+        (here / "theirs.pounce").write_bytes(data)
+    assert main.main(["lab", "theirs.pounce", *words]) == 2
+    assert told(capsys).startswith(said(message))
+    assert opened == []
+    assert [*here.glob("pounce/sessions/*")] == []
+# --- Its audience --------------------------------------------------------------------------------
+
+
+def opened_stand(call: dict[str, Any]) -> Audience:
+    """The port for an audience, as the lab would open it."""
+    stand = call["opens_stand"](Session(SPEC, "mine", SEED, 1_000.0, False))
+    assert isinstance(stand, Audience)
+    return stand
+
+
+@pytest.mark.parametrize(
+    ("words", "host", "has_code"),
+    [
+        (["--audience", "127.0.0.1:0"], "127.0.0.1", False),
+        (["--audience", "localhost:0"], "127.0.0.1", False),
+        (["--audience", "0.0.0.0:0"], "0.0.0.0", True),
+        (["--audience", "0.0.0.0:0", "--no-code"], "0.0.0.0", False),
+    ],
+)
+def test_an_audience_that_others_can_reach_is_asked_for_a_code(
+    opened: list[dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    words: Sequence[str],
+    host: str,
+    has_code: bool,
+) -> None:
+    assert main.main(["lab", "--no-journal", *words]) == 0
+    warned = told(capsys)
+    assert bool(warned) == ("--no-code" in words)
+    stand = opened_stand(opened[0])
+    try:
+        assert (stand.code is not None) == has_code
+        assert stand.addresses[0] == f"http://127.0.0.1:{stand.watchers.port}"
+        assert (opened[0]["host"], opened[0]["token"]) == ("127.0.0.1", None)
+    finally:
+        stand.close()
+
+
+def test_an_audience_whose_port_is_busy_is_told(opened: list[dict[str, Any]]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as busy:
+        place = f"127.0.0.1:{busy.getsockname()[1]}"
+        assert main.main(["lab", "--no-journal", "--audience", place]) == 0
+        with pytest.raises(UsageError, match="cannot be listened on"):
+            opened_stand(opened[0])

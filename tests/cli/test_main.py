@@ -616,6 +616,7 @@ def test_the_lab_is_the_default(
             "token": None,
             "log_level": 30,
             "opening": True,
+            "opens_stand": None,
         }
     ]
 
@@ -865,6 +866,32 @@ def test_bench_measures_walking_in_the_past(
     monkeypatch.setattr(scrub, "measure_scrub", fail)
     assert main.main(["bench", "--scrub"]) == 1
     assert capsys.readouterr() == ("", "a moment was not made in time\n")
+
+
+def test_bench_measures_an_audience(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from benchmarks import audience
+
+    found = {
+        "watchers": 30,
+        "click_ms": {"p50": 90.0, "p95": 121.0},
+        "kB_per_s_each": 4.2,
+        "learner_share": 0.97,
+    }
+    calls: list[tuple[Any, ...]] = []
+
+    def fake(*given: Any) -> Any:
+        calls.append((given[1], given[3], given[4]))
+        return found
+
+    monkeypatch.setattr(audience, "measure_audience", fake)
+    assert main.main(["bench", "--audience", "30", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == found
+    assert main.main(["bench", "standard_q", "--audience", "30", "--repetitions", "2"]) == 0
+    out = capsys.readouterr().out
+    assert all(words in out for words in ("30 who look on", "121 (95 %)", "4.2 kB", "0.97"))
+    assert calls == [("timed", 30, 5), ("standard_q", 30, 2)]
 
 
 def test_a_bench_whose_programs_disagree_fails(

@@ -67,6 +67,7 @@ def test_the_live_run_stands_still_for_a_race_and_is_as_it_was_left(session: Ses
     assert not stands.playing
     race = session.race
     assert race is not None
+    assert race.paused_live == stands.snapshot.trial
     end = over(race)
     assert list(end.digests) == [tables(alone(racer)) for racer in FOUR]
     assert session.status.snapshot.step == stands.snapshot.step
@@ -85,6 +86,8 @@ def test_whoever_comes_first_does_not_set_the_live_run_going_beside_a_race(
 ) -> None:
     ask(session, StartRace(FOUR, playing=False))
     assert not ask(session, Begin())[0].playing
+    assert session.race is not None
+    assert session.race.paused_live is None
 
 
 def test_nothing_of_a_race_is_written_down(session: Session, notes: Notes) -> None:
@@ -118,10 +121,12 @@ def test_a_race_that_cannot_be_leaves_all_as_it_is(session: Session) -> None:
 def test_another_race_takes_the_place_of_one(session: Session) -> None:
     ask(session, StartRace(FOUR))
     first = session.race
+    assert first is not None
+    first.paused_live = 3
     ask(session, StartRace(FOUR[:2]))
     second = session.race
-    assert first is not None
     assert second is not None
+    assert second.paused_live == 3
     assert first.is_gone
     assert over(second).entries == FOUR[:2]
     # Boards that show one are told from those that showed the other.

@@ -5,17 +5,14 @@ from collections.abc import Iterator
 import pytest
 import viser
 
-from app.experiments import cost
 from app.server.server import close_server, open_server
+from tests.support.costs import try_for_a_moment
 from tests.support.person import Person
 
 
 @pytest.fixture(autouse=True)
 def short_pilots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What experiments take is found out in less time; nobody here asks whether it is right."""
-    monkeypatch.setattr(cost, "_TRIED_S", 0.01)
-    monkeypatch.setattr(cost, "_TRIED_STEPS", 10_000)
-    monkeypatch.setattr(cost, "_PILOT_S", 0.01)
+    try_for_a_moment(monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -126,6 +126,15 @@ def test_what_is_said_before_anybody_listens_is_not_lost(host: Host) -> None:
     ]
 
 
+def test_what_has_not_gone_out_yet_waits(host: Host) -> None:
+    assert not host.channel.waits("bar")
+    host.channel.send("bar", {"newest": True})
+    assert host.channel.waits("bar")
+    assert not host.channel.waits("moment")
+    host.frame().receive()
+    assert not host.channel.waits("bar")
+
+
 def test_a_frame_that_comes_back_is_told_from_the_beginning(host: Host) -> None:
     host.frame().close()
     frame = host.frame()

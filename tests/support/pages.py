@@ -17,6 +17,7 @@ PAGES: Final = (
     "docs/replication.md",
     "docs/serving.md",
     "docs/sessions.md",
+    "docs/sharing.md",
     "docs/speed.md",
     "docs/time.md",
     "presets/README.md",

@@ -8,7 +8,8 @@ from typing import Any, Final
 import viser
 
 from app.live import requests
-from app.live.race import Entry, thesis_four
+from app.live.race import thesis_four
+from app.live.racer import Entry
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.live.status import Status

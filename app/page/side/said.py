@@ -6,16 +6,16 @@ from typing import Any
 from app.explain.divergence import divergence_in_words, same_in_words
 from app.explain.sentence import success_share
 from app.live.divergence import Divergence
-from app.live.race import Stand
+from app.live.racer import Stand
 from app.live.snapshot import Snapshot
 from app.picture.look import Look
 from app.picture.options import option_names
 from app.words.numbers import NONE, shown_number
 
 _STANDS = {
-    "finished": "all its trials are over",
-    "known": "as far as this line goes",
-    "gone": "this line is not there any more",
+    "finished": "its trials are over",
+    "known": "no more is known",
+    "gone": "it is not there any more",
 }
 """Where a run stands that does not go on with the others."""
 
@@ -39,7 +39,7 @@ def run_sent(
         "success": NONE if math.isnan(caught) else f"{caught:.0%}",
         "greedy": NONE if greedy is None else shown_number(greedy[1], ".1f"),
         "measured": "not measured yet" if greedy is None else f"measured at step {greedy[0]:,}",
-        "stand": _STANDS.get(stand, ""),
+        "stand": f"Step {snapshot.step:,}: {_STANDS[stand]}" if stand else "",
         "digest": digest,
         "leads": leads,
     }

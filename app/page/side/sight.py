@@ -190,7 +190,8 @@ def _readings(view: View) -> dict[str, Any]:
     """What is read of the runs, who leads, and how fast they go."""
     status, hall = view.hall.status, view.hall
     names = [entry.name for entry in status.entries]
-    lead = leaders(view.shown)
+    lead = leaders(view.shown, view.step)
+    leads = lead if len(lead) < len(names) else ()
     digests = status.digests if view.is_live and status.digests else [""] * len(names)
     speed = 0.0 if math.isinf(status.speed) else status.speed
     speeds = [(one, speed_label(one)) for one in sorted({*_SPEEDS, speed} - {0.0})]
@@ -198,18 +199,27 @@ def _readings(view: View) -> dict[str, Any]:
         "standing": str(standing(names, view.shown, view.step, status.common_starts)),
         "speed": speed,
         "speeds": [*speeds, (0.0, speed_label(FULL_SPEED))],
-        "pace": f"{rate_in_short(status.steps_per_s)} steps/s each" if status.playing else "",
+        "pace": _pace(status),
         "runs": [
             run_sent(
                 one,
                 status.stands[place] if view.is_live else "",
                 hall.greedy.at(place, view.step),
                 digests[place],
-                place in lead,
+                place in leads,
             )
             for place, one in enumerate(view.shown)
         ],
     }
+
+
+def _pace(status: RaceStatus) -> str:
+    """How fast the runs go, or why they do not."""
+    if not status.playing:
+        return ""
+    if all(status.stands):
+        return "All are as far as they are known."
+    return f"{rate_in_short(status.steps_per_s)} steps/s each"
 
 
 def _legend(view: View) -> dict[str, Any]:

@@ -5,6 +5,7 @@ import { on } from "../player/pipe.js";
 import { stepAt } from "../time/axis.js";
 import { plotBox } from "../time/draw.js";
 import { state } from "../time/state.js";
+import { time } from "./bar.js";
 import { say, wish } from "./wish.js";
 
 /**
@@ -25,8 +26,6 @@ const steps = part("steps");
 const layer = /** @type {HTMLSelectElement} */ (part("layer"));
 const of = /** @type {HTMLSelectElement} */ (part("of"));
 const headings = /** @type {HTMLSelectElement} */ (part("headings"));
-/** The time bar, which this moves here. */
-const time = /** @type {HTMLElement} */ (document.querySelector(".time"));
 const handle = /** @type {HTMLElement} */ (time.querySelector(".handle"));
 
 /** @type {Offer} */
@@ -151,6 +150,8 @@ const goToPointer = ({ clientX }) => {
 let isHeld = false;
 time.addEventListener("pointerdown", (event) => {
   if (wish.follows || event.button !== 0 || !event.isPrimary) return;
+  const sign = /** @type {HTMLElement | null} */ (/** @type {Element} */ (event.target).closest(".event"));
+  if (sign) return go(Number(sign.dataset.step));
   isHeld = true;
   time.setPointerCapture(event.pointerId);
   goToPointer(event);
@@ -160,7 +161,7 @@ time.addEventListener("pointermove", (event) => {
 });
 for (const end of ["pointerup", "pointercancel"]) time.addEventListener(end, () => (isHeld = false));
 
-/** Look at what the presenter shows again: what one looked at may be of another lab. */
+/** Begin with what the presenter shows. */
 export const begin = () => {
   steps.before(time);
   show();

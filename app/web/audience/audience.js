@@ -5,7 +5,6 @@ import "../terms.js";
 import { Board } from "../player/board.js";
 import { put } from "../player/html.js";
 import { on } from "../player/pipe.js";
-import { changed, state } from "../time/state.js";
 import "../time/tip.js";
 import { begin as beginAround } from "./around.js";
 import { begin as connect } from "./line.js";
@@ -51,15 +50,6 @@ on("legend", ({ html, title }) => {
   put(part("legend"), html);
 });
 on("readings", ({ html }) => put(part("readings"), html));
-on("bar", ({ bar }) => {
-  state.bar = bar;
-  changed();
-});
-on("moment", (moment) => {
-  state.moment = moment;
-  changed();
-});
-
 let saidAt = -SAID_MS;
 let timer = 0;
 on("said", ({ html, caption, described }) => {

@@ -20,6 +20,7 @@ const LEAST_PX = 150;
 const BAR_REM = 8.6;
 const PRESENTED_BAR_REM = 10.5;
 const READ_REM = 8.2;
+const COMPARED_REM = 11;
 /** What is read of a run, in a word, and whether it is of the first that matter. */
 const NUMBERS = /** @type {const} */ ([
   ["reward", "reward", "Mean reward per trial over the last 500, random moves and all"],
@@ -102,6 +103,7 @@ const make = () => {
 /** Rows and columns in which the boards are as large as can be. */
 const place = () => {
   document.body.classList.toggle("racing", isRacing());
+  document.body.classList.toggle("compared", state.compare?.shown ?? false);
   if (!tiles.length) return;
   const rem = parseFloat(getComputedStyle(document.documentElement).fontSize);
   const gap = 0.6 * rem;
@@ -109,14 +111,17 @@ const place = () => {
   const width = document.documentElement.clientWidth - 2 * gap;
   // Of a presentation it is the boards that are looked at; to what is read below, one scrolls.
   const isPresented = document.documentElement.hasAttribute("data-present");
-  const below = isPresented ? PRESENTED_BAR_REM : BAR_REM + READ_REM;
+  const read = state.compare?.shown ? COMPARED_REM : READ_REM;
+  const below = isPresented ? PRESENTED_BAR_REM : BAR_REM + read;
+  // Eight headings lie in two rows of four.
+  const ratio = boards.classList.contains("tiled") ? 0.5 : 1;
   const height = innerHeight - head - below * rem - gap;
   const [{ tile: first, canvas }] = tiles;
   const around = first.getBoundingClientRect().height - canvas.getBoundingClientRect().height + gap;
   let best = { columns: 1, size: 0 };
   for (let columns = 1; columns <= tiles.length; columns += 1) {
     const rows = Math.ceil(tiles.length / columns);
-    const size = Math.min((width - (columns - 1) * gap) / columns, height / rows - around);
+    const size = Math.min((width - (columns - 1) * gap) / columns, (height / rows - around) / ratio);
     if (size > best.size) best = { columns, size };
   }
   const isCramped = best.size < LEAST_PX;
@@ -147,6 +152,11 @@ on("worlds", (message) => {
 for (const kind of ["boards", "overs"])
   on(kind, (message) => {
     sent[kind] = message.boards;
+    const isTiled = sent.boards[0]?.tiles ?? false;
+    if (boards.classList.contains("tiled") !== isTiled) {
+      boards.classList.toggle("tiled", isTiled);
+      place();
+    }
     draw(kind);
   });
 
@@ -175,9 +185,8 @@ const read = () => {
   });
   const last = tiles.at(-1);
   if (compare?.shown && last?.tile.classList.contains("difference") && race) {
-    const [one, other] = [race.runs[compare.one]?.name, race.runs[compare.other]?.name];
     write(last.name, "Difference");
-    write(last.about, `${other} against ${one}: ${compare.caption}`);
+    write(last.about, compare.caption);
   }
 };
 whenChanged(read);

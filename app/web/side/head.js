@@ -1,7 +1,7 @@
 // @ts-check
 // What stands at the top: who leads, and what lets the runs go on, and go faster.
 
-import { attribute, element, grouped, write } from "../time/dom.js";
+import { attribute, element, write } from "../time/dom.js";
 import { send } from "../player/pipe.js";
 import { changed, isRacing, state, whenChanged } from "./state.js";
 
@@ -14,7 +14,7 @@ head.innerHTML = `
       <button type="button" data-act="play" class="play" title="Pause or play (space)">Play</button>
       <button type="button" data-act="live" class="live" title="Where the runs are now (End)"></button>
       <label class="speed">Speed <select aria-label="Steps a second of each run"></select></label>
-      <label class="rate">The past plays <select aria-label="How fast the past is played"></select></label>
+      <span class="rate"><select aria-label="How fast the past is played" title="How fast the past is played"></select></span>
       <span class="pace"></span>
     </span>
     <span class="group">
@@ -67,7 +67,7 @@ const show = () => {
   /** @type {HTMLButtonElement} */ (part(".play")).disabled = moment.live && moment.finished;
   const live = part(".live");
   live.hidden = moment.live;
-  write(live, `Back to now (${grouped(moment.end - moment.step)} steps on)`);
+  write(live, "Back to now");
   part(".rate").hidden = moment.live;
   part(".speed").hidden = !moment.live;
   offer(speed, readings.speeds, readings.speed);

@@ -14,9 +14,9 @@ read.innerHTML = `
   <div class="apart">
     <h2>Compare <select class="one" aria-label="One of two runs"></select> with
       <select class="other" aria-label="The other run"></select></h2>
-    <label><input type="checkbox" class="map" /> Map of what is different</label>
     <p class="text"></p>
     <button type="button" class="go">Go there</button>
+    <div><label><input type="checkbox" class="map" /> Map of what is different</label></div>
     <div class="pounce"></div>
   </div>
   <div class="cell"><h2></h2><table></table></div>`;
