@@ -204,7 +204,10 @@ def test_one_that_is_not_as_it_was_recorded_is_said_with_what_to_do(
     ("content", "message"),
     [
         ("no session", "theirs.pounce: is no session of pounce; allowed: a file .pounce of a lab"),
-        (THEIR_FILE.replace('"step":300', '"step":301'), "theirs.pounce: line 3 does not have the checksum"),
+        (
+            THEIR_FILE.replace('"step":300', '"step":301'),
+            "theirs.pounce: line 3 does not have the checksum",
+        ),
         (whole(HEADER, THEIRS[1:]).decode(), "theirs.pounce: line 2: run "),
         (" " * (2**18 + 1), "theirs.pounce: is too large; allowed: up to 256 KiB"),
     ],
