@@ -10,7 +10,7 @@ A preset passes through four stages, each of which notes what is wrong and carri
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -231,12 +231,21 @@ class Shelf:
             if self._n_bytes > MAX_SHELF_BYTES:
                 message = f"is one preset too many; allowed: {MAX_SHELF_BYTES} bytes in all of them"
                 raise UnusableError(message)
-            found: list[PresetProblem] = []
-            root = document_of(source.data, source.label, found)
-            self._documents[source.identity] = root, tuple(found)
+            self._documents[source.identity] = _document(source.data, source.label)
         root, noted = self._documents[source.identity]
         problems += noted
         return root
+
+
+@lru_cache(maxsize=32)
+def _document(data: bytes | str, label: str) -> tuple[Node | None, tuple[PresetProblem, ...]]:
+    """The tree of a text and what is wrong with it; the last ones are not read a second time.
+
+    A preset of a program's is asked for again and again, and YAML takes some milliseconds.
+    """
+    found: list[PresetProblem] = []
+    root = document_of(data, label, found)
+    return root, tuple(found)
 
 
 def with_settings(base: Base, settings: Iterable[Node]) -> Base:

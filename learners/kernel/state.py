@@ -142,12 +142,14 @@ def with_room_for(state: LearnerState, trials: int) -> LearnerState:
     if trials <= room:
         return state
     grown = max(trials, min(2 * room, MAX_TRIALS))
-    longer = {
-        name: np.concatenate([log, np.zeros(grown - room, log.dtype)])
-        for name in _LOGS
-        for log in [getattr(state, name)]
-    }
-    return state._replace(**longer)
+    return state._replace(**{name: _longer(getattr(state, name), grown) for name in _LOGS})
+
+
+def _longer(log: np.ndarray, size: int) -> np.ndarray:
+    """A log with zeros behind it, of which the system gives memory only where one is written."""
+    longer = np.zeros(size, log.dtype)
+    longer[: log.size] = log
+    return longer
 
 
 def join_option(state: LearnerState, option: int, initial_q: float, *, safely: bool) -> None:

@@ -18,6 +18,7 @@ from benchmarks.compare import (
 )
 from benchmarks.plain import PlainRun
 from learners.spec import RunSpec
+from tests.support.costs import try_for_a_moment
 
 SMALL = ("world.size=40", "world.step_limit=60", "trials=600")
 EARLY = (
@@ -68,6 +69,11 @@ def spec_of(name: str) -> RunSpec:
 def steps_of_python_agent(spec: RunSpec) -> int:
     timed, _ = time_python(spec, 0)
     return timed.steps
+
+
+@pytest.fixture(autouse=True)
+def short_pilots(monkeypatch: pytest.MonkeyPatch) -> None:
+    try_for_a_moment(monkeypatch)
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +191,7 @@ def test_what_many_pages_cost_is_measured(monkeypatch: pytest.MonkeyPatch) -> No
 def test_what_an_experiment_costs_the_learner_is_measured(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name, value in (("ROUNDS", 1), ("MEASURED_S", 0.5), ("WARM_UP_S", 0.01)):
+    for name, value in (("ROUNDS", 1), ("MEASURED_S", 0.1), ("WARM_UP_S", 0.01)):
         monkeypatch.setattr(beside, name, value)
     beside.main(1)
     assert capsys.readouterr().out.startswith("1 at a time: the learner keeps ")
@@ -209,7 +215,7 @@ def test_what_keeping_the_past_costs_is_measured(monkeypatch: pytest.MonkeyPatch
 def test_memory_is_looked_at_while_people_walk_in_the_past(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(soak, "SECONDS", 0.5)
+    monkeypatch.setattr(soak, "SECONDS", 0.1)
     monkeypatch.setattr(soak, "MOST_GROWN_MB", 1_000.0)
     assert soak.main(["--minutes", "2"]) == 0
     *minutes, grown = capsys.readouterr().out.splitlines()

@@ -10,6 +10,7 @@ import pytest
 
 from app.cli import main
 from tests.support.folders import add_run, new_folder
+from tests.support.reports import without_pictures
 
 
 @pytest.fixture(autouse=True)
@@ -17,6 +18,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the command runs."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture(autouse=True)
+def pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    without_pictures(monkeypatch)
 
 
 @pytest.mark.parametrize(

@@ -273,40 +273,6 @@ def test_a_scheduler_that_dies_ends_the_experiment_and_resume_goes_on(
     assert_same_results(Path("a"), local(parse(SMALL, "mine.yaml"), tmp_path / "b"))
 
 
-def test_stopping_gives_up_what_is_in_flight(shared: Dask, tmp_path: Path) -> None:
-    experiment, switch = parse(ENDLESS, "small.yaml"), Switch()
-    seen: list[int] = []
-
-    def look(progress: runner.Progress) -> None:
-        seen.append(progress.running)
-        (switch.end if switch.paused else switch.pause)()
-
-    with Folder(tmp_path / "a", experiment, False, False) as folder:
-        outcome = run_experiment(experiment, folder, Cluster(shared.address, switch), look)
-    assert seen == [1, 1, 0]
-    assert outcome.done + outcome.failed < outcome.total
-    assert (outcome.done, outcome.failed) == (0, 0)
-    with shared.eye() as eye:
-        until(lambda: not tasks_known(eye), "the scheduler forgets what nobody wants")
-
-
-def test_a_run_that_dask_loses_is_noted(shared: Dask) -> None:
-    with Cluster(shared.address) as crew, shared.eye() as eye:
-        _, task = next(tasks_of(parse(ENDLESS, "mine.yaml")))
-        crew.start(task)
-        (key,) = until(lambda: tasks_known(eye), "the scheduler has the task")
-        eye.cancel([Future(key, eye)], force=True)
-        (found,) = until(lambda: crew.finished(0.1), "the run comes back")
-        assert (found.key, found.digest, crew.busy) == (task.key, "", 0)
-        assert "Cancelled" in found.error
-
-
-def tasks_known(eye: Client) -> list[str]:
-    """Keys of all that the scheduler knows of."""
-    found: Any = eye.run_on_scheduler(lambda dask_scheduler: list(dask_scheduler.tasks))
-    return found
-
-
 def test_a_cluster_that_cannot_give_the_same_results_is_refused(
     dask: Dask, file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -398,13 +364,50 @@ def test_without_dask_the_command_says_what_to_install(
     assert "pip install 'pounce-lab[cluster]'" in complaint(capsys)
 
 
-def test_it_can_be_used_from_within_an_event_loop(dask: Dask) -> None:
-    dask.add_workers("one")
-
+def test_it_can_be_used_from_within_an_event_loop(shared: Dask) -> None:
     async def connected() -> int:
-        with Cluster(dask.address) as crew:
+        with Cluster(shared.address) as crew:
             return crew.size
 
     # In a thread, since this one may be in the middle of a loop of the browser's.
     with ThreadPoolExecutor(1) as executor:
         assert executor.submit(asyncio.run, connected()).result() == 1
+
+
+# --- Runs that nobody waits for ------------------------------------------------------------------
+#
+# These come last: what a worker has begun it goes on with, until it ends.
+
+
+def test_stopping_gives_up_what_is_in_flight(shared: Dask, tmp_path: Path) -> None:
+    experiment, switch = parse(ENDLESS, "small.yaml"), Switch()
+    seen: list[int] = []
+
+    def look(progress: runner.Progress) -> None:
+        seen.append(progress.running)
+        (switch.end if switch.paused else switch.pause)()
+
+    with Folder(tmp_path / "a", experiment, False, False) as folder:
+        outcome = run_experiment(experiment, folder, Cluster(shared.address, switch), look)
+    assert seen == [1, 1, 0]
+    assert outcome.done + outcome.failed < outcome.total
+    assert (outcome.done, outcome.failed) == (0, 0)
+    with shared.eye() as eye:
+        until(lambda: not tasks_known(eye), "the scheduler forgets what nobody wants")
+
+
+def test_a_run_that_dask_loses_is_noted(shared: Dask) -> None:
+    with Cluster(shared.address) as crew, shared.eye() as eye:
+        _, task = next(tasks_of(parse(ENDLESS, "mine.yaml")))
+        crew.start(task)
+        (key,) = until(lambda: tasks_known(eye), "the scheduler has the task")
+        eye.cancel([Future(key, eye)], force=True)
+        (found,) = until(lambda: crew.finished(0.1), "the run comes back")
+        assert (found.key, found.digest, crew.busy) == (task.key, "", 0)
+        assert "Cancelled" in found.error
+
+
+def tasks_known(eye: Client) -> list[str]:
+    """Keys of all that the scheduler knows of."""
+    found: Any = eye.run_on_scheduler(lambda dask_scheduler: list(dask_scheduler.tasks))
+    return found

@@ -28,6 +28,7 @@ from app.results.gather import Curve
 from app.results.read import DamagedError, Reader, ResultsError
 from app.results.service import Service, Standing
 from tests.support.folders import seal
+from tests.support.reports import without_pictures
 
 TEXT = """
 presets: [timed, standard_q]
@@ -280,8 +281,9 @@ def test_a_run_whose_arrays_are_damaged_is_missing_until_it_is_made_again(
 
 
 def test_a_report_says_how_many_runs_are_damaged(
-    copy: Path, capsys: pytest.CaptureFixture[str]
+    copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    without_pictures(monkeypatch)
     SPOILT["flipped"](first_archive(copy))
     assert main.main(["report", str(copy)]) == 0
     err = capsys.readouterr().err

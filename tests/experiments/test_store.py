@@ -5,9 +5,11 @@ import errno
 import json
 import os
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -23,7 +25,10 @@ from app.experiments.store import Folder, FolderError, finished_if_claimed, fini
 from app.report.write import default_place, write_report
 from app.results.read import read_folder
 from app.results.service import folder_for
+from app.util.files import write_whole
+from tests.support.copies import in_a_process_of_its_own
 from tests.support.folders import KILLED_IN_A_COMMIT, seal
+from tests.support.reports import without_pictures
 
 TEXT = "presets: [timed]\nset: {world.size: 30, world.step_limit: 80}\ntrials: 600\n"
 
@@ -40,6 +45,10 @@ def carried_out(path: Path, n_seeds: int = 2, resume: bool = False, force: bool 
 def changed(path: Path, query: str, *values: Any) -> None:
     with contextlib.closing(sqlite3.connect(path / "results.sqlite")) as database, database:
         database.execute(query, values)
+
+
+def kill(*_: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def meta(path: Path) -> dict[str, str]:
@@ -118,13 +127,12 @@ def test_a_lock_that_cannot_be_used_is_named(tmp_path: Path, damage: str) -> Non
 def test_a_writer_that_was_killed_keeps_nobody_out(tmp_path: Path) -> None:
     path = tmp_path / "a"
     carried_out(path)
-    code = (
-        f"import os, signal, sys\nfrom pathlib import Path\nfrom {__name__} import *\n"
-        "folder = Folder(Path(sys.argv[1]), small(), True, False)\n"
-        "os.kill(os.getpid(), signal.SIGKILL)\n"
-    )
-    root = Path(__file__).resolve().parents[2]
-    subprocess.run([sys.executable, "-c", code, str(path)], cwd=root, check=False)
+
+    def write() -> None:
+        folder = Folder(path, small(), True, False)
+        kill(folder)
+
+    assert in_a_process_of_its_own(write) == -signal.SIGKILL
     carried_out(path, resume=True)
 
 
@@ -278,23 +286,20 @@ def test_a_folder_that_was_left_before_its_table_said_anything_is_begun(
     assert len(finished_in(path)) == 2
 
 
-KILLS = {
-    "while the record is written": "os.replace = kill",
-    "when the record is there": "store.write_whole = lambda *it: (write_whole(*it), kill())",
-    "when the arrays can come": "Folder._begin_table = kill",
+KILLS: dict[str, tuple[object, str, Callable[..., object]]] = {
+    "while the record is written": (os, "replace", kill),
+    "when the record is there": (store, "write_whole", lambda *it: (write_whole(*it), kill())),
+    "when the arrays can come": (Folder, "_begin_table", kill),
 }
+"""Where in the code, and what is there then."""
 
 
 def killed_at_its_beginning(path: Path, when: str) -> None:
-    code = (
-        "import os, signal, sys\nfrom pathlib import Path\nfrom app.experiments import store\n"
-        "from app.util.files import write_whole\n"
-        f"from {__name__} import Folder, small\n"
-        "def kill(*_): os.kill(os.getpid(), signal.SIGKILL)\n"
-        f"{KILLS[when]}\nFolder(Path(sys.argv[1]), small(), False, False)\n"
-    )
-    root = Path(__file__).resolve().parents[2]
-    subprocess.run([sys.executable, "-c", code, str(path)], cwd=root, check=False)
+    def begin() -> None:
+        setattr(*KILLS[when])
+        Folder(path, small(), False, False)
+
+    assert in_a_process_of_its_own(begin) == -signal.SIGKILL
     assert (path / ".lock").is_file()
     assert not (path / "results.sqlite").exists()
 
@@ -388,7 +393,9 @@ def test_where_the_disk_is_full_at_once_the_folder_stays_free(
 
 
 def with_a_report(path: Path) -> Path:
-    write_report([path], None, False)
+    with pytest.MonkeyPatch.context() as patch:
+        without_pictures(patch)
+        write_report([path], None, False)
     page = path / "report.html"
     assert page.is_file()
     assert list((path / "report_figures").iterdir())

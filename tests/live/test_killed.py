@@ -5,8 +5,6 @@ import os
 import random
 import resource
 import signal
-import traceback
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +32,7 @@ from learners.commands import (
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
+from tests.support.copies import in_a_process_of_its_own
 from tests.support.journals import HEADER
 from tests.support.lines import SPEC
 
@@ -91,21 +90,6 @@ def live(path: Path, answers: int, seed: int) -> None:
         if not refusals and isinstance(request, Command):
             # Seen by whoever asked, so that it must be there.
             os.write(answers, json.dumps(repr(request)).encode() + b"\n")
-
-
-def in_a_process_of_its_own(do: Callable[[], object]) -> int:
-    """Do something in a copy of this process; returns 0 if it came to its end."""
-    child = os.fork()
-    if child == 0:
-        code = 1
-        try:
-            do()
-            code = 0
-        finally:
-            if code:
-                traceback.print_exc()
-            os._exit(code)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
 def used_and_killed(path: Path, seed: int) -> list[str]:

@@ -6,7 +6,13 @@ import pytest
 import viser
 
 from app.server.server import close_server, open_server
+from tests.support.costs import try_for_a_moment
 from tests.support.person import Person
+
+
+@pytest.fixture(autouse=True)
+def short_pilots(monkeypatch: pytest.MonkeyPatch) -> None:
+    try_for_a_moment(monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from app.results.readings import OWN, Dependence
 from learners.spec import RunSpec
 from sim.world import CAPTURE, FLIGHT
 from tests.support.folders import add_run, new_folder
-from tests.support.reports import page_of, table_of, text_of
+from tests.support.reports import page_of, table_of, text_of, without_pictures
 
 PENALTY = "learner.spiral_penalty"
 CHOICES: Mapping[str, Mapping[str, Any]] = {
@@ -102,7 +102,10 @@ def test_the_shipped_experiment_is_of_open_points_alone() -> None:
     assert all(first != second for n, first in enumerate(specs) for second in specs[:n])
 
 
-def test_a_report_tells_what_was_settled_and_what_comes_out(folder: Path) -> None:
+def test_a_report_tells_what_was_settled_and_what_comes_out(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without_pictures(monkeypatch)
     n_trials = 2_500
     settings = {**presets.load("timed").model_dump(mode="json"), "trials": n_trials}
     for seed in range(2):

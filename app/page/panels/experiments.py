@@ -3,8 +3,8 @@
 import json
 import textwrap
 import time
-from collections.abc import Callable, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, lru_cache
 from typing import Final, NamedTuple
 
 import viser
@@ -108,6 +108,12 @@ def about_html(experiment: Experiment, lost: Sequence[str] = ()) -> str:
 def _session_key(snapshot: Snapshot) -> tuple[object, ...]:
     """What the schedule of a session depends on; not its length beyond the plan, which grows."""
     return snapshot.generation, snapshot.control.history, snapshot.preset
+
+
+@cache
+def _shipped() -> Mapping[str, Experiment]:
+    """The experiments that come with the lab, by name."""
+    return {name: experiments.load(name) for name in experiments.shipped()}
 
 
 @lru_cache(maxsize=8)
@@ -235,7 +241,7 @@ class ExperimentsPanel:
         self._work = work
         self._show = show
         self._loaded: dict[str, bytes] = {}
-        shipped = {name: experiments.load(name) for name in experiments.shipped()}
+        shipped = _shipped()
         self._n_seeds = {name: len(experiment.seeds) for name, experiment in shipped.items()}
         self._n_seeds[THIS_SESSION] = _N_SESSION_SEEDS
         self._offer: Maker[_Offer] = Maker()
