@@ -700,6 +700,7 @@ def test_however_it_is_named_a_preset_is_read_once(
     assert {(v.spec.trials, v.spec.world.size) for v in experiment.variants} == {(30, 30)}
     assert len(read) == len(set(read)) == 4
     read.clear()
+    presets._document.cache_clear()
     experiment = parse(f"presets: [{written}]", "my.yaml", tmp_path)
     assert {v.spec.trials for v in experiment.variants} == {30}
     assert len(read) == len(set(read)) == 3
