@@ -11,7 +11,7 @@ from hypothesis import settings
 
 from app.experiments import task
 from app.util.web_browser import find_chromium
-from tests.support.browser import BROWSER_ARGS, advice
+from tests.support.browser import TEST_ARGS, advice
 
 HARMLESS_WARNINGS = (
     # A page may go away between two lines of a frame; what was meant for it is rightly lost.
@@ -51,7 +51,7 @@ def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[s
         if os.environ.get("CI"):
             pytest.fail(advice(), pytrace=False)
         pytest.skip(advice())
-    return {**browser_type_launch_args, "executable_path": path, "args": list(BROWSER_ARGS)}
+    return {**browser_type_launch_args, "executable_path": path, "args": list(TEST_ARGS)}
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -23,7 +23,7 @@ import time
 import weakref
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -223,7 +223,7 @@ class Past:
         return (
             step <= end_step
             and _goes_before(control, newest)
-            and not any(event.author == "hand" and event.step <= step for event in later)
+            and not _given_before(step + 1, later)
         )
 
     # Moments
@@ -262,6 +262,9 @@ class Past:
         with self._lock:
             aim, control = self._aim(step), self._control
         if run.step > aim.step or not _goes_before(run.control, control):
+            return False
+        if _given_before(run.step, aim.events[len(run.control.history) :]):
+            # The line was cut before where the run stands, and went another way from there.
             return False
         return self._take_on(run, aim, _always)
 
@@ -405,6 +408,11 @@ def _goes_before(earlier: Control, later: Control) -> bool:
         one is other or _as_given(one) == _as_given(other)
         for one, other in zip(earlier.history, later.history, strict=False)
     )
+
+
+def _given_before(step: int, events: Sequence[Event]) -> bool:
+    """Whether one of some events was given by hand before a step."""
+    return any(event.author == "hand" and event.step < step for event in events)
 
 
 def _as_given(event: Event) -> tuple[object, ...]:

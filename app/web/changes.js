@@ -23,7 +23,8 @@ new MutationObserver(() => {
     for (const work of works) work();
   }, REST_MS);
 }).observe(document.body, {
-  attributeFilter: ["data-board"],
+  // three.js marks its canvas a while after it has come.
+  attributeFilter: ["data-board", "data-engine"],
   characterData: true,
   childList: true,
   subtree: true,

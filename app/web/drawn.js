@@ -5,23 +5,32 @@ const CELLS = "/board/cells";
 /** The first of them draws a board that has just come, the second what it came with. */
 const FRAMES = 2;
 
-/** The addresses that have been called, one of each connection. @type {Set<string>} */
-const called = new Set();
+/** The address that was called last: each connection has one of its own. */
+let called = "";
+let isLooking = false;
 /** The frame in which the board came. @type {number | undefined} */
 let since;
 
 const look = () => {
-  requestAnimationFrame(look);
   const told = document.querySelector("[data-drawn-call]")?.getAttribute("data-drawn-call");
-  if (!told || called.has(told)) return;
   const { __viserMutable, __viserTestpoints } = /** @type {any} */ (window);
   const isThere = __viserMutable?.nodeRefFromName[CELLS];
-  if (!isThere) return void (since = undefined);
   const frame = __viserTestpoints?.rendererInfo.render.frame;
-  since ??= frame;
-  if (since === undefined || frame < since + FRAMES) return;
-  called.add(told);
+  since = isThere ? (since ?? frame) : undefined;
+  if (!told || told === called || since === undefined || frame < since + FRAMES)
+    return void requestAnimationFrame(look);
+  called = told;
+  isLooking = false;
   void fetch(told, { cache: "no-store" });
 };
 
-look();
+/** Only until it has been told: a page that asks for each frame draws all of them. */
+const begin = () => {
+  if (isLooking) return;
+  isLooking = true;
+  since = undefined;
+  look();
+};
+
+begin();
+document.addEventListener("lab:connection", begin);

@@ -35,8 +35,11 @@ const areOn = () => localStorage.getItem(SWITCH) !== "off";
  * @param {string} character
  */
 const learn = (name, character) => {
-  if (/^(Shift\+)?(Key|Bracket|Comma|Period)/.test(name) && [...character].length === 1)
-    letters.set(name, character.toUpperCase());
+  const letter = character.toUpperCase();
+  const isLetter = /^(Shift\+)?(Key|Bracket|Comma|Period)/.test(name) && [...character].length === 1;
+  if (!isLetter || letters.get(name) === letter) return;
+  letters.set(name, letter);
+  fillList();
 };
 
 /** @param {HTMLElement | null} target */
@@ -179,5 +182,4 @@ whenChanged(fillList);
   ?.getLayoutMap()
   .then((/** @type {Iterable<[string, string]>} */ map) => {
     for (const [code, letter] of map) learn(code, letter);
-    fillList();
   });

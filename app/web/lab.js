@@ -8,7 +8,6 @@ import "./frame.js";
 import "./hints.js";
 import "./keys.js";
 import "./names.js";
-import "./results.js";
 import "./scheme.js";
 import "./slots.js";
 import "./stage.js";

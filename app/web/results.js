@@ -2,8 +2,7 @@
 // Where the results of an experiment lie: beside the board in a wide window, in the place of the left
 // panel, else over the board; never over the controls. The lab draws them for the room they have.
 
-import { whenChanged } from "./changes.js";
-import { taken, whenFolded } from "./docks.js";
+import { taken } from "./docks.js";
 
 const WIDE = matchMedia("(min-width: 1800px)");
 /** Narrower than this the curve and the timeline stay in sight. */
@@ -31,7 +30,8 @@ const sheet = () =>
 export const resultsRoom = () =>
   sheet() && WIDE.matches && root.dataset.present === undefined ? SHARE * innerWidth : 0;
 
-const place = () => {
+/** Done again whenever the stage has another place, or the page has changed. */
+export const placeResults = () => {
   const isShown = sheet() !== null;
   const { resultsSize = "", resultsOpen = "" } = calls()?.dataset ?? {};
   if (resultsOpen && met !== resultsOpen) {
@@ -69,7 +69,3 @@ const place = () => {
 
 /** @param {string} address */
 const call = (address) => void fetch(address, { cache: "no-store" });
-
-whenChanged(place);
-whenFolded(place);
-window.addEventListener("resize", () => setTimeout(place));

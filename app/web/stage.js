@@ -6,7 +6,7 @@ import { fitCamera, resetView, whenViewChanges } from "./camera.js";
 import { whenChanged } from "./changes.js";
 import { EDGES, isOpen, rail, region, room, taken, whenFolded } from "./docks.js";
 import { onKey, press } from "./keys.js";
-import { resultsRoom } from "./results.js";
+import { placeResults, resultsRoom } from "./results.js";
 
 /** The window in which everything has its first size; in a larger one all grows with it. */
 const USUAL = { width: 1366, height: 768 };
@@ -158,6 +158,7 @@ const place = () => {
   for (const edge of /** @type {const} */ (["left", "top", "width", "height"]))
     root.style.setProperty(`--board-${edge}`, `${place[edge]}px`);
   fitCamera(place.width, place.height);
+  placeResults();
 };
 
 /** @param {boolean} wanted */
@@ -173,7 +174,9 @@ const setPresenting = (wanted) => {
 const sayPlay = () => {
   /** @type {HTMLElement | null} */
   const told = document.querySelector("iframe[data-playing]") ?? document.querySelector("[data-playing]");
-  play.textContent = told?.dataset.playing === "yes" ? "Pause" : "Play";
+  const text = told?.dataset.playing === "yes" ? "Pause" : "Play";
+  // What is written anew is a change of the page, after which this is done again.
+  if (play.textContent !== text) play.textContent = text;
 };
 
 present.addEventListener("click", () => setPresenting(!isPresenting()));

@@ -7,6 +7,7 @@ import { region } from "./docks.js";
 
 const SETTING = "pounce-tour";
 const GAP_PX = 10;
+const FOLLOW_MS = 100;
 
 /** @param {string} selector @returns {Element[]} */
 const all = (selector) => [...document.querySelectorAll(selector)];
@@ -42,6 +43,8 @@ let stops = [];
 let here = -1;
 /** What had the focus before. @type {HTMLElement | undefined} */
 let opener;
+/** What has the ring go along, as long as there is one. @type {number | undefined} */
+let following;
 
 const card = document.createElement("div");
 card.id = "pounce-tour";
@@ -146,6 +149,7 @@ const isOpen = () => here >= 0;
 const close = () => {
   if (!isOpen()) return;
   here = -1;
+  clearInterval(following);
   card.remove();
   rings.remove();
   localStorage.setItem(SETTING, "off");
@@ -184,6 +188,8 @@ const start = () => {
     words,
   }));
   document.body.append(rings, card);
+  // Nothing tells that something has come to stand elsewhere.
+  following = setInterval(place, FOLLOW_MS);
   go(-1, 1);
 };
 

@@ -139,6 +139,7 @@ def main(names: list[str]) -> None:
     # The page names the folder of the results: as it is called where somebody starts the lab.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         live = LiveLab(presets.load("timed"), speed=20_000.0, results=Path("results"))
+        live.dpr = 1.0
         try:
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(

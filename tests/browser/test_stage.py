@@ -52,6 +52,34 @@ SMALL_TYPE = """([root, least]) => [...document.querySelectorAll(`${root} *`)].f
     if (!says || !node.checkVisibility() || node.getClientRects().length === 0) return false;
     return parseFloat(getComputedStyle(node).fontSize) * node.currentCSSZoom < least - 0.01;
 }).map(node => node.outerHTML.slice(0, 120))"""
+# What the page's own scripts change after a change, unless there is one after which that is
+# nothing, and who of them asks for the frames that follow.
+DONE_AT_REST = """async () => {
+    const { whenChanged } = await import(new URL("web/changes.js", location.href));
+    const observer = new MutationObserver(() => {});
+    observer.observe(document.body, { characterData: true, childList: true, subtree: true });
+    const changes = await new Promise(done => {
+        let rounds = 0;
+        whenChanged(() => {
+            const changed = observer.takeRecords().map(({ target }) => target.outerHTML);
+            rounds += 1;
+            if (rounds > 1 && (changed.length === 0 || rounds > 10)) return done(changed);
+            document.body.append(document.createElement("i"));
+            document.body.lastChild.remove();
+        });
+    });
+    observer.disconnect();
+    const ask = window.requestAnimationFrame;
+    const frames = [];
+    window.requestAnimationFrame = work => {
+        const { stack } = new Error();
+        if (stack.includes("/web/")) frames.push(stack);
+        return ask(work);
+    };
+    for (let frame = 0; frame < 3; frame++) await new Promise(done => ask(done));
+    window.requestAnimationFrame = ask;
+    return { changes, frames };
+}"""
 UP = """() => window.__viserMutable.camera.quaternion.toArray()"""
 
 
@@ -263,3 +291,12 @@ def test_the_page_is_dark_where_the_browser_asks_for_it_until_somebody_chooses(
     page.wait_for_function(scheme, arg=["light"])
     screen.expect_cell_colours(live.colours(Look(theme=LIGHT)))
     page.emulate_media(color_scheme="light")
+
+
+def test_a_page_at_rest_does_nothing_by_itself(begin: Begin) -> None:
+    _, screen = begin()
+    done: dict[str, list[str]] = screen.page.evaluate(DONE_AT_REST)
+    # What is done after a change is no change, after which it would be done for ever.
+    assert done["changes"] == []
+    # A page that asks for frames is drawn, and drawing is dear where it is done in software.
+    assert done["frames"] == []

@@ -164,6 +164,19 @@ def test_a_run_of_another_way_is_not_taken_on() -> None:
     assert early.step == 900
 
 
+def test_a_run_is_not_taken_on_from_beyond_where_the_line_was_cut_and_a_command_given() -> None:
+    run = Run(SPEC, SEED)
+    past = line(run)
+    play(run, past, [], rest=2_000)
+    beyond = made(past, 1_500)
+    other = made(past, 1_000)
+    past.note(other)
+    play(other, past, [(0, SetParameter("learner.alpha", 0.4))], rest=2_000)
+    # Nothing had been done by hand in the run, so what was done on the line since could follow.
+    assert not past.take_on(beyond, 1_800)
+    assert (beyond.step, beyond.journal) == (1_500, [])
+
+
 def test_whatever_the_line_does_a_moment_is_one_of_it() -> None:
     """It is cut and goes another way, again and again, while others look at it."""
     run = Run(SPEC, SEED)

@@ -55,6 +55,13 @@ def small_experiment(text: str = SMALL, n_seeds: int | None = None) -> Experimen
 class LiveLab:
     """A session with its page, served by this process; paused until somebody plays."""
 
+    dpr = 0.5
+    """Pixels of the board's picture for each of the screen, in either direction.
+
+    A cell has some ten of the screen, so these are enough to be sure of its colour; and drawing,
+    which is done in software, takes about half as long as for all of them.
+    """
+
     def __init__(
         self,
         spec: RunSpec,
@@ -88,8 +95,8 @@ class LiveLab:
 
     @property
     def url(self) -> str:
-        """Address of the page, with one pixel of the screen for each pixel of the picture."""
-        return f"{self.lab.url}/?fixedDpr=1"
+        """Address of the page."""
+        return f"{self.lab.url}/?fixedDpr={self.dpr:g}"
 
     def ask(self, *requests: Request) -> Status:
         """The status in which all these requests have been answered, and all before them."""
