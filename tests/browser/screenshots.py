@@ -52,6 +52,9 @@ MOMENTS = {
     "filled": Moment(48_000, presents=True),
 }
 
+AUDIENCE = "audience"
+"""Picture of the page of an audience on a phone, of the same moment as that of the lab's page."""
+
 WALKS = ("past", "branches")
 """Pictures of the bar: at a past moment, and with branches."""
 WALKS_AT = 24_000
