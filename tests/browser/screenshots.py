@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from playwright.sync_api import ViewportSize, expect, sync_playwright
+from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
 from app.live.race import thesis_four
@@ -141,6 +141,18 @@ def show_time(screen: Screen, live: LiveLab, names: list[str]) -> None:
     screen.tell("live")
 
 
+def show_audience(browser: Browser, live: LiveLab) -> None:
+    """Take the picture of a page that looks on."""
+    if live.session.status.snapshot.trial < MOMENTS["phone"].trial:
+        live.go_to_trial(MOMENTS["phone"].trial)
+    assert live.audience is not None
+    page = browser.new_page(viewport=PHONE, device_scale_factor=2)
+    page.goto(live.audience.addresses[0])
+    page.wait_for_timeout(PAUSE_MS)
+    page.screenshot(path=FOLDER / f"{AUDIENCE}.png")
+    page.close()
+
+
 def show_race(screen: Screen, live: LiveLab) -> None:
     """Take the picture of the race."""
     live.ask(StartRace(thesis_four(presets.load, SEED), playing=False))
@@ -167,7 +179,9 @@ def main(names: list[str]) -> None:
     expect.set_options(timeout=PATIENCE_S * 1000)
     # The page names the folder of the results: as it is called where somebody starts the lab.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        live = LiveLab(presets.load("timed"), speed=20_000.0, results=Path("results"))
+        live = LiveLab(
+            presets.load("timed"), speed=20_000.0, results=Path("results"), audience=True
+        )
         live.dpr = 1.0
         try:
             with sync_playwright() as playwright:
@@ -187,6 +201,8 @@ def main(names: list[str]) -> None:
                         take(screen, name)
                         screen.page.keyboard.press("Escape")
                 screen.page.set_viewport_size(VIEWPORT)
+                if AUDIENCE in names:
+                    show_audience(browser, live)
                 if any(name in names for name in WALKS):
                     show_time(screen, live, names)
                 if RACE in names:
@@ -203,7 +219,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *WALKS, RACE, *RESULTS]
+    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:
