@@ -43,6 +43,8 @@ GREEDY_EVERY_TRIALS: Final = 2_000
 _SLICE_STEPS: Final = 200_000
 _BY_STEPS, _BY_TRIALS = 500, 300
 """Moments of a whole session that are looked at to find out how much changes."""
+_FEWEST: Final = 12
+"""Of one line."""
 _SHARES: Final = (0.25, 0.25, 0.5)
 """What trials, steps and changes weigh."""
 NOTHING: Final = Extras()
@@ -153,7 +155,11 @@ def stops_of(recorded: Recorded, most: int, tell: Tell = lambda _, __: None) -> 
     A line has its own alone, and before these those of the line that it branched off. What happened
     is among them even if that makes more than ``most``.
     """
-    looks = [_changes(recorded, line, tell) for line in recorded.lines]
+    lengths = [line.until_step - line.fork_step for line in recorded.lines]
+    looks = [
+        _changes(recorded, line, steps / max(sum(lengths), 1), tell)
+        for line, steps in zip(recorded.lines, lengths, strict=True)
+    ]
     total = [max(sum(float(look.added[:, i].sum()) for look in looks), 1e-12) for i in range(3)]
     weights = [look.added @ (np.array(_SHARES) / total) for look in looks]
     along = np.cumsum(np.concatenate([np.zeros(0), *weights]))
@@ -194,13 +200,15 @@ class _Looked(NamedTuple):
     """(moment - 1, 3) float64: trials, steps, and what changed on the board in between."""
 
 
-def _changes(recorded: Recorded, line: LineSeen, tell: Tell) -> _Looked:
+def _changes(recorded: Recorded, line: LineSeen, share: float, tell: Tell) -> _Looked:
+    """How much changed along a line that has a share of the steps of all."""
+    n_steps, n_trials = (max(round(n * share), _FEWEST) for n in (_BY_STEPS, _BY_TRIALS))
     past = recorded.pasts[line.number]
     first, last = past.trial_of_step(line.fork_step), past.trial_of_step(line.until_step)
-    by_trial = np.linspace(first, last, _BY_TRIALS).astype(np.int64)
+    by_trial = np.linspace(first, last, n_trials).astype(np.int64)
     steps = np.concatenate(
         [
-            np.linspace(line.fork_step, line.until_step, _BY_STEPS).astype(np.int64),
+            np.linspace(line.fork_step, line.until_step, n_steps).astype(np.int64),
             [past.step_of_trial(trial) for trial in by_trial.tolist()],
         ]
     )

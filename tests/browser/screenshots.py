@@ -10,16 +10,17 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from playwright.sync_api import ViewportSize, expect, sync_playwright
+from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
-from app.live.requests import Branch
+from app.live.race import thesis_four
+from app.live.requests import Branch, StartRace
 from app.schedule.blocks import blocks_of
 from app.schedule.edits import changed, moved, now_of
 from app.util.web_browser import find_chromium
 from learners.commands import SetSchedule
 from tests.support.browser import BROWSER_ARGS
-from tests.support.live import PATIENCE_S, LiveLab
+from tests.support.live import PATIENCE_S, SEED, LiveLab
 from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
@@ -51,6 +52,9 @@ MOMENTS = {
     "filled": Moment(48_000, presents=True),
 }
 
+AUDIENCE = "audience"
+"""Picture of the page of an audience on a phone, of the same moment as that of the lab's page."""
+
 WALKS = ("past", "branches")
 """Pictures of the bar: at a past moment, and with branches."""
 WALKS_AT = 24_000
@@ -58,6 +62,11 @@ WALKS_AT = 24_000
 PAST_TRIAL = 13_000
 FORK_TRIAL = 11_900
 BRANCH_TRIAL = 17_000
+
+
+RACE = "race"
+"""The picture of the thesis's four side by side."""
+RACE_STEPS = 1_000_000
 
 
 class Shown(NamedTuple):
@@ -132,13 +141,47 @@ def show_time(screen: Screen, live: LiveLab, names: list[str]) -> None:
     screen.tell("live")
 
 
+def show_audience(browser: Browser, live: LiveLab) -> None:
+    """Take the picture of a page that looks on."""
+    if live.session.status.snapshot.trial < MOMENTS["phone"].trial:
+        live.go_to_trial(MOMENTS["phone"].trial)
+    assert live.audience is not None
+    page = browser.new_page(viewport=PHONE, device_scale_factor=2)
+    page.goto(live.audience.addresses[0])
+    page.wait_for_timeout(PAUSE_MS)
+    page.screenshot(path=FOLDER / f"{AUDIENCE}.png")
+    page.close()
+
+
+def show_race(screen: Screen, live: LiveLab) -> None:
+    """Take the picture of the race."""
+    live.ask(StartRace(thesis_four(presets.load, SEED), playing=False))
+    race = live.session.race
+    assert race is not None
+    race.run_to(RACE_STEPS)
+    race.wait_for(lambda status: status.step == RACE_STEPS, PATIENCE_S)
+    for key in "cp":
+        screen.page.keyboard.press(key)
+    expect(screen.page.frame_locator("iframe.pounce-side").locator(".tile")).to_have_count(4)
+    # What is measured of each comes one after the other.
+    greedy = screen.page.frame_locator("iframe.pounce-side").locator(".tile .greedy b")
+    for place in range(4):
+        expect(greedy.nth(place)).not_to_have_text("\N{EN DASH}")
+    take(screen, RACE)
+    for _ in range(2):
+        screen.page.keyboard.press("Escape")
+    expect(screen.page.locator("iframe.pounce-side")).to_have_count(0)
+
+
 def main(names: list[str]) -> None:
     """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
     expect.set_options(timeout=PATIENCE_S * 1000)
     # The page names the folder of the results: as it is called where somebody starts the lab.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        live = LiveLab(presets.load("timed"), speed=20_000.0, results=Path("results"))
+        live = LiveLab(
+            presets.load("timed"), speed=20_000.0, results=Path("results"), audience=True
+        )
         live.dpr = 1.0
         try:
             with sync_playwright() as playwright:
@@ -158,8 +201,12 @@ def main(names: list[str]) -> None:
                         take(screen, name)
                         screen.page.keyboard.press("Escape")
                 screen.page.set_viewport_size(VIEWPORT)
+                if AUDIENCE in names:
+                    show_audience(browser, live)
                 if any(name in names for name in WALKS):
                     show_time(screen, live, names)
+                if RACE in names:
+                    show_race(screen, live)
                 for name, shown in RESULTS.items():
                     if name in names:
                         if live.session.status.snapshot.trial < BESIDE_TRIAL:
@@ -172,7 +219,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *WALKS, *RESULTS]
+    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:

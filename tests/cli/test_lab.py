@@ -328,6 +328,8 @@ def test_what_cannot_be_opened_is_refused(
     assert told(capsys).startswith(said(message))
     assert opened == []
     assert [*here.glob("pounce/sessions/*")] == []
+
+
 # --- Its audience --------------------------------------------------------------------------------
 
 
