@@ -11,6 +11,7 @@ PAGES: Final = (
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "docs/audience.md",
     "docs/commands.md",
     "docs/page.md",
     "docs/references.md",
