@@ -130,7 +130,8 @@ def is_on_this_machine(server: viser.ViserServer, client_id: int) -> bool:
     Behind a proxy on this machine all are.
     """
     # viser does not hand out its connections.
-    connection = server._websock_server._live_connections.get(client_id)
+    pages = server._websock_server  # pyright: ignore[reportPrivateUsage]
+    connection = pages._live_connections.get(client_id)  # pyright: ignore[reportPrivateUsage]
     if connection is None:
         return False
     remote, local = connection.remote_address, connection.local_address

@@ -10,11 +10,13 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from playwright.sync_api import ViewportSize, expect, sync_playwright
+from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
 from app.live.race import thesis_four
 from app.live.requests import Branch, StartRace
+from app.player.reel import recorded_run
+from app.player.replay_page import replay_page
 from app.schedule.blocks import blocks_of
 from app.schedule.edits import changed, moved, now_of
 from app.util.web_browser import find_chromium
@@ -57,6 +59,9 @@ AUDIENCE = "audience"
 
 WALKS = ("past", "branches")
 """Pictures of the bar: at a past moment, and with branches."""
+REPLAY = "replay"
+REPLAY_TRIAL = 16_500
+"""The end of the last exploration, which is in the table of what happened."""
 WALKS_AT = 24_000
 """Trial of the live run then, at least."""
 PAST_TRIAL = 13_000
@@ -141,6 +146,18 @@ def show_time(screen: Screen, live: LiveLab, names: list[str]) -> None:
     screen.tell("live")
 
 
+def show_audience(browser: Browser, live: LiveLab) -> None:
+    """Take the picture of a page that looks on."""
+    if live.session.status.snapshot.trial < MOMENTS["phone"].trial:
+        live.go_to_trial(MOMENTS["phone"].trial)
+    assert live.audience is not None
+    page = browser.new_page(viewport=PHONE, device_scale_factor=2)
+    page.goto(live.audience.addresses[0])
+    page.wait_for_timeout(PAUSE_MS)
+    page.screenshot(path=FOLDER / f"{AUDIENCE}.png")
+    page.close()
+
+
 def show_race(screen: Screen, live: LiveLab) -> None:
     """Take the picture of the race."""
     live.ask(StartRace(thesis_four(presets.load, SEED), playing=False))
@@ -161,13 +178,37 @@ def show_race(screen: Screen, live: LiveLab) -> None:
     expect(screen.page.locator("iframe.pounce-side")).to_have_count(0)
 
 
+def take_replay() -> None:
+    """Take the picture of a replay page, which needs no lab."""
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        path = Path(folder) / "replay.html"
+        path.write_text(replay_page(recorded_run(presets.load("timed"), "timed", 0)), "utf-8")
+        browser = playwright.chromium.launch(
+            executable_path=find_chromium(), args=list(BROWSER_ARGS)
+        )
+        page = browser.new_page(viewport=VIEWPORT)
+        page.goto(path.as_uri())
+        expect(page.locator("html")).to_have_attribute("data-ready", "")
+        page.locator(f'.events tr[data-step] button:text-is("{REPLAY_TRIAL:,}")').click()
+        page.mouse.move(0, 0)
+        page.wait_for_timeout(PAUSE_MS)
+        page.screenshot(path=FOLDER / "replay.png")
+        browser.close()
+
+
 def main(names: list[str]) -> None:
     """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
     expect.set_options(timeout=PATIENCE_S * 1000)
+    if REPLAY in names:
+        take_replay()
+    if names == [REPLAY]:
+        return
     # The page names the folder of the results: as it is called where somebody starts the lab.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        live = LiveLab(presets.load("timed"), speed=20_000.0, results=Path("results"))
+        live = LiveLab(
+            presets.load("timed"), speed=20_000.0, results=Path("results"), audience=True
+        )
         live.dpr = 1.0
         try:
             with sync_playwright() as playwright:
@@ -187,6 +228,8 @@ def main(names: list[str]) -> None:
                         take(screen, name)
                         screen.page.keyboard.press("Escape")
                 screen.page.set_viewport_size(VIEWPORT)
+                if AUDIENCE in names:
+                    show_audience(browser, live)
                 if any(name in names for name in WALKS):
                     show_time(screen, live, names)
                 if RACE in names:
@@ -203,7 +246,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *WALKS, RACE, *RESULTS]
+    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS, REPLAY]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:

@@ -85,8 +85,10 @@ class Scene:
 
     def show(self, after_s: float = 0.1) -> Presented | None:
         self.now_s += after_s
-        seen = {viewer: LIVE for viewer in self.viewers.values()}
-        self.presenting.show(seen, LIVE, lambda *_: Extras(), lambda line: (line, 7), self.now_s)
+        seen = dict.fromkeys(self.viewers.values(), LIVE)
+        self.presenting.show(
+            seen, LIVE, lambda *_: Extras(), lambda line: (line, 7), now_s=self.now_s
+        )
         return self.stand.shown[-1]
 
 

@@ -11,6 +11,7 @@ PAGES: Final = (
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "docs/audience.md",
     "docs/commands.md",
     "docs/page.md",
     "docs/references.md",
@@ -20,6 +21,10 @@ PAGES: Final = (
     "docs/sharing.md",
     "docs/speed.md",
     "docs/time.md",
+    "docs/side_by_side.md",
+    "docs/sharing.md",
+    "docs/replay_page.md",
+    "docs/audience.md",
     "presets/README.md",
     "presets/experiments/README.md",
 )
