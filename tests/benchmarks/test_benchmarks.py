@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import audience, beside, load, page, scrub, soak
+from benchmarks import audience, beside, load, page, scrub, side, soak
 from benchmarks.compare import (
     c_program,
     compare,
@@ -236,3 +236,14 @@ def test_memory_is_looked_at_while_people_walk_in_the_past(
     *minutes, grown = capsys.readouterr().out.splitlines()
     assert [line.partition(":")[0] for line in minutes] == ["minute 1", "minute 2"]
     assert grown.startswith("beside checkpoints, grown by ")
+
+
+@pytest.mark.browser
+def test_four_runs_are_shown_while_all_learn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(side, "TURN_S", 0.5)
+    told: list[str] = []
+    found = side.measure_side(1, told.append)
+    assert list(found) == ["boards", "shown_per_s", "steps_per_s", "learner_share"]
+    assert found["boards"] == 4
+    assert min(found.values()) > 0
+    assert told == ["opening the page", "counting: 1 of 1"]
