@@ -6,7 +6,6 @@ presenter's view comes first; all others together have a small share of one proc
 the less often the more of them there are.
 """
 
-import functools
 import logging
 import secrets
 import threading
@@ -23,11 +22,12 @@ from app.live.places import Place
 from app.live.status import Status
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.player.boards import world_key
 from app.player.presented import Presented
-from app.server.access import Access
 from app.server.origin import Authority
 from app.server.turnstile import Turnstile
 from app.server.watchers import Watcher, Watchers
+from sim.spec import WorldSpec
 
 BYTES_PER_S: Final = 4_200.0
 """What a watcher is sent in the long run while the learner goes on."""
@@ -46,9 +46,6 @@ OTHERS_SHARE: Final = 0.1
 _MOST_VIEWS: Final = 200
 """Views that are kept for those who look around."""
 _IDLE_S: Final = 1.0
-_MOST_GUESSES: Final = 1_000
-"""Wrong codes that one address may try in a minute: a class may have but one, and one of its
-members is not to keep the others out. So many are none of the 10**11 that there are."""
 
 log = logging.getLogger(__name__)
 
@@ -112,28 +109,31 @@ class Audience:
         Raises:
             OSError: the host is not an address of this machine, or the port is not free.
         """
-        self.code = code
+        self.code: str | None = code
+        self._addresses: tuple[str, ...] | None = None
         self._past = Rarely(past_of, self._wake)
         self._changed = threading.Event()
         self._closed = False
         self._live: Status | None = None
         self._presented: Presented | None = None
         self._views: dict[Seen, _View] = {}
+        self._worlds: dict[str, bytes] = {}
+        """What is sent of worlds, by their keys."""
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        access = None if code is None else Access(code, max_guesses=_MOST_GUESSES)
         options = {} if most is None else {"most": most}
-        self.watchers = Watchers(
-            host, port, Wish, self._wake, names=names, access=access, **options
-        )
+        self.watchers = Watchers(host, port, Wish, self._wake, names=names, code=code, **options)
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
         self._thread.start()
 
-    @functools.cached_property
+    @property
     def addresses(self) -> tuple[str, ...]:
         """Addresses to open, that on this machine first."""
-        return self.watchers.addresses
+        if self._addresses is None:
+            # They are tried, which takes a while.
+            self._addresses = self.watchers.addresses
+        return self._addresses
 
     @property
     def n_watchers(self) -> int:
@@ -295,7 +295,7 @@ class Audience:
         of = (status.snapshot, look, extras.success, extras.since, status.playing)
         if not _are_same(of, view.ground_of):
             view.ground_of = of
-            view.parts["world"] = pictures.world_part(status.snapshot.spec.world)
+            view.parts["world"] = self._world_part(status.snapshot.spec.world)
             view.parts["ground"] = pictures.ground_part(status, look, extras)
         if not _are_same(of, view.over_of) and (asked or now_s - view.over_s >= _OVER_S):
             view.over_of, view.over_s = of, now_s
@@ -307,6 +307,14 @@ class Audience:
         if presented.bar is not None and now_s - view.bar_s >= (_BAR_ASKED_S if asked else _BAR_S):
             view.bar_s = now_s
             view.parts["bar"] = part("bar", {"bar": presented.bar})
+
+    def _world_part(self, world: WorldSpec) -> bytes:
+        key = world_key(world)
+        if key not in self._worlds:
+            # There is one at a time, or two where somebody looks at another moment.
+            self._worlds = dict(list(self._worlds.items())[-1:])
+            self._worlds[key] = pictures.world_part(world)
+        return self._worlds[key]
 
     def _around(
         self,

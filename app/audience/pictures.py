@@ -6,7 +6,6 @@ here knows who watches, or when.
 
 import zlib
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
 from typing import Any, Final
 
 import msgspec
@@ -53,7 +52,6 @@ def letter_of(parts: Iterable[bytes]) -> bytes:
     return zlib.compress(b"[" + b",".join(parts) + b"]", _LEVEL)
 
 
-@lru_cache(maxsize=4)
 def world_part(world: WorldSpec) -> bytes:
     """The world, which pages keep."""
     return part("world", {"world": world_sent(world)})

@@ -84,6 +84,12 @@ def leaders(snapshots: Sequence[Snapshot], step: int) -> tuple[int, ...]:
     return tuple(sorted(lead, key=lambda place: -rewards[place]))
 
 
+def ahead_of_others(snapshots: Sequence[Snapshot], step: int) -> tuple[int, ...]:
+    """Those that lead, where there are others that do not; the arguments are those of `leaders`."""
+    lead = leaders(snapshots, step)
+    return lead if len(lead) < len(_compared(snapshots, step)) else ()
+
+
 def _compared(snapshots: Sequence[Snapshot], step: int) -> list[int]:
     return [
         place

@@ -8,6 +8,7 @@ and the lines before it were given.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Final
 
 from app import __version__
@@ -16,7 +17,7 @@ from app.live.kept import name_of_file
 from app.live.lines import FIRST_RUN, MOST_CHARACTERS, Family, Line, one_line
 from app.live.places import Mark, Place
 from app.live.records import Began, Branched, Gave, Marked, NamedLine, Record, Stood, WentLive
-from app.live.shared import MOST_BYTES, MOST_STEPS
+from app.live.shared import MOST_STEPS, read_shared
 from app.live.written import Header, SessionError, whole
 from learners.kernel.state import digest
 from learners.run import Run
@@ -54,13 +55,11 @@ def excerpt(family: Family, line: int | None) -> Excerpt:
     now = datetime.now(UTC)
     header = Header(__version__, began.preset, began.seed, now.isoformat(timespec="seconds"))
     data = whole(header, records)
-    if len(data) > MOST_BYTES:
-        raise SessionError(
-            f"it has {len(data):,} bytes; allowed: up to {MOST_BYTES:,}, which is some thousand"
-            " commands"
-        )
+    file_name = name_of_file(header, now)
+    # What others would refuse is not to be sent to them.
+    read_shared(Path(file_name), data)
     end_trial = (family.live if line is None else family.line(line)).past.end_trial
-    return Excerpt(name_of_file(header, now), data, len(stood), end_trial)
+    return Excerpt(file_name, data, len(stood), end_trial)
 
 
 def _of_line(family: Family, line: Line) -> Iterator[Record]:

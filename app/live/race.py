@@ -14,13 +14,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
-from app.live import snapshot
 from app.live.past import Budget, Past
 from app.live.racer import Entry, RaceMoments, Racer, Stand
 from app.live.snapshot import Snapshot
 from app.live.worker import FULL_SPEED, Reply, Worker
 from learners.commands import CommandError
-from learners.kernel.state import digest
 from learners.spec import RunSpec
 
 FEWEST: Final = 2
@@ -75,10 +73,8 @@ def thesis_four(spec_of: Callable[[str], RunSpec], seed: int) -> tuple[Entry, ..
 
 def common_starts(entries: Sequence[Entry]) -> bool:
     """Whether trials of the same number start alike for all of them."""
-    first = entries[0]
-    return all(
-        entry.seed == first.seed and entry.spec.world == first.spec.world for entry in entries
-    )
+    worlds = [(entry.seed, entry.spec.world) for entry in entries]
+    return len({(seed, world.size, world.start_radius) for seed, world in worlds}) == 1
 
 
 def _no_line(line: int) -> None:
@@ -107,7 +103,10 @@ class _Heed(NamedTuple):
 
 _Asked = _Play | _Pause | _RunTo | _SetSpeed | _Heed
 
-_PUBLISH_S: Final = 1 / 30
+_PUBLISH_S: Final = 1 / 33
+_SLICE_S: Final = 0.008
+"""Of all together. Whose turn it is finds its tables gone from the cache, so short ones cost much;
+with what is published in between, they leave time for 25 pictures a second."""
 _CURVE_S: Final = 0.4
 
 
@@ -135,7 +134,7 @@ class Race(Worker[RaceStatus]):
             CommandError: there are too few entries, or too many; two have one name; a line is not
                 here; or a seed is not allowed.
         """
-        super().__init__("race", _PUBLISH_S)
+        super().__init__("race", _PUBLISH_S, _SLICE_S)
         _check(entries)
         self._past_of = past_of
         self._racers = [self._racer(entry, budget) for entry in entries]
@@ -146,6 +145,7 @@ class Race(Worker[RaceStatus]):
         self._step = 0
         self._advancing: Racer | None = None
         self._curve_at_s = float("-inf")
+        self._closing = False
         self._status = self._take_status(0.0)
         self.paused_live: int | None = None
         """Trial in which the live run has been made to stand still for it; None if it did already.
@@ -193,6 +193,7 @@ class Race(Worker[RaceStatus]):
 
     def close(self) -> None:
         """End the race, and wait for that."""
+        self._closing = True
         self.stop()
         self.moments.stop()
         for racer in self._racers:
@@ -217,7 +218,7 @@ class Race(Worker[RaceStatus]):
             goal += steps if self._runs_to is None else min(steps, self._runs_to - before)
         for racer in self._racers:
             self._advancing = racer
-            racer.go_to(goal, lambda: not self._stopping)
+            racer.go_to(goal, lambda: not self._closing)
         self._advancing = None
         self._preparing = False
         self._step = max(racer.run.step for racer in self._racers)
@@ -267,7 +268,7 @@ class Race(Worker[RaceStatus]):
         new_curve = aim is None or now_s - self._curve_at_s >= _CURVE_S
         if new_curve:
             self._curve_at_s = now_s
-        snapshots = tuple(self._seen(racer, new_curve) for racer in self._racers)
+        snapshots = tuple(racer.seen(self._step, new_curve) for racer in self._racers)
         rests = aim is None
         return RaceStatus(
             entries=tuple(racer.entry for racer in self._racers),
@@ -281,7 +282,7 @@ class Race(Worker[RaceStatus]):
             speed=self._speed,
             steps_per_s=0.0 if rests else self._pace.rate(),
             runs_to=self._runs_to,
-            digests=tuple(digest(racer.run.state) for racer in self._racers) if rests else (),
+            digests=tuple(racer.digest() for racer in self._racers) if rests else (),
             common_starts=self._common_starts,
             preparing=self._preparing and self._playing,
             answered=self._answered,
@@ -316,16 +317,6 @@ class Race(Worker[RaceStatus]):
         for racer in self._racers:
             if racer.entry.line is not None:
                 racer.is_gone = self._past_of(racer.entry.line) is not racer.past
-
-    def _seen(self, racer: Racer, new_curve: bool) -> Snapshot:
-        former, run = racer.snapshot, racer.run
-        # One that stands at its end is as it was, but for the width of its curve's windows.
-        is_same = former is not None and (former.step, former.control) == (run.step, run.control)
-        if former is None or not is_same or new_curve:
-            racer.snapshot = former = snapshot.take(
-                run, racer.entry.preset, racer.number, former, new_curve, self._step
-            )
-        return former
 
 
 def _check(entries: Sequence[Entry]) -> None:

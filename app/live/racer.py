@@ -5,11 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from app.live import snapshot
 from app.live.moments import moment_at
 from app.live.past import Budget, Past
 from app.live.places import Place
-from app.live.snapshot import Snapshot
+from app.live.snapshot import Snapshot, curve_window
 from app.live.wishes import Wishes
+from learners.control import Control
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
 
@@ -53,13 +56,16 @@ class Racer:
         self.number = next(_numbers) if entry.line is None else entry.line
         self.is_gone = False
         """Whether its line is not in the tree any more."""
-        self.snapshot: Snapshot | None = None
+        self._snapshot: Snapshot | None = None
         """The last one that was taken."""
+        self._curve_of = (-1, 0)
+        """Step at which its curve was made, and how wide the windows were."""
+        self._digested: tuple[Run | None, int, Control | None, str] = (None, 0, None, "")
         if past is None:
             self.run = Run(entry.spec, entry.seed)
             self.past = Past(self.run, budget)
         else:
-            beginning = past.run_at(0)
+            beginning = past.run_at(0, quietly=True)
             assert beginning is not None
             self.run, self.past = beginning, past
 
@@ -91,6 +97,31 @@ class Racer:
         if self.is_gone:
             return "gone"
         return "known" if self.follows else "finished"
+
+    def seen(self, step: int, new_curve: bool) -> Snapshot:
+        """What it looks like: the same object as long as nothing is to be seen that is other.
+
+        Args:
+            step: of the race, by which the windows of its curve are chosen.
+            new_curve: whether the curve is to be as new as the rest.
+        """
+        former, run, curve_of = self._snapshot, self.run, (self.run.step, curve_window(step))
+        is_there = former is not None and former.step == run.step and former.control is run.control
+        if former is None or not is_there or (new_curve and self._curve_of != curve_of):
+            preset = self.entry.preset
+            former = snapshot.take(run, preset, self.number, former, new_curve, step)
+            self._snapshot = former
+            if new_curve:
+                self._curve_of = curve_of
+        return former
+
+    def digest(self) -> str:
+        """Digest of its tables, made anew only if they can be others."""
+        run, step, control, found = self._digested
+        if run is not self.run or step != self.run.step or control is not self.run.control:
+            found = digest(self.run.state)
+            self._digested = (self.run, self.run.step, self.run.control, found)
+        return found
 
     def go_to(self, step: int, is_wanted: Callable[[], bool]) -> None:
         """Stand at a step, or at its end if that comes before."""

@@ -351,7 +351,7 @@ class Session(Worker[Status]):
         former, held = self.race, self._held()
         if held.is_learning:
             race.paused_live = held.run.trial
-        elif former is not None:
+        elif former is not None and former.paused_live == held.run.trial:
             race.paused_live = former.paused_live
         held.pause()
         self._end_race()

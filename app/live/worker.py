@@ -44,7 +44,9 @@ Reply = Callable[[str], None]
 class Pace:
     """How many steps are to be made now, and how many were made in the last second."""
 
-    def __init__(self) -> None:
+    def __init__(self, slice_s: float = SLICE_S) -> None:
+        """Prepare it; a slice is to take about so long."""
+        self._slice_s = slice_s
         self._slice_steps = 1_000
         self._made = 0
         self.restart()
@@ -76,7 +78,7 @@ class Pace:
         self._made += made
         self._made_at.append((time.perf_counter(), self._made))
         if made == self._slice_steps and took_s > 0:
-            wanted = made * SLICE_S / took_s
+            wanted = made * self._slice_s / took_s
             self._slice_steps = int(min(max(wanted, self._slice_steps / 2, 1), made * 2))
 
     def rate(self) -> float:
@@ -108,12 +110,15 @@ class Worker(ABC, Generic[Stand]):
 
     _status: Stand
 
-    def __init__(self, name: str = "learner", publish_s: float = _PUBLISH_S) -> None:
+    def __init__(
+        self, name: str = "learner", publish_s: float = _PUBLISH_S, slice_s: float = SLICE_S
+    ) -> None:
         """Prepare it.
 
         Args:
             name: of the thread.
             publish_s: how long it may go on before how it stands is published anew.
+            slice_s: how long it may be deaf to requests.
         """
         self._publish_s = publish_s
         self._requests: queue.SimpleQueue[_Envelope | None] = queue.SimpleQueue()
@@ -125,7 +130,7 @@ class Worker(ABC, Generic[Stand]):
         self._stopping = False
         self._preparing = True
         """Whether no step has been made yet: the first one compiles."""
-        self._pace = Pace()
+        self._pace = Pace(slice_s)
         self._published_at = -math.inf
         self._on_answer: Callable[[], object] = lambda: None
         self._told = 0

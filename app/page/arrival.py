@@ -118,9 +118,17 @@ class Arrival:
             return
         self._is_busy = True
         tell(self._client, "Opening", "The session is being made again …", auto_close_seconds=60.0)
-        make = partial(_made, written, self._session, self._folder)
+        make = partial(self._make, written)
         then = partial(self._tell, written)
         take_up(self._client, self._session, self._submit, self._work, make, then)
+
+    def _make(self, written: Written, first_number: int) -> Taken | str:
+        try:
+            return _made(written, self._session, self._folder, first_number)
+        except BaseException:
+            # The page is told of it, and may try another one.
+            self._is_busy = False
+            raise
 
     def _tell(self, written: Written, found: Taken | str) -> None:
         self._is_busy = False

@@ -40,7 +40,6 @@ from app.results.service import Service
 from app.server.calls import Calls
 from app.server.channels import Channels
 from app.server.links import Links
-from app.server.origin import is_loopback
 from app.server.pulse import Pulse
 
 
@@ -147,10 +146,7 @@ class Browser:
                 shared.offer_preset,
                 shared.save_dir,
             )
-            host = shared.server.get_host()
-            self._share = Share(
-                client, shared.session, shared.status_of, inbox.work, arrival, is_loopback(host)
-            )
+            self._share = Share(client, shared.session, shared.status_of, inbox.work, arrival)
             Export(client, shared.session, self._on_board, inbox.work)
             if shared.sessions is not None:
                 Earlier(

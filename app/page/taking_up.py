@@ -1,7 +1,7 @@
 """Taking up a session that is made again, be it one that was kept here or one from elsewhere."""
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -54,25 +54,23 @@ def take_up(
         if isinstance(found, str):
             then(found)
             return
-        remade, journal, is_shared = found
-
-        def refused(reason: str) -> None:
-            if journal is not None:
-                journal.close()
-            # The learner tells it, and the loop alone changes widgets.
-            work(client, lambda: reason, then)
-
-        kept = None if journal is None else Renumbered(journal, first_number)
-        submit(TakeUp(remade.made, kept, is_shared), refused)
-        live = remade.made.family.live.number
-        work(client, partial(_is_shown, session, live), lambda shown: shown and then(found))
+        reasons: list[str] = []
+        kept = None if found.journal is None else Renumbered(found.journal, first_number)
+        submit(TakeUp(found.remade.made, kept, found.is_shared), reasons.append)
+        work(client, partial(_answered, session, found, reasons), then)
 
     work(client, partial(make, first_number), made)
 
 
-def _is_shown(session: Session, run: int) -> bool:
-    """Wait until a run is live, and the session before it therefore closed."""
+def _answered(session: Session, found: Taken, reasons: Sequence[str]) -> Taken | str:
+    """Wait until what was made is on the board, and what was there closed; or is refused."""
+    live = found.remade.made.family.live.number
     with contextlib.suppress(TimeoutError):
-        session.wait_for(lambda status: status.snapshot.generation == run, _PATIENCE_S)
-        return True
-    return False
+        session.wait_for(
+            lambda status: bool(reasons) or status.snapshot.generation == live, _PATIENCE_S
+        )
+    if not reasons:
+        return found
+    if found.journal is not None:
+        found.journal.close()
+    return reasons[0]

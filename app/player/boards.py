@@ -192,7 +192,7 @@ def _hunt(snapshot: Snapshot, look: Look, shown: int, rests: bool, named: bool) 
     sent["predator"] = _numbers(path[-1], world)
     if look.trail:
         sent["trail"] = _numbers(path, world)
-    if way.outcome in OUTCOME_SHAPES:
+    if way.outcome is not None and way.outcome in OUTCOME_SHAPES:
         colour = css(theme.of_outcome(way.outcome))
         sent["ended"] = {"shape": OUTCOME_SHAPES[way.outcome], "colour": colour}
     tags = names_of(world, look, way, path[-1], shown) if named else end_of(way, path[-1])

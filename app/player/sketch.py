@@ -61,7 +61,7 @@ class _Place(NamedTuple):
         return self.to(low, low + self.size)
 
     def width(self, width: float) -> float:
-        return max(width * min(max(self.side / _WIDTHS_FOR, 0.4), 1.6), 0.6)
+        return max(width * min(max(self.side / _WIDTHS_FOR, 0.5), 1.6), 0.9)
 
 
 def sketch(
@@ -88,10 +88,15 @@ def sketch(
         if line.get("arrows"):
             ways += [_wings(way) for way in ways]
         yield Lines(ways, line["colour"], whole.width(line["width"]))
-    for number, place in enumerate(places):
-        yield from _prey(board, world, place, number if board["tiles"] else None)
+    tiles = [number if board["tiles"] else None for number in range(len(places))]
+    for tile, place in zip(tiles, places, strict=True):
+        yield from _border(board, world, place, tile)
     if board["hunt"] is not None:
-        yield from _hunt(board, whole)
+        yield from _ends(board, whole)
+    for tile, place in zip(tiles, places, strict=True):
+        yield from _prey(board, place, tile)
+    if board["hunt"] is not None:
+        yield from _predator(board, whole)
     for label in board["labels"]:
         height = _TILE_LABEL if board["tiles"] else _LABEL
         yield from _word(board["theme"], whole, label, height)
@@ -176,9 +181,15 @@ def _arc(place: _Place, radius: float, first: float, last: float) -> list[tuple[
     return [place.to(radius * math.cos(a), radius * math.sin(a)) for a in angles.tolist()]
 
 
-def _prey(
+def _heading(board: Mapping[str, Any], tile: int | None) -> int | None:
+    """Where the prey looks; None where that does not matter."""
+    return board["prey"] if tile is None or board["prey"] is None else tile
+
+
+def _border(
     board: Mapping[str, Any], world: Mapping[str, Any], place: _Place, tile: int | None
 ) -> Iterator[Shape]:
+    """The border of a board, and what the prey sees."""
     theme = board["theme"]
     if board["round"]:
         border: Points = _arc(place, world["rim"], 0.0, 2 * math.pi)
@@ -187,15 +198,21 @@ def _prey(
         right, bottom = left + side, top + side
         border = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)]
     yield Lines([border], theme["border"], place.width(_BORDER))
-    heading = board["prey"] if tile is None or board["prey"] is None else tile
-    angle = (heading or 0) * math.pi / 4
+    heading = _heading(board, tile)
     if heading is not None and board["sees"]:
+        angle = heading * math.pi / 4
         half = _arc(place, world["field"], angle - math.pi / 2, angle + math.pi / 2)
         yield Lines([[*half, half[0]]], theme["field"], place.width(_FIELD))
-    yield Disc(place.x, place.y, _PREY * place.unit, theme["prey"])
+
+
+def _prey(board: Mapping[str, Any], place: _Place, tile: int | None) -> Iterator[Shape]:
+    """The prey, and where it looks; both larger in a tile, which is small."""
+    theme, heading = board["theme"], _heading(board, tile)
+    long = (1 if tile is None else 2) * place.unit
+    yield Disc(place.x, place.y, _PREY * long, theme["prey"])
     if heading is None:
         return
-    long = (1 if tile is None else 2) * place.unit
+    angle = heading * math.pi / 4
 
     def turned(ahead: float, left: float) -> tuple[float, float]:
         cos, sin = math.cos(angle), math.sin(angle)
@@ -209,7 +226,8 @@ def _prey(
     yield Lines([shaft, head], theme["prey"], place.width(_ARROW))
 
 
-def _hunt(board: Mapping[str, Any], place: _Place) -> Iterator[Shape]:
+def _ends(board: Mapping[str, Any], place: _Place) -> Iterator[Shape]:
+    """The way of the predator, and where the last trials ended."""
     hunt, theme, unit = board["hunt"], board["theme"], place.unit
     trail, ended = place.way(hunt["trail"]), hunt.get("ended")
     last = len(trail) - 1
@@ -223,6 +241,11 @@ def _hunt(board: Mapping[str, Any], place: _Place) -> Iterator[Shape]:
         yield Disc(*place.to(east, north), _END * _RIM * unit, theme["unknown"])
     for east, north, shape, colour in hunt["ends"]:
         yield _dot(*place.to(east, north), _END * unit, shape, colour)
+
+
+def _predator(board: Mapping[str, Any], place: _Place) -> Iterator[Shape]:
+    hunt, theme, unit = board["hunt"], board["theme"], place.unit
+    ended = hunt.get("ended")
     if hunt["predator"] is None:
         return
     x, y = place.to(*hunt["predator"])
@@ -255,9 +278,9 @@ def _word(
     text, east, north = label
     if not text:
         return
-    size = max(height * place.unit * 0.72, 9.0)
+    size = max(height * place.unit * 0.95, 9.5)
     x, y = place.to(east, north)
-    wide, high = width_of(text, size) + size * 0.7, size * 1.35
+    wide, high = width_of(text, size) + size * 0.4, size * 1.15
     patch = x - wide / 2, y - high / 2, wide, high
-    yield Box(*patch, theme["unknown"], opacity=0.88, radius=size * 0.3)
+    yield Box(*patch, theme["unknown"], opacity=0.88, radius=size * 0.2)
     yield Words(x, y + size * 0.35, text, size, theme["ink"], anchor="middle")

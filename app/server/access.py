@@ -12,7 +12,7 @@ import secrets
 import time
 from collections import OrderedDict
 from http import HTTPStatus
-from typing import Final
+from typing import Final, NamedTuple
 from urllib.parse import parse_qsl, quote_plus
 
 from websockets.datastructures import Headers
@@ -66,12 +66,27 @@ def is_token(text: str) -> bool:
     return _TOKEN.fullmatch(text) is not None
 
 
+class Words(NamedTuple):
+    """How a token is asked for."""
+
+    name: str
+    without: Refusal
+    wrong: Refusal
+    hidden: bool = True
+    """Whether nobody is to see it who sees how it is typed."""
+
+
+_TOKEN_WORDS: Final = Words("Token", WITHOUT_TOKEN, _WRONG_TOKEN)
+
+
 class Access:
     """Asks each request for the token."""
 
-    def __init__(self, token: str, max_guesses: int = MAX_GUESSES) -> None:
+    def __init__(
+        self, token: str, max_guesses: int = MAX_GUESSES, words: Words = _TOKEN_WORDS
+    ) -> None:
         """One address may try so many wrong tokens in `WINDOW_S`."""
-        self._token = token
+        self._token, self._words = token, words
         self._cookie = new_token()
         """Not the token: that may be one that somebody chose, and guesses at cookies are free."""
         self._ticket: str | None = None
@@ -109,9 +124,9 @@ class Access:
     def refusal(self, request: Request, address: str) -> Refusal:
         """What a request is told that has neither."""
         if "token" not in dict(questions_of(request)):
-            return WITHOUT_TOKEN
+            return self._words.without
         log.warning("refused a wrong token from %s", address)
-        return _TOO_MANY if self._guesses.are_too_many(address) else _WRONG_TOKEN
+        return _TOO_MANY if self._guesses.are_too_many(address) else self._words.wrong
 
     def welcome(self, request: Request, port: int) -> Response:
         """Hand out the cookie, and lead to the same page without the token in its address.
@@ -127,18 +142,19 @@ class Access:
         headers["Set-Cookie"] = cookie
         return response(b"", headers, HTTPStatus.SEE_OTHER)
 
-
-def token_form(request: Request) -> str:
-    """HTML that asks for the token; all else that is in the address stays in it."""
-    kept = "".join(
-        f'<input type="hidden" name="{escaped(name)}" value="{escaped(value)}" />'
-        for name, value in questions_of(request)
-        if name != "token"
-    )
-    return (
-        f'<form method="get"><p><label>Token <input type="password" name="token" required'
-        f' autocomplete="off" autofocus /></label> {kept}<button>Enter</button></p></form>'
-    )
+    def form(self, request: Request) -> str:
+        """HTML that asks for the token; all else that is in the address stays in it."""
+        kept = "".join(
+            f'<input type="hidden" name="{escaped(name)}" value="{escaped(value)}" />'
+            for name, value in questions_of(request)
+            if name != "token"
+        )
+        kind = "password" if self._words.hidden else "text"
+        return (
+            f'<form method="get"><p><label>{escaped(self._words.name)} <input type="{kind}"'
+            ' name="token" required autocomplete="off" autocapitalize="none" spellcheck="false"'
+            f" autofocus /></label> {kept}<button>Enter</button></p></form>"
+        )
 
 
 class _Guesses:

@@ -12,7 +12,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from app.server import channels, links, web_files
-from app.server.access import WITHOUT_TOKEN, Access, questions_of, token_form
+from app.server.access import WITHOUT_TOKEN, Access, questions_of
 from app.server.callbacks import told_to
 from app.server.calls import called_words, is_call
 from app.server.channels import Channels, is_of_channel, is_socket
@@ -114,7 +114,7 @@ class Door:
                     return self._access.welcome(request, self._port)
             elif not self._access.knows(request, self._port):
                 refusal = self._access.refusal(request, address)
-                return refuse(connection, request, refusal, token_form(request))
+                return refuse(connection, request, refusal, self._access.form(request))
         if is_link(request):
             return self._answer_link(connection, request)
         if is_call(request):

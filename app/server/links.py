@@ -53,6 +53,9 @@ class Links:
         self._codes: OrderedDict[str, str] = OrderedDict()
         self._lock = threading.Lock()
 
+    def __len__(self) -> int:
+        return len(self._codes)
+
     def keep(self, code: str) -> str:
         """Keep what a link holds; returns its ticket, which is good for once."""
         ticket = secrets.token_urlsafe(12)

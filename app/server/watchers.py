@@ -12,8 +12,9 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from http import HTTPStatus
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import msgspec
 from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
@@ -23,7 +24,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from app.server import web_files
-from app.server.access import Access, token_form
+from app.server.access import Access, Words
 from app.server.addresses import answering_addresses
 from app.server.connections import HANDSHAKE_S, room_for, tell_of_error
 from app.server.door import stranger
@@ -71,6 +72,18 @@ _REFUSAL_POLICY: Final = (
 )
 """What a refusal is has no scripts, and its style in it."""
 _NOT_FOUND: Final = Refusal(HTTPStatus.NOT_FOUND, "Nothing is here. The page of the audience is /.")
+_CODE: Final = Words(
+    "Code",
+    Refusal(
+        HTTPStatus.UNAUTHORIZED,
+        "This page asks for a code, which the presenter shows. Load it again to enter the code.",
+    ),
+    Refusal(HTTPStatus.UNAUTHORIZED, "That is not the code which the presenter shows."),
+    hidden=False,
+)
+_MOST_GUESSES: Final = 1_000
+"""Wrong codes that one address may try in a minute: a class may have but one, and one of its
+members is not to keep the others out. So many are none of the 10**11 that there are."""
 _FULL: Final = Refusal(HTTPStatus.SERVICE_UNAVAILABLE, "Too many look already.")
 
 log = logging.getLogger(__name__)
@@ -86,7 +99,8 @@ class Watcher:
         """For whoever sends: what this one has been sent last, of each kind."""
         self.n_dropped = 0
         """Messages that were no wish."""
-        self._connection = connection
+        self.connection = connection
+        """Only for the thread of the port."""
         self._unanswered = 0
 
     @property
@@ -94,14 +108,14 @@ class Watcher:
         """Whether it has taken in what it was sent, or nearly so."""
         return self._unanswered < MOST_UNANSWERED
 
-    def _sent(self) -> None:
-        """A message is on its way to it; count until it has been taken in."""
+    def note_sent(self) -> None:
+        """A message is on its way to it: it counts until it has been taken in."""
         self._unanswered += 1
         asyncio.get_running_loop().create_task(self._wait())
 
     async def _wait(self) -> None:
         with contextlib.suppress(ConnectionClosed):
-            await (await self._connection.ping())
+            await (await self.connection.ping())
         self._unanswered -= 1
 
 
@@ -161,7 +175,7 @@ class Watchers:
         changed: Callable[[], object],
         *,
         names: Sequence[Authority] = (),
-        access: Access | None = None,
+        code: str | None = None,
         most: int = MOST_WATCHERS,
     ) -> None:
         """Listen at once.
@@ -174,13 +188,13 @@ class Watchers:
             changed: called on the event loop when somebody has come, gone or wished; it must
                 return at once.
             names: under which the port is reached besides.
-            access: asks for the token, if one is wanted.
+            code: without which nobody is let in; None if whoever comes is.
             most: so many may look.
 
         Raises:
             OSError: the host is not an address of this machine, or the port is not free.
         """
-        self.access = access
+        self.access = None if code is None else Access(code, _MOST_GUESSES, _CODE)
         self._host = "127.0.0.1" if host == "localhost" else host
         self._names = Names(self._host, names)
         self._decoder = msgspec.json.Decoder(wish)
@@ -233,7 +247,7 @@ class Watchers:
             sock=self._socket,
             process_request=self._answer,
             process_response=_harden,
-            create_connection=lambda *args, **options: _Connection(*args, crowd=crowd, **options),
+            create_connection=cast("type[_Connection]", partial(_Connection, crowd=crowd)),
             open_timeout=HANDSHAKE_S,
             close_timeout=_CLOSE_S,
             compression=None,
@@ -260,9 +274,9 @@ class Watchers:
     def _send(self, letters: Sequence[tuple[bytes, Sequence[Watcher]]]) -> None:
         for letter, watchers in letters:
             there = [watcher for watcher in watchers if watcher in self._watchers]
-            broadcast([watcher._connection for watcher in there], letter, text=False)
+            broadcast([watcher.connection for watcher in there], letter, text=False)
             for watcher in there:
-                watcher._sent()
+                watcher.note_sent()
 
     async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         wait_s = self._requests.wait_s(self._loop.time())
@@ -281,7 +295,7 @@ class Watchers:
                 if web_files.is_page(request):
                     return self.access.welcome(request, self.port)
             elif not self.access.knows(request, self.port):
-                refusal, form = self.access.refusal(request, address), token_form(request)
+                refusal, form = self.access.refusal(request, address), self.access.form(request)
         if web_files.path_of(request) == _ASKS_WHY:
             full = _FULL if len(self._watchers) >= self._most else None
             words = "" if (why := refusal or full) is None else why.words

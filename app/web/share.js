@@ -26,6 +26,9 @@ const copyByHand = (text) => {
   return isCopied;
 };
 
+/** Whether the page was reached at an address that is another machine for others. */
+const isOnlyHere = /^(localhost|127\..*|\[::1\])$/.test(location.hostname);
+
 /** @param {string} text */
 const copy = async (text) => {
   try {
@@ -40,6 +43,8 @@ const copyLinks = () => {
   for (const made of document.querySelectorAll("[data-copy-link]")) {
     const link = made.querySelector("a");
     const status = made.querySelector("[role=status]");
+    for (const text of /** @type {NodeListOf<HTMLElement>} */ (made.querySelectorAll("[data-where]")))
+      text.hidden = (text.dataset.where === "here") !== isOnlyHere;
     if (!link || !status) continue;
     const key = `${made.getAttribute("data-copy-link")} ${link.href}`;
     const said = done.get(key);

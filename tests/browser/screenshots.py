@@ -13,7 +13,8 @@ from typing import NamedTuple
 from playwright.sync_api import ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
-from app.live.requests import Branch
+from app.live.race import thesis_four
+from app.live.requests import Branch, StartRace
 from app.player.reel import recorded_run
 from app.player.replay_page import replay_page
 from app.schedule.blocks import blocks_of
@@ -21,7 +22,7 @@ from app.schedule.edits import changed, moved, now_of
 from app.util.web_browser import find_chromium
 from learners.commands import SetSchedule
 from tests.support.browser import BROWSER_ARGS
-from tests.support.live import PATIENCE_S, LiveLab
+from tests.support.live import PATIENCE_S, SEED, LiveLab
 from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
@@ -53,6 +54,9 @@ MOMENTS = {
     "filled": Moment(48_000, presents=True),
 }
 
+AUDIENCE = "audience"
+"""Picture of the page of an audience on a phone, of the same moment as that of the lab's page."""
+
 WALKS = ("past", "branches")
 """Pictures of the bar: at a past moment, and with branches."""
 REPLAY = "replay"
@@ -63,6 +67,11 @@ WALKS_AT = 24_000
 PAST_TRIAL = 13_000
 FORK_TRIAL = 11_900
 BRANCH_TRIAL = 17_000
+
+
+RACE = "race"
+"""The picture of the thesis's four side by side."""
+RACE_STEPS = 1_000_000
 
 
 class Shown(NamedTuple):
@@ -155,6 +164,26 @@ def take_replay() -> None:
         browser.close()
 
 
+def show_race(screen: Screen, live: LiveLab) -> None:
+    """Take the picture of the race."""
+    live.ask(StartRace(thesis_four(presets.load, SEED), playing=False))
+    race = live.session.race
+    assert race is not None
+    race.run_to(RACE_STEPS)
+    race.wait_for(lambda status: status.step == RACE_STEPS, PATIENCE_S)
+    for key in "cp":
+        screen.page.keyboard.press(key)
+    expect(screen.page.frame_locator("iframe.pounce-side").locator(".tile")).to_have_count(4)
+    # What is measured of each comes one after the other.
+    greedy = screen.page.frame_locator("iframe.pounce-side").locator(".tile .greedy b")
+    for place in range(4):
+        expect(greedy.nth(place)).not_to_have_text("\N{EN DASH}")
+    take(screen, RACE)
+    for _ in range(2):
+        screen.page.keyboard.press("Escape")
+    expect(screen.page.locator("iframe.pounce-side")).to_have_count(0)
+
+
 def main(names: list[str]) -> None:
     """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
@@ -187,6 +216,8 @@ def main(names: list[str]) -> None:
                 screen.page.set_viewport_size(VIEWPORT)
                 if any(name in names for name in WALKS):
                     show_time(screen, live, names)
+                if RACE in names:
+                    show_race(screen, live)
                 for name, shown in RESULTS.items():
                     if name in names:
                         if live.session.status.snapshot.trial < BESIDE_TRIAL:
@@ -199,7 +230,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, *WALKS, *RESULTS, REPLAY]
+    known = [*MOMENTS, *WALKS, RACE, *RESULTS, REPLAY]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:

@@ -192,6 +192,7 @@ def test_one_can_look_around_and_come_back(lesson: Class, viewport: ViewportSize
 def test_a_finger_on_the_curve_goes_to_that_moment(lesson: Class) -> None:
     page = lesson.page()
     here = page.locator(".time .here")
+    expect(here).not_to_be_empty()
     now = here.text_content()
     box = page.locator(".time .axis > .plot").bounding_box()
     assert box is not None
@@ -313,7 +314,7 @@ def test_a_code_is_asked_for_and_typed(lesson: Class) -> None:
     guarded = Audience(lesson.live.session.past_of, "127.0.0.1", 0, code="abcd-efgh")
     try:
         page = lesson.page(address=guarded.addresses[0])
-        page.get_by_label("Token").fill("abcd-efgh")
+        page.get_by_label("Code").fill("abcd-efgh")
         page.get_by_role("button", name="Enter").click()
         expect(page.locator("#waiting")).to_be_visible()
         assert "abcd" not in page.url

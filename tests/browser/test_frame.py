@@ -169,7 +169,7 @@ class Host:
     def _welcome(self, client: viser.ClientHandle) -> None:
         channel = self.channels.enter(Seek, lambda message: None, self.opened.set)
         self.made.append(channel)
-        client.gui.add_html(slot_html("bar", channel.frame_html()))
+        client.gui.add_html(slot_html("bar", channel.frame_html("Time bar")))
 
 
 @contextmanager

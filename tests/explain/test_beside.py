@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.explain.beside import cell_rows, leaders, repertoire, standing
+from app.explain.beside import ahead_of_others, cell_rows, leaders, repertoire, standing
 from app.explain.cell import reading_at
 from app.live.snapshot import Snapshot, take
 from learners.run import Run
@@ -31,7 +31,8 @@ def with_rewards(*rewards: float) -> list[Snapshot]:
         ("hierarchical_3", "approach, circle clockwise and avoid, all from the start"),
         (
             "timed",
-            "one skill after the other, by trial: approach, circle clockwise (12,000), avoid (14,500)",
+            "one skill after the other, by trial: approach, circle clockwise (12,000), avoid"
+            " (14,500)",
         ),
     ],
 )
@@ -48,7 +49,7 @@ def test_whoever_leads_is_named_and_the_others_follow_by_their_rewards() -> None
         "Three runs, step for step, from the same starts of trials. After 400 steps two leads with"
         " 61 a trial (mean of the last 500); timed 52 and standard_q \N{MINUS SIGN}10."
     )
-    assert leaders(shots, 400) == (2,)
+    assert leaders(shots, 400) == ahead_of_others(shots, 400) == (2,)
 
 
 def test_rewards_that_are_as_sure_as_the_best_are_level_with_it() -> None:
@@ -64,6 +65,7 @@ def test_a_run_that_has_not_come_as_far_does_not_count_unless_it_is_over() -> No
     early, late = snapshot(steps=200), snapshot(steps=400)
     ahead = [replace(early, recent_reward=90.0), replace(late, recent_reward=1.0)]
     assert leaders(ahead, 400) == (1,)
+    assert ahead_of_others(ahead, 400) == ()
     assert "b is there alone: 1 a trial" in words(standing(["a", "b"], ahead, 400, True))
     over = replace(early, recent_reward=90.0, trial=early.spec.trials)
     assert leaders([over, late], 400) == (0,)

@@ -47,7 +47,7 @@ def stands(family: Family) -> dict[str, tuple[int, str, object]]:
 @given(st.lists(deeds, max_size=16))
 @settings(max_examples=60, phases=[Phase.generate])
 def test_whatever_was_done_its_lines_are_the_same_elsewhere(some: Sequence[Deed]) -> None:
-    family = done(some)._tree.family
+    family = done(some)._tree.family  # pyright: ignore[reportPrivateUsage]
     theirs = stands(family)
     whole: Excerpt | None = None
     # A line may go back behind a branch that is deleted then, and brought back.

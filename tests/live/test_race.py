@@ -1,5 +1,6 @@
 """Racers are in lockstep, each the run that it would be alone; lines are followed, and no more."""
 
+import operator
 import threading
 from collections.abc import Iterable
 from dataclasses import replace
@@ -123,6 +124,11 @@ def test_trials_start_alike_for_the_four_of_the_thesis() -> None:
     for other in (entry("timed", 8), entry("timed", SEED, "world.size=40")):
         with racing([entry("standard_q"), other]) as race:
             assert not race.status.common_starts
+    # Nor what the prey sees nor what a capture is worth has to do with where trials start.
+    sharp = entry("timed", SEED, "world.vision_radius=20", "world.capture_reward=50")
+    with racing([entry("standard_q"), sharp]) as race:
+        assert race.status.common_starts
+    assert Run(sharp.spec, SEED).start_of(30) == runs[0].start_of(30)
 
 
 def test_learners_of_other_worlds_race_too() -> None:
@@ -153,6 +159,23 @@ def test_it_goes_on_and_stands_still_as_it_is_told() -> None:
         there = race.wait_for(lambda status: status.step == 30_000, PATIENCE_S)
         assert (there.playing, there.runs_to, there.speed) == (False, None, 1.0)
         assert there.stands == ("", "finished")
+
+
+def test_nothing_is_made_anew_while_all_stand_still() -> None:
+    run = Run(SPEC, lines.SEED)
+    past = Past(run, Budget())
+    play(run, past, [], rest=600)
+    with racing([of_line(), entry("standard_q")], {LINE: past}.get) as race:
+        race.run_to(900)
+        stood = race.wait_for(lambda s: s.step == 900 and bool(s.digests), PATIENCE_S)
+        for _ in range(3):
+            again = answered(race, race.pause())
+            assert again.digests == stood.digests
+            assert all(map(operator.is_, again.snapshots, stood.snapshots))
+        # More is known of the line, and all but that stays.
+        play(run, past, [], rest=100)
+        follows(race, run)
+        assert race.status.snapshots[1] is stood.snapshots[1]
 
 
 def test_what_cannot_be_is_refused() -> None:

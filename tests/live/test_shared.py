@@ -14,7 +14,6 @@ import pytest
 from app.explain.branches import name_of
 from app.explain.opened import contents_in_words, verdict_in_words
 from app.live import shared
-from app.live.excerpt import excerpt
 from app.live.made_again import made_again
 from app.live.past import Budget
 from app.live.places import Place
@@ -94,7 +93,7 @@ def file() -> bytes:
         session.stop()
     assert refusals == []
     # The day is another one each time, and mutations are to be the same.
-    shared_now = read_data(NAME, excerpt(session._tree.family, None).data)
+    shared_now = read_data(NAME, session.excerpt(None).data)
     return whole(replace(shared_now.header, began=HEADER.began), shared_now.records)
 
 

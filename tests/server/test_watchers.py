@@ -14,7 +14,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from app.server import watchers as watchers_module
-from app.server.access import Access, new_code
+from app.server.access import new_code
 from app.server.watchers import FULL, MAX_MESSAGE_BYTES, Watchers
 from tests.support.server import PATIENCE_S, get_path
 from tests.support.watching import Page
@@ -157,12 +157,12 @@ def test_what_is_no_get_is_let_go(port: Port) -> None:
 
 def test_without_its_code_nobody_is_let_in() -> None:
     code = new_code()
-    with opened(access=Access(code)) as port:
+    with opened(code=code) as port:
         refused = get_path(port.port, "/", {"Accept": "text/html"})
         assert refused.status == 401
         assert code not in refused.read().decode()
         assert get_path(port.port, "/web/audience/audience.js", {}).status == 401
-        assert b"token" in get_path(port.port, "/why", {}).read()
+        assert b"asks for a code" in get_path(port.port, "/why", {}).read()
         with pytest.raises(InvalidStatus):
             Page(port.port)
         welcome = get_path(port.port, f"/?token={code}", {})

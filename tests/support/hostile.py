@@ -85,17 +85,17 @@ def _of_documents(data: bytes, chance: random.Random) -> bytes:
     return with_sums(b"".join(line + b"\n" for line in lines))
 
 
-def _changed(document: Any, chance: random.Random) -> Any:
+def _changed(parts: Any, chance: random.Random) -> Any:
     """Something of JSON with one value in it, however deep, left out, changed or added."""
-    if not isinstance(document, dict | list) or not document or chance.random() < 0.1:
+    has_keys = type(parts) is dict
+    if not (has_keys or type(parts) is list) or not parts or chance.random() < 0.1:
         return copy.deepcopy(chance.choice(_VALUES))
-    parts: Any = document
-    keys: list[Any] = list(parts if isinstance(document, dict) else range(len(parts)))
+    keys: list[Any] = list(parts if has_keys else range(len(parts)))
     key = chance.choice(keys)
     match chance.randrange(8):
         case 0:
             del parts[key]
-        case 1 if isinstance(parts, dict):
+        case 1 if has_keys:
             parts[chance.choice(_KEYS)] = copy.deepcopy(chance.choice(_VALUES))
         case _:
             parts[key] = _changed(parts[key], chance)

@@ -33,6 +33,8 @@ from tests.support.person import Person
 PATIENCE_S = 30.0
 """How long to wait for what must happen; reaching it is a failure."""
 SEED = 3
+FOUR = ("timed", "hierarchical_2", "hierarchical_3", "standard_q")
+"""Presets that are offered."""
 
 SMALL = """
 description: Two learners in a small world.
@@ -80,7 +82,7 @@ class LiveLab:
         """Folder below which experiments leave their results; made when it is needed."""
         # What compiled functions take to be there is not waited for with everything else.
         replay(spec, SEED, [], 1)
-        offered = {name: preset_of(name) for name in ("timed", "hierarchical_2", "standard_q")}
+        offered = {name: preset_of(name) for name in FOUR}
         journal = None if sessions is None else begun(sessions, "timed", SEED)
         self.session = Session(
             spec, "timed", SEED, speed, False, opening, journal=journal, name_of=name_of

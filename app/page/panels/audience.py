@@ -1,6 +1,7 @@
 """The audience on the *File* tab of one browser: where it looks, how many do, and who presents."""
 
 import viser
+from markupsafe import Markup
 
 from app.page.inbox import Intent
 from app.page.presenting import Presenting
@@ -37,7 +38,8 @@ class Audience:
         is_own = presenter == self._number
         # Another machine cannot reach the address that this one has for itself.
         addresses = stand.addresses[1:] or stand.addresses
-        parts = [element("b", address, style="user-select:all") for address in addresses]
+        parts: list[Markup | str] = []
+        parts += [element("b", address, style="user-select:all") for address in addresses]
         if stand.code is not None:
             parts.append(joined(["Code: ", element("b", stand.code, style="user-select:all")], ""))
         parts.append(f"{counted(stand.n_watchers, 'page')} open.")

@@ -25,6 +25,12 @@ from learners.commands import CommandError
 
 _STYLE: Final = "padding:0 0.7em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
 
+_ANYWHERE: Final = "It opens in this lab, for whoever has its token if there is one."
+_ONLY_HERE: Final = (
+    "You reach this lab at an address of your own machine, so for others the link leads to a lab of"
+    " theirs at the same port. To be sure, send the file."
+)
+
 
 class Share:
     """The folder of widgets, in the container that is current."""
@@ -36,7 +42,6 @@ class Share:
         status_of: StatusOf,
         work: Work,
         arrival: Arrival,
-        only_here: bool,
     ) -> None:
         """Offer to share, and to open what others have shared.
 
@@ -46,14 +51,12 @@ class Share:
             status_of: what the browser looks at.
             work: has something made in another thread.
             arrival: opens what comes.
-            only_here: whether the lab is reached from its own machine alone.
         """
         self._client = client
         self._session = session
         self._status_of = status_of
         self._work = work
         self._arrival = arrival
-        self._only_here = only_here
         self._n_links = 0
         gui = client.gui
         with gui.add_folder("Share"):
@@ -145,16 +148,13 @@ class Share:
             return
         self._n_links += 1
         link = element("a", "the link", href=address_of_link(code), target="_blank", rel="noopener")
-        where = "It opens in the lab that is reached by it, and asks for its token if it has one."
-        if self._only_here:
-            where = (
-                "This lab is reached from its own machine alone, so for others the link opens in a"
-                " lab of their own at the same address. To be sure, send the file."
-            )
-        # The page's script copies it (app/web/share.js), and says in the status that it has.
+        # The page's script copies it (app/web/share.js), says in the status that it has, and shows
+        # one of the two texts: it knows at which address the page was reached.
         status = element("span", "", role="status")
-        text = f" to {_extent(found)}. "
-        content = f"{status}{link}{element('span', text)}{element('span', where)}"
+        text = element("span", f" to {_extent(found)}. ")
+        where = element("span", _ANYWHERE, **{"data-where": "anywhere"})
+        here = element("span", _ONLY_HERE, hidden="", **{"data-where": "here"})
+        content = f"{status}{link}{text}{where}{here}"
         copied = f'<div style="{_STYLE}" data-copy-link="{self._n_links}">{content}</div>'
         assign(self._said, "content", copied)
 

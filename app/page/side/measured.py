@@ -82,7 +82,8 @@ class Apart:
         known = self._found.get((one, other))
         if known is None and step:
             self._maker.want(
-                (one, other, step), lambda: first_divergence(race.past(one), race.past(other))
+                (one, other, step),
+                lambda: first_divergence(race.past(one), race.past(other), until=step),
             )
         return known
 

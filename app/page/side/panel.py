@@ -33,7 +33,7 @@ from learners.commands import CommandError
 from learners.spec import RunSpec
 
 _MOST_WAITING: Final = 256
-_FIRST_SPEED: Final = 2e4
+FIRST_SPEED: Final = 2e4
 """At which a million steps take most of a minute: there is time to see who goes ahead."""
 _TENTH: Final = 0.1
 """Of the slider of speeds."""
@@ -148,6 +148,9 @@ class SidePanel:
         n_runs = 2 if hall is None else len(hall.status.entries)
         self._pair = messages.Compare(n_runs - 2, n_runs - 1, self._pair.shown)
         self._sight.hurry()
+        paused = None if hall is None else hall.race.paused_live
+        if paused is not None:
+            self._sight.say(f"Your run stands still at trial {paused:,} meanwhile.", refused=False)
 
     def _view(self, hall: Hall, now_s: float) -> View:
         """What is looked at now."""
@@ -270,7 +273,7 @@ class SidePanel:
                 pass
 
     def _start(self, entries: list[Entry]) -> None:
-        start = requests.StartRace(tuple(entries), speed=_FIRST_SPEED)
+        start = requests.StartRace(tuple(entries), speed=FIRST_SPEED)
         self._session.submit(start, self._sight.say)
 
     def _four(self) -> list[Entry]:

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import msgspec
 
 from app.charts.race import looks_of
-from app.explain.beside import cell_rows, leaders, repertoire, standing
+from app.explain.beside import ahead_of_others, cell_rows, repertoire, standing
 from app.explain.cell import CellReading, reading_at
 from app.live.race import RaceStatus
 from app.live.snapshot import Snapshot
@@ -92,9 +92,9 @@ class Sight:
         """Something was asked for: what is made now and then is made now."""
         self._slowly_s = -math.inf
 
-    def say(self, text: str) -> None:
-        """Say why something was not done; may be called from any thread."""
-        self._channel.send("said", {"text": text[:400], "refused": True})
+    def say(self, text: str, refused: bool = True) -> None:
+        """Say something, as a rule why it was not done; may be called from any thread."""
+        self._channel.send("said", {"text": text[:400], "refused": refused})
 
     def send(self, kind: str, content: dict[str, Any]) -> None:
         """Send something if it is other than what the frame has."""
@@ -190,8 +190,7 @@ def _readings(view: View) -> dict[str, Any]:
     """What is read of the runs, who leads, and how fast they go."""
     status, hall = view.hall.status, view.hall
     names = [entry.name for entry in status.entries]
-    lead = leaders(view.shown, view.step)
-    leads = lead if len(lead) < len(names) else ()
+    leads = ahead_of_others(view.shown, view.step)
     digests = status.digests if view.is_live and status.digests else [""] * len(names)
     speed = 0.0 if math.isinf(status.speed) else status.speed
     speeds = [(one, speed_label(one)) for one in sorted({*_SPEEDS, speed} - {0.0})]

@@ -16,7 +16,7 @@ from app.page.time.walk import Ground, Walk
 class Makes(Protocol):
     """Who makes snapshots of moments of the past, elsewhere: the newest wish of each viewer."""
 
-    def want(self, viewer: Hashable, place: Place) -> None:
+    def want(self, viewer: Hashable, wish: Place) -> None:
         """Wish for a moment."""
         ...
 

@@ -48,7 +48,8 @@ const offer = (
 const show = () => {
   const { moment, readings, choosing } = state;
   const isThere = isRacing();
-  for (const name of [".on", '[data-act="choose"]']) part(name).hidden = !isThere;
+  part('[data-act="choose"]').hidden = !isThere;
+  part(".on").hidden = !isThere || choosing;
   part('[data-act="choose"]').setAttribute("aria-expanded", `${choosing}`);
   const present = part('[data-act="present"]');
   write(present, around.documentElement.dataset.present === undefined ? "Present" : "Exit");

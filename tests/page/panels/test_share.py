@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from app.explain.branches import name_of
 from app.live.kept import begun, sessions_in
 from app.live.places import Place
 from app.live.records import Began, Gave, Stood
-from app.live.requests import AddMark, Branch, Request, StepOnce, TrialOnce
+from app.live.requests import AddMark, Branch, Request, StartAgain, StepOnce, TrialOnce
 from app.live.session import Session
 from app.live.shared import is_code, read_link, read_shared
 from app.live.status import Status
@@ -43,7 +44,7 @@ WHAT = f"theirs, seed 5; 1 command; up to trial {ENDED.trial}; written by pounce
 class Desk:
     """A session, and the widgets of one browser."""
 
-    def __init__(self, gui: viser.GuiApi, folder: Path | None, only_here: bool = False) -> None:
+    def __init__(self, gui: viser.GuiApi, folder: Path | None) -> None:
         self.n_viewers = 1
         journal = None if folder is None else begun(folder, "timed", 3)
         self.session = Session(SPEC, "timed", 3, 1.0, False, journal=journal, name_of=name_of)
@@ -55,9 +56,7 @@ class Desk:
         self.arrival = Arrival(
             client, self.session, self.submit, work, lambda: self.n_viewers, folder, self.links
         )
-        self.share = Share(
-            client, self.session, lambda _: self.session.status, work, self.arrival, only_here
-        )
+        self.share = Share(client, self.session, lambda _: self.session.status, work, self.arrival)
 
     def submit(self, request: Request, reply: Reply) -> None:
         self.session.submit(request, reply)
@@ -83,8 +82,8 @@ def sit_down(server: viser.ViserServer, tmp_path: Path) -> Iterator[Callable[...
     """Begins a session that is kept, or is not."""
     desks: list[Desk] = []
 
-    def begin(kept: bool = True, **options: Any) -> Desk:
-        desks.append(Desk(server.gui, tmp_path if kept else None, **options))
+    def begin(kept: bool = True) -> Desk:
+        desks.append(Desk(server.gui, tmp_path if kept else None))
         return desks[-1]
 
     yield begin
@@ -132,8 +131,7 @@ def link_in(desk: Desk) -> str:
     return found[1]
 
 
-def test_a_link_has_the_same_in_it(sit_down: Callable[..., Desk]) -> None:
-    desk = sit_down(only_here=True)
+def test_a_link_has_the_same_in_it(desk: Desk) -> None:
     desk.does(TrialOnce(), FREEZE)
     desk.person.click("Copy link")
     desk.person.click("Download session")
@@ -142,7 +140,6 @@ def test_a_link_has_the_same_in_it(sit_down: Callable[..., Desk]) -> None:
     assert "href" not in desk.person.html
     desk.person.click("Copy link")
     assert read_link(link_in(desk)).records == read_shared(Path("one"), data).records
-    assert desk.person.reads("reached from its own machine alone")
     # Each is copied, even if it is the same as the one before.
     assert 'data-copy-link="2"' in desk.person.html
 
@@ -151,9 +148,10 @@ def test_what_is_too_much_is_said(desk: Desk, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("app.live.shared.MOST_CHARACTERS", 100)
     desk.person.click("Copy link")
     assert desk.person.reads("There is no link to this: too much is in it for a link, ")
-    monkeypatch.setattr("app.live.excerpt.MOST_BYTES", 100)
+    monkeypatch.setattr("app.live.shared.MOST_BYTES", 1_000)
     desk.person.click("Copy link")
-    assert desk.person.reads("This cannot be shared: it has 1,")
+    assert desk.person.reads("This cannot be shared: ")
+    assert desk.person.reads("timed-seed3.pounce: is too large; allowed: up to ")
     monkeypatch.setattr("app.live.excerpt.MOST_STEPS", 0)
     desk.does(StepOnce())
     desk.person.click("Download session")
@@ -270,12 +268,41 @@ def test_what_would_be_lost_is_asked_for_first(sit_down: Callable[..., Desk]) ->
     assert not desk.session.is_kept
 
 
-def test_one_is_opened_at_a_time(desk: Desk) -> None:
+def test_one_is_opened_at_a_time(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     waiting: list[Callable[[], object]] = []
-    desk.arrival._work = lambda _, make, then: waiting.append(lambda: then(make()))
+
+    def work(_: object, make: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        waiting.append(lambda: then(make()))
+
+    monkeypatch.setattr(desk.arrival, "_work", work)
     desk.arrival.open(lambda: read_shared(Path("a"), THEIR_FILE.encode()), is_sure=True)
     desk.arrival.open(lambda: read_shared(Path("b"), b""), is_sure=True)
     assert desk.person.reads("Another session is being opened; wait for that.")
     while waiting:
         waiting.pop(0)()
     assert desk.does(StepOnce()).snapshot.preset == "theirs"
+
+
+def test_one_that_fails_leaves_room_for_another(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    with monkeypatch.context() as failing:
+        failing.setattr("app.page.arrival.made_again", fail)
+        with pytest.raises(MemoryError):
+            desk.arrival.open(partial(read_shared, Path("a"), THEIR_FILE.encode()), is_sure=True)
+    desk.person.upload("Open session", "theirs.pounce", THEIR_FILE)
+    assert desk.does(StepOnce()).snapshot.preset == "theirs"
+
+
+def test_one_that_is_refused_by_the_session_is_said(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk.does(TrialOnce(), StartAgain(SPEC, "timed", 4, paused=True))
+    # As if so many runs had begun meanwhile.
+    monkeypatch.setattr("app.page.taking_up._APART", -2)
+    desk.person.upload("Open session", "theirs.pounce", THEIR_FILE)
+    assert desk.person.reads("that session cannot be taken up now; ask for it again")
+    assert desk.does(StepOnce()).snapshot.preset == "timed"

@@ -10,17 +10,20 @@ import pytest
 import viser
 
 from app.live.race import Race
+from app.live.requests import Play, Request, SetSpeed
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
-from app.page.side import messages
+from app.page.side import messages, panel
 from app.page.side.panel import SidePanel
 from app.page.side.show import Hall
+from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look
 from tests.support.person import AtOnce, Person
 from tests.support.races import PATIENCE_S, SEED, answered, small
 
 PRESETS = ("standard_q", "hierarchical_3", "timed", "hierarchical_2")
 STEPS = 600
+_HARMLESS = SetSpeed(FULL_SPEED)
 
 
 class Frames:
@@ -98,12 +101,16 @@ class Desk:
     def start(self, *many: messages.Start | messages.StartFour) -> None:
         """Have runs begun, and stand still after some steps."""
         self.take(*(many or (messages.StartFour(),)))
-        ticket = self.session.submit(_harmless())
-        self.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+        self.ask()
         answered(self.race, self.race.run_to(STEPS))
         self.race.wait_for(lambda status: status.step == STEPS and not status.playing, PATIENCE_S)
         self.draw()
         self.draw()
+
+    def ask(self, request: Request = _HARMLESS) -> None:
+        """Wait until the session has answered something, and all before it."""
+        ticket = self.session.submit(request)
+        self.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
 
     def leave_hall(self) -> None:
         if self.hall is not None:
@@ -116,14 +123,10 @@ class Desk:
         return str(said["text"])
 
 
-def _harmless() -> Any:
-    from app.live.requests import SetSpeed
-
-    return SetSpeed(FULL_SPEED)
-
-
 @pytest.fixture
-def desk(gui: viser.GuiApi, person: Person) -> Iterator[Desk]:
+def desk(gui: viser.GuiApi, person: Person, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+    # They come to where a test wants them when it says so.
+    monkeypatch.setattr(panel, "FIRST_SPEED", 1.0)
     desk = Desk(gui)
     yield desk
     desk.leave_hall()
@@ -320,8 +323,6 @@ def test_the_same_cell_is_read_in_all(desk: Desk) -> None:
 
 
 def test_every_layer_can_be_looked_at(desk: Desk) -> None:
-    from app.picture.layers import LAYERS
-
     desk.start()
     for layer in LAYERS.values():
         for frame in (-1, ALL):
@@ -354,6 +355,18 @@ def test_a_browser_looks_and_looks_away(desk: Desk) -> None:
 def test_runs_can_be_put_away(desk: Desk) -> None:
     desk.start()
     desk.take(messages.End())
-    ticket = desk.session.submit(_harmless())
-    desk.session.wait_for(lambda status: status.answered >= ticket, PATIENCE_S)
+    desk.ask()
     assert desk.session.race is None
+
+
+def test_it_is_said_that_the_live_run_stands_still(desk: Desk) -> None:
+    desk.ask(SetSpeed(1_000.0))
+    desk.ask(Play())
+    desk.session.wait_for(lambda status: status.snapshot.step > 0, PATIENCE_S)
+    desk.start()
+    trial = desk.session.status.snapshot.trial
+    said = desk.frames.last("said")
+    assert said == {
+        "text": f"Your run stands still at trial {trial:,} meanwhile.",
+        "refused": False,
+    }

@@ -39,7 +39,7 @@ class Frames:
         self.opened = opened
         return self
 
-    def frame_html(self) -> str:
+    def frame_html(self, title: str) -> str:
         return "<iframe></iframe>"
 
     def send(self, kind: str, content: dict[str, Any]) -> None:
