@@ -112,6 +112,8 @@ const begin = async () => {
     button.addEventListener("click", () => {
       walk.look(Number(row.dataset.line));
       goTo(Number(row.dataset.step));
+      // What was asked for is to be seen.
+      document.body.scrollIntoView();
     });
   }
   onKeys({
