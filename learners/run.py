@@ -72,6 +72,9 @@ def _compiled(document: str) -> World:
 class Run:
     """A learner at work. Not safe for use from two threads at once."""
 
+    _settled: tuple[Control, bool, Settings] | None = None
+    """What held when the settings of the kernel were worked out, and these."""
+
     def __init__(self, spec: RunSpec, seed: int) -> None:
         """Prepare the run; nothing has been learned yet.
 
@@ -279,6 +282,17 @@ class Run:
         return self.spec.learner.skills.index(skill)
 
     def _settings(self) -> Settings:
+        """What the kernel goes by; worked out anew where something else holds than before."""
+        control, is_frozen = self.control, self.selection_is_frozen
+        if (
+            self._settled is None
+            or self._settled[0] is not control
+            or self._settled[1] != is_frozen
+        ):
+            self._settled = control, is_frozen, self._settings_now(is_frozen)
+        return self._settled[2]
+
+    def _settings_now(self, selection_is_frozen: bool) -> Settings:
         learner = self.spec.learner
         episodes = self.control.episodes
         n_options = n_options_of(self.spec)
@@ -296,7 +310,7 @@ class Run:
             reward_weights=weights.ravel(),
             rewards_are_binary=True if learner.local_rewards == "binary" else None,
             all_skills_learn=True if learner.skills_that_learn == "all" else None,
-            alpha=np.float32(0.0 if self.selection_is_frozen else learner.alpha),
+            alpha=np.float32(0.0 if selection_is_frozen else learner.alpha),
             skill_alpha=np.float32(skill_alpha),
             gamma=np.float32(learner.gamma),
             epsilon16=units(learner.epsilon, 16),

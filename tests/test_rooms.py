@@ -35,6 +35,8 @@ def imported(tree: ast.AST) -> Iterator[str]:
 
 def private_names(code: str) -> list[str]:
     """What is private of viser among what is imported, or taken from it by its name."""
+    if "viser" not in code:
+        return []
     tree = ast.parse(code)
     attributes = [ast.unparse(n) for n in ast.walk(tree) if isinstance(n, ast.Attribute)]
     return [

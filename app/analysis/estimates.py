@@ -12,6 +12,7 @@ So below ``LEAST_RUNS`` nothing is decided; whoever draws conclusions has to loo
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache
 from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -125,6 +126,7 @@ def bootstrap_rng() -> np.random.Generator:
     return np.random.default_rng(_BOOTSTRAP_SEED)
 
 
+@cache
 def expanded_level(n: int) -> float:
     """Level of the percentile interval that covers ``CONFIDENCE`` with ``n`` runs."""
     from scipy import stats

@@ -56,7 +56,8 @@ def standing(
     after = f" After {counted(step, 'step')} "
     others = [place for place in _compared(snapshots, step) if place not in lead]
     if not others:
-        whose = "they are level" if len(lead) > 1 else f"{names[lead[0]]} is there alone"
+        known = joined_by_and([names[place] for place in lead])
+        whose = "they are level" if len(lead) > 1 else f"{known} is there alone"
         return joined([what, after, f"{whose}: ", best, "."], "")
     others.sort(key=lambda place: -rewards[place])
     behind = [f"{names[place]} {shown_number(rewards[place], '.0f')}" for place in others]

@@ -5,9 +5,10 @@ const REST_MS = 100;
 /** @type {Array<() => void>} */
 const works = [];
 let isDue = false;
+let doneAt = -REST_MS;
 
 /**
- * Do something now, and soon after each change of the page.
+ * Do something now, at once after a change of a page that was at rest, and soon after each other one.
  * @param {() => void} work
  */
 export const whenChanged = (work) => {
@@ -20,8 +21,9 @@ new MutationObserver(() => {
   isDue = true;
   setTimeout(() => {
     isDue = false;
+    doneAt = performance.now();
     for (const work of works) work();
-  }, REST_MS);
+  }, Math.max(doneAt + REST_MS - performance.now(), 0));
 }).observe(document.body, {
   // three.js marks its canvas a while after it has come.
   attributeFilter: ["data-board", "data-engine"],

@@ -63,12 +63,11 @@ def open_page(
     expect.set_options(timeout=PATIENCE_S * 1000)
     screens: list[Screen] = []
 
-    def open_one(live: LiveLab, on_request: Callable[[str], None] = lambda url: None) -> Screen:
+    def open_one(live: LiveLab) -> Screen:
         context = new_context(viewport=VIEWPORT)
         context.set_default_timeout(PATIENCE_S * 1000)
         screen = Screen(context.new_page())
         screens.append(screen)
-        screen.page.on("request", lambda request: on_request(request.url))
         screen.open(live)
         return screen
 

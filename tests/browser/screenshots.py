@@ -15,6 +15,8 @@ from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 from app.documents import experiments, presets
 from app.live.race import thesis_four
 from app.live.requests import Branch, StartRace
+from app.player.reel import recorded_run
+from app.player.replay_page import replay_page
 from app.schedule.blocks import blocks_of
 from app.schedule.edits import changed, moved, now_of
 from app.util.web_browser import find_chromium
@@ -57,6 +59,9 @@ AUDIENCE = "audience"
 
 WALKS = ("past", "branches")
 """Pictures of the bar: at a past moment, and with branches."""
+REPLAY = "replay"
+REPLAY_TRIAL = 16_500
+"""The end of the last exploration, which is in the table of what happened."""
 WALKS_AT = 24_000
 """Trial of the live run then, at least."""
 PAST_TRIAL = 13_000
@@ -173,10 +178,32 @@ def show_race(screen: Screen, live: LiveLab) -> None:
     expect(screen.page.locator("iframe.pounce-side")).to_have_count(0)
 
 
+def take_replay() -> None:
+    """Take the picture of a replay page, which needs no lab."""
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        path = Path(folder) / "replay.html"
+        path.write_text(replay_page(recorded_run(presets.load("timed"), "timed", 0)), "utf-8")
+        browser = playwright.chromium.launch(
+            executable_path=find_chromium(), args=list(BROWSER_ARGS)
+        )
+        page = browser.new_page(viewport=VIEWPORT)
+        page.goto(path.as_uri())
+        expect(page.locator("html")).to_have_attribute("data-ready", "")
+        page.locator(f'.events tr[data-step] button:text-is("{REPLAY_TRIAL:,}")').click()
+        page.mouse.move(0, 0)
+        page.wait_for_timeout(PAUSE_MS)
+        page.screenshot(path=FOLDER / "replay.png")
+        browser.close()
+
+
 def main(names: list[str]) -> None:
     """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
     expect.set_options(timeout=PATIENCE_S * 1000)
+    if REPLAY in names:
+        take_replay()
+    if names == [REPLAY]:
+        return
     # The page names the folder of the results: as it is called where somebody starts the lab.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         live = LiveLab(
@@ -219,7 +246,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS]
+    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS, REPLAY]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:

@@ -129,7 +129,8 @@ def test_every_control_and_the_board_have_names(shared: Shared) -> None:
     screen = shared.screen
     for left, right in BEHIND_TABS:
         turn_to(screen, left, right)
-        assert screen.page.evaluate(NAMELESS) == []
+        # What a tab shows has its names as soon as it is there for those who give them.
+        screen.page.wait_for_function(f"() => ({NAMELESS})().length === 0")
     assert screen.time_page.evaluate(NAMELESS) == []
     screen.turn_to("Now")
     board = screen.page.get_by_role("img", name=re.compile("^The board, 40 by 40 cells"))

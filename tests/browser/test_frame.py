@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 import viser
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from app.page.slots import slot_html
 from app.picture.layers import LAYERS
@@ -139,17 +139,6 @@ def test_a_frame_that_is_loaded_anew_shows_all_though_nothing_goes_on(begin: Beg
         expect(screen.page.frame_locator(FRAME).locator(".transport")).to_be_visible()
 
 
-def test_a_frame_that_does_not_come_up_is_said(begin: Begin, browser: Browser) -> None:
-    live, _ = begin()
-    context = browser.new_context(viewport=VIEWPORT)
-    page = context.new_page()
-    page.route("**/time/**", lambda route: route.abort())
-    page.goto(live.url)
-    said = page.locator("#pounce-stage footer").get_by_role("status")
-    expect(said).to_contain_text(ABSENT, timeout=PATIENCE_S * 1000)
-    context.close()
-
-
 class Seek(msgspec.Struct, tag_field="do", tag="seek", forbid_unknown_fields=True):
     """Any message."""
 
@@ -208,3 +197,11 @@ def test_a_frame_comes_back_with_the_lab_and_loads_nothing_from_elsewhere(page: 
         wait_for(page, IS_OPEN)
         assert host.made[-1].address != former
     assert all(url.startswith((f"http://127.0.0.1:{port}/", "blob:", "data:")) for url in asked)
+
+
+def test_a_frame_that_does_not_come_up_is_said(page: Page) -> None:
+    page.route("**/time/**", lambda route: route.abort())
+    with served() as host:
+        page.goto(f"http://127.0.0.1:{host.server.get_port()}/")
+        said = page.locator("#pounce-stage footer").get_by_role("status")
+        expect(said).to_contain_text(ABSENT)

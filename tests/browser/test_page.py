@@ -43,7 +43,7 @@ from learners.spec import SkillTimer
 from sim import geometry
 from sim.rng import MAX_SEED
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
-from tests.support.screen import Begin, OpenPage, StartLab, colours_in, picture
+from tests.support.screen import Begin, StartLab, colours_in, picture
 from tests.support.server import CAMERA
 from tests.support.server import Page as Visitor
 
@@ -88,10 +88,12 @@ def clear_cells(snapshot: Snapshot) -> np.ndarray:
 # Loading
 
 
-def test_the_page_loads_with_all_there_is_to_read(start_lab: StartLab, open_page: OpenPage) -> None:
-    live = start_lab()
+def test_the_page_loads_with_all_there_is_to_read(begin: Begin) -> None:
+    live, screen = begin()
     asked_for: list[str] = []
-    screen = open_page(live, asked_for.append)
+    screen.page.goto("about:blank")
+    screen.page.on("request", lambda request: asked_for.append(request.url))
+    screen.open(live)
     expect(screen.page.locator('[data-slot-of="task"]')).to_contain_text("from behind")
     expect(screen.headline).to_contain_text(
         "Paused. One skill: approach. It is practised until trial 300"

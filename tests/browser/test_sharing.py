@@ -1,6 +1,8 @@
 """A session is shared from one lab and opened in another, in real pages: by a file or a link."""
 
+import base64
 import re
+import zlib
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -105,7 +107,7 @@ def test_a_link_opens_in_the_lab_that_is_reached(
     screen.click("Copy link")
     expect(screen.text("Copied: the link to 2 lines")).to_be_visible()
     assert screen.reads("so for others the link leads to a lab of theirs at the same port")
-    link = screen.page.evaluate("navigator.clipboard.readText()")
+    link: str = screen.page.evaluate("navigator.clipboard.readText()")
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+/s/[A-Za-z0-9_-]{200,2500}", link)
 
     mine = start_lab(trial=40, sessions=tmp_path / "sessions")
@@ -138,4 +140,9 @@ def test_what_is_no_session_changes_nothing_and_is_said(
     dialog = screen.page.get_by_role("dialog")
     expect(dialog).to_contain_text("<b>my.pounce: is no session of pounce")
     dialog.get_by_role("button", name="Close").first.click()
+    # Of some thousand characters, and a thousand times as many once it is unpacked.
+    bomb = base64.urlsafe_b64encode(zlib.compress(b"{" + b" " * 2**22)).decode().rstrip("=")
+    screen.page.goto(f"{mine.lab.url}/s/{bomb}")
+    screen.settle(mine)
+    expect(dialog).to_contain_text("the link: is too large; allowed: up to 256 KiB")
     assert mine.session.status.snapshot.trial == 40

@@ -18,7 +18,7 @@ from learners.kernel import rows
 from learners.run import replay
 from tests.support.live import SEED, LiveLab
 from tests.support.person import words
-from tests.support.screen import Begin, BeginTwo, Screen
+from tests.support.screen import Begin, Screen
 
 LEARNED = 2_000
 """Trials after which there is a cone in the small world."""
@@ -140,23 +140,6 @@ def test_what_changed_since_a_is_a_layer_of_this_page_alone(begin: Begin) -> Non
     seen = live.colours(look, now, Extras(since=late))
     assert (seen != live.colours(look, now, Extras(since=early))).any()
     assert len(np.unique(seen, axis=0)) > 3
-
-
-def test_two_pages_look_at_two_moments_and_a_reload_is_live(begin_two: BeginTwo) -> None:
-    live, one, other = begin_two(trial=LEARNED)
-    now = live.session.status.snapshot
-    first, second = live.stopped_at(now.step // 4), live.stopped_at(now.step // 2)
-    one.tell("seek", step=first.step)
-    other.tell("seek", step=second.step)
-    expect_moment(live, one, first)
-    expect_moment(live, other, second)
-    other.tell("by", unit="trials", n=1)
-    expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
-    expect_moment(live, one, first)
-    one.page.reload()
-    one.settle(live)
-    expect_moment(live, one, now)
-    expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
 
 
 @pytest.mark.parametrize("epsilon", [0.3])

@@ -37,6 +37,10 @@ PLAN = (
 HOLD = JOINS + 420
 """Where a hand takes that exploration, beside its ends, the end of the freeze and its number."""
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
+_HAS_BAR_OF = """async line => {
+    const { state } = await import(new URL("../../web/time/state.js", location.href));
+    return state.bar?.line === line && !state.held;
+}"""
 
 
 class Bar:
@@ -139,13 +143,14 @@ def bar(begin: Begin, monkeypatch: pytest.MonkeyPatch) -> Bar:
     live, screen = begin("timed", *PLAN, trial=HERE)
     bar = Bar(live, screen)
     bar.record(monkeypatch)
-    # What acts on keys of time is in the frame.
-    assert screen.time_page
+    # What acts on keys of time is in the frame, where blocks of the same ids may have stood
+    # elsewhere in the run before this one.
+    generation = live.session.status.snapshot.generation
+    screen.time_page.wait_for_function(_HAS_BAR_OF, arg=generation)
     screen.page.keyboard.press("End")
     bar.goes_live()
     bar.looks_at(HERE)
     expect(bar.handle).to_have_text(f"{HERE}")
-    # Of the run before this one blocks of the same ids may have stood elsewhere.
     for block in (JOIN, EXPLORATION):
         expect(bar.block(block)).to_have_attribute("aria-valuenow", f"{JOINS}")
     return bar

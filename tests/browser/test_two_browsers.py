@@ -4,6 +4,7 @@ from playwright.sync_api import expect
 
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT
+from tests.browser.test_time import expect_moment
 from tests.support.live import PATIENCE_S
 from tests.support.screen import BeginTwo
 
@@ -69,6 +70,23 @@ def test_starting_again_asks_where_others_look_and_everybody_can_undo(begin_two:
     other.said.get_by_role("button", name="Undo").click()
     live.wait_for(lambda status: not status.snapshot.control.selection_frozen)
     expect(one.said).to_contain_text("Undone: selection frozen")
+
+
+def test_two_pages_look_at_two_moments_and_a_reload_is_live(begin_two: BeginTwo) -> None:
+    live, one, other = begin_two(trial=LEARNED)
+    now = live.session.status.snapshot
+    first, second = live.stopped_at(now.step // 4), live.stopped_at(now.step // 2)
+    one.tell("seek", step=first.step)
+    other.tell("seek", step=second.step)
+    expect_moment(live, one, first)
+    expect_moment(live, other, second)
+    other.tell("by", unit="trials", n=1)
+    expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
+    expect_moment(live, one, first)
+    one.page.reload()
+    one.settle(live)
+    expect_moment(live, one, now)
+    expect(other.reading("Trial")).to_have_text(f"{second.trial + 1:,}")
 
 
 def test_a_closed_browser_stops_nothing(begin_two: BeginTwo) -> None:

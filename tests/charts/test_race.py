@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from app.charts.race import curves_sent, looks_of
-from app.live.snapshot import take
+from app.live.snapshot import Snapshot, take
 from learners.run import Run
 from tests.support.races import small
 
@@ -21,7 +21,7 @@ def test_no_two_lines_look_alike_without_their_colours() -> None:
 
 
 def test_all_curves_lie_along_the_axis_of_the_run_that_has_come_farthest() -> None:
-    shots = []
+    shots: list[Snapshot] = []
     for preset, steps in (("timed", 6_000), ("standard_q", 2_000)):
         run = Run(small(preset, "trials=4000"), 3)
         run.advance(steps)

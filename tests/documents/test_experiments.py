@@ -37,6 +37,7 @@ from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
 from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
+from tests.support.costs import try_for_a_moment
 from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -689,6 +690,7 @@ def test_however_it_is_named_a_preset_is_read_once(
         return document_of(data, source, problems)
 
     monkeypatch.setattr(presets, "document_of", counted)
+    presets._document.cache_clear()  # of what other tests have read
     (tmp_path / "below.yaml").write_text("extends: timed\ntrials: 30\n")
     (tmp_path / "mine.yaml").write_text("extends: below.yaml\nworld: {size: 30}\n")
     names = entries(50, "{preset: ./mine.yaml, label: a#}, {preset: mine.yaml, label: b#}")
@@ -698,6 +700,7 @@ def test_however_it_is_named_a_preset_is_read_once(
     assert {(v.spec.trials, v.spec.world.size) for v in experiment.variants} == {(30, 30)}
     assert len(read) == len(set(read)) == 4
     read.clear()
+    presets._document.cache_clear()
     experiment = parse(f"presets: [{written}]", "my.yaml", tmp_path)
     assert {v.spec.trials for v in experiment.variants} == {30}
     assert len(read) == len(set(read)) == 3
@@ -1278,7 +1281,10 @@ def test_an_error_without_a_traceback_is_said_as_it_is() -> None:
     )
 
 
-def test_a_dry_run_makes_nothing(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dry_run_makes_nothing(
+    file: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try_for_a_moment(monkeypatch)
     assert main.main(["experiment", file, "--dry-run", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert (document["runs"], document["variants"]) == (8, 4)
@@ -1289,8 +1295,9 @@ def test_a_dry_run_makes_nothing(file: str, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_a_dry_run_says_how_many_variants_are_drawn_at_random(
-    file: str, capsys: pytest.CaptureFixture[str]
+    file: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    try_for_a_moment(monkeypatch)
     text = Path(file).read_text("utf-8")
     sample = "sample: {count: 2, keys: {learner.gamma: {start: 0.8, stop: 0.9}}}\n"
     Path(file).write_text(text + sample, "utf-8")

@@ -315,7 +315,9 @@ def skills_of(slow: SlowLearner) -> np.ndarray:
 
 def visits_of(slow: SlowLearner) -> np.ndarray:
     """``(heading, distance, direction, option) uint32``."""
-    visits = np.zeros(selection_of(slow).shape, np.uint32)
+    world = slow.world
+    shape = (8, world.n_distances, world.n_directions, len(slow.settings.options))
+    visits = np.zeros(shape, np.uint32)
     for (state, option), count in slow.visits.items():
         visits[*state, slow.settings.options.index(option)] = count
     return visits

@@ -194,6 +194,28 @@ def test_secrets_are_long_and_of_one_browser_each(host: Host) -> None:
     frame.close()
 
 
+def test_each_page_of_a_browser_has_an_address_of_its_own_kind(host: Host) -> None:
+    side = host.channels.enter(Pause, print, lambda: None, page="side")
+    assert side.address.startswith("side/")
+    assert side.frame_html("Runs").startswith('<iframe class="pounce-side"')
+    answer = get_path(host.lab.port, f"/{side.address}", {})
+    assert answer.status == 200
+    assert b"../../web/side/frame.js" in answer.read()
+    # Neither is found where the other is.
+    for wrong in (
+        side.address.replace("side/", "time/"),
+        host.channel.address.replace("time/", "side/"),
+    ):
+        assert get_path(host.lab.port, f"/{wrong}", {}).status == 404
+        assert host.refusal(wrong) == 404
+    frame = Frame(host.lab.port, side.address)
+    side.send("bar", {"mine": 1})
+    assert frame.receive()["mine"] == 1
+    frame.close()
+    side.leave()
+    assert get_path(host.lab.port, f"/{side.address}", {}).status == 404
+
+
 def test_page_and_websocket_want_the_token() -> None:
     channels = Channels()
     with lab_of(channels=channels, access=Access(TOKEN)) as lab:

@@ -1,12 +1,15 @@
 """What the page has beside viser's."""
 
 import gzip
+import posixpath
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import app
+from app.server import web_files
 from tests.support.server import Lab, get, get_path, lab_of
 
 WEB = Path(app.__file__).parent / "web"
@@ -65,3 +68,20 @@ def test_a_page_that_is_refused_gets_what_it_needs_to_say_so(titled: Lab) -> Non
     rebound = {"Host": "evil.example", "Origin": "http://evil.example"}
     assert get_path(titled.port, "/web/connection.js", rebound).status == 403
     assert get_path(titled.port, "/why", rebound).status == 403
+
+
+@pytest.mark.parametrize("page", web_files.FRAMES)
+def test_a_frame_asks_at_once_for_all_that_its_script_needs(
+    titled: Lab, page: web_files.Frame
+) -> None:
+    html = web_files.frame_document(page).decode()
+    asked = re.findall(r'modulepreload" href="../..(/web/[\w./]+)"', html)
+    assert asked[-1] == f"/web/{page}/frame.js"
+    known: set[str] = set()
+    for path in asked:
+        answer = get_path(titled.port, path, {})
+        assert answer.status == 200
+        # Each comes after what it needs, and nothing that it needs is not there.
+        needed = re.findall(r'^(?:import|export)\b[^"]*"(\.[^"]+)";', answer.read().decode(), re.M)
+        assert {posixpath.normpath(f"{path}/../{name}") for name in needed} <= known
+        known.add(path)

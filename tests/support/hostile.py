@@ -3,7 +3,7 @@
 import copy
 import json
 import random
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from app.live.written import with_sums, without_sums
 
@@ -87,8 +87,9 @@ def _of_documents(data: bytes, chance: random.Random) -> bytes:
 
 def _changed(parts: Any, chance: random.Random) -> Any:
     """Something of JSON with one value in it, however deep, left out, changed or added."""
-    has_keys = type(parts) is dict
-    if not (has_keys or type(parts) is list) or not parts or chance.random() < 0.1:
+    kind = cast(Any, type)(parts)
+    has_keys = kind is dict
+    if kind not in (dict, list) or not parts or chance.random() < 0.1:
         return copy.deepcopy(chance.choice(_VALUES))
     keys: list[Any] = list(parts if has_keys else range(len(parts)))
     key = chance.choice(keys)

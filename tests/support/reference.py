@@ -78,7 +78,7 @@ class SlowWorld:
     twice_ring_exponent: int = 3
     """Rings' outer edges are d_max * (k / n)^e; that 2 e is whole keeps the comparison exact."""
 
-    @property
+    @functools.cached_property
     def prey(self) -> Cell:
         """Fixed at cell ``(size // 2, size // 2)``."""
         return self.size // 2, self.size // 2

@@ -15,6 +15,7 @@ import pytest
 from app.cli import main
 from app.documents import experiments, tree
 from app.util.texts import as_path, as_text, folder_name, for_terminal, written
+from tests.support.reports import without_pictures
 
 EXPERIMENT = "presets: [timed]\nset: {world.size: 40}\ntrials: 30\nseeds: 1\n"
 PRESET = "extends: timed\nworld: {size: 40}\ntrials: 30\n"
@@ -48,6 +49,9 @@ def test_an_experiment_in_a_file_of_any_name_is_made_resumed_and_reported(
     called: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    if stem != ESCAPE:
+        # What a picture says might be obeyed as well.
+        without_pictures(monkeypatch)
     Path(f"{stem}.yaml").write_text(EXPERIMENT)
     code, out, err = answer(capsys, "experiment", f"{stem}.yaml")
     assert (code, err) == (0, "")
@@ -205,6 +209,7 @@ def test_an_experiment_comes_from_standard_input_and_goes_on_by_what_it_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    without_pictures(monkeypatch)
     codes = []
     for text, words in (
         (EXPERIMENT, []),

@@ -18,7 +18,7 @@ import { swatch } from "./swatch.js";
 /** Least width of a board beside others before they are scrolled, and what the bar needs at least. */
 const LEAST_PX = 150;
 const BAR_REM = 8.6;
-const PRESENTED_BAR_REM = 10.5;
+const PRESENTED_REM = 12;
 const READ_REM = 8.2;
 const COMPARED_REM = 11;
 /** What is read of a run, in a word, and whether it is of the first that matter. */
@@ -109,10 +109,10 @@ const place = () => {
   const gap = 0.6 * rem;
   const head = document.querySelector("header")?.getBoundingClientRect().height ?? 0;
   const width = document.documentElement.clientWidth - 2 * gap;
-  // Of a presentation it is the boards that are looked at; to what is read below, one scrolls.
+  // Of a presentation it is the boards that are looked at, and of what is read but the colours.
   const isPresented = document.documentElement.hasAttribute("data-present");
   const read = state.compare?.shown ? COMPARED_REM : READ_REM;
-  const below = isPresented ? PRESENTED_BAR_REM : BAR_REM + read;
+  const below = isPresented ? PRESENTED_REM : BAR_REM + read;
   // Eight headings lie in two rows of four.
   const ratio = boards.classList.contains("tiled") ? 0.5 : 1;
   const height = innerHeight - head - below * rem - gap;

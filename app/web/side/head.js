@@ -13,7 +13,7 @@ head.innerHTML = `
     <span class="group on" role="toolbar" aria-label="Time">
       <button type="button" data-act="play" class="play" title="Pause or play (space)">Play</button>
       <button type="button" data-act="live" class="live" title="Where the runs are now (End)"></button>
-      <label class="speed">Speed <select aria-label="Steps a second of each run"></select></label>
+      <span class="speed"><select aria-label="Steps a second of each run" title="Steps a second of each run"></select></span>
       <span class="rate"><select aria-label="How fast the past is played" title="How fast the past is played"></select></span>
       <span class="pace"></span>
     </span>

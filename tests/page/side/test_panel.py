@@ -34,10 +34,11 @@ class Frames:
         self.is_slow = False
         self.has_left = False
         self.opened: Callable[[], object] = lambda: None
+        self.take: Callable[[Any], object] = lambda message: None
 
     def enter(self, kind: Any, take: Any, opened: Callable[[], object], page: str) -> "Frames":
         assert page == "side"
-        self.opened = opened
+        self.opened, self.take = opened, take
         return self
 
     def frame_html(self, title: str) -> str:
@@ -95,7 +96,7 @@ class Desk:
 
     def take(self, *many: Any) -> None:
         for message in many:
-            self.panel._take(message)
+            self.frames.take(message)
         self.draw()
 
     def start(self, *many: messages.Start | messages.StartFour) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.folders import add_run, new_folder
-from tests.support.reports import page_of, pictures_of, table_of, text_of
+from tests.support.reports import page_of, pictures_of, table_of, text_of, without_pictures
 
 ALPHA, EPSILON, GAMMA = "learner.alpha", "learner.epsilon", "learner.gamma"
 N_DRAWS = 24
@@ -51,7 +51,9 @@ def searched(tmp_path_factory: pytest.TempPathFactory) -> Searched:
         tmp_path_factory.mktemp("results") / "searched", metrics=["final_reward", "area"]
     )
     alphas = add_draws(folder)
-    return Searched(folder, page_of(folder), alphas)
+    with pytest.MonkeyPatch.context() as patch:
+        without_pictures(patch)
+        return Searched(folder, page_of(folder), alphas)
 
 
 def test_a_search_says_which_settings_matter_and_which_do_not(searched: Searched) -> None:
