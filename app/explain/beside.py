@@ -47,7 +47,7 @@ def standing(
     """
     count = _COUNTS.get(len(names), str(len(names)))
     alike = ", from the same starts of trials" if common_starts else ""
-    what = f"{count} runs, step for step{alike}."
+    what = element("span", f"{count} runs, step for step{alike}.", class_="what")
     rewards = [one.recent_reward for one in snapshots]
     lead = leaders(snapshots, step)
     if not lead:

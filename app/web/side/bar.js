@@ -6,7 +6,7 @@ import { attribute, element, grouped, keep, percent, reach, write } from "../tim
 import { heightOf } from "../time/curve.js";
 import { send, sendNewest } from "../player/pipe.js";
 import { changed, state, whenChanged } from "./state.js";
-import { dressLine, swatch } from "./swatch.js";
+import { dressLine } from "./swatch.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const WIDE = 1000;
@@ -20,7 +20,7 @@ const PAGE_SHARE = 0.1;
 const bar = element("section", "bar");
 bar.setAttribute("aria-label", "Learning curves of all runs, by steps");
 bar.innerHTML = `
-  <p class="key"><span class="what">reward per trial</span></p>
+  <p class="what">reward per trial</p>
   <div class="gutter numbers"></div>
   <div class="plot">
     <svg class="curves" viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" role="img"></svg>
@@ -115,21 +115,6 @@ const drawCurves = () => {
   );
 };
 
-let keyOf = "";
-const drawKey = () => {
-  const runs = state.race?.runs ?? [];
-  if (keyOf === JSON.stringify(runs)) return;
-  keyOf = JSON.stringify(runs);
-  part(".key").replaceChildren(
-    element("span", "what", "reward per trial"),
-    ...runs.map(({ name, look }) => {
-      const item = element("span", "item");
-      item.append(swatch(look), name);
-      return item;
-    }),
-  );
-};
-
 const drawMoment = () => {
   const { curves, moment } = state;
   head.hidden = !curves || !moment;
@@ -137,7 +122,7 @@ const drawMoment = () => {
   const step = state.scrub ?? moment.step;
   const share = shareOfStep(curves.axis, step);
   head.style.left = percent(share);
-  reach(ahead, share, shareOfStep(curves.axis, moment.end));
+  reach(ahead, share, moment.live ? share : 1);
   bar.toggleAttribute("data-live", moment.live && state.scrub === null);
   head.toggleAttribute("data-far", share > 0.7);
   const text = `step ${grouped(step)}`;
@@ -149,7 +134,6 @@ const drawMoment = () => {
 
 whenChanged(() => {
   if (timer && state.moment && isThere()) put(null);
-  drawKey();
   drawCurves();
   drawMoment();
 });

@@ -17,10 +17,10 @@ import { swatch } from "./swatch.js";
 
 /** Least width of a board beside others before they are scrolled, and what the bar needs at least. */
 const LEAST_PX = 150;
-const BAR_REM = 8.6;
-const PRESENTED_REM = 12;
-const READ_REM = 8.2;
-const COMPARED_REM = 11;
+const BAR_REM = 7.6;
+const PRESENTED_REM = 11;
+const READ_REM = 9.6;
+const COMPARED_REM = 13.2;
 /** What is read of a run, in a word, and whether it is of the first that matter. */
 const NUMBERS = /** @type {const} */ ([
   ["reward", "reward", "Mean reward per trial over the last 500, random moves and all"],
@@ -160,9 +160,19 @@ for (const kind of ["boards", "overs"])
     draw(kind);
   });
 
+let marked = "";
+/** Show which cell is read, on all boards. @param {{east: number, north: number} | null} cell */
+const markCell = (cell) => {
+  const key = JSON.stringify([cell, tiles.length]);
+  if (key === marked) return;
+  marked = key;
+  for (const { board } of tiles) board.mark(cell);
+};
+
 const read = () => {
   make();
-  const { readings, legend, compare, race } = state;
+  const { readings, legend, compare, race, cell } = state;
+  markCell(cell?.rows ? { east: cell.east, north: cell.north } : null);
   tiles.forEach((each, index) => {
     const run = readings?.runs[index];
     if (!run || each.tile.classList.contains("difference")) return;

@@ -10,14 +10,13 @@ import { swatch } from "./swatch.js";
 
 const read = element("section", "read");
 read.innerHTML = `
-  <div class="colours"><h2></h2><div class="pounce"></div></div>
+  <div class="colours"><h2></h2><div class="pounce"></div><div class="pounce map-legend"></div></div>
   <div class="apart">
     <h2>Compare <select class="one" aria-label="One of two runs"></select> with
       <select class="other" aria-label="The other run"></select></h2>
     <p class="text"></p>
     <button type="button" class="go">Go there</button>
     <div><label><input type="checkbox" class="map" /> Map of what is different</label></div>
-    <div class="pounce"></div>
   </div>
   <div class="cell"><h2></h2><table></table></div>`;
 document.body.append(read);
@@ -52,7 +51,7 @@ const showApart = () => {
   map.checked = compare.shown;
   write(part(".apart .text"), compare.text);
   go.hidden = compare.step === null;
-  put(part(".apart .pounce"), compare.legend);
+  put(part(".map-legend"), compare.shown ? compare.legend : "");
 };
 
 const compare = () => {
