@@ -9,20 +9,15 @@ import json
 import statistics
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from app.audience.audience import Audience
 from app.live.requests import Play, StartAgain
 from app.live.session import Session
-from app.live.worker import FULL_SPEED
-from app.page.lab import Lab
 from benchmarks.load import clicks, percentile
-from benchmarks.page import TRIALS, clients_of, page_rate
+from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate, wait_until
 from learners.spec import MAX_TRIALS, RunSpec
 
 READ_S = 5.0
@@ -51,7 +46,17 @@ def measure_audience(
     took_ms: list[float] = []
     sent: list[float] = []
     shares: list[float] = []
-    with _opened(spec, preset, presets) as (session, lab, audience), clients_of(lab, 1) as pages:
+    audiences: list[Audience] = []
+
+    def opens_stand(session: Session) -> Audience:
+        audiences.append(Audience(session.past_of, "127.0.0.1", 0, most=10_000))
+        return audiences[-1]
+
+    with (
+        opened_lab(spec, preset, presets, opens_stand) as (session, lab),
+        clients_of(lab, 1) as pages,
+    ):
+        (audience,) = audiences
         for repetition in range(repetitions):
             progress(f"no watchers: {repetition + 1} of {repetitions}")
             alone = page_rate(session, spec, preset, 0)
@@ -70,24 +75,6 @@ def measure_audience(
 
 
 @contextmanager
-def _opened(
-    spec: RunSpec, preset: str, presets: Mapping[str, RunSpec]
-) -> Iterator[tuple[Session, Lab, Audience]]:
-    """A lab at full speed that has an audience, with nobody looking yet."""
-    session = Session(spec, preset, 0, FULL_SPEED, playing=True)
-    audience = Audience(session.past_of, "127.0.0.1", 0, most=10_000)
-    lab = Lab(session, presets, "127.0.0.1", 0, Path("results"), stand=audience)
-    session.start()
-    drawing = threading.Thread(target=lab.serve, daemon=True)
-    drawing.start()
-    try:
-        yield session, lab, audience
-    finally:
-        lab.close()
-        drawing.join()
-
-
-@contextmanager
 def _watchers_of(audience: Audience, n_watchers: int) -> Iterator[subprocess.Popen[str]]:
     """The process of so many watchers, once all of them look."""
     readers = subprocess.Popen(
@@ -103,20 +90,12 @@ def _watchers_of(audience: Audience, n_watchers: int) -> Iterator[subprocess.Pop
         text=True,
     )
     try:
-        _wait_for(lambda: audience.n_watchers == n_watchers, f"{n_watchers} watchers did not come")
+        wait_until(lambda: audience.n_watchers == n_watchers, f"{n_watchers} watchers did not come")
         yield readers
     finally:
         readers.kill()
         readers.communicate()
-    _wait_for(lambda: audience.n_watchers == 0, "watchers that have left are still there")
-
-
-def _wait_for(condition: Callable[[], bool], complaint: str) -> None:
-    deadline = time.perf_counter() + _CONNECT_S
-    while not condition():
-        if time.perf_counter() > deadline:
-            raise TimeoutError(complaint)
-        time.sleep(0.05)
+    wait_until(lambda: audience.n_watchers == 0, "watchers that have left are still there")
 
 
 def _kb_per_s_each(

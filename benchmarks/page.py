@@ -17,6 +17,7 @@ from app.live.requests import Play, StartAgain
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from app.page.lab import Lab
+from app.player.presented import Stand
 from learners.run import Run
 from learners.spec import RunSpec
 
@@ -58,11 +59,14 @@ def page_rate(session: Session, spec: RunSpec, preset: str, seed: int) -> float:
 
 @contextmanager
 def opened_lab(
-    spec: RunSpec, preset: str, presets: Mapping[str, RunSpec]
+    spec: RunSpec,
+    preset: str,
+    presets: Mapping[str, RunSpec],
+    opens_stand: Callable[[Session], Stand | None] = lambda session: None,
 ) -> Iterator[tuple[Session, Lab]]:
-    """A lab at full speed, with nobody looking yet."""
+    """A lab at full speed, with nobody looking yet; it may have a stand for an audience."""
     session = Session(spec, preset, 0, FULL_SPEED, playing=True)
-    lab = Lab(session, presets, "127.0.0.1", 0, Path("results"))
+    lab = Lab(session, presets, "127.0.0.1", 0, Path("results"), stand=opens_stand(session))
     session.start()
     drawing = threading.Thread(target=lab.serve, daemon=True)
     drawing.start()
@@ -94,17 +98,22 @@ def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
         text=True,
     )
     try:
-        _wait_for(
+        wait_until(
             lambda: len(lab.browsers) == before + n_clients, f"{n_clients} clients did not connect"
         )
         yield readers
     finally:
         readers.kill()
         readers.communicate()
-    _wait_for(lambda: len(lab.browsers) == before, "clients that have left are still there")
+    wait_until(lambda: len(lab.browsers) == before, "clients that have left are still there")
 
 
-def _wait_for(condition: Callable[[], bool], complaint: str) -> None:
+def wait_until(condition: Callable[[], bool], complaint: str) -> None:
+    """Wait until something holds.
+
+    Raises:
+        TimeoutError: it does not in time; with the complaint.
+    """
     deadline = time.perf_counter() + _CONNECT_S
     while not condition():
         if time.perf_counter() > deadline:
