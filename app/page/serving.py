@@ -94,11 +94,11 @@ def run_lab(
                 sessions,
                 stand,
             )
-        except OSError as error:
-            raise ListenError(error.strerror or str(error)) from error
-        except UnicodeError as error:
-            # So Python says of some names that no host can have.
-            raise ListenError(str(error)) from error
+        except (OSError, UnicodeError) as error:
+            if stand is not None:
+                stand.close()
+            # Of some names that no host can have Python says that they are no text.
+            raise ListenError(getattr(error, "strerror", None) or str(error)) from error
         # Between two frames and not within one, where it would leave things half done.
         ending.by(lab.end)
         _announce(lab, port)

@@ -16,6 +16,8 @@ TOUCHED_S = 0.5
 
 CALM: Final = "gray"
 """Colour of a button that is not the one to begin with; the stylesheet gives it but an outline."""
+NOTE: Final = "padding:0 0.7em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
+"""Style of what is said below widgets."""
 DESTROYS: Final = "red"
 """Colour of a button that puts an end to something."""
 

@@ -5,12 +5,10 @@ from markupsafe import Markup
 
 from app.page.inbox import Intent
 from app.page.presenting import Presenting
-from app.page.widgets import CALM, add_hints, assign
+from app.page.widgets import CALM, NOTE, add_hints, assign
 from app.player.presented import Stand
 from app.util.html import element, joined
 from app.words.numbers import counted
-
-_STYLE = "padding:0 0.7em 0.5em;font-size:0.9em;overflow-wrap:anywhere"
 
 
 class Audience:
@@ -46,5 +44,5 @@ class Audience:
         whose = "this browser" if is_own else "another browser"
         parts.append("Nobody presents." if presenter is None else f"It sees what {whose} sees.")
         content = joined([element("div", part) for part in parts], "")
-        assign(self._said, "content", str(element("div", content, style=_STYLE)))
+        assign(self._said, "content", str(element("div", content, style=NOTE)))
         assign(self._present, "disabled", is_own)

@@ -17,7 +17,7 @@ from app.live.written import DamagedError, SessionError, read, save
 from app.page.confirm import confirm_for_all
 from app.page.inbox import Intent, Work, check_there
 from app.page.taking_up import Submit, Taken, take_up
-from app.page.widgets import CALM, add_hints, assign
+from app.page.widgets import CALM, NOTE, add_hints, assign
 from app.util.html import element
 from app.util.texts import as_text
 from app.words.numbers import counted
@@ -93,8 +93,7 @@ class Earlier:
         assign(self._resume, "disabled", not there)
 
     def _say(self, text: str) -> None:
-        style = "padding:0 0.7em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
-        assign(self._said, "content", str(element("div", text, style=style)) if text else "")
+        assign(self._said, "content", str(element("div", text, style=NOTE)) if text else "")
 
     def _ask_first(self, client: viser.ClientHandle, _: object) -> None:
         """Ask before the run is taken away that others are looking at."""

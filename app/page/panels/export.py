@@ -10,7 +10,7 @@ import viser
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.page.inbox import Intent, Work, check_there
-from app.page.widgets import CALM, add_hints, assign
+from app.page.widgets import CALM, NOTE, add_hints, assign
 from app.picture.layer import Extras
 from app.picture.look import Look
 from app.player import images
@@ -137,8 +137,7 @@ class Export:
         check_there(self._session)
 
     def _say(self, text: str) -> None:
-        style = "padding:0 0.7em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
-        assign(self._said, "content", str(element("div", text, style=style)))
+        assign(self._said, "content", str(element("div", text, style=NOTE)))
 
 
 def _stem(snapshot: Snapshot) -> str:

@@ -17,13 +17,11 @@ from app.live.status import Status
 from app.live.written import SUFFIX, SessionError
 from app.page.arrival import Arrival
 from app.page.inbox import Intent, StatusOf, Work
-from app.page.widgets import CALM, add_hints, assign
+from app.page.widgets import CALM, NOTE, add_hints, assign
 from app.server.links import address_of_link
 from app.util.html import element
 from app.words.numbers import counted
 from learners.commands import CommandError
-
-_STYLE: Final = "padding:0 0.7em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
 
 _ANYWHERE: Final = "It opens in this lab, for whoever has its token if there is one."
 _ONLY_HERE: Final = (
@@ -103,7 +101,7 @@ class Share:
         """Say what would be shared now."""
         n_others = len(status.lines) - 1
         assign(self._all, "visible", n_others > 0)
-        assign(self._what, "content", str(element("div", self._words(status), style=_STYLE)))
+        assign(self._what, "content", str(element("div", self._words(status), style=NOTE)))
 
     def _words(self, status: Status) -> str:
         n_others = len(status.lines) - 1
@@ -155,7 +153,7 @@ class Share:
         where = element("span", _ANYWHERE, **{"data-where": "anywhere"})
         here = element("span", _ONLY_HERE, hidden="", **{"data-where": "here"})
         content = f"{status}{link}{text}{where}{here}"
-        copied = f'<div style="{_STYLE}" data-copy-link="{self._n_links}">{content}</div>'
+        copied = f'<div style="{NOTE}" data-copy-link="{self._n_links}">{content}</div>'
         assign(self._said, "content", copied)
 
     def _take(self, client: viser.ClientHandle, file: viser.UploadedFile) -> None:
@@ -163,7 +161,7 @@ class Share:
         self._arrival.open(partial(read_shared, path, file.content), is_sure=True)
 
     def _say(self, text: str) -> None:
-        assign(self._said, "content", str(element("div", text, style=_STYLE)))
+        assign(self._said, "content", str(element("div", text, style=NOTE)))
 
 
 def _extent(found: Excerpt) -> str:
