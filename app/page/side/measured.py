@@ -35,15 +35,16 @@ class GreedyRuns:
         """Step and reward of each measurement, of each run."""
 
     def follow(self, snapshots: tuple[Snapshot, ...]) -> None:
-        """Measure the one whose last measurement is farthest back, where that is due."""
+        """Measure of those that are due the one whose last measurement is farthest back."""
         of, found = self._maker.latest
         if isinstance(of, _Of) and isinstance(found, Greedy):
             known = self._known[of.place]
             if not known or known[-1][0] < of.step:
                 known.append((of.step, found.reward))
-        place = min(range(len(snapshots)), key=lambda one: self._last(one))
-        snapshot = snapshots[place]
-        if snapshot.trial and snapshot.step >= self._last(place) + _EVERY_STEPS:
+        due = [place for place, one in enumerate(snapshots) if self._is_due(place, one)]
+        if due:
+            place = min(due, key=self._last)
+            snapshot = snapshots[place]
             this = _Of(place, snapshot.step, snapshot.trial)
             self._maker.want(this, lambda: greedy_at(snapshot))
 
@@ -54,6 +55,11 @@ class GreedyRuns:
     def stop(self) -> None:
         """Measure nothing more, and wait for what is being measured."""
         self._maker.stop()
+
+    def _is_due(self, place: int, snapshot: Snapshot) -> bool:
+        ended = snapshot.trial >= snapshot.spec.trials
+        least = 1 if ended else _EVERY_STEPS
+        return snapshot.trial > 0 and snapshot.step >= self._last(place) + least
 
     def _last(self, place: int) -> int:
         known = self._known[place]
