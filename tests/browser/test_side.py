@@ -220,6 +220,9 @@ def test_one_cell_is_read_in_all_and_two_runs_are_compared(begun: Shared) -> Non
     expect(frame.locator(".apart .text")).to_contain_text("Different from the start")
     frame.get_by_role("button", name="Go there").click()
     expect(frame.locator(".handle")).to_have_text("step 0")
+    # Whoever wants the map has it of the next runs, too.
+    frame.get_by_label("Map of what is different").uncheck()
+    expect(frame.locator(".tile")).to_have_count(4)
 
 
 def test_the_live_run_stands_beside_a_preset_that_is_chosen(begun: Shared) -> None:
