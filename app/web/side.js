@@ -22,6 +22,9 @@ const dress = (node) => {
     node.focus();
   };
   node.addEventListener("load", begin);
+  // Its page may have come before it was met here.
+  const page = node.contentDocument;
+  if (page?.readyState === "complete" && page.URL !== "about:blank") begin();
 };
 
 /**

@@ -1,7 +1,5 @@
 """The past in a real browser: everything on the page is that of the moment that it looks at."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from playwright.sync_api import expect
@@ -9,46 +7,18 @@ from playwright.sync_api import expect
 from app.explain.cell import reading_at
 from app.explain.cell_html import reading_html
 from app.live.requests import Pause, Play, SetSpeed
-from app.live.snapshot import Snapshot
 from app.picture.layer import Extras
 from app.picture.look import Look
-from app.player.hunts import placed
 from learners.commands import SetParameter
 from learners.kernel import rows
 from learners.run import replay
-from tests.support.live import SEED, LiveLab
+from tests.support.live import SEED
+from tests.support.moments import expect_moment, moment_of
 from tests.support.person import words
-from tests.support.screen import Begin, Screen
+from tests.support.screen import Begin
 
 LEARNED = 2_000
 """Trials after which there is a cone in the small world."""
-
-_POINTS = """name => {
-    const node = window.__viserSceneTree.getState()[name];
-    return Array.from(node.message.props.points);
-}"""
-_MOMENT = """async () => {
-    const { state } = await import(new URL("../../web/time/state.js", location.href));
-    return state.moment;
-}"""
-
-
-def moment_of(screen: Screen) -> dict[str, Any]:
-    """Where the bar says that the page is."""
-    found: dict[str, Any] = screen.time_page.evaluate(_MOMENT)
-    return found
-
-
-def expect_moment(live: LiveLab, screen: Screen, shot: Snapshot) -> None:
-    """Wait until the page shows a moment: board, sentence, reading, predator and playhead."""
-    screen.expect_cell_colours(live.colours(moment=shot))
-    expect(screen.reading("Trial")).to_have_text(f"{shot.trial:,}")
-    here = placed(shot.world, shot.spec.world, Look(), np.array([shot.cell]), shot.heading, shown=0)
-    if shot.trial_step:
-        points = np.array(screen.page.evaluate(_POINTS, "/board/predator")).reshape(-1, 3)
-        np.testing.assert_allclose(points[0, :2], here[0], atol=1e-4)
-    moment = moment_of(screen)
-    assert (moment["step"], moment["trial"]) == (shot.step, shot.trial)
 
 
 def test_the_whole_page_is_that_of_a_moment_while_the_learner_goes_on(begin: Begin) -> None:

@@ -4,8 +4,8 @@ from playwright.sync_api import expect
 
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT
-from tests.browser.test_time import expect_moment
 from tests.support.live import PATIENCE_S
+from tests.support.moments import expect_moment
 from tests.support.screen import BeginTwo
 
 LEARNED = 2_000

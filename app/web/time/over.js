@@ -153,7 +153,7 @@ const placeLoop = (between, bar, { line, a, loop }) => {
   between.style.transform = `translateX(${from}px)`;
 };
 
-let toldAt = 0;
+let toldAt = -Infinity;
 let toTell = 0;
 
 /**
