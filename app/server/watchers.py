@@ -42,8 +42,6 @@ MOST_UNANSWERED: Final = 2
 """Messages that may be on their way to a watcher; while there are more it is sent nothing."""
 FULL: Final = 4_003
 """The code with which a connection ends because there are too many."""
-TOO_MUCH: Final = 4_029
-"""The code with which a connection ends over which far too much came."""
 
 _BYTES_PER_S: Final = 4_096.0
 _BYTES_AT_ONCE: Final = 65_536.0
@@ -215,11 +213,6 @@ class Watchers:
     def addresses(self) -> tuple[str, ...]:
         """Addresses under which it has just answered, without a token; this machine's first."""
         return answering_addresses(self._host, self.port)
-
-    @property
-    def most(self) -> int:
-        """So many may look at once."""
-        return self._most
 
     @property
     def all(self) -> tuple[Watcher, ...]:
