@@ -12,9 +12,10 @@ from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 
 from app.documents import presets
 from app.player import replay_page
-from app.player.film import PLANES, unpacked
+from app.player.film import PLANES
 from app.player.reel import recorded_run
 from tests.support.access import AXE, FINDINGS
+from tests.support.films import unpacked
 from tests.support.replays import HOSTILE, branchy_records, recorded, small_branchy
 from tests.support.schedules import small_spec
 
