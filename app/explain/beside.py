@@ -31,7 +31,7 @@ def repertoire(spec: RunSpec) -> str:
         return f"{names}, {when}" if len(skills) == 1 else f"{names}, all {when}"
     by_time = sorted(zip(joins, skills, strict=True))
     parts = [plain(skill) + (f" ({at:,})" if at else "") for at, skill in by_time]
-    return f"one skill after the other, by trial: {', '.join(parts)}"
+    return f"skills one by one, planned by trial: {', '.join(parts)}"
 
 
 def standing(

@@ -247,6 +247,12 @@ def _import_map() -> str:
     return _json({"imports": addresses})
 
 
+_HOW_TO_BEGIN: Final = (
+    "A recording: the button with the arrow, or space, plays it; drag along the curve to go to a"
+    " moment."
+)
+
+
 def _header(recorded: Recorded, live: LineSeen, title: str) -> Markup:
     facts = [
         counted(live.until_trial, "trial"),
@@ -264,6 +270,7 @@ def _header(recorded: Recorded, live: LineSeen, title: str) -> Markup:
             [
                 element("div", element("h1", title) + switch, class_="top"),
                 element("p", joined(facts, ", "), class_="facts"),
+                element("p", _HOW_TO_BEGIN, class_="facts how", hidden=""),
                 element(
                     "noscript",
                     element(
@@ -388,8 +395,9 @@ def _table(line: LineSeen, rows: Sequence[Sequence[str]], steps: Sequence[int]) 
 
 def _stills(shots: Sequence[Shot], world: Mapping[str, Any]) -> Markup:
     """Four moments as pictures: what a sheet of paper has."""
+    # From among the early ones, which show how it begins, to the last.
     last = len(shots) - 1
-    chosen = [shots[round((number + 1) * last / _STILLS)] for number in range(_STILLS)]
+    chosen = [shots[round((number + 0.5) * last / (_STILLS - 0.5))] for number in range(_STILLS)]
     figures = [_still(shot, world) for shot in chosen]
     legend, _, caption, _ = chosen[-1].views[view_name("value", "turned")].texts
     content = joined(

@@ -206,6 +206,7 @@ class Watchers:
         self.port: int = self._socket.getsockname()[1]
         self._loop = asyncio.new_event_loop()
         self._loop.set_exception_handler(tell_of_error)
+        self._ends = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name="watchers", daemon=True)
         self._thread.start()
 
@@ -228,7 +229,7 @@ class Watchers:
     def close(self) -> None:
         """End all connections and the port."""
         with contextlib.suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._loop.call_soon_threadsafe(self._ends.set)
         self._thread.join(timeout=2 * _CLOSE_S)
 
     # --- In the thread ----------------------------------------------------------------------------
@@ -250,14 +251,18 @@ class Watchers:
             logger=_wire_log,
         )
 
+    async def _serve(self) -> None:
+        """Be there until the end, which may have come before it has begun."""
+        server = await self._listen()
+        await self._ends.wait()
+        server.close(code=CloseCode.GOING_AWAY, reason="the lab has ended")
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(server.wait_closed(), _CLOSE_S)
+
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
-            server = self._loop.run_until_complete(self._listen())
-            self._loop.run_forever()
-            server.close(code=CloseCode.GOING_AWAY, reason="the lab has ended")
-            with contextlib.suppress(TimeoutError):
-                self._loop.run_until_complete(asyncio.wait_for(server.wait_closed(), _CLOSE_S))
+            self._loop.run_until_complete(self._serve())
         finally:
             for task in asyncio.all_tasks(self._loop):
                 task.cancel()

@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, BrowserContext, expect
 
 from app.server import admission, pace
 from learners.spec import RunSpec
+from tests.support.costs import try_for_a_moment
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
 from tests.support.screen import (
     VIEWPORT,
@@ -22,6 +23,14 @@ from tests.support.screen import (
 
 FIRST_TRIAL = 100
 """Where a lab stands that no test has begun in a way of its own."""
+
+
+@pytest.fixture(scope="package", autouse=True)
+def short_pilots() -> Iterator[None]:
+    """No test reads how long an experiment would take, which each lab tries out by itself."""
+    with pytest.MonkeyPatch.context() as patch:
+        try_for_a_moment(patch)
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -31,7 +31,7 @@ def with_rewards(*rewards: float) -> list[Snapshot]:
         ("hierarchical_3", "approach, circle clockwise and avoid, all from the start"),
         (
             "timed",
-            "one skill after the other, by trial: approach, circle clockwise (12,000), avoid"
+            "skills one by one, planned by trial: approach, circle clockwise (12,000), avoid"
             " (14,500)",
         ),
     ],

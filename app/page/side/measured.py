@@ -46,7 +46,7 @@ class GreedyRuns:
         """What the last one that was taken in is of."""
 
     def follow(self, snapshots: tuple[Snapshot, ...]) -> None:
-        """Measure the one whose last measurement is farthest back, where that is due."""
+        """Measure of those that are due the one whose last measurement is farthest back."""
         of, found = self._maker.latest
         if isinstance(of, _Of) and isinstance(found, Greedy) and of is not self._taken:
             self._taken = of
@@ -57,9 +57,10 @@ class GreedyRuns:
             # A line that is followed may have been taken back.
             while known and known[-1][0] > snapshot.step:
                 known.pop()
-        place = min(range(len(snapshots)), key=lambda one: self._last(one))
-        snapshot = snapshots[place]
-        if snapshot.trial and snapshot.step >= self._last(place) + _EVERY_STEPS:
+        due = [place for place, one in enumerate(snapshots) if self._is_due(place, one)]
+        if due:
+            place = min(due, key=self._last)
+            snapshot = snapshots[place]
             this = _Of(place, snapshot.step, snapshot.trial)
             self._maker.want(this, lambda: greedy_at(snapshot))
 
@@ -70,6 +71,11 @@ class GreedyRuns:
     def stop(self) -> None:
         """Measure nothing more, and wait for what is being measured."""
         self._maker.stop()
+
+    def _is_due(self, place: int, snapshot: Snapshot) -> bool:
+        ended = snapshot.trial >= snapshot.spec.trials
+        least = 1 if ended else _EVERY_STEPS
+        return snapshot.trial > 0 and snapshot.step >= self._last(place) + least
 
     def _last(self, place: int) -> int:
         known = self._known[place]

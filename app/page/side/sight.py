@@ -66,8 +66,8 @@ class View(NamedTuple):
 
     @property
     def between(self) -> tuple[Snapshot, Snapshot] | None:
-        """The two runs of which a map of differences is to be seen."""
-        return (self.shown[self.pair.one], self.shown[self.pair.other]) if self.pair.shown else None
+        """Of which runs a map of differences is to be seen: against which one, and which."""
+        return (self.shown[self.pair.other], self.shown[self.pair.one]) if self.pair.shown else None
 
 
 class Sight:
@@ -130,9 +130,9 @@ class Sight:
             for place, (one, look) in enumerate(zip(view.shown, view.looks, strict=True))
         ]
         if view.between is not None:
-            one, other = view.between
-            pair = view.pair.one, view.pair.other
-            boards.append(view.hall.ground(pair, other, view.look_at_change, one, rests))
+            other, one = view.between
+            pair = view.pair.other, view.pair.one
+            boards.append(view.hall.ground(pair, one, view.look_at_change, other, rests))
         self._send_parts("boards", boards)
 
     def _send_slowly(self, view: View) -> None:
@@ -142,9 +142,9 @@ class Sight:
             for place, (one, look) in enumerate(zip(view.shown, view.looks, strict=True))
         ]
         if view.between is not None:
-            one, other = view.between
-            pair = view.pair.one, view.pair.other
-            overs.append(view.hall.over(pair, other, view.look_at_change, one))
+            other, one = view.between
+            pair = view.pair.other, view.pair.one
+            overs.append(view.hall.over(pair, one, view.look_at_change, other))
         self._send_parts("overs", overs)
         self.send("readings", _readings(view))
         self.send("legend", _legend(view))
@@ -239,21 +239,21 @@ def _comparison(view: View) -> dict[str, Any]:
     pair, hall = view.pair, view.hall
     status = hall.status
     found = hall.apart.of(hall.race, pair.one, pair.other, status.step)
-    names = (status.entries[pair.one].name, status.entries[pair.other].name)
+    one_name, other_name = status.entries[pair.one].name, status.entries[pair.other].name
     sent: dict[str, Any] = {
         "one": pair.one,
         "other": pair.other,
         "shown": pair.shown,
-        "text": apart_said(found, names, status.step, status.trials[pair.one]),
+        "text": apart_said(found, (one_name, other_name), status.step, status.trials[pair.one]),
         "step": None if found is None else found.step,
         "caption": "",
         "legend": "",
     }
     if view.between is not None:
-        one, other = view.between
-        extras, look = Extras(since=one, names=names), view.look_at_change
-        sent["caption"] = CHANGE.caption(other, look, extras)
-        sent["legend"] = str(CHANGE.legend(other, look, extras))
+        other, one = view.between
+        extras, look = Extras(since=other, names=(other_name, one_name)), view.look_at_change
+        sent["caption"] = CHANGE.caption(one, look, extras)
+        sent["legend"] = str(CHANGE.legend(one, look, extras))
     return sent
 
 

@@ -185,7 +185,8 @@ export const drawMark = (context, place, sent, cell) => {
 };
 
 /**
- * A word on a patch of the board's colour, with its middle at a place.
+ * A word on a patch of the board's colour, with its middle at a place, or so near to it that none of
+ * the word is cut.
  * @param {CanvasRenderingContext2D} context
  * @param {Place} place
  * @param {Sent} sent
@@ -199,10 +200,11 @@ export const drawWord = (context, place, sent, [text, east, north], height, most
   context.font = `${size}px ${place.font}`;
   context.textAlign = "center";
   context.textBaseline = "middle";
-  const [x, y] = place.to(east, north);
+  const [at, y] = place.to(east, north);
   const room = most - PAD * size;
   const wide = Math.min(context.measureText(text).width, room) + PAD * size;
   const high = TALL * size;
+  const x = Math.max(wide / 2, Math.min(at, place.sheet.width - wide / 2));
   context.beginPath();
   context.roundRect(x - wide / 2, y - high / 2, wide, high, ROUNDED * size);
   context.globalAlpha = PATCH;

@@ -18,7 +18,8 @@ import { swatch } from "./swatch.js";
 /** Least width of a board beside others before they are scrolled, and what the bar needs at least. */
 const LEAST_PX = 150;
 const BAR_REM = 7.6;
-const PRESENTED_REM = 11;
+/** What is below the boards of a presentation, without a map of what is different and with one. */
+const PRESENTED_REM = [11, 12.2];
 const READ_REM = 9.6;
 const COMPARED_REM = 13.2;
 /** What is read of a run, in a word, and whether it is of the first that matter. */
@@ -111,8 +112,9 @@ const place = () => {
   const width = document.documentElement.clientWidth - 2 * gap;
   // Of a presentation it is the boards that are looked at, and of what is read but the colours.
   const isPresented = document.documentElement.hasAttribute("data-present");
-  const read = state.compare?.shown ? COMPARED_REM : READ_REM;
-  const below = isPresented ? PRESENTED_REM : BAR_REM + read;
+  const isCompared = state.compare?.shown ?? false;
+  const read = isCompared ? COMPARED_REM : READ_REM;
+  const below = isPresented ? PRESENTED_REM[Number(isCompared)] : BAR_REM + read;
   // Eight headings lie in two rows of four.
   const ratio = boards.classList.contains("tiled") ? 0.5 : 1;
   const height = innerHeight - head - below * rem - gap;

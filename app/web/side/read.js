@@ -57,7 +57,10 @@ const showApart = () => {
 const compare = () => {
   const pair = { one: Number(one.value), other: Number(other.value) };
   if (pair.one === pair.other) pair.other = (pair.one + 1) % (state.race?.runs.length ?? 2);
-  send({ do: "compare", ...pair, shown: map.checked });
+  const wanted = { ...pair, shown: map.checked };
+  // What is drawn before the lab answers does not take it back.
+  if (state.compare) state.compare = { ...state.compare, ...wanted };
+  send({ do: "compare", ...wanted });
 };
 for (const field of [one, other, map])
   field.addEventListener("change", () => {

@@ -7,12 +7,14 @@ from app.live.divergence import Divergence
 from app.live.past import Budget, Past
 from app.live.race import Race
 from app.live.racer import Entry
-from app.page.side.measured import Apart
+from app.live.snapshot import Snapshot, take
+from app.page.side.measured import Apart, GreedyRuns
 from learners.commands import SetParameter
 from learners.run import Run
 from learners.spec import MAX_TRIALS
-from tests.support.races import PATIENCE_S, SEED, racing, small
+from tests.support.races import PATIENCE_S, SEED, alone, entry, racing, small
 
+TWO = (entry("standard_q"), entry("timed"))
 STEPS = 2_000
 
 
@@ -52,3 +54,28 @@ def found(apart: Apart, race: Race, is_it: Callable[[Divergence], bool]) -> Dive
         if one is not None and is_it(one):
             return one
     raise TimeoutError("it was not found in time")
+
+
+def moment(step: int | None = None) -> tuple[Snapshot, ...]:
+    """Both runs at a step, or at their ends."""
+    runs = [alone(one, step) for one in TWO]
+    return tuple(take(run, "", place) for place, run in enumerate(runs))
+
+
+def test_of_runs_that_are_over_the_end_is_measured_however_near_it_the_last_time_was() -> None:
+    greedy, ends = GreedyRuns(len(TWO)), moment()
+
+    def is_measured(snapshots: tuple[Snapshot, ...]) -> bool:
+        greedy.follow(snapshots)
+        found = [greedy.at(place, one.step) for place, one in enumerate(snapshots)]
+        steps = [one.step for one in snapshots]
+        return [None if one is None else one[0] for one in found] == steps
+
+    try:
+        for snapshots in (moment(600), ends):
+            deadline = time.monotonic() + PATIENCE_S
+            while not is_measured(snapshots):
+                assert time.monotonic() < deadline
+                time.sleep(0.005)
+    finally:
+        greedy.stop()
