@@ -43,8 +43,8 @@ _BAR_S: Final = 5.0
 _BAR_ASKED_S: Final = 0.5
 OTHERS_SHARE: Final = 0.1
 """Of one processor, for all who look at something else than the presenter."""
-_MOST_VIEWS: Final = 200
-"""Views that are kept for those who look around."""
+_MOST_VIEWS: Final = 64
+"""Views that are kept for those who look around; each holds a moment, of some hundred kilobytes."""
 _IDLE_S: Final = 1.0
 
 log = logging.getLogger(__name__)
