@@ -31,6 +31,7 @@ def rate_of(session: Session, spec: RunSpec) -> float:
     time.sleep(WARM_UP_S)
     step, began = session.status.snapshot.step, time.perf_counter()
     time.sleep(MEASURED_S)
+    session.wait_for(lambda status: status.snapshot.step > step, PATIENCE_S)
     return (session.status.snapshot.step - step) / (time.perf_counter() - began)
 
 

@@ -100,7 +100,9 @@ def _measure(
         progress(f"counting: {turn + 1} of {repetitions}")
         session.submit(StartRace(thesis_four(_endless, turn)))
         _wait(lambda seed=turn: _seed(session) == seed)
-        alone.append(_rate(session))
+        before, began_s = _steps(session), time.perf_counter()
+        time.sleep(TURN_S / 3)
+        alone.append(_rate(session, before, began_s))
         # Nobody else looks, so closing it lets the runs stand still.
         page.keyboard.press("c")
         node = page.wait_for_selector("iframe.pounce-side", timeout=_PATIENCE_MS)
@@ -108,7 +110,7 @@ def _measure(
         frame.wait_for_function(_IS_SHOWN, timeout=_PATIENCE_MS)
         before, began_s = _steps(session), time.perf_counter()
         shown.append(frame.evaluate(_COUNT, TURN_S))
-        rates.append((_steps(session) - before) / (time.perf_counter() - began_s))
+        rates.append(_rate(session, before, began_s))
         page.keyboard.press("c")
         page.wait_for_selector("iframe.pounce-side", state="detached", timeout=_PATIENCE_MS)
     shares = [rate / free for rate, free in zip(rates, alone, strict=True)]
@@ -132,10 +134,9 @@ def _steps(session: Session) -> int:
     return race.status.step
 
 
-def _rate(session: Session) -> float:
-    """Steps a second of each run while nobody looks."""
-    before, began_s = _steps(session), time.perf_counter()
-    time.sleep(TURN_S / 3)
+def _rate(session: Session, before: int, began_s: float) -> float:
+    """Steps a second of each run since it had made so many, of which there is one more at least."""
+    _wait(lambda: _steps(session) > before)
     return (_steps(session) - before) / (time.perf_counter() - began_s)
 
 
@@ -143,5 +144,5 @@ def _wait(is_so: Callable[[], bool]) -> None:
     until_s = time.perf_counter() + _PATIENCE_MS / 1e3
     while not is_so():
         if time.perf_counter() > until_s:
-            raise RuntimeError("the runs did not begin")
+            raise RuntimeError("the runs stand still")
         time.sleep(0.01)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "pounce export latest --html replay.html",
     "pounce export timed --seed 3 --html timed.html --gif timed.gif",
-    "pounce export my-session.pounce --png ring.png --svg ring.svg --at 30000 --layer chosen",
+    "pounce export mine.pounce --png ring.png --at 30000 --layer chosen",
 )
 
 KINDS = ("html", "png", "svg", "gif", "mp4")

@@ -177,16 +177,6 @@ class Race(Worker[RaceStatus]):
         if any(racer.follows for racer in self._racers):
             self.submit(_Heed())
 
-    def snapshots_at(self, step: int) -> tuple[Snapshot, ...]:
-        """All at one step, or at an earlier end, made while the caller waits; exact.
-
-        Args:
-            step: of the moment; beyond where the race is, that.
-        """
-        made = self.moments.made(step)
-        assert made is not None
-        return made
-
     def past(self, place: int) -> Past:
         """The past of a racer, by its place among the entries."""
         return self._racers[place].past

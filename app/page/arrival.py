@@ -8,6 +8,7 @@ first.
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any, TypeVar
 
 import viser
 
@@ -19,7 +20,7 @@ from app.live.session import Session
 from app.live.shared import MOST_STEPS, contents_of, read_link
 from app.live.written import SessionError, Written
 from app.page.confirm import confirm, confirm_for_all
-from app.page.inbox import Intent, Work
+from app.page.inbox import Intent, Work, check_there
 from app.page.taking_up import Submit, Taken, take_up
 from app.page.widgets import CALM
 from app.server.links import Links
@@ -27,6 +28,7 @@ from app.server.notices import close_modal, open_modal, tell
 from app.util.html import element, joined
 from app.util.texts import for_terminal
 
+Made = TypeVar("Made")
 Read = Callable[[], Written]
 """Reads a session; it raises a SessionError if that is none which may be opened."""
 
@@ -88,7 +90,7 @@ class Arrival:
             self._refuse("Another session is being opened; wait for that.")
             return
         self._is_busy = True
-        self._work(self._client, partial(_read, read), partial(self._ask, is_sure))
+        self._work(self._client, partial(self._freed_by, _read, read), partial(self._ask, is_sure))
 
     def _ask(self, is_sure: bool, found: Written | str) -> None:
         """Ask before something is taken away that others look at, or that somebody has made."""
@@ -118,15 +120,15 @@ class Arrival:
             return
         self._is_busy = True
         tell(self._client, "Opening", "The session is being made again …", auto_close_seconds=60.0)
-        make = partial(self._make, written)
+        make = partial(self._freed_by, _made, written, self._session, self._folder)
         then = partial(self._tell, written)
         take_up(self._client, self._session, self._submit, self._work, make, then)
 
-    def _make(self, written: Written, first_number: int) -> Taken | str:
+    def _freed_by(self, make: Callable[..., Made], *args: Any) -> Made:
+        """What is made, in another thread; if that fails the page is told, and may try another."""
         try:
-            return _made(written, self._session, self._folder, first_number)
+            return make(*args)
         except BaseException:
-            # The page is told of it, and may try another one.
             self._is_busy = False
             raise
 
@@ -172,7 +174,14 @@ def _made(
 ) -> Taken | str:
     """A session made again, with a journal of its own; or why that cannot be."""
     try:
-        remade = made_again(written, session.budget, name_of, first_number, most_steps=MOST_STEPS)
+        remade = made_again(
+            written,
+            session.budget,
+            name_of,
+            first_number,
+            on_step=lambda _: check_there(session),
+            most_steps=MOST_STEPS,
+        )
     except SessionError as error:
         return for_terminal(str(error))
     if folder is None:

@@ -6,6 +6,7 @@ page is made of needs a lock. What may wait of one page is bounded as for any :c
 messages of one that asks faster stay in the network.
 """
 
+import contextlib
 import logging
 from collections import deque
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from typing import Any, TypeVar
 import viser
 
 from app.live.requests import Request
+from app.live.session import Session
 from app.live.status import Status
 from app.server.callbacks import told_to
 from app.server.workers import Workers
@@ -32,6 +34,20 @@ StatusOf = Callable[[viser.ClientHandle], Status]
 """How things stand for a browser: at the moment that it looks at."""
 Work = Callable[[viser.ClientHandle, Callable[[], Any], Callable[[Any], object]], object]
 """:meth:`Inbox.work`."""
+
+
+class EndingError(Exception):
+    """The lab ends, so nobody waits for what was being made."""
+
+
+def check_there(session: Session) -> None:
+    """Asked now and then by what is made in another thread, for whose end the program waits.
+
+    Raises:
+        EndingError: the session's worker has ended.
+    """
+    if session.is_gone:
+        raise EndingError
 
 
 class Intent:
@@ -95,7 +111,7 @@ class Inbox(Workers):
                 then(found)
 
         def begin(_: viser.ClientHandle) -> None:
-            with told_to(client, make):
+            with told_to(client, make), contextlib.suppress(EndingError):
                 self.put(partial(go_on, make()))
 
         super().submit(begin, client)

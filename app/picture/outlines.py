@@ -180,7 +180,7 @@ def sensors(spec: WorldSpec, is_round: bool) -> np.ndarray:
     unit = BOARD_UNITS / spec.size
     edges = geometry.ring_edges(spec) * unit
     parts = [_circle(edge) for edge in edges]
-    radii = np.linspace(edges[0], edges[-1], 40)
+    radii = np.linspace(float(edges[0]), float(edges[-1]), 40)
     for sector in range(spec.n_directions):
         angle = (sector + 0.5) * 2 * np.pi / spec.n_directions
         parts.append(segments(radii[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))

@@ -42,8 +42,6 @@ MOST_UNANSWERED: Final = 2
 """Messages that may be on their way to a watcher; while there are more it is sent nothing."""
 FULL: Final = 4_003
 """The code with which a connection ends because there are too many."""
-TOO_MUCH: Final = 4_029
-"""The code with which a connection ends over which far too much came."""
 
 _BYTES_PER_S: Final = 4_096.0
 _BYTES_AT_ONCE: Final = 65_536.0
@@ -208,6 +206,7 @@ class Watchers:
         self.port: int = self._socket.getsockname()[1]
         self._loop = asyncio.new_event_loop()
         self._loop.set_exception_handler(tell_of_error)
+        self._ends = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name="watchers", daemon=True)
         self._thread.start()
 
@@ -215,11 +214,6 @@ class Watchers:
     def addresses(self) -> tuple[str, ...]:
         """Addresses under which it has just answered, without a token; this machine's first."""
         return answering_addresses(self._host, self.port)
-
-    @property
-    def most(self) -> int:
-        """So many may look at once."""
-        return self._most
 
     @property
     def all(self) -> tuple[Watcher, ...]:
@@ -235,7 +229,7 @@ class Watchers:
     def close(self) -> None:
         """End all connections and the port."""
         with contextlib.suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._loop.call_soon_threadsafe(self._ends.set)
         self._thread.join(timeout=2 * _CLOSE_S)
 
     # --- In the thread ----------------------------------------------------------------------------
@@ -257,14 +251,18 @@ class Watchers:
             logger=_wire_log,
         )
 
+    async def _serve(self) -> None:
+        """Be there until the end, which may have come before it has begun."""
+        server = await self._listen()
+        await self._ends.wait()
+        server.close(code=CloseCode.GOING_AWAY, reason="the lab has ended")
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(server.wait_closed(), _CLOSE_S)
+
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
-            server = self._loop.run_until_complete(self._listen())
-            self._loop.run_forever()
-            server.close(code=CloseCode.GOING_AWAY, reason="the lab has ended")
-            with contextlib.suppress(TimeoutError):
-                self._loop.run_until_complete(asyncio.wait_for(server.wait_closed(), _CLOSE_S))
+            self._loop.run_until_complete(self._serve())
         finally:
             for task in asyncio.all_tasks(self._loop):
                 task.cancel()

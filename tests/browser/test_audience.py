@@ -33,8 +33,7 @@ class Class:
     """A lab with a presenter's page, and pages that look."""
 
     def __init__(self, live: LiveLab, presenter: Screen, browser: Browser) -> None:
-        self.live, self.presenter = live, presenter
-        self._browser = browser
+        self.live, self.presenter, self.browser = live, presenter, browser
         self._contexts: list[BrowserContext] = []
         self.complaints: list[str] = []
 
@@ -47,7 +46,7 @@ class Class:
         self, viewport: ViewportSize = PHONE, dark: bool = False, address: str | None = None
     ) -> Page:
         """One more that looks."""
-        context = self._browser.new_context(
+        context = self.browser.new_context(
             viewport=viewport,
             color_scheme="dark" if dark else "light",
             has_touch=viewport == PHONE,
@@ -290,7 +289,7 @@ def test_the_presenter_reads_where_it_is_and_another_can_take_over(lesson: Class
     shown = screen.page.get_by_text(lesson.audience.addresses[-1])
     expect(shown).to_be_visible()
     expect(screen.button("Present from this browser")).to_be_disabled()
-    context = lesson._browser.new_context(viewport=VIEWPORT)
+    context = lesson.browser.new_context(viewport=VIEWPORT)
     try:
         context.set_default_timeout(PATIENCE_S * 1000)
         second = Screen(context.new_page())

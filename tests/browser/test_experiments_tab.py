@@ -118,6 +118,10 @@ def saved(screen: Screen, button: str, name: str) -> bytes:
     with screen.page.expect_download() as download:
         screen.click(button)
     assert download.value.suggested_filename == name
+    # It lies over what is clicked next, for as long as a pointer rests on it.
+    notice = screen.page.locator(".mantine-Notification-root", has_text=f"Received {name}")
+    notice.locator(".mantine-Notification-closeButton").click()
+    expect(notice).to_have_count(0)
     return download.value.path().read_bytes()
 
 

@@ -12,18 +12,18 @@ from playwright.sync_api import BrowserContext, Page, ViewportSize, expect
 
 from app.documents import presets
 from app.player import replay_page
-from app.player.film import PLANES, unpacked
+from app.player.film import PLANES
 from app.player.reel import recorded_run
 from tests.support.access import AXE, FINDINGS
+from tests.support.films import unpacked
 from tests.support.replays import HOSTILE, branchy_records, recorded, small_branchy
 from tests.support.schedules import small_spec
 
 PHONE: ViewportSize = {"width": 390, "height": 844}
 WIDE: ViewportSize = {"width": 1366, "height": 768}
-FILM_JS = Path(replay_page.__file__).parent.parent / "web" / "replay" / "film.js"
 # Colours are bytes there, and base64 in what Python sends.
-BOARDS = """async ([script, packed, planes]) => {
-    const { openFilm } = await import(`data:text/javascript,${encodeURIComponent(script)}`);
+BOARDS = """async ([packed, planes]) => {
+    const { openFilm } = await import("pounce/replay/film.js");
     const film = await openFilm(packed);
     const text = bytes => btoa(String.fromCharCode(...bytes));
     const found = [];
@@ -97,13 +97,12 @@ def scrub(page: Page, share: float) -> None:
     page.mouse.up()
 
 
-def test_what_is_decoded_in_a_browser_is_what_was_painted(page: Page, small: Path) -> None:
+def test_what_is_decoded_in_a_browser_is_what_was_painted(
+    open_file: Callable[..., Page], small: Path
+) -> None:
     found = re.search(r'id="replay-film">([^<]+)<', small.read_text("utf-8"))
     assert found is not None
-    page.goto("about:blank")
-    decoded = json.loads(
-        page.evaluate(BOARDS, [FILM_JS.read_text("utf-8"), found[1], list(PLANES)])
-    )
+    decoded = json.loads(open_file(small).evaluate(BOARDS, [found[1], list(PLANES)]))
     shots = unpacked(base64.b64decode(found[1]))
     assert len(decoded) == len(shots) * 6 * 2
     by_place = iter(decoded)

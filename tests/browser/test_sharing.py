@@ -17,24 +17,27 @@ from app.live.written import read
 from learners.commands import FreezeSkills, SetParameter
 from learners.kernel.state import digest
 from tests.support.live import LiveLab
-from tests.support.screen import OpenPage, Screen, StartLab
+from tests.support.screen import Begin, OpenPage, Screen, Shared, StartLab
 
 SHARED = 700
 """The trial at which something is shared."""
+SHOWN = f"?fixedDpr={LiveLab.dpr}"
+"""How a page is drawn, as any other of a lab in tests."""
 
 
 @pytest.fixture
-def theirs(start_lab: StartLab) -> LiveLab:
-    """A lab in which something was done, with a branch."""
-    live = start_lab()
-    live.go_to_trial(300)
+def theirs(begin: Begin) -> Shared:
+    """A lab in which something was done, with a branch, and a page of it."""
+    live, screen = begin(trial=300)
     live.ask(FreezeSkills(True))
     live.go_to_trial(SHARED)
     place = live.place_of(500)
     branch = Branch(place, SetParameter("learner.epsilon", 0.3))
     live.ask(AddMark(place, "the <b>cone</b> closes"), branch)
     live.wait_for(lambda status: len(status.lines) == 2)
-    return live
+    screen.turn_to("File")
+    screen.check("All lines", False)
+    return Shared(live, screen)
 
 
 def tables(live: LiveLab) -> str:
@@ -46,7 +49,6 @@ def tables(live: LiveLab) -> str:
 
 def downloaded(screen: Screen, folder: Path) -> Path:
     """The file that the page gives to keep."""
-    screen.turn_to("File")
     with screen.page.expect_download() as download:
         screen.click("Download session")
     path = folder / download.value.suggested_filename
@@ -70,9 +72,9 @@ def expect_opened(screen: Screen, live: LiveLab, theirs: LiveLab) -> Status:
 
 
 def test_a_file_from_one_lab_is_the_same_run_in_another(
-    start_lab: StartLab, open_page: OpenPage, theirs: LiveLab, tmp_path: Path
+    start_lab: StartLab, open_page: OpenPage, theirs: Shared, tmp_path: Path
 ) -> None:
-    screen = open_page(theirs)
+    screen = theirs.screen
     path = downloaded(screen, tmp_path)
     assert screen.reads("Not in it: 1 other line.")
     assert path.stat().st_size < 4_000
@@ -82,7 +84,7 @@ def test_a_file_from_one_lab_is_the_same_run_in_another(
     other = open_page(mine)
     other.turn_to("File")
     other.upload("Open session", path.name, path.read_text())
-    status = expect_opened(other, mine, theirs)
+    status = expect_opened(other, mine, theirs.live)
     assert [line.name for line in status.lines] == ["first run"]
     expect(other.time.locator(".mark.note")).to_have_text("the <b>cone</b> closes")
     # It is learned and kept on, and the file stays as it was.
@@ -97,12 +99,10 @@ def test_a_file_from_one_lab_is_the_same_run_in_another(
 
 
 def test_a_link_opens_in_the_lab_that_is_reached(
-    start_lab: StartLab, open_page: OpenPage, theirs: LiveLab, tmp_path: Path
+    start_lab: StartLab, open_page: OpenPage, theirs: Shared, tmp_path: Path
 ) -> None:
-    screen = open_page(theirs)
-    screen.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    screen.turn_to("File")
-    screen.checkbox("All lines").click()
+    screen = theirs.screen
+    screen.check("All lines")
     assert screen.reads("What is shared: all 2 lines, with names and marks.")
     screen.click("Copy link")
     expect(screen.text("Copied: the link to 2 lines")).to_be_visible()
@@ -113,28 +113,25 @@ def test_a_link_opens_in_the_lab_that_is_reached(
     mine = start_lab(trial=40, sessions=tmp_path / "sessions")
     other = open_page(mine)
     there = urlsplit(mine.url)
-    other.page.goto(f"{there.scheme}://{there.netloc}{urlsplit(link).path}?fixedDpr=1")
+    other.page.goto(f"{there.scheme}://{there.netloc}{urlsplit(link).path}{SHOWN}")
     other.settle(mine)
     # What came in the address is asked for once: the page that is loaded anew does not.
-    expect(other.page).to_have_url(re.compile(r"/\?fixedDpr=1$"))
+    expect(other.page).to_have_url(re.compile(re.escape(SHOWN) + "$"))
     dialog = other.page.get_by_role("dialog")
     expect(dialog).to_contain_text(
         "timed, seed 3; 2 commands; 2 lines, the live one up to trial 700"
     )
     assert mine.session.status.snapshot.trial == 40
     dialog.get_by_role("button", name="Open", exact=True).click()
-    status = expect_opened(other, mine, theirs)
+    status = expect_opened(other, mine, theirs.live)
     assert [line.name for line in status.lines] == [
-        line.name for line in theirs.session.status.lines
+        line.name for line in theirs.live.session.status.lines
     ]
     expect(other.time.locator(".tree .line")).to_have_count(2)
 
 
-def test_what_is_no_session_changes_nothing_and_is_said(
-    start_lab: StartLab, open_page: OpenPage, tmp_path: Path
-) -> None:
-    mine = start_lab(trial=40, sessions=tmp_path / "sessions")
-    screen = open_page(mine)
+def test_what_is_no_session_changes_nothing_and_is_said(begin: Begin) -> None:
+    mine, screen = begin(trial=40)
     screen.turn_to("File")
     screen.upload("Open session", "<b>my.pounce", "no session")
     dialog = screen.page.get_by_role("dialog")
@@ -142,7 +139,7 @@ def test_what_is_no_session_changes_nothing_and_is_said(
     dialog.get_by_role("button", name="Close").first.click()
     # Of some thousand characters, and a thousand times as many once it is unpacked.
     bomb = base64.urlsafe_b64encode(zlib.compress(b"{" + b" " * 2**22)).decode().rstrip("=")
-    screen.page.goto(f"{mine.lab.url}/s/{bomb}")
+    screen.page.goto(f"{mine.lab.url}/s/{bomb}{SHOWN}")
     screen.settle(mine)
     expect(dialog).to_contain_text("the link: is too large; allowed: up to 256 KiB")
     assert mine.session.status.snapshot.trial == 40

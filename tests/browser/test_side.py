@@ -17,6 +17,7 @@ from app.picture.look import Look
 from learners.kernel.state import digest
 from learners.run import Run
 from tests.support.live import PATIENCE_S, SEED, LiveLab, preset_of
+from tests.support.races import snapshots_at
 from tests.support.screen import Begin, BeginTwo, Screen, Shared
 
 FOUR = ("standard_q", "hierarchical_3", "timed", "hierarchical_2")
@@ -151,7 +152,7 @@ def test_scrubbing_shows_all_boards_at_one_step_and_back(begun: Shared) -> None:
     text = frame.locator(".handle").inner_text()
     step = int(text.removeprefix("step ").replace(",", ""))
     assert 0 < step < STEPS
-    then = race_of(live).snapshots_at(step)
+    then = snapshots_at(race_of(live), step)
     assert {shot.step for shot in then} == {step}
     expect_boards(screen, then)
     for board, shot in enumerate(then):

@@ -33,6 +33,7 @@ from tests.support.races import (
     over,
     racing,
     small,
+    snapshots_at,
     tables,
 )
 
@@ -236,7 +237,7 @@ def test_an_error_of_one_stops_all_and_the_moment_before_stays(
         assert said == [f"the race has stopped: {stopped.error}"]
         assert race.status.step == stopped.step
         # What they had learned is there, and can be looked at.
-        for racer, snapshot in zip(four, race.snapshots_at(stopped.step), strict=True):
+        for racer, snapshot in zip(four, snapshots_at(race, stopped.step), strict=True):
             assert np.array_equal(snapshot.visits, visits_of(alone(racer, stopped.step)))
 
 
@@ -262,7 +263,7 @@ def test_looking_at_what_is_past_changes_nothing_and_shows_all_at_one_step(
             there = race.status
             for viewer in ("one", "other"):
                 race.moments.want(viewer, step)
-            found = race.snapshots_at(there.step)
+            found = snapshots_at(race, there.step)
             assert [moment.step for moment in found] == [one.step for one in there.snapshots]
         race.set_speed(FULL_SPEED)
         end = over(race)
@@ -313,7 +314,7 @@ def test_checkpoints_of_all_are_within_the_budget() -> None:
     with racing(entries, budget=budget, playing=True) as race:
         end = over(race)
         assert 0 < budget.nbytes <= budget.most_bytes
-        race.snapshots_at(end.step // 2)
+        snapshots_at(race, end.step // 2)
         assert budget.nbytes <= budget.most_bytes
     assert budget.nbytes == 0
 
@@ -346,7 +347,7 @@ def test_a_line_is_followed_as_it_grows_and_never_touched(parts: list[Script]) -
         # It is the run that it would have been.
         twin = replay(SPEC, lines.SEED, run.journal, run.step)
         assert stands(run) == stands(twin)
-        (of_it, _) = race.snapshots_at(run.step // 2)
+        (of_it, _) = snapshots_at(race, run.step // 2)
         then = replay(SPEC, lines.SEED, run.journal, of_it.step)
         assert np.array_equal(of_it.selection_q, selection_q_of(then))
 

@@ -13,9 +13,10 @@ from app.live.snapshot import take
 from app.picture.look import Look
 from app.picture.theme import DARK, LIGHT
 from app.player.boards import board_sent, world_sent
-from app.player.film import PLANES, Film, Shot, View, unpacked
+from app.player.film import PLANES, Film, Shot, View
 from app.player.reel import FRAMES, LAYERS_SHOWN, NOTHING, recorded_run, shots_of, stops_of
 from app.player.sketch import colours_on
+from tests.support.films import unpacked
 from tests.support.replays import small_branchy, small_recorded
 from tests.support.schedules import small_spec
 

@@ -7,6 +7,7 @@ from app.documents import presets
 from app.live.past import Budget, Past
 from app.live.race import Race, RaceStatus
 from app.live.racer import Entry
+from app.live.snapshot import Snapshot
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
@@ -77,3 +78,10 @@ def alone(entry: Entry, step: int | None = None) -> Run:
 def tables(run: Run) -> str:
     """Digest of a run."""
     return digest(run.state)
+
+
+def snapshots_at(race: Race, step: int) -> tuple[Snapshot, ...]:
+    """All at one step, or at an earlier end, made while the caller waits."""
+    made = race.moments.made(step)
+    assert made is not None
+    return made

@@ -15,7 +15,7 @@ from app.live.made_again import made_again
 from app.live.session import Session
 from app.live.written import DamagedError, SessionError, read, save
 from app.page.confirm import confirm_for_all
-from app.page.inbox import Intent, Work
+from app.page.inbox import Intent, Work, check_there
 from app.page.taking_up import Submit, Taken, take_up
 from app.page.widgets import CALM, add_hints, assign
 from app.util.html import element
@@ -136,7 +136,10 @@ def _made(path: Path, session: Session, first_number: int) -> Taken | str:
     try:
         written = read(path)
         journal = Journal.going_on(written)
-        return Taken(made_again(written, session.budget, name_of, first_number), journal)
+        remade = made_again(
+            written, session.budget, name_of, first_number, lambda _: check_there(session)
+        )
+        return Taken(remade, journal)
     except BaseException as error:
         if journal is not None:
             # Nobody could resume it as long as this lab holds its file.

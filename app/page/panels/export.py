@@ -9,7 +9,7 @@ import viser
 
 from app.live.session import Session
 from app.live.snapshot import Snapshot
-from app.page.inbox import Intent, Work
+from app.page.inbox import Intent, Work, check_there
 from app.page.widgets import CALM, add_hints, assign
 from app.picture.layer import Extras
 from app.picture.look import Look
@@ -113,7 +113,8 @@ class Export:
         self._work(self._client, one, send)
 
     def _replay(self, seen: Seen) -> bytes:
-        return replay_page(recorded_status(self._session.status, self._session.past_of)).encode()
+        recorded = recorded_status(self._session.status, self._session.past_of)
+        return replay_page(recorded, self._go_on).encode()
 
     def _picture(self, write: Callable[[images.Picture, str], bytes]) -> Callable[[Seen], bytes]:
         def picture(seen: Seen) -> bytes:
@@ -125,10 +126,15 @@ class Export:
     def _film(self, write: images.WriteFilm) -> Callable[[Seen], bytes]:
         def film(seen: Seen) -> bytes:
             recorded = recorded_status(self._session.status, self._session.past_of)
-            frames = images.film_pictures(recorded, seen.line, seen.look, extras=seen.extras)
+            frames = images.film_pictures(
+                recorded, seen.line, seen.look, self._go_on, extras=seen.extras
+            )
             return write(frames, images.FILM_MOMENT_S)
 
         return film
+
+    def _go_on(self, what: str, share: float) -> None:
+        check_there(self._session)
 
     def _say(self, text: str) -> None:
         style = "padding:0 0.7em 0.5em;font-size:0.85em;overflow-wrap:anywhere"

@@ -1,5 +1,6 @@
 """What takes a while to find of runs side by side, found beside them: one thing at a time."""
 
+from collections.abc import Hashable
 from typing import Final, NamedTuple
 
 from app.explain.cell import moment_of
@@ -11,6 +12,7 @@ from app.page.greedy import greedy_at
 from app.page.success import success_of
 from app.picture.layer import SuccessMap
 from app.util.background import Maker
+from learners.control import Control
 
 _GREEDY_REST: Final = 12.0
 """Pause after a measurement as a multiple of what it took."""
@@ -26,6 +28,13 @@ class _Of(NamedTuple):
     trial: int
 
 
+class _Pair(NamedTuple):
+    one: int
+    other: int
+    step: int
+    controls: tuple[Control, Control]
+
+
 class GreedyRuns:
     """The greedy reward of each run, measured in turn."""
 
@@ -33,14 +42,21 @@ class GreedyRuns:
         self._maker: Maker[Greedy] = Maker(rest_ratio=_GREEDY_REST)
         self._known: list[list[tuple[int, float]]] = [[] for _ in range(n_runs)]
         """Step and reward of each measurement, of each run."""
+        self._taken: Hashable = None
+        """What the last one that was taken in is of."""
 
     def follow(self, snapshots: tuple[Snapshot, ...]) -> None:
         """Measure of those that are due the one whose last measurement is farthest back."""
         of, found = self._maker.latest
-        if isinstance(of, _Of) and isinstance(found, Greedy):
+        if isinstance(of, _Of) and isinstance(found, Greedy) and of is not self._taken:
+            self._taken = of
             known = self._known[of.place]
             if not known or known[-1][0] < of.step:
                 known.append((of.step, found.reward))
+        for known, snapshot in zip(self._known, snapshots, strict=True):
+            # A line that is followed may have been taken back.
+            while known and known[-1][0] > snapshot.step:
+                known.pop()
         due = [place for place, one in enumerate(snapshots) if self._is_due(place, one)]
         if due:
             place = min(due, key=self._last)
@@ -83,13 +99,20 @@ class Apart:
             step: steps that are made.
         """
         of, found = self._maker.latest
-        if isinstance(of, tuple) and isinstance(found, Divergence):
-            self._found[of[:2]] = found
+        if isinstance(of, _Pair) and isinstance(found, Divergence):
+            self._found[of.one, of.other] = found
         known = self._found.get((one, other))
+        pasts = race.past(one), race.past(other)
+        # A line that is followed may have been taken back, and gone another way since.
+        if known is not None and not all(
+            past.is_still(known.step, did.control)
+            for past, did in zip(pasts, known.did, strict=True)
+        ):
+            known = None
         if known is None and step:
+            controls = pasts[0].control, pasts[1].control
             self._maker.want(
-                (one, other, step),
-                lambda: first_divergence(race.past(one), race.past(other), until=step),
+                _Pair(one, other, step, controls), lambda: first_divergence(*pasts, until=step)
             )
         return known
 

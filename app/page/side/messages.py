@@ -1,7 +1,7 @@
 """What the frame with runs side by side sends: one struct a message, with bounds.
 
-Whatever fits none of these comes from no hand on our page, and is dropped by whoever decodes
-:data:`FromSide`.
+What the time bar sends as well is as there. Whatever fits none of these comes from no hand on our
+page, and is dropped by whoever decodes :data:`FromSide`.
 """
 
 from typing import Annotated, Final, Literal
@@ -9,11 +9,10 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta
 
-from app.page.time.messages import Count, Difference, Rate
+from app.live.race import FEWEST, MOST
+from app.page.time.messages import Count, Difference, Live, Pause, Play, Seek, SetRate
 from sim.rng import MAX_SEED
 
-FEWEST, MOST = 2, 4
-"""Runs that stand side by side."""
 _MOST_CHARACTERS: Final = 200
 _MOST_CELLS: Final = 10_000
 
@@ -61,16 +60,6 @@ class Close(_Message, frozen=True, tag="close"):
 # --- How they go on ------------------------------------------------------------------------------
 
 
-class Play(_Message, frozen=True, tag="play"):
-    """Play what is looked at, forwards (1) or backwards (-1)."""
-
-    direction: Literal[-1, 1]
-
-
-class Pause(_Message, frozen=True, tag="pause"):
-    """Stand still."""
-
-
 class StepOnce(_Message, frozen=True, tag="step"):
     """Let each run make one step, and stand still."""
 
@@ -90,27 +79,11 @@ class SetSpeed(_Message, frozen=True, tag="speed"):
 # --- Where to look -------------------------------------------------------------------------------
 
 
-class Seek(_Message, frozen=True, tag="seek"):
-    """Look at the moment at which each run has made so many steps."""
-
-    step: Count
-
-
-class Live(_Message, frozen=True, tag="live"):
-    """Look at where the runs are now."""
-
-
 class GoBy(_Message, frozen=True, tag="by"):
     """Go on, or back if it is below 0, by so many steps or events."""
 
     unit: Literal["steps", "events"]
     n: Difference
-
-
-class SetRate(_Message, frozen=True, tag="rate"):
-    """How fast to play the past: one of the rates that the moment named."""
-
-    rate: Rate
 
 
 # --- What to compare -----------------------------------------------------------------------------

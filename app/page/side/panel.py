@@ -202,6 +202,10 @@ class SidePanel:
             "seed": snapshot.seed,
         }
 
+    def say(self, text: str) -> None:
+        """Say that something went wrong."""
+        self._sight.say(text)
+
     # What a hand did
 
     def _obey(self, message: Any, hall: Hall | None, now_s: float) -> None:

@@ -32,6 +32,7 @@ _CURVES_S: Final = 0.2
 _FAREWELL_S: Final = 2.0
 _QUIET_S: Final = 10.0
 _MOST_KEPT: Final = 64
+_UNSEEN: Final = "runs side by side could not be shown"
 _SHOWN_KINDS: Final = frozenset({"join", "capture"})
 """Of what happens to runs, what their common bar has a sign for."""
 
@@ -43,6 +44,10 @@ class Viewer(Protocol):
 
     def draw(self, hall: "Hall | None", now_s: float) -> None:
         """Do what was asked for, and send what is to be seen."""
+        ...
+
+    def say(self, text: str) -> None:
+        """Say that something went wrong."""
         ...
 
 
@@ -175,7 +180,7 @@ class SideShow:
         self._thread: threading.Thread | None = None
         self._hall: Hall | None = None
         self._failed_s = -math.inf
-        """When something was logged that went wrong."""
+        """When it was told last that something went wrong."""
 
     def enter(self, viewer: Viewer) -> None:
         """Show runs to one more."""
@@ -214,7 +219,7 @@ class SideShow:
             self._awake.clear()
             started_s = time.perf_counter()
             if self._viewers:
-                self._draw(started_s)
+                self._draw_for(self._viewers, started_s)
                 took_s = time.perf_counter() - started_s
                 self._awake.wait(max(_FRAME_S - took_s, (_LEAST_PAUSE - 1) * took_s))
             else:
@@ -222,7 +227,26 @@ class SideShow:
         if self._hall is not None:
             self._hall.stop()
 
-    def _draw(self, now_s: float) -> None:
+    def _draw_for(self, viewers: Sequence[Viewer], now_s: float) -> None:
+        try:
+            hall = self._hall_of_now(now_s)
+        except Exception as error:
+            # The runs go on, and the next round may find them as they should be.
+            if self._is_news(now_s):
+                log.exception(_UNSEEN)
+                _tell(viewers, error)
+            return
+        for viewer in viewers:
+            try:
+                viewer.draw(hall, now_s)
+            except Exception as error:
+                # Whatever is wrong with one, the others are to see theirs.
+                if self._is_news(now_s):
+                    log.exception(_UNSEEN)
+                    _tell((viewer,), error)
+
+    def _hall_of_now(self, now_s: float) -> Hall | None:
+        """The runs as they stand; None if there are none."""
         race = self._session.race
         if self._hall is not None and self._hall.race is not race:
             self._hall.stop()
@@ -231,11 +255,17 @@ class SideShow:
             self._hall = Hall(race)
         if self._hall is not None:
             self._hall.look_again(now_s)
-        for viewer in self._viewers:
-            try:
-                viewer.draw(self._hall, now_s)
-            except Exception:
-                # Whatever is wrong with one, the others are to see theirs.
-                if now_s - self._failed_s > _QUIET_S:
-                    self._failed_s = now_s
-                    log.exception("runs side by side could not be shown")
+        return self._hall
+
+    def _is_news(self, now_s: float) -> bool:
+        """Whether what went wrong is to be told: now and then, as it may last."""
+        is_news = now_s - self._failed_s > _QUIET_S
+        if is_news:
+            self._failed_s = now_s
+        return is_news
+
+
+def _tell(viewers: Sequence[Viewer], error: Exception) -> None:
+    """Say what went wrong to those who see nothing new for it."""
+    for viewer in viewers:
+        viewer.say(f"{_UNSEEN.capitalize()}: {type(error).__name__}: {error}")

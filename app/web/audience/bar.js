@@ -1,18 +1,9 @@
 // @ts-check
 // The time bar of those who only look: nothing of it can be changed, and it does not say that it could.
 
-import { on } from "../player/pipe.js";
 import "../time/draw.js";
-import { changed, state, whenChanged } from "../time/state.js";
-
-on("bar", ({ bar }) => {
-  state.bar = bar;
-  changed();
-});
-on("moment", (moment) => {
-  state.moment = moment;
-  changed();
-});
+import { whenChanged } from "../time/state.js";
+import "../time/told.js";
 
 /** The time bar's element. */
 export const time = /** @type {HTMLElement} */ (document.querySelector(".time"));

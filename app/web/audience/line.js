@@ -55,10 +55,12 @@ const connect = () => {
   made.addEventListener("message", ({ data }) => {
     pauseMs = FIRST_PAUSE_MS;
     tell("");
-    order = order.then(async () => {
+    const takeIn = async () => {
       const parts = await unpacked(data);
       if (made === socket) for (const part of parts) hear(part);
-    });
+    };
+    // One that cannot be taken in keeps out none of those that follow.
+    order = order.then(takeIn).catch((error) => console.error(error));
   });
   made.addEventListener("close", async ({ code }) => {
     if (made !== socket) return;

@@ -2,7 +2,7 @@
 // What this page wishes to see. It is all that it ever sends.
 
 import { send } from "../player/pipe.js";
-import { isDark, whenScheme } from "../replay/scheme.js";
+import { isDark, whenScheme } from "../player/scheme.js";
 
 /** `step` is null for what is newest. */
 export const wish = {

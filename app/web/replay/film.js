@@ -1,6 +1,8 @@
 // @ts-check
 // A film, as `app/player/film.py` writes it: boards of many moments, exact to the last colour.
 
+import { bytesOf } from "../player/sent.js";
+
 /** What of a board is a colour for each state; where one is not there it is as the first. */
 const PLANES = ["colours", "dots", "rising", "falling"];
 /** Bytes of a colour for light pages and of that for dark ones. */
@@ -12,9 +14,6 @@ const PAIR = 6;
  * @typedef {import("../player/sent.js").Line} Line
  * @typedef {Record<string, any>} Board as `app/player/boards.py` sends it, but that colours of states are bytes
  */
-
-/** @param {string} text */
-const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
 /** @param {number[]} numbers */
 const ends = (numbers) => {
@@ -132,7 +131,7 @@ class View {
 }
 
 /** All that was filmed. */
-export class Film {
+class Film {
   /** @param {Uint8Array} raw */
   constructor(raw) {
     const length = new DataView(raw.buffer, raw.byteOffset).getUint32(0, true);

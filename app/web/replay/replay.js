@@ -6,7 +6,7 @@ import { Board } from "../player/board.js";
 import { put } from "../player/html.js";
 import { send } from "../player/pipe.js";
 import "../time/draw.js";
-import { goBy } from "../time/scrub.js";
+import { KEYS } from "../time/keys.js";
 import { ACTS } from "../time/transport.js";
 import "../time/hand.js";
 import "../time/tip.js";
@@ -14,7 +14,7 @@ import "../time/told.js";
 import { openFilm } from "./film.js";
 import { alone } from "./heading.js";
 import { onKeys } from "./keys.js";
-import { isDark, switchScheme, whenScheme } from "./scheme.js";
+import { isDark, switchScheme, whenScheme } from "../player/scheme.js";
 import { follow } from "./sink.js";
 import { Walk } from "./walk.js";
 
@@ -117,17 +117,8 @@ const begin = async () => {
     });
   }
   onKeys({
+    ...KEYS,
     Space: ACTS.play,
-    Home: ACTS.begin,
-    End: ACTS.live,
-    Comma: () => goBy("steps", -1),
-    Period: () => goBy("steps", 1),
-    "Shift+Comma": () => goBy("trials", -1),
-    "Shift+Period": () => goBy("trials", 1),
-    BracketLeft: ACTS.previous,
-    BracketRight: ACTS.next,
-    KeyA: ACTS.a,
-    KeyL: ACTS.loop,
     KeyD: switchScheme,
     KeyV: () => showFrame(look.frame === TURNED ? EACH : TURNED),
     ...Object.fromEntries(layers.map(({ dataset }, n) => [`Digit${n + 1}`, () => showLayer(dataset.layer ?? "")])),

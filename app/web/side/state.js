@@ -1,11 +1,13 @@
 // @ts-check
 // What the frame with runs side by side shows: all that is drawn is a function of this.
 
+import { drawing } from "../player/drawing.js";
+
 /**
  * How a run's line is drawn, whatever is shown of it; dashes are in pixels.
  * @typedef {{light: string, dark: string, width: number, dashes: number[]}} Look
  * @typedef {{name: string, seed: number, about: string, look: Look}} Run
- * @typedef {{runs: Run[], alike: boolean}} Race
+ * @typedef {{runs: Run[]}} Race
  * @typedef {{at: number[], reward: number[]}} Points places are shares of the axis
  * @typedef {{
  *   axis: import("../time/axis.js").Axis, rewards: [number, number], levels: Array<[number, string]>,
@@ -55,22 +57,7 @@ export const state = {
   choosing: false,
 };
 
-/** @type {Array<() => void>} */
-const drawers = [];
-let isDue = false;
-
-/** @param {() => void} draw called with each frame in which something has changed */
-export const whenChanged = (draw) => void drawers.push(draw);
-
-/** Something of the state is another: it is drawn with the next frame, however often it changes. */
-export const changed = () => {
-  if (isDue) return;
-  isDue = true;
-  requestAnimationFrame(() => {
-    isDue = false;
-    for (const draw of drawers) draw();
-  });
-};
+export const { whenChanged, changed } = drawing();
 
 /** Whether there is something to look at. */
 export const isRacing = () => (state.race?.runs.length ?? 0) > 0;

@@ -5,8 +5,8 @@
 import { goBy } from "./scrub.js";
 import { ACTS } from "./transport.js";
 
-/** @type {Record<string, () => unknown>} */
-const KEYS = {
+/** What each does, by its place on the keyboard. @type {Record<string, () => unknown>} */
+export const KEYS = {
   Home: ACTS.begin,
   End: ACTS.live,
   Comma: () => goBy("steps", -1),

@@ -1,6 +1,8 @@
 // @ts-check
 // What the time bar shows: all that is drawn is a function of this.
 
+import { drawing } from "../player/drawing.js";
+
 /**
  * A moment of one line. Trials are those that run then.
  * @typedef {{step: number, trial: number}} Place
@@ -78,22 +80,4 @@ export const state = {
   held: false,
 };
 
-/** @type {Array<() => void>} */
-const drawers = [];
-let isDue = false;
-
-/**
- * Draw with each frame in which something has changed.
- * @param {() => void} draw
- */
-export const whenChanged = (draw) => void drawers.push(draw);
-
-/** Something of the state is another: it is drawn with the next frame, however often it changes. */
-export const changed = () => {
-  if (isDue) return;
-  isDue = true;
-  requestAnimationFrame(() => {
-    isDue = false;
-    for (const draw of drawers) draw();
-  });
-};
+export const { whenChanged, changed } = drawing();
