@@ -180,6 +180,9 @@ def _spread(snapshot: Snapshot) -> Markup:
         return _said(value, " spreads on round the prey: a ring that is not closed yet.")
     if abs(lean) > _LEAN * outside and lately.beside > _ROUND * outside:
         way = "counter-clockwise" if lean > 0 else "clockwise"
+        # One skill alone may widen its cone on one side; with others, that is how an arm begins.
+        if shape in ("traces", "cone") and len(snapshot.present) == 1:
+            return _said(value, f" spreads {way}, at the edge of the cone.")
         return _said(value, f" spreads {way}: an arm grows out of the cone.")
     if lately.beside > _LEAN * outside:
         return _said(value, " spreads to both sides round the prey, on its way to a ring.")

@@ -188,6 +188,25 @@ def test_one_can_look_around_and_come_back(lesson: Class, viewport: ViewportSize
     sees(lesson, page, lesson.live.look_of())
 
 
+def test_one_begins_with_what_the_presenter_shows_and_has_it_in_view_with_the_buttons(
+    lesson: Class,
+) -> None:
+    page = lesson.page(PHONE)
+    lesson.presenter.page.keyboard.press("3")
+    try:
+        expect(page.locator("#title")).to_have_text("Chosen skill")
+        look_around(page)
+        layer = page.get_by_role("combobox", name="Layer").locator("option:checked")
+        expect(layer).to_have_text("Chosen skill")
+        sees(lesson, page, Look(layer="chosen"))
+        board, steps = page.locator("#board"), page.locator("#steps")
+        expect(board).to_be_in_viewport(ratio=1)
+        expect(steps).to_be_in_viewport(ratio=1)
+    finally:
+        lesson.presenter.page.keyboard.press("1")
+    expect(lesson.presenter.field("Layer")).to_have_value("State value")
+
+
 def test_a_finger_on_the_curve_goes_to_that_moment(lesson: Class) -> None:
     page = lesson.page()
     here = page.locator(".time .here")

@@ -447,6 +447,11 @@ def test_exploring_the_circle_makes_an_arm_counter_clockwise(seed: int, size: in
     )
 
 
+def test_one_skill_that_widens_its_cone_on_one_side_makes_no_arm() -> None:
+    said = sentence_at(Run(spec_of(), 3), 9_000)
+    assert said.endswith("Value spreads counter-clockwise, at the edge of the cone.")
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_picture_is_a_cone_an_arm_a_ring_with_a_gap_and_filled(seed: int) -> None:
     run = Run(spec_of(), seed)

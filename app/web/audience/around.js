@@ -68,8 +68,10 @@ on("offer", (told) => {
 
 /** @param {boolean} follows */
 const turn = (follows) => {
+  // One begins where the presenter is, and with the same layer if it is made for all.
+  const theirs = offer.layers.find(({ title }) => title === part("title").textContent);
+  if (!follows && wish.follows && theirs) wish.layer = theirs.key;
   wish.follows = follows;
-  // One begins where the presenter is.
   if (follows || !state.moment) wish.step = null;
   else wish.step = state.moment.live ? null : state.moment.step;
   show();

@@ -26,7 +26,7 @@ choose.innerHTML = `
     <p class="acts"><button type="button" data-do="more">One more</button>
       <button type="button" class="primary" data-do="start">Let them run</button>
       <button type="button" data-do="cancel">Cancel</button></p>
-    <p class="note">Each run begins at its first trial. The live run stands still meanwhile, and is as it was afterwards.</p>
+    <p class="note">Each run begins at its first trial; one of this session goes as far as it has learned, a preset to its last trial. The live run stands still meanwhile, and is as it was afterwards.</p>
   </div>`;
 document.body.append(choose);
 
