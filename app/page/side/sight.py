@@ -239,19 +239,19 @@ def _comparison(view: View) -> dict[str, Any]:
     pair, hall = view.pair, view.hall
     status = hall.status
     found = hall.apart.of(hall.race, pair.one, pair.other, status.step)
-    names = (status.entries[pair.one].name, status.entries[pair.other].name)
+    one_name, other_name = status.entries[pair.one].name, status.entries[pair.other].name
     sent: dict[str, Any] = {
         "one": pair.one,
         "other": pair.other,
         "shown": pair.shown,
-        "text": apart_said(found, names, status.step, status.trials[pair.one]),
+        "text": apart_said(found, (one_name, other_name), status.step, status.trials[pair.one]),
         "step": None if found is None else found.step,
         "caption": "",
         "legend": "",
     }
     if view.between is not None:
         other, one = view.between
-        extras, look = Extras(since=other, names=names[::-1]), view.look_at_change
+        extras, look = Extras(since=other, names=(other_name, one_name)), view.look_at_change
         sent["caption"] = CHANGE.caption(one, look, extras)
         sent["legend"] = str(CHANGE.legend(one, look, extras))
     return sent
