@@ -229,7 +229,15 @@ def test_a_moment_that_stays_is_drawn_once(
     monkeypatch.setattr("app.page.scene.gallery._SETTLED_S", 0.0)
     anna = theatre.enter()
     theatre.learn()
-    theatre.expect_board(anna, theatre.go(anna, 5_000))
+    shot = theatre.go(anna, 5_000)
+
+    def is_there() -> bool:
+        texts = None if anna.exhibit is None else anna.exhibit.texts
+        return texts is not None and texts.status.snapshot is shot
+
+    # Colours alone may be those of the board of what is live, when little had been learned.
+    theatre.wait(is_there)
+    theatre.expect_board(anna, shot)
     assert anna.exhibit is not None
     board = anna.exhibit.board
     stood = threading.Event()
