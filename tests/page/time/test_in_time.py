@@ -233,7 +233,7 @@ def test_a_moment_that_stays_is_drawn_once(
 
     def is_there() -> bool:
         texts = None if anna.exhibit is None else anna.exhibit.texts
-        return texts is not None and texts.status.snapshot is shot
+        return texts is not None and texts.status.snapshot.step == shot.step
 
     # Colours alone may be those of the board of what is live, when little had been learned.
     theatre.wait(is_there)
