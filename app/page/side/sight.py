@@ -251,7 +251,7 @@ def _comparison(view: View) -> dict[str, Any]:
     }
     if view.between is not None:
         other, one = view.between
-        extras, look = Extras(since=other, names=names[::-1]), view.look_at_change
+        extras, look = Extras(since=other, names=(names[1], names[0])), view.look_at_change
         sent["caption"] = CHANGE.caption(one, look, extras)
         sent["legend"] = str(CHANGE.legend(one, look, extras))
     return sent
