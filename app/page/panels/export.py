@@ -47,6 +47,8 @@ class Export:
         self._client, self._session, self._seen, self._work = client, session, seen, work
         gui = client.gui
         with gui.add_folder("Export"):
+            # Above the buttons: what is below them may be out of sight while one waits.
+            self._said = gui.add_html("")
             replay = gui.add_button(
                 "Replay page",
                 icon=viser.Icon.PLAYER_PLAY,
@@ -79,7 +81,6 @@ class Export:
                 color=CALM,
                 hint="The same, in a file that is smaller. It needs the package imageio-ffmpeg.",
             )
-            self._said = gui.add_html("")
         add_hints(gui, replay, png, svg, gif, mp4)
         replay.on_click(Intent(lambda _, __: self._make("html", self._replay)))
         png.on_click(Intent(lambda _, __: self._make("png", self._picture(images.png_of))))
