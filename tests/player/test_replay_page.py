@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -16,6 +17,17 @@ from tests.support.replays import HOSTILE, small_branchy, small_recorded
 WEB = Path(replay_page.__file__).parent.parent / "web"
 
 
+MOMENTS = 60
+"""So many are in the pages here: enough to be thinned."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def fewer_moments() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(replay_page, "MOST_MOMENTS", MOMENTS)
+        yield
+
+
 @pytest.fixture(scope="module")
 def page() -> str:
     return replay_page.replay_page(small_branchy())
@@ -28,7 +40,7 @@ def test_it_is_below_its_bound_and_the_same_each_time(page: str) -> None:
 
 def test_it_is_thinned_until_it_fits(page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     n_moments = len(moments_of(page))
-    monkeypatch.setattr(replay_page, "MOST_BYTES", len(page.encode()) - 60_000)
+    monkeypatch.setattr(replay_page, "MOST_BYTES", len(page.encode()) - 20_000)
     thin = replay_page.replay_page(small_branchy())
     assert len(thin.encode()) < replay_page.MOST_BYTES
     assert 0 < len(moments_of(thin)) < n_moments
