@@ -101,7 +101,8 @@ def test_all_scripts_and_styles_of_the_frame_are_fetched_at_once() -> None:
     folder = Path(app.__file__).parent / "web" / "time"
     html = frame_document("time").decode()
     scripts = set(re.findall(r'modulepreload" href="../../web/([\w./]+)"', html))
-    assert scripts == {*(f"time/{path.name}" for path in folder.glob("*.js")), "player/pipe.js"}
+    own = {f"time/{path.name}" for path in folder.glob("*.js")}
+    assert scripts == {*own, "player/pipe.js", "player/drawing.js"}
     styles = {style.name for style in folder.glob("*.css")}
     assert set(re.findall(r'stylesheet" href="../../web/time/([\w.]+)"', html)) == styles
 

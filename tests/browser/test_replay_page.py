@@ -88,7 +88,9 @@ def trial(page: Page) -> int:
 
 def scrub(page: Page, share: float) -> None:
     """Drag the playhead to a place along the axis."""
-    box = page.locator(".axis > .plot").bounding_box()
+    axis = page.locator(".axis > .plot")
+    axis.scroll_into_view_if_needed()
+    box = axis.bounding_box()
     assert box is not None
     x, y = box["x"] + share * box["width"], box["y"] - 40
     page.mouse.move(box["x"] + 0.5 * box["width"], y)
