@@ -21,6 +21,14 @@ HARMLESS_WARNINGS = (
 )
 
 BROWSER_TESTS = Path(__file__).parent / "browser"
+PAGES_OF_THEIR_OWN = frozenset(
+    f"test_{name}.py"
+    for name in (
+        *("audience", "boards", "connection", "hunts", "replay_page"),
+        *("report_page", "report_print", "sessions"),
+    )
+)
+"""Files of browser tests that do not share one lab and one page with all others."""
 BEGINNING = ("browser", "report", "experiments", "learners")
 """Folders whose tests take longest, these first; what is short comes last, so that of several
 workers none is at work long after the others."""
@@ -88,9 +96,10 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """With ``--dist loadfile``, give all browser tests to one worker, as if they were one file.
+    """With ``--dist loadfile``, give browser tests to two workers, as if they were two files.
 
-    Two browsers that draw in software are slower at the same time than one after the other.
+    Those that share a lab and a page go to one. More browsers that draw in software would hold each
+    other up, and with one alone processors are idle at the end.
     """
     if config.getvalue("dist") != "loadfile":
         return None
@@ -100,8 +109,11 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            is_in_browser = nodeid.startswith(browser_tests)
-            return browser_tests if is_in_browser else super()._split_scope(nodeid)
+            file = nodeid.partition("::")[0]
+            if not file.startswith(browser_tests):
+                return super()._split_scope(nodeid)
+            is_apart = file.removeprefix(browser_tests) in PAGES_OF_THEIR_OWN
+            return f"{browser_tests}apart" if is_apart else browser_tests
 
     return Scheduling(config, log)
 
