@@ -745,6 +745,8 @@ def test_a_moment_is_made_while_a_branch_grows(desk: Desk, monkeypatch: pytest.M
     monkeypatch.setattr("app.live.branching.LEAST_TRIALS", MAX_TRIALS)
     desk.at(40)
     branch = desk.branch(0, 300)
+    # Of a branch that is not known so far, it would be where that ends.
+    desk.session.wait_for(lambda status: status.lines[-1].until_step >= 400, PATIENCE_S)
     found = threading.Event()
     desk.session.moments.call_when_found(found.set)
     desk.session.moments.want("somebody", Place(branch.number, 400))
