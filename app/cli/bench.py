@@ -4,9 +4,9 @@ Like the command line, it imports what takes long only once it is needed.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional, arg
 
@@ -93,18 +93,19 @@ def obey(command: Bench) -> int:
             "--page, --load, --audience, --scrub and --side exclude each other; allowed: one of"
             " them"
         )
+    preset = next(iter(specs)) if command.presets else "timed"
     if command.side:
         return _measure_side(command, repetitions)
     if command.page:
-        return _measure_page(command, specs, repetitions)
+        return _measure_page(command, preset, specs, repetitions)
     if command.scrub:
-        return _measure_scrub(command, specs, repetitions)
+        return _measure_scrub(command, preset, specs[preset], repetitions)
     if command.load is not None:
         n_pages = whole_number("--load", command.load, 1, MAX_PAGES)
-        return _measure_load(command, specs, repetitions, n_pages)
+        return _measure_load(command, preset, specs, repetitions, n_pages)
     if command.audience is not None:
         n_watchers = whole_number("--audience", command.audience, 1, MAX_WATCHERS)
-        return _measure_audience(command, specs, repetitions, n_watchers)
+        return _measure_audience(command, preset, specs, repetitions, n_watchers)
     from benchmarks.compare import MismatchError, compare, incomparable
 
     for name, spec in specs.items():
@@ -123,105 +124,105 @@ def obey(command: Bench) -> int:
     return EXIT_OK
 
 
-def _measure_page(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
-    from benchmarks.page import compare_page
-
-    preset = next(iter(specs)) if command.presets else "timed"
-    with interrupts.undoing(), terminal.status() as on_progress:
-        found = compare_page(specs[preset], preset, specs, repetitions, on_progress)
-    if command.json:
-        say(json.dumps(found))
-        return EXIT_OK
-    say(f"Rate of {preset} beside the page, as a share of its rate without a page:")
-    for n_clients, ratio in found["clients"].items():
-        say(f"  {n_clients} browsers  {ratio:.2f}")
-    return EXIT_OK
-
-
-def _measure_load(
-    command: Bench, specs: "dict[str, RunSpec]", repetitions: int, n_pages: int
+def _measured(
+    command: Bench, measure: Callable[[Callable[[str], None]], Any], words: Callable[[Any], str]
 ) -> int:
-    from benchmarks.load import measure_load
-
-    preset = next(iter(specs)) if command.presets else "timed"
-    with interrupts.undoing(), terminal.status() as on_progress:
-        found = measure_load(specs[preset], preset, specs, n_pages, repetitions, on_progress)
-    if command.json:
-        say(json.dumps(found))
-        return EXIT_OK
-    clicks = found["click_ms"]
-    say(
-        f"{preset} at full speed, and {n_pages} pages that read every frame:\n"
-        f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %),"
-        f" {clicks['max']:.0f} at most\n"
-        f"  the learner keeps    {found['learner_share']:.2f} of its rate beside one page\n"
-        f"  the lab holds        {found['rss_mb']:.0f} MB"
-    )
-    return EXIT_OK
-
-
-def _measure_audience(
-    command: Bench, specs: "dict[str, RunSpec]", repetitions: int, n_watchers: int
-) -> int:
-    from benchmarks.audience import measure_audience
-
-    preset = next(iter(specs)) if command.presets else "timed"
-    with interrupts.undoing(), terminal.status() as on_progress:
-        found = measure_audience(specs[preset], preset, specs, n_watchers, repetitions, on_progress)
-    if command.json:
-        say(json.dumps(found))
-        return EXIT_OK
-    clicks = found["click_ms"]
-    say(
-        f"{preset} at full speed, its presenter, and {n_watchers} who look on:\n"
-        f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %)\n"
-        f"  each of them is sent {found['kB_per_s_each']:.1f} kB a second\n"
-        f"  the learner keeps    {found['learner_share']:.2f} of its rate"
-    )
-    return EXIT_OK
-
-
-def _measure_scrub(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
-    from benchmarks.scrub import STEPS, measure_scrub
-
-    preset = next(iter(specs)) if command.presets else "timed"
+    """Measure, and say what was found: as JSON if that is wanted, else in words."""
     try:
         with interrupts.undoing(), terminal.status() as on_progress:
-            found = measure_scrub(specs[preset], preset, repetitions, on_progress)
+            found = measure(on_progress)
     except RuntimeError as error:
         complain(str(error))
         return EXIT_FAILED
-    if command.json:
-        say(json.dumps(found))
-        return EXIT_OK
-    say(
-        f"{preset} at full speed, and somebody who looks at its first {STEPS / 1e6:.0f} M steps:\n"
-        f"  moments painted      {found['moments_per_s']:.0f} a second\n"
-        f"  a wish shows after   {found['p95_ms']:.0f} ms (95 %)\n"
-        f"  the learner keeps    {found['learner_share']:.2f} of its rate"
-    )
+    say(json.dumps(found) if command.json else words(found))
     return EXIT_OK
+
+
+def _measure_page(
+    command: Bench, preset: str, specs: "dict[str, RunSpec]", repetitions: int
+) -> int:
+    from benchmarks.page import compare_page
+
+    def words(found: Any) -> str:
+        shares = [f"\n  {n} browsers  {ratio:.2f}" for n, ratio in found["clients"].items()]
+        title = f"Rate of {preset} beside the page, as a share of its rate without a page:"
+        return title + "".join(shares)
+
+    return _measured(
+        command, lambda told: compare_page(specs[preset], preset, specs, repetitions, told), words
+    )
+
+
+def _measure_load(
+    command: Bench, preset: str, specs: "dict[str, RunSpec]", repetitions: int, n_pages: int
+) -> int:
+    from benchmarks.load import measure_load
+
+    def words(found: Any) -> str:
+        clicks = found["click_ms"]
+        return (
+            f"{preset} at full speed, and {n_pages} pages that read every frame:\n"
+            f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %),"
+            f" {clicks['max']:.0f} at most\n"
+            f"  the learner keeps    {found['learner_share']:.2f} of its rate beside one page\n"
+            f"  the lab holds        {found['rss_mb']:.0f} MB"
+        )
+
+    return _measured(
+        command,
+        lambda told: measure_load(specs[preset], preset, specs, n_pages, repetitions, told),
+        words,
+    )
+
+
+def _measure_audience(
+    command: Bench, preset: str, specs: "dict[str, RunSpec]", repetitions: int, n_watchers: int
+) -> int:
+    from benchmarks.audience import measure_audience
+
+    def words(found: Any) -> str:
+        clicks = found["click_ms"]
+        return (
+            f"{preset} at full speed, its presenter, and {n_watchers} who look on:\n"
+            f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %)\n"
+            f"  each of them is sent {found['kB_per_s_each']:.1f} kB a second\n"
+            f"  the learner keeps    {found['learner_share']:.2f} of its rate"
+        )
+
+    return _measured(
+        command,
+        lambda told: measure_audience(specs[preset], preset, specs, n_watchers, repetitions, told),
+        words,
+    )
+
+
+def _measure_scrub(command: Bench, preset: str, spec: "RunSpec", repetitions: int) -> int:
+    from benchmarks.scrub import STEPS, measure_scrub
+
+    def words(found: Any) -> str:
+        return (
+            f"{preset} at full speed, and somebody who looks at its first"
+            f" {STEPS / 1e6:.0f} M steps:\n"
+            f"  moments painted      {found['moments_per_s']:.0f} a second\n"
+            f"  a wish shows after   {found['p95_ms']:.0f} ms (95 %)\n"
+            f"  the learner keeps    {found['learner_share']:.2f} of its rate"
+        )
+
+    return _measured(command, lambda told: measure_scrub(spec, preset, repetitions, told), words)
 
 
 def _measure_side(command: Bench, repetitions: int) -> int:
     from benchmarks.side import measure_side
 
-    try:
-        with interrupts.undoing(), terminal.status() as on_progress:
-            found = measure_side(repetitions, on_progress)
-    except RuntimeError as error:
-        complain(str(error))
-        return EXIT_FAILED
-    if command.json:
-        say(json.dumps(found))
-        return EXIT_OK
-    say(
-        f"The thesis's four side by side at full speed, in a browser that draws in software:\n"
-        f"  all boards shown  {found['shown_per_s']:.0f} times a second\n"
-        f"  each run makes    {found['steps_per_s'] / 1e6:.2f} M steps a second,"
-        f" {found['learner_share']:.2f} of its rate while nobody looks"
-    )
-    return EXIT_OK
+    def words(found: Any) -> str:
+        return (
+            "The thesis's four side by side at full speed, in a browser that draws in software:\n"
+            f"  all boards shown  {found['shown_per_s']:.0f} times a second\n"
+            f"  each run makes    {found['steps_per_s'] / 1e6:.2f} M steps a second,"
+            f" {found['learner_share']:.2f} of its rate while nobody looks"
+        )
+
+    return _measured(command, lambda told: measure_side(repetitions, told), words)
 
 
 def _speeds(learners: "Mapping[str, Rates]") -> str:
