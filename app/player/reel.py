@@ -29,6 +29,7 @@ from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, Look
 from app.picture.shading import equivalent_steps, nearness
 from app.picture.theme import DARK, LIGHT
+from app.picture.value_maps import reward_of
 from app.player.boards import board_sent, described, ground_sent
 from app.player.film import Board, Shot, View
 from app.player.headline import readings_html
@@ -229,9 +230,8 @@ def _changes(recorded: Recorded, line: LineSeen, share: float, tell: Tell) -> _L
 
 def _levels(snapshot: Snapshot) -> np.ndarray:
     """(heading, distance, direction): how near capture is, from 1 on; 0 where there is no value."""
-    learner, world = snapshot.spec.learner, snapshot.spec.world
-    reward = max(world.capture_reward, world.flight_reward, 1e-9)
-    steps = equivalent_steps(snapshot.value, reward, learner.gamma)
+    gamma = snapshot.spec.learner.gamma
+    steps = equivalent_steps(snapshot.value, reward_of(snapshot), gamma)
     return np.where(snapshot.value > 0, 1.0 + np.nan_to_num(nearness(steps)), 0.0)
 
 
