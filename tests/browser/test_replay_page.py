@@ -16,7 +16,13 @@ from app.player.film import PLANES
 from app.player.reel import recorded_run
 from tests.support.access import AXE, FINDINGS
 from tests.support.films import unpacked
-from tests.support.replays import HOSTILE, branchy_records, recorded, small_branchy
+from tests.support.replays import (
+    HOSTILE,
+    branchy_records,
+    fewer_moments,
+    recorded,
+    small_branchy,
+)
 from tests.support.schedules import small_spec
 
 PHONE: ViewportSize = {"width": 390, "height": 844}
@@ -38,16 +44,11 @@ BOARDS = """async ([packed, planes]) => {
 }"""
 
 
-MOMENTS = 60
-"""Of the small page, which are enough to play them and are painted in a fifth of the time."""
-
-
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page of a small session with branches, names and marks."""
     path = tmp_path_factory.mktemp("replay") / "small.html"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(replay_page, "MOST_MOMENTS", MOMENTS)
+    with fewer_moments():
         path.write_text(replay_page.replay_page(small_branchy()), "utf-8")
     return path
 

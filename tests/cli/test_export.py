@@ -1,6 +1,7 @@
 """The command ``pounce export``: what it writes, and what it refuses."""
 
 import io
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,16 @@ from PIL import Image
 from app.cli import main
 from app.live.written import whole
 from app.player import replay_page
-from tests.support.replays import HEADER, branchy_records
+from tests.support.replays import HEADER, branchy_records, fewer_moments
 from tests.support.schedules import small_spec
 
-pytestmark = pytest.mark.usefixtures("here")
+pytestmark = pytest.mark.usefixtures("here", "few")
+
+
+@pytest.fixture(scope="module")
+def few() -> Iterator[None]:
+    with fewer_moments():
+        yield
 
 
 def session(here: Path, name: str = "one.pounce") -> Path:

@@ -12,19 +12,14 @@ import pytest
 from app.player import replay_page
 from app.player.replay_page import ReplayError, without_styles
 from app.util.html import Markup
-from tests.support.replays import HOSTILE, small_branchy, small_recorded
+from tests.support.replays import HOSTILE, fewer_moments, small_branchy, small_recorded
 
 WEB = Path(replay_page.__file__).parent.parent / "web"
 
 
-MOMENTS = 60
-"""So many are in the pages here: enough to be thinned."""
-
-
 @pytest.fixture(autouse=True, scope="module")
-def fewer_moments() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(replay_page, "MOST_MOMENTS", MOMENTS)
+def few() -> Iterator[None]:
+    with fewer_moments():
         yield
 
 

@@ -1,12 +1,17 @@
 """Sessions that are played back: a small run, and one with branches, names and marks."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+import pytest
 
 from app.explain.branches import name_of
 from app.live.made_again import made_again
 from app.live.past import Budget
 from app.live.records import Began, Branched, Gave, Marked, NamedLine, Record
 from app.live.written import Header, Written
+from app.player import images, replay_page
 from app.player.reel import Recorded, recorded_family, recorded_run
 from learners.commands import Explore, FreezeSkills, SetParameter
 from learners.spec import RunSpec
@@ -16,6 +21,15 @@ SEED = 5
 HEADER = Header("1.2.3", "timed", SEED, "2026-11-29T15:00:00+00:00")
 HOSTILE = "</script><script nonce=x>alert(1)</script><b onclick='x'>"
 """What somebody may call a line, or write at a moment."""
+
+
+@contextmanager
+def fewer_moments() -> Iterator[None]:
+    """Replay pages and films with so few moments as are enough to play them, and to thin them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(replay_page, "MOST_MOMENTS", 40)
+        patch.setattr(images, "FILM_MOMENTS", 40)
+        yield
 
 
 def branchy_records(spec: RunSpec, steps: int, n_branches: int = 3) -> tuple[Record, ...]:
