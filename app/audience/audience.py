@@ -359,7 +359,7 @@ class Audience:
                 # What it had stays until there is something else.
                 continue
             sizes: list[int] = []
-            for missing, group in _by_what_they_miss(parts, watchers).items():
+            for missing, group in pictures.by_what_they_miss(parts, watchers, ORDER).items():
                 letter = pictures.letter_of(parts[kind] for kind in missing)
                 letters.append((letter, group))
                 if "lab" not in missing:
@@ -375,23 +375,6 @@ class Audience:
         unused = [seen for seen in self._views if seen not in groups]
         for seen in unused[: max(len(self._views) - _MOST_VIEWS, 0)]:
             del self._views[seen]
-
-
-def _by_what_they_miss(
-    parts: Parts, watchers: Sequence[Watcher]
-) -> dict[tuple[str, ...], list[Watcher]]:
-    """Those who can take something in, by the kinds of which they have another than this."""
-    groups: dict[tuple[str, ...], list[Watcher]] = {}
-    for watcher in watchers:
-        if not watcher.is_ready:
-            continue
-        missing = tuple(
-            kind for kind in ORDER if kind in parts and watcher.seen.get(kind) != parts[kind]
-        )
-        if missing:
-            groups.setdefault(missing, []).append(watcher)
-            watcher.seen.update((kind, parts[kind]) for kind in missing)
-    return groups
 
 
 def _subject(presented: Presented | None) -> object:
