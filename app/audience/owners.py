@@ -354,9 +354,7 @@ class Owners:
     def _make_again(self, offer: _Offer) -> float:
         """Have those go on that are on their way; returns when they may again."""
         on_their_way = [
-            desk
-            for desk in self._desks.values()
-            if desk.own is not None and desk.own.is_on_its_way
+            desk for desk in self._desks.values() if desk.own is not None and desk.own.is_on_its_way
         ]
         # For whoever has done something already, most is at stake.
         on_their_way.sort(key=lambda desk: not desk.held)
