@@ -24,6 +24,8 @@ from sim.spec import WorldSpec
 ORDER: Final = (
     "lab",
     "stand",
+    "seat",
+    "lesson",
     "offer",
     "world",
     "ground",
