@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 from app.audience import pictures
 from app.audience.past import Rarely
-from app.audience.pictures import ORDER, Parts, part
+from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
 from app.audience.room import Room, lesson_part
 from app.audience.seats import Seat
 from app.audience.wishes import Act, Follow, LookAround, Wish, look_of, offered_step, themed
@@ -379,8 +379,8 @@ class Audience:
                 # What it had stays until there is something else.
                 continue
             sizes: list[int] = []
-            for missing, group in self._by_what_they_miss(parts, watchers).items():
-                letter = pictures.letter_of(content for _, content in missing)
+            for missing, group in by_what_they_miss(parts, watchers, ORDER, self._theirs).items():
+                letter = letter_of(content for _, content in missing)
                 letters.append((letter, group))
                 if all(kind != "lab" for kind, _ in missing):
                     sizes.append(len(letter))
@@ -394,25 +394,8 @@ class Audience:
         card = None if self._presented is None else self._presented.card
         return lesson_part(card) if self.room is None else self.room.lesson_part(card)
 
-    def _by_what_they_miss(
-        self, parts: Parts, watchers: Sequence[Watcher]
-    ) -> dict[tuple[tuple[str, bytes], ...], list[Watcher]]:
-        """Those who can take something in, by the parts of which they have another than this."""
-        groups: dict[tuple[tuple[str, bytes], ...], list[Watcher]] = {}
-        for watcher in watchers:
-            if not watcher.is_ready:
-                continue
-            theirs = {} if self.room is None else self.room.parts_of(watcher.seat)
-            all_parts = {**parts, **theirs}
-            missing = tuple(
-                (kind, all_parts[kind])
-                for kind in ORDER
-                if kind in all_parts and watcher.seen.get(kind) != all_parts[kind]
-            )
-            if missing:
-                groups.setdefault(missing, []).append(watcher)
-                watcher.seen.update(missing)
-        return groups
+    def _theirs(self, watcher: Watcher) -> Parts:
+        return {} if self.room is None else self.room.parts_of(watcher.seat)
 
     def _tidy(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         """Forget views at which nobody looks, but for the newest of them."""

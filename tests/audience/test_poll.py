@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from app.audience.poll import FEWEST, Poll, answer_to, counts_of
 from app.audience.seats import Seat
 from app.audience.wishes import Value
-
 from app.picture.octants import OCTANTS
 from app.player.classroom import Question
 
@@ -193,7 +192,9 @@ def test_only_what_answers_the_question_is_an_answer(
 
 def test_octants_are_counted_each() -> None:
     who = seats(5)
-    answers: dict[Seat, Value] = dict(zip(who, [("e",), ("e", "n"), ("n",), ("w",), ("e",)], strict=True))
+    answers: dict[Seat, Value] = dict(
+        zip(who, [("e",), ("e", "n"), ("n",), ("w",), ("e",)], strict=True)
+    )
     found = counts_of(WHERE, answers)
     assert found is not None
     assert found["n"] == 5
