@@ -17,7 +17,7 @@ from app.audience import pictures
 from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
 from app.audience.room import Room, lesson_part
-from app.audience.seats import Seat
+from app.audience.seats import Seat, Seats
 from app.audience.wishes import Act, Follow, LookAround, Wish, look_of, offered_step, themed
 from app.live.past import Past
 from app.live.places import Place
@@ -132,7 +132,10 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        self.room = Room(self._seats, self._wake, self._joined) if is_class else None
+        self.seats: Seats | None = Seats() if is_class else None
+        self.room: Room | None = None
+        if self.seats is not None:
+            self.room = Room(self.seats, self._taken, self._wake, self._joined)
         self.watchers = Watchers(
             host,
             port,
@@ -142,7 +145,7 @@ class Audience:
             code=code,
             most=MOST_WATCHERS if most is None else most,
             most_guesses=MOST_SHORT_GUESSES if is_class else MOST_GUESSES,
-            seats=None if self.room is None else self.room.seats,
+            seats=self.seats,
             acts=Act if is_class else None,
             act=self._heard,
         )
@@ -184,7 +187,7 @@ class Audience:
     def _wake(self) -> None:
         self._changed.set()
 
-    def _seats(self) -> Iterator[Seat]:
+    def _taken(self) -> Iterator[Seat]:
         return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)
 
     def _joined(self) -> dict[str, str | None]:
