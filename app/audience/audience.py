@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 from app.audience import pictures
 from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, part
+from app.audience.seats import Seats
 from app.audience.wishes import Follow, LookAround, Wish, look_of, offered_step, themed
 from app.live.past import Past
 from app.live.places import Place
@@ -26,7 +27,13 @@ from app.player.boards import world_key
 from app.player.presented import Presented
 from app.server.origin import Authority
 from app.server.turnstile import Turnstile
-from app.server.watchers import Watcher, Watchers
+from app.server.watchers import (
+    MOST_GUESSES,
+    MOST_SHORT_GUESSES,
+    MOST_WATCHERS,
+    Watcher,
+    Watchers,
+)
 from sim.spec import WorldSpec
 
 BYTES_PER_S: Final = 4_200.0
@@ -95,6 +102,7 @@ class Audience:
         code: str | None = None,
         names: Sequence[Authority] = (),
         most: int | None = None,
+        is_class: bool = False,
     ) -> None:
         """Open the port.
 
@@ -105,6 +113,7 @@ class Audience:
             code: without which nobody is let in; None if whoever comes is.
             names: under which the port is reached besides.
             most: so many may look, if it is not as many as usual.
+            is_class: whether those who look have seats, and answer what the presenter asks.
 
         Raises:
             OSError: the host is not an address of this machine, or the port is not free.
@@ -122,8 +131,18 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        options = {} if most is None else {"most": most}
-        self.watchers = Watchers(host, port, Wish, self._wake, names=names, code=code, **options)
+        self.seats: Seats | None = Seats() if is_class else None
+        self.watchers = Watchers(
+            host,
+            port,
+            Wish,
+            self._wake,
+            names=names,
+            code=code,
+            most=MOST_WATCHERS if most is None else most,
+            most_guesses=MOST_SHORT_GUESSES if is_class else MOST_GUESSES,
+            seats=self.seats,
+        )
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
         self._thread.start()
 
@@ -340,7 +359,7 @@ class Audience:
                 # What it had stays until there is something else.
                 continue
             sizes: list[int] = []
-            for missing, group in _by_what_they_miss(parts, watchers).items():
+            for missing, group in pictures.by_what_they_miss(parts, watchers, ORDER).items():
                 letter = pictures.letter_of(parts[kind] for kind in missing)
                 letters.append((letter, group))
                 if "lab" not in missing:
@@ -356,23 +375,6 @@ class Audience:
         unused = [seen for seen in self._views if seen not in groups]
         for seen in unused[: max(len(self._views) - _MOST_VIEWS, 0)]:
             del self._views[seen]
-
-
-def _by_what_they_miss(
-    parts: Parts, watchers: Sequence[Watcher]
-) -> dict[tuple[str, ...], list[Watcher]]:
-    """Those who can take something in, by the kinds of which they have another than this."""
-    groups: dict[tuple[str, ...], list[Watcher]] = {}
-    for watcher in watchers:
-        if not watcher.is_ready:
-            continue
-        missing = tuple(
-            kind for kind in ORDER if kind in parts and watcher.seen.get(kind) != parts[kind]
-        )
-        if missing:
-            groups.setdefault(missing, []).append(watcher)
-            watcher.seen.update((kind, parts[kind]) for kind in missing)
-    return groups
 
 
 def _subject(presented: Presented | None) -> object:

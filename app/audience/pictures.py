@@ -18,6 +18,7 @@ from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.player.boards import ground_sent, over_sent, world_sent
 from app.player.moments import words_sent
+from app.server.watchers import Watcher
 from app.util.html import element
 from sim.spec import WorldSpec
 
@@ -50,6 +51,31 @@ def part(kind: str, content: Mapping[str, Any]) -> bytes:
 def letter_of(parts: Iterable[bytes]) -> bytes:
     """Parts as they are sent: a JSON list of them, as ``zlib`` packs it."""
     return zlib.compress(b"[" + b",".join(parts) + b"]", _LEVEL)
+
+
+def by_what_they_miss(
+    parts: Parts, watchers: Iterable[Watcher], order: Iterable[str]
+) -> dict[tuple[str, ...], list[Watcher]]:
+    """Those who can take something in, by the kinds of which they have another than this.
+
+    They count as having it from then on.
+
+    Args:
+        parts: what there is.
+        watchers: who are to have it.
+        order: of kinds, in which they are sent; others are not.
+    """
+    groups: dict[tuple[str, ...], list[Watcher]] = {}
+    for watcher in watchers:
+        if not watcher.is_ready:
+            continue
+        missing = tuple(
+            kind for kind in order if kind in parts and watcher.seen.get(kind) != parts[kind]
+        )
+        if missing:
+            groups.setdefault(missing, []).append(watcher)
+            watcher.seen.update((kind, parts[kind]) for kind in missing)
+    return groups
 
 
 def world_part(world: WorldSpec) -> bytes:

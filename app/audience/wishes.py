@@ -52,7 +52,11 @@ class LookAround(_Wish, frozen=True, tag="look"):
     """Of the line that the presenter looks at; None for its newest moment."""
 
 
-Wish = Follow | LookAround
+class LookOwn(_Wish, frozen=True, tag="own"):
+    """See the learner of one's own."""
+
+
+Wish = Follow | LookAround | LookOwn
 """All of them."""
 
 

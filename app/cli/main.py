@@ -261,7 +261,9 @@ def _unknown_word(kind: type[Any], prog: str, unknown: Sequence[str]) -> str:
     word = next((word for word in unknown if word.startswith("-")), None)
     if word is None:
         return f"{shown(unknown[0])} is one word too many (see {prog} --help)"
-    options = [f"--{field.name.replace('_', '-')}" for field in dataclasses.fields(kind)]
+    options = [
+        f"--{field.name.removesuffix('_').replace('_', '-')}" for field in dataclasses.fields(kind)
+    ]
     close = difflib.get_close_matches(word, options, n=1)
     hint = f"did you mean {close[0]}?" if close else f"see {prog} --help"
     return f"{shown(word)} is not an option of {prog} ({hint})"

@@ -1,6 +1,6 @@
 """What a presenter's browser shows, as it is handed to those who show it to an audience."""
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import msgspec
 
@@ -26,6 +26,20 @@ class Presented(NamedTuple):
     """Whether their browser is gone; then the rest is as they left it."""
 
 
+FEWEST_SHOWN: Final = 5
+"""From so many on, what members of a class did is shown, without saying who."""
+
+
+class OwnLearners(NamedTuple):
+    """How the learners stand that members of a class have of their own."""
+
+    learners: int
+    playing: int
+    """Those of them that learn now."""
+    rewards: tuple[tuple[int, float], ...]
+    """Trial and mean reward of each, the best first; empty as long as there are only few."""
+
+
 class Stand(Protocol):
     """Those who only look, and where they do. Methods may be called from any thread."""
 
@@ -42,6 +56,11 @@ class Stand(Protocol):
     @property
     def n_watchers(self) -> int:
         """How many look."""
+        ...
+
+    @property
+    def own(self) -> OwnLearners | None:
+        """How the learners stand that those have of their own who look; None if they have none."""
         ...
 
     def show(self, live: Status, presented: Presented | None) -> None:
