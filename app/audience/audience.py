@@ -10,13 +10,15 @@ import logging
 import secrets
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from app.audience import pictures
 from app.audience.past import Rarely
-from app.audience.pictures import ORDER, Parts, part
-from app.audience.wishes import Follow, LookAround, Wish, look_of, offered_step, themed
+from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
+from app.audience.room import Room, lesson_part
+from app.audience.seats import Seat, Seats
+from app.audience.wishes import Act, Follow, LookAround, Wish, look_of, offered_step, themed
 from app.live.past import Past
 from app.live.places import Place
 from app.live.status import Status
@@ -26,7 +28,13 @@ from app.player.boards import world_key
 from app.player.presented import Presented
 from app.server.origin import Authority
 from app.server.turnstile import Turnstile
-from app.server.watchers import Watcher, Watchers
+from app.server.watchers import (
+    MOST_GUESSES,
+    MOST_SHORT_GUESSES,
+    MOST_WATCHERS,
+    Watcher,
+    Watchers,
+)
 from sim.spec import WorldSpec
 
 BYTES_PER_S: Final = 4_200.0
@@ -95,6 +103,7 @@ class Audience:
         code: str | None = None,
         names: Sequence[Authority] = (),
         most: int | None = None,
+        is_class: bool = False,
     ) -> None:
         """Open the port.
 
@@ -105,6 +114,7 @@ class Audience:
             code: without which nobody is let in; None if whoever comes is.
             names: under which the port is reached besides.
             most: so many may look, if it is not as many as usual.
+            is_class: whether those who look have seats, and answer what the presenter asks.
 
         Raises:
             OSError: the host is not an address of this machine, or the port is not free.
@@ -122,8 +132,23 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        options = {} if most is None else {"most": most}
-        self.watchers = Watchers(host, port, Wish, self._wake, names=names, code=code, **options)
+        self.seats: Seats | None = Seats() if is_class else None
+        self.room: Room | None = None
+        if self.seats is not None:
+            self.room = Room(self.seats, self._taken, self._wake, self._joined)
+        self.watchers = Watchers(
+            host,
+            port,
+            Wish,
+            self._wake,
+            names=names,
+            code=code,
+            most=MOST_WATCHERS if most is None else most,
+            most_guesses=MOST_SHORT_GUESSES if is_class else MOST_GUESSES,
+            seats=self.seats,
+            acts=Act if is_class else None,
+            act=self._heard,
+        )
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
         self._thread.start()
 
@@ -139,6 +164,11 @@ class Audience:
     def n_watchers(self) -> int:
         """How many look."""
         return len(self.watchers.all)
+
+    @property
+    def classroom(self) -> Room | None:
+        """They as a class that answers; None if they only look."""
+        return self.room
 
     def show(self, live: Status, presented: Presented | None) -> None:
         """Show them how the run stands, and what the presenter sees; None before one has come."""
@@ -156,6 +186,17 @@ class Audience:
 
     def _wake(self) -> None:
         self._changed.set()
+
+    def _taken(self) -> Iterator[Seat]:
+        return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)
+
+    def _joined(self) -> dict[str, str | None]:
+        # Another machine cannot reach the address that this one has for itself.
+        return {"code": self.code, "address": (self.addresses[1:] or self.addresses)[0]}
+
+    def _heard(self, watcher: Watcher, act: Act) -> None:
+        if self.room is not None:
+            self.room.answer(watcher.seat, act)
 
     # --- In the thread ----------------------------------------------------------------------------
 
@@ -331,19 +372,20 @@ class Audience:
 
     def _send(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         letters: list[tuple[bytes, list[Watcher]]] = []
-        waiting = {"lab": self._lab, "stand": part("stand", {"begun": False})}
+        told = {"lab": self._lab, "lesson": self._lesson_part()}
+        waiting = {"stand": part("stand", {"begun": False})}
         for seen, watchers in groups.items():
             view = self._views.get(seen)
             has_begun = view is not None and bool(view.parts)
-            parts = {**view.parts, "lab": self._lab} if view is not None and has_begun else waiting
+            parts = {**(view.parts if view is not None and has_begun else waiting), **told}
             if not has_begun and self._presented is not None:
                 # What it had stays until there is something else.
                 continue
             sizes: list[int] = []
-            for missing, group in _by_what_they_miss(parts, watchers).items():
-                letter = pictures.letter_of(parts[kind] for kind in missing)
+            for missing, group in by_what_they_miss(parts, watchers, ORDER, self._theirs).items():
+                letter = letter_of(content for _, content in missing)
                 letters.append((letter, group))
-                if "lab" not in missing:
+                if all(kind != "lab" for kind, _ in missing):
                     sizes.append(len(letter))
             if view is not None and sizes:
                 now_s = time.perf_counter()
@@ -351,28 +393,18 @@ class Audience:
         if letters:
             self.watchers.send(letters)
 
+    def _lesson_part(self) -> bytes:
+        card = None if self._presented is None else self._presented.card
+        return lesson_part(card) if self.room is None else self.room.lesson_part(card)
+
+    def _theirs(self, watcher: Watcher) -> Parts:
+        return {} if self.room is None else self.room.parts_of(watcher.seat)
+
     def _tidy(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         """Forget views at which nobody looks, but for the newest of them."""
         unused = [seen for seen in self._views if seen not in groups]
         for seen in unused[: max(len(self._views) - _MOST_VIEWS, 0)]:
             del self._views[seen]
-
-
-def _by_what_they_miss(
-    parts: Parts, watchers: Sequence[Watcher]
-) -> dict[tuple[str, ...], list[Watcher]]:
-    """Those who can take something in, by the kinds of which they have another than this."""
-    groups: dict[tuple[str, ...], list[Watcher]] = {}
-    for watcher in watchers:
-        if not watcher.is_ready:
-            continue
-        missing = tuple(
-            kind for kind in ORDER if kind in parts and watcher.seen.get(kind) != parts[kind]
-        )
-        if missing:
-            groups.setdefault(missing, []).append(watcher)
-            watcher.seen.update((kind, parts[kind]) for kind in missing)
-    return groups
 
 
 def _subject(presented: Presented | None) -> object:
@@ -390,6 +422,7 @@ def _subject(presented: Presented | None) -> object:
         moment["live"],
         None if moment["live"] else moment["step"],
         presented.events,
+        presented.card,
     )
 
 

@@ -5,7 +5,7 @@ here knows who watches, or when.
 """
 
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 import msgspec
@@ -18,12 +18,15 @@ from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.player.boards import ground_sent, over_sent, world_sent
 from app.player.moments import words_sent
+from app.server.watchers import Watcher
 from app.util.html import element
 from sim.spec import WorldSpec
 
 ORDER: Final = (
     "lab",
     "stand",
+    "seat",
+    "lesson",
     "offer",
     "world",
     "ground",
@@ -50,6 +53,38 @@ def part(kind: str, content: Mapping[str, Any]) -> bytes:
 def letter_of(parts: Iterable[bytes]) -> bytes:
     """Parts as they are sent: a JSON list of them, as ``zlib`` packs it."""
     return zlib.compress(b"[" + b",".join(parts) + b"]", _LEVEL)
+
+
+def by_what_they_miss(
+    parts: Parts,
+    watchers: Iterable[Watcher],
+    order: Iterable[str],
+    theirs: Callable[[Watcher], Parts] = lambda _: {},
+) -> dict[tuple[tuple[str, bytes], ...], list[Watcher]]:
+    """Those who can take something in, by the parts of which they have another than this.
+
+    They count as having it from then on.
+
+    Args:
+        parts: what there is, by kind.
+        watchers: who are to have it.
+        order: of kinds, in which they are sent; others are not.
+        theirs: what there is for one of them besides.
+    """
+    groups: dict[tuple[tuple[str, bytes], ...], list[Watcher]] = {}
+    for watcher in watchers:
+        if not watcher.is_ready:
+            continue
+        there = parts | theirs(watcher)
+        missing = tuple(
+            (kind, there[kind])
+            for kind in order
+            if kind in there and watcher.seen.get(kind) != there[kind]
+        )
+        if missing:
+            groups.setdefault(missing, []).append(watcher)
+            watcher.seen.update(missing)
+    return groups
 
 
 def world_part(world: WorldSpec) -> bytes:

@@ -15,6 +15,7 @@ from app.cli.answers import (
     RESULTS,
     Flag,
     UsageError,
+    WrongPresetError,
     complain,
     filled,
     say,
@@ -27,6 +28,7 @@ from app.util.logs import LEVELS
 from app.util.texts import as_text
 
 if TYPE_CHECKING:
+    from app.documents.lessons import Lesson
     from app.live.journal import Journal
     from app.live.lines import MadeAgain
     from app.live.past import Budget
@@ -73,8 +75,13 @@ class Lab:
     audience: Annotated[str | None, arg(metavar="IP:PORT", help_behavior_hint=HIDDEN_HINT)] = None
     """Show phones and a class what the first browser sees, at a port where one can only look; on
     any address but this machine's own, a code is asked for."""
+    class_: Annotated[bool, arg(name="class", help_behavior_hint=HIDDEN_HINT)] = False
+    """Have the audience answer what the presenter asks, each at a seat without a name; who joins
+    types a code of six letters."""
     no_code: Flag = False
     """Let whoever reaches the audience's page look."""
+    lesson: Annotated[str | None, arg(metavar="LESSON")] = None
+    """Begin with a lesson: a shipped one by its name, or a file of one."""
     no_browser: Flag = False
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
@@ -134,6 +141,7 @@ def obey(command: Lab) -> int:
     token = _token(command)
     is_shared = command.preset.endswith(SUFFIX)
     spec = spec_of(Lab.preset if is_shared else command.preset)
+    lesson = None if command.lesson is None else _lesson(command.lesson)
     opens_stand = _stand(command, names)
     from app.documents import presets
     from app.documents.sources import called
@@ -170,6 +178,7 @@ def obey(command: Lab) -> int:
             made_again=made,
             budget=budget,
             opens_stand=opens_stand,
+            lesson=lesson,
         )
     except ListenError as error:
         raise UsageError(
@@ -182,6 +191,20 @@ def obey(command: Lab) -> int:
     finally:
         if journal is not None:
             journal.close()
+
+
+def _lesson(name: str) -> "Lesson":
+    """The lesson that is to be begun.
+
+    Raises:
+        WrongPresetError: it cannot be taught; with all that is wrong with it.
+    """
+    from app.documents import lessons
+
+    try:
+        return lessons.load(name)
+    except lessons.LessonError as error:
+        raise WrongPresetError(str(error)) from error
 
 
 def _check_keeping(command: Lab) -> None:
@@ -326,12 +349,14 @@ def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], S
     Raises:
         UsageError: there can be no such port.
     """
-    from app.server.access import new_code
+    from app.server.access import new_code, new_short_code
     from app.server.origin import is_loopback
 
     if command.audience is None:
         if command.no_code:
             raise UsageError("--no-code is about the code of --audience; allowed: with that")
+        if command.class_:
+            raise UsageError("--class is about those who look with --audience; allowed: with that")
         return None
     host, _, digits = command.audience.rpartition(":")
     host = host.removeprefix("[").removesuffix("]").strip()
@@ -341,7 +366,12 @@ def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], S
             " machine and a port, such as 0.0.0.0:8090"
         )
     port = whole_number("--audience", digits, 0, 65_535)
-    code = None if is_loopback(host) or command.no_code else new_code()
+    code = None
+    if command.class_ and not command.no_code:
+        # On this machine's own address as well: a proxy may be what brings a class there.
+        code = new_short_code()
+    elif not is_loopback(host) and not command.no_code:
+        code = new_code()
     if command.no_code and not is_loopback(host):
         complain("Warning: whoever can reach this machine can look at the lab.")
 
@@ -349,7 +379,9 @@ def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], S
         from app.audience.audience import Audience
 
         try:
-            return Audience(session.past_of, host, port, code=code, names=names)
+            return Audience(
+                session.past_of, host, port, code=code, names=names, is_class=command.class_
+            )
         except (OSError, UnicodeError) as error:
             raise UsageError(
                 f"--audience: {shown(command.audience or '')} cannot be listened on:"

@@ -1,12 +1,13 @@
 """What a presenter's browser shows, as it is handed to those who show it to an audience."""
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import msgspec
 
 from app.live.status import Status
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.player.classroom import Card, Classroom
 
 
 class Presented(NamedTuple):
@@ -24,6 +25,22 @@ class Presented(NamedTuple):
     """Steps of what happened in that line."""
     is_away: bool = False
     """Whether their browser is gone; then the rest is as they left it."""
+    card: Card | None = None
+    """The card of a lesson that they have before them, if there is one."""
+
+
+FEWEST_SHOWN: Final = 5
+"""From so many on, what members of a class did is shown, without saying who."""
+
+
+class OwnLearners(NamedTuple):
+    """How the learners stand that members of a class have of their own."""
+
+    learners: int
+    playing: int
+    """Those of them that learn now."""
+    rewards: tuple[tuple[int, float], ...]
+    """Trial and mean reward of each, the best first; empty as long as there are only few."""
 
 
 class Stand(Protocol):
@@ -42,6 +59,16 @@ class Stand(Protocol):
     @property
     def n_watchers(self) -> int:
         """How many look."""
+        ...
+
+    @property
+    def classroom(self) -> Classroom | None:
+        """They as a class that answers; None if they only look."""
+        ...
+
+    @property
+    def own(self) -> OwnLearners | None:
+        """How the learners stand that those have of their own who look; None if they have none."""
         ...
 
     def show(self, live: Status, presented: Presented | None) -> None:

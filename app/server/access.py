@@ -27,6 +27,9 @@ _TOKEN: Final = re.compile(rf"[A-Za-z0-9._~-]{{{MIN_TOKEN_CHARACTERS},200}}")
 """What stands in an address and in a cookie as it is."""
 
 _PLAIN_LETTERS: Final = "abcdefghjkmnpqrstuvwxyz23456789"
+_PLAINER_LETTERS: Final = "acdefghjkmnpqrtwxy3479"
+"""None of which is like another one on a projector: no b and 6, s and 5, u and v, z and 2."""
+SHORT_CHARACTERS: Final = 6
 
 WINDOW_S: Final = 60.0
 MAX_GUESSES: Final = 10
@@ -43,10 +46,6 @@ _WRONG_TOKEN: Final = Refusal(
     "That is not the token of this lab. It is in the address that the lab printed when it was"
     " started, and changes when the lab is started again.",
 )
-_TOO_MANY: Final = Refusal(
-    HTTPStatus.TOO_MANY_REQUESTS,
-    "Too many wrong tokens came from here; try again in a minute.",
-)
 
 log = logging.getLogger(__name__)
 
@@ -61,6 +60,11 @@ def new_code() -> str:
     return "".join(letters[:4]) + "-" + "".join(letters[4:])
 
 
+def new_short_code() -> str:
+    """A code that a class types on phones: 26 bits, so only few guesses may be let through."""
+    return "".join(secrets.choice(_PLAINER_LETTERS) for _ in range(SHORT_CHARACTERS))
+
+
 def is_token(text: str) -> bool:
     """Whether a token that somebody chose is long enough, and of plain characters."""
     return _TOKEN.fullmatch(text) is not None
@@ -72,11 +76,21 @@ class Words(NamedTuple):
     name: str
     without: Refusal
     wrong: Refusal
-    hidden: bool = True
-    """Whether nobody is to see it who sees how it is typed."""
+    too_many: Refusal
+    typed: bool = False
+    """Whether it is read from a projector and typed: then it may be seen, capitals and gaps do not
+    count, and the log does not say from where a wrong one came."""
 
 
-_TOKEN_WORDS: Final = Words("Token", WITHOUT_TOKEN, _WRONG_TOKEN)
+_TOKEN_WORDS: Final = Words(
+    "Token",
+    WITHOUT_TOKEN,
+    _WRONG_TOKEN,
+    Refusal(
+        HTTPStatus.TOO_MANY_REQUESTS,
+        "Too many wrong tokens came from here; try again in a minute.",
+    ),
+)
 
 
 class Access:
@@ -111,22 +125,33 @@ class Access:
             return True
         if self._guesses.are_too_many(address):
             return False
-        if _are_same(given, self._token):
+        if _are_same(self._plain(given), self._plain(self._token)):
             return True
         self._guesses.note(address, given)
         return False
 
     def knows(self, request: Request, port: int) -> bool:
         """Whether the request has the cookie that was handed out for the token."""
-        given = _cookies(request, _cookie_name(port))
+        given = cookies_of(request, cookie_name(port))
         return any(_are_same(value, self._cookie) for value in given)
 
     def refusal(self, request: Request, address: str) -> Refusal:
         """What a request is told that has neither."""
         if "token" not in dict(questions_of(request)):
             return self._words.without
-        log.warning("refused a wrong token from %s", address)
-        return _TOO_MANY if self._guesses.are_too_many(address) else self._words.wrong
+        if self._words.typed:
+            log.warning("refused a wrong code")
+        else:
+            log.warning("refused a wrong token from %s", address)
+        return self._words.too_many if self._guesses.are_too_many(address) else self._words.wrong
+
+    def _plain(self, token: str) -> str:
+        """A token as it is compared."""
+        return re.sub(r"[\s-]", "", token).lower() if self._words.typed else token
+
+    def forget_guesses(self) -> None:
+        """Forget from where wrong tokens came."""
+        self._guesses.forget()
 
     def welcome(self, request: Request, port: int) -> Response:
         """Hand out the cookie, and lead to the same page without the token in its address.
@@ -137,7 +162,7 @@ class Access:
         """
         rest = [pair for pair in questions_of(request) if pair[0] != "token"]
         question = "&".join(f"{quote_plus(name)}={quote_plus(value)}" for name, value in rest)
-        cookie = f"{_cookie_name(port)}={self._cookie}; HttpOnly; SameSite=Lax"
+        cookie = f"{cookie_name(port)}={self._cookie}; HttpOnly; SameSite=Lax"
         headers = Headers({"Location": f"?{question}", "Cache-Control": "no-store"})
         headers["Set-Cookie"] = cookie
         return response(b"", headers, HTTPStatus.SEE_OTHER)
@@ -149,7 +174,7 @@ class Access:
             for name, value in questions_of(request)
             if name != "token"
         )
-        kind = "password" if self._words.hidden else "text"
+        kind = "text" if self._words.typed else "password"
         return (
             f'<form method="get"><p><label>{escaped(self._words.name)} <input type="{kind}"'
             ' name="token" required autocomplete="off" autocapitalize="none" spellcheck="false"'
@@ -166,29 +191,36 @@ class _Guesses:
 
     def are_too_many(self, address: str) -> bool:
         since_s, wrong = self._wrong.get(address, (0.0, set()))
-        return len(wrong) > self._most and time.monotonic() - since_s < WINDOW_S
+        return len(wrong) >= self._most and time.monotonic() - since_s < WINDOW_S
 
     def note(self, address: str, given: str) -> None:
         since_s, wrong = self._wrong.get(address, (time.monotonic(), set()))
         if time.monotonic() - since_s >= WINDOW_S:
+            self._wrong.pop(address, None)
             since_s, wrong = time.monotonic(), set()
         # A token that was tried before is no further guess.
         wrong.add(hashlib.sha256(given.encode("utf-8", "surrogateescape")).digest())
         self._wrong[address] = (since_s, wrong)
-        if len(self._wrong) > _MAX_ADDRESSES:
+        old_s = time.monotonic() - WINDOW_S
+        while len(self._wrong) > _MAX_ADDRESSES or next(iter(self._wrong.values()))[0] < old_s:
             self._wrong.popitem(last=False)
+
+    def forget(self) -> None:
+        self._wrong.clear()
 
 
 def _are_same(one: str, other: str) -> bool:
     return hmac.compare_digest(one.encode("utf-8", "surrogateescape"), other.encode())
 
 
-def _cookie_name(port: int) -> str:
+def cookie_name(port: int) -> str:
+    """Of what lets in who has had the token."""
     # Cookies of a host are sent to all its ports, and several labs may be there.
     return f"pounce-{port}"
 
 
-def _cookies(request: Request, name: str) -> list[str]:
+def cookies_of(request: Request, name: str) -> list[str]:
+    """What a browser has kept under a name."""
     pairs = [
         part.strip().partition("=")
         for header in request.headers.get_all("Cookie")

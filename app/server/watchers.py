@@ -11,10 +11,10 @@ import contextlib
 import logging
 import socket
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from http import HTTPStatus
-from typing import Any, Final, cast
+from typing import Any, Final, Protocol, cast
 
 import msgspec
 from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
@@ -24,7 +24,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from app.server import web_files
-from app.server.access import Access, Words
+from app.server.access import Access, Words, cookie_name, cookies_of
 from app.server.addresses import answering_addresses
 from app.server.connections import HANDSHAKE_S, room_for, tell_of_error
 from app.server.door import stranger
@@ -77,22 +77,58 @@ _CODE: Final = Words(
         "This page asks for a code, which the presenter shows. Load it again to enter the code.",
     ),
     Refusal(HTTPStatus.UNAUTHORIZED, "That is not the code which the presenter shows."),
-    hidden=False,
+    Refusal(
+        HTTPStatus.TOO_MANY_REQUESTS,
+        "Too many wrong codes came from here; try again in a minute.",
+    ),
+    typed=True,
 )
-_MOST_GUESSES: Final = 1_000
+MOST_GUESSES: Final = 1_000
 """Wrong codes that one address may try in a minute: a class may have but one, and one of its
 members is not to keep the others out. So many are none of the 10**11 that there are."""
+MOST_SHORT_GUESSES: Final = 5
+"""The same where the code is short: those who are in already stay in."""
 _FULL: Final = Refusal(HTTPStatus.SERVICE_UNAVAILABLE, "Too many look already.")
 
 log = logging.getLogger(__name__)
 
 
+class _Seat(Protocol):
+    """What a ticket stands for."""
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether it is still theirs."""
+        ...
+
+
+class Seats(Protocol):
+    """Who is who from one visit to the next, without any name: a ticket is kept as a cookie."""
+
+    def new_ticket(self) -> str:
+        """For a browser that has none."""
+        ...
+
+    def is_ticket(self, text: str) -> bool:
+        """Whether it is one that is good."""
+        ...
+
+    def sit(self, ticket: str) -> _Seat | None:
+        """The seat of who has opened one more page; None if there is none for them."""
+        ...
+
+    def leave(self, seat: Any) -> None:
+        """Note that one of its pages was closed."""
+        ...
+
+
 class Watcher:
     """One page that looks. What it wishes may be read in any thread."""
 
-    def __init__(self, connection: "_Connection") -> None:
+    def __init__(self, connection: "_Connection", seat: Any = None) -> None:
         self.wish: Any = None
         """The newest that came; None before the first."""
+        self._seat = seat
         self.seen: dict[str, object] = {}
         """For whoever sends: what this one has been sent last, of each kind."""
         self.n_dropped = 0
@@ -100,6 +136,11 @@ class Watcher:
         self.connection = connection
         """Only for the thread of the port."""
         self._unanswered = 0
+
+    @property
+    def seat(self) -> Any:
+        """What its browser's ticket stands for; None if it has no seat, or no more."""
+        return self._seat if self._seat is not None and self._seat.is_taken else None
 
     @property
     def is_ready(self) -> bool:
@@ -175,6 +216,10 @@ class Watchers:
         names: Sequence[Authority] = (),
         code: str | None = None,
         most: int = MOST_WATCHERS,
+        most_guesses: int = MOST_GUESSES,
+        seats: Seats | None = None,
+        acts: Any = None,
+        act: Callable[[Watcher, Any], object] = lambda watcher, act: None,
     ) -> None:
         """Listen at once.
 
@@ -188,14 +233,20 @@ class Watchers:
             names: under which the port is reached besides.
             code: without which nobody is let in; None if whoever comes is.
             most: so many may look.
+            most_guesses: wrong codes that one address may try in a minute.
+            seats: of those who look; None if nobody is to be told from others.
+            acts: the type of what is read besides, of which each counts and not the newest alone.
+            act: called on the event loop with each of them; it must return at once.
 
         Raises:
             OSError: the host is not an address of this machine, or the port is not free.
         """
-        self.access = None if code is None else Access(code, _MOST_GUESSES, _CODE)
+        self.access = None if code is None else Access(code, most_guesses, _CODE)
         self._host = "127.0.0.1" if host == "localhost" else host
         self._names = Names(self._host, names)
-        self._decoder = msgspec.json.Decoder(wish)
+        self._decoder = msgspec.json.Decoder(wish if acts is None else wish | acts)
+        self._acts, self._act = acts, act
+        self._seats = seats
         self._changed = changed
         self._most = room_for(most).pages
         self._watchers: dict[Watcher, None] = {}
@@ -303,24 +354,58 @@ class Watchers:
         if is_socket:
             return None
         found = web_files.audience_file(request)
+        if found is not None and web_files.is_page(request):
+            self._give_ticket(request, found)
         return found or refuse(connection, request, _NOT_FOUND)
+
+    # Seats
+
+    def _give_ticket(self, request: Request, page: Response) -> None:
+        """Hand out a ticket with the page, unless the browser has a good one."""
+        if self._seats is not None and self._ticket(request) is None:
+            ticket = self._seats.new_ticket()
+            page.headers["Set-Cookie"] = f"{self._ticket_name}={ticket}; HttpOnly; SameSite=Lax"
+
+    def _ticket(self, request: Request | None) -> str | None:
+        if self._seats is None or request is None:
+            return None
+        given = cookies_of(request, self._ticket_name)
+        return next((text for text in given if self._seats.is_ticket(text)), None)
+
+    @property
+    def _ticket_name(self) -> str:
+        return f"{cookie_name(self.port)}-seat"
+
+    @contextlib.contextmanager
+    def _seated(self, connection: ServerConnection) -> Iterator[Any]:
+        """The seat of a page as long as it is open; None if it has none."""
+        ticket = self._ticket(connection.request)
+        seat = None if self._seats is None or ticket is None else self._seats.sit(ticket)
+        try:
+            yield seat
+        finally:
+            if self._seats is not None and seat is not None:
+                self._seats.leave(seat)
+
+    # Pages
 
     async def _handle(self, connection: ServerConnection) -> None:
         assert isinstance(connection, _Connection)
         if len(self._watchers) >= self._most:
             await connection.close(FULL, "too many look already")
             return
-        watcher = Watcher(connection)
-        self._watchers[watcher] = None
-        self._changed()
-        try:
-            await self._read(watcher, connection)
-        except ConnectionClosed:
-            # Pages go away; nobody has to be told.
-            pass
-        finally:
-            self._watchers.pop(watcher, None)
+        with self._seated(connection) as seat:
+            watcher = Watcher(connection, seat)
+            self._watchers[watcher] = None
             self._changed()
+            try:
+                await self._read(watcher, connection)
+            except ConnectionClosed:
+                # Pages go away; nobody has to be told.
+                pass
+            finally:
+                self._watchers.pop(watcher, None)
+                self._changed()
 
     async def _read(self, watcher: Watcher, connection: ServerConnection) -> None:
         wishes = Turnstile(WISHES_PER_S, WISHES_AT_ONCE)
@@ -330,13 +415,18 @@ class Watchers:
             if wait_s > 0:
                 await asyncio.sleep(wait_s)
             try:
-                watcher.wish = self._decoder.decode(message)
-            except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
+                told = self._decoder.decode(message)
+            except (msgspec.MsgspecError, RecursionError, UnicodeError):
                 if watcher.n_dropped == 0:
-                    log.info("dropped a message of a watcher: %s", ascii(str(error)[:100]))
+                    # Not what is wrong with it: that can have words of its sender in it.
+                    log.info("dropped a message of a watcher")
                 watcher.n_dropped += 1
                 continue
-            self._changed()
+            if self._acts is not None and isinstance(told, self._acts):
+                self._act(watcher, told)
+            else:
+                watcher.wish = told
+                self._changed()
 
 
 def _harden(_: ServerConnection, request: Request, response: Response) -> None:

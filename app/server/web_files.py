@@ -26,7 +26,7 @@ _IMPORTED: Final = re.compile(
 )
 """What a module needs before it can run, relative to itself."""
 _STYLES: Final = re.compile(r'<link rel="stylesheet" href="web/([\w./-]+)" />')
-Frame = Literal["time", "side"]
+Frame = Literal["time", "side", "lesson"]
 FRAMES: Final[tuple[Frame, ...]] = get_args(Frame)
 """Folders that are the page of a frame: an ``index.html``, and ``frame.js``, which begins it."""
 _PAGES: Final = frozenset({"/", "/index.html"})
@@ -118,6 +118,7 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         '<link rel="stylesheet" href="web/controls.css" />\n'
         '<link rel="stylesheet" href="web/frame.css" />\n'
         '<link rel="stylesheet" href="web/side.css" />\n'
+        '<link rel="stylesheet" href="web/lesson.css" />\n'
         '<link rel="stylesheet" href="web/readings.css" />\n'
         '<link rel="stylesheet" href="web/hunts.css" />\n'
         '<link rel="stylesheet" href="web/terms.css" />\n'

@@ -69,7 +69,7 @@ def options_of(kind: type[Any]) -> Iterator[tuple[str, str]]:
         marks = getattr(hints[field.name], "__metadata__", ())
         metavar = next((mark.metavar for mark in marks if getattr(mark, "metavar", None)), "")
         is_positional = any("POSITIONAL" in repr(mark).upper() for mark in marks)
-        option = f"--{field.name.replace('_', '-')}"
+        option = f"--{field.name.removesuffix('_').replace('_', '-')}"
         written = metavar if is_positional else " ".join(filter(None, [option, metavar]))
         default = field.default if isinstance(field.default, str) else ""
         yield written, f"`{default}`" if default else ""

@@ -2,6 +2,7 @@
 
 import contextlib
 import http.client
+import logging
 import random
 import re
 import socket
@@ -13,9 +14,10 @@ import msgspec
 import pytest
 from websockets.exceptions import InvalidStatus
 
+from app.server import access
 from app.server import watchers as watchers_module
-from app.server.access import new_code
-from app.server.watchers import FULL, MAX_MESSAGE_BYTES, Watchers
+from app.server.access import new_code, new_short_code
+from app.server.watchers import FULL, MAX_MESSAGE_BYTES, MOST_SHORT_GUESSES, Watcher, Watchers
 from tests.support.server import PATIENCE_S, get_path
 from tests.support.watching import Page
 
@@ -28,6 +30,12 @@ class Wish(msgspec.Struct, tag_field="do", tag="see", forbid_unknown_fields=True
 
 class Rest(msgspec.Struct, tag_field="do", tag="rest", forbid_unknown_fields=True):
     """What is read as well."""
+
+
+class Act(msgspec.Struct, tag_field="do", tag="act", forbid_unknown_fields=True):
+    """What is done."""
+
+    n: int
 
 
 class Port:
@@ -177,6 +185,120 @@ def test_a_code_can_be_typed() -> None:
     codes = {new_code() for _ in range(200)}
     assert len(codes) == 200
     assert all(re.fullmatch("[a-hjkmnp-z2-9]{4}-[a-hjkmnp-z2-9]{4}", code) for code in codes)
+
+
+def test_of_a_short_code_few_guesses_are_let_through(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    caplog.set_level(logging.DEBUG)
+    code = new_short_code()
+    with opened(code=code, most_guesses=MOST_SHORT_GUESSES) as port:
+
+        def tried(text: str) -> tuple[int, str]:
+            answer = get_path(port.port, f"/?token={text}", {"Accept": "text/html"})
+            return answer.status, answer.read().decode()
+
+        cookie = get_path(port.port, f"/?token={code}", {}).headers["Set-Cookie"].partition(";")[0]
+        statuses = [tried(f"guess{guess}")[0] for guess in range(5)]
+        assert statuses == [401] * 4 + [429]
+        status, page = tried(code)
+        assert status == 429
+        assert "Too many wrong codes" in page
+        # Whoever is in stays in.
+        assert get_path(port.port, "/", {"Cookie": cookie}).status == 200
+        monkeypatch.setattr(access, "WINDOW_S", 0.0)
+        assert tried(code)[0] == 303
+    assert "wrong code" in caplog.text
+    assert "127.0.0.1" not in caplog.text
+    assert "guess" not in caplog.text
+
+
+def test_how_a_code_is_typed_does_not_matter() -> None:
+    code = new_short_code()
+    with opened(code=code) as port:
+        for typed in (code.upper(), f"{code[:3]}%20{code[3:]}%20", f"{code[:2]}-{code[2:]}"):
+            assert get_path(port.port, f"/?token={typed}", {}).status == 303
+
+
+def test_a_short_code_has_no_letter_that_is_like_another() -> None:
+    codes = {new_short_code() for _ in range(200)}
+    assert len(codes) == 200
+    assert all(re.fullmatch("[acdefghjkmnpqrtwxy3479]{6}", code) for code in codes)
+
+
+# --- Who is who -----------------------------------------------------------------------------------
+
+
+class Seats:
+    """Tickets that say whose they are."""
+
+    def __init__(self) -> None:
+        self.n_given = 0
+        self.sat: list[Seat] = []
+
+    def new_ticket(self) -> str:
+        self.n_given += 1
+        return f"ticket-{self.n_given}"
+
+    def is_ticket(self, text: str) -> bool:
+        return text.startswith("ticket-")
+
+    def sit(self, ticket: str) -> "Seat":
+        self.sat.append(Seat(ticket))
+        return self.sat[-1]
+
+    def leave(self, seat: "Seat") -> None:
+        seat.has_left = True
+
+
+class Seat:
+    """One for each page."""
+
+    def __init__(self, ticket: str) -> None:
+        self.ticket, self.is_taken, self.has_left = ticket, True, False
+
+
+def test_a_browser_is_given_a_ticket_once_and_comes_with_it() -> None:
+    seats = Seats()
+    with opened(seats=seats) as port:
+        answer = get_path(port.port, "/", {})
+        cookie, *attributes = answer.headers["Set-Cookie"].split("; ")
+        assert cookie == f"pounce-{port.port}-seat=ticket-1"
+        assert set(attributes) == {"HttpOnly", "SameSite=Lax"}
+        again = get_path(port.port, "/", {"Cookie": f"other=1; {cookie}"})
+        assert again.headers["Set-Cookie"] is None
+        assert get_path(port.port, "/web/audience/audience.js", {}).headers["Set-Cookie"] is None
+        page = port.page(headers={"Cookie": cookie})
+        (watcher,) = port.watchers.all
+        (seat,) = seats.sat
+        assert (watcher.seat, seat.ticket) == (seat, "ticket-1")
+        seat.is_taken = False
+        assert watcher.seat is None
+        page.close()
+        port.wait_for(lambda: not port.watchers.all)
+        port.wait_for(lambda: seat.has_left)
+
+
+@pytest.mark.parametrize("cookie", ["", "pounce-1-seat=ticket-1", "seat=ticket-1", "{}=other"])
+def test_who_brings_no_ticket_has_no_seat(cookie: str) -> None:
+    with opened(seats=Seats()) as port:
+        port.page(headers={"Cookie": cookie.format(f"pounce-{port.port}-seat")})
+        assert [one.seat for one in port.watchers.all] == [None]
+
+
+def test_what_is_done_counts_each_time_and_in_turn() -> None:
+    done: list[tuple[Watcher, Any]] = []
+
+    def act(watcher: Watcher, told: Any) -> None:
+        done.append((watcher, told))
+
+    with opened(acts=Act, act=act) as port:
+        page = port.page()
+        for n in range(10):
+            page.send({"do": "act", "n": n})
+        assert port.hears(page)
+        (watcher,) = port.watchers.all
+        assert done == [(watcher, Act(n)) for n in range(10)]
 
 
 def test_when_there_are_too_many_that_is_said() -> None:

@@ -1,0 +1,498 @@
+"""The learners of a class, one for each seat that has asked for it, in one thread.
+
+The thread answers what people do first, and shows each of them at once what came of it. Between
+that it makes steps, a slice of each learner in turn, and paints the boards that have changed, the
+one that has waited longest first. Each of the two has a share of one processor and no more, for the
+presenter's learner and page come before; and a learner that nobody looks at, or touches, is put
+away. None of them has anything to do with the session.
+"""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Final, NamedTuple
+
+from app.audience.own import Beginning, Kept, Own
+from app.audience.own_view import CONTROLS, ORDER, OwnView, Seat, own_part, waiting_part
+from app.audience.pictures import Parts, by_what_they_miss, letter_of
+from app.audience.taps import (
+    AddOwn,
+    AgainOwn,
+    ExploreOwn,
+    FreezeOwn,
+    PlayOwn,
+    SpeedOwn,
+    StepOwn,
+    Tap,
+    TrialOwn,
+)
+from app.audience.wishes import LookOwn
+from app.player.presented import FEWEST_SHOWN, OwnLearners
+from app.server.turnstile import Turnstile
+from app.server.watchers import Watcher
+from learners.commands import CommandError
+
+LEARNING_SHARE: Final = 0.35
+"""Of one processor, for the steps of all of them."""
+MAKING_SHARE: Final = 0.7
+"""The same for those that are made again, for whom somebody waits."""
+PAINTING_SHARE: Final = 0.25
+"""The same for boards that nobody has asked for by doing something."""
+MOST_AWAKE: Final = 64
+"""Learners that are not put away; each holds some two megabytes."""
+MOST_DESKS: Final = 400
+"""Seats whose learners are kept; the one that was used the longest time ago makes room."""
+REST_S: Final = 600.0
+"""After so long a learner that nobody has touched is put away, though a page of it is open."""
+BRIEF_REST_S: Final = 60.0
+"""The same where another one waits for its place."""
+GONE_S: Final = 30.0
+"""After so long without a page it is put away."""
+
+_TICK_S: Final = 0.1
+"""Between two slices of one learner."""
+_MOST_OWED_S: Final = 0.3
+"""What is owed beyond this is forgiven, so that there are no bursts."""
+_SLICE_STEPS: Final = 50_000
+"""Made at once by one that is made again: some two milliseconds."""
+_PAINT_S: Final = 0.25
+"""Between two pictures of one board at least, while nobody does anything."""
+_BYTES_PER_S: Final = 8_000.0
+_BYTES_AT_ONCE: Final = 16_000.0
+_IDLE_S: Final = 0.5
+_LEAST_S: Final = 0.01
+"""Between two turns, unless somebody does something."""
+_BEHIND_S: Final = 0.03
+"""Before a page is tried again that has not taken in what came before."""
+_OVERVIEW_S: Final = 1.0
+_MOST_WAITING: Final = 2_000
+"""Taps of all seats that have not been answered; far more than a class can make."""
+_MOST_HELD: Final = 8
+"""Taps of one seat whose learner is on its way."""
+
+_CONTROL_OF: Final[dict[type, str]] = {
+    PlayOwn: "play",
+    StepOwn: "step",
+    TrialOwn: "trial",
+    SpeedOwn: "speed",
+    AddOwn: "add_skill",
+    ExploreOwn: "explore",
+    FreezeOwn: "freeze",
+    AgainOwn: "start_again",
+}
+_RESTS: Final = "It rests, as nobody has touched it for a while. Whatever you press wakes it."
+_ANEW: Final = "The presenter has begun something else, so your learner began anew."
+_BROKEN: Final = "An error stopped your learner, so it began anew."
+
+log = logging.getLogger(__name__)
+
+
+class _Desk:
+    """What there is of one seat."""
+
+    def __init__(self, seat: Seat, beginning: Beginning, now_s: float) -> None:
+        self.seat = seat
+        self.beginning = beginning
+        self.own: Own | None = None
+        self.kept: Kept | None = None
+        """While it is put away."""
+        self.rests = False
+        """Whether it is put away until somebody touches it."""
+        self.held: deque[Tap] = deque()
+        """What is done once it is there."""
+        self.notice = ""
+        self.stand: bytes = b""
+        """The part that says how it stands."""
+        self.views: dict[bool, OwnView] = {}
+        self.looking: list[Watcher] = []
+        """Pages that show it."""
+        self.used_s = self.there_s = now_s
+        """When it was touched last, and when a page of its seat was open last."""
+        self.owed, self.learned_s = 0.0, now_s
+        self.is_stale = True
+        """Whether there may be something to paint."""
+        self.is_behind = False
+        """Whether some page may not have been sent all that there is."""
+        self.due_s = 0.0
+        self.pace = Turnstile(_BYTES_PER_S, _BYTES_AT_ONCE)
+        self.came_to: tuple[int, float] | None = None
+        """Its trial and its reward, when they were looked at last."""
+        self.learns = False
+
+    def begin(self, beginning: Beginning) -> None:
+        """Have a learner that knows nothing."""
+        self.beginning = beginning
+        self.own, self.kept = Own(beginning, beginning.seed_of(self.seat.number)), None
+        self.rests, self.is_stale = False, True
+        self.held.clear()
+
+    def put_away(self, rests: bool) -> None:
+        """Keep no more of it than it takes to make it again."""
+        if self.own is not None:
+            self.kept, self.own = self.own.put_away(), None
+        self.rests, self.learns = rests, False
+        if not rests:
+            self.views.clear()
+
+    def parts(self, dark: bool) -> Parts:
+        """What there is to be sent."""
+        view = self.views.get(dark)
+        parts = {} if view is None else dict(view.parts)
+        if self.stand:
+            parts["own"] = self.stand
+        return parts
+
+
+class _Offer(NamedTuple):
+    beginning: Beginning
+    controls: tuple[str, ...]
+
+
+class Owners:
+    """All of them. Methods may be called from any thread."""
+
+    def __init__(
+        self,
+        watchers: Callable[[], Sequence[Watcher]],
+        send: Callable[[Iterable[tuple[bytes, Sequence[Watcher]]]], object],
+        lab: bytes,
+    ) -> None:
+        """Begin to work.
+
+        Args:
+            watchers: those who look now; of one that has a seat, ``seat`` is a :class:`Seat`.
+            send: sends letters to some of them.
+            lab: the part that says which lab it is.
+        """
+        self._watchers, self._send, self._lab = watchers, send, lab
+        self._offer: _Offer | None = None
+        self._desks: dict[Seat, _Desk] = {}
+        self._tapped: deque[tuple[Seat, Tap]] = deque()
+        self._forgets = False
+        self._closed = False
+        self._overview = OwnLearners(0, 0, ())
+        self._overview_s = 0.0
+        self._turn_of = 0
+        self._learning = Turnstile(LEARNING_SHARE, 0.05)
+        self._making = Turnstile(MAKING_SHARE, 0.2)
+        self._painting = Turnstile(PAINTING_SHARE, 0.05)
+        self._learn_s = self._make_s = self._paint_s = 0.0
+        """When each may go on."""
+        self._changed = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="own learners", daemon=True)
+        self._thread.start()
+
+    # What others do
+
+    def offer(self, beginning: Beginning, controls: tuple[str, ...] = CONTROLS) -> None:
+        """Have all learners begin so, and their seats have these controls."""
+        offer = _Offer(beginning, controls)
+        if offer != self._offer:
+            self._offer = offer
+            self.look()
+
+    def tap(self, watcher: Watcher, tap: Tap) -> None:
+        """Do what the seat of a page has asked for."""
+        seat = watcher.seat
+        if seat is not None and len(self._tapped) < _MOST_WAITING:
+            self._tapped.append((seat, tap))
+            self.look()
+
+    def look(self) -> None:
+        """See who is there, and what they wish."""
+        self._changed.set()
+
+    @property
+    def overview(self) -> OwnLearners:
+        """How they stand, without saying whose any of them is."""
+        return self._overview
+
+    def forget(self) -> None:
+        """End all of them, and keep nothing."""
+        self._forgets = True
+        self.look()
+
+    def close(self) -> None:
+        """End all of them."""
+        self._closed = True
+        self.look()
+        self._thread.join(timeout=2.0)
+
+    # --- In the thread ----------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        while not self._closed:
+            try:
+                due_s = self._turn(time.perf_counter())
+            except Exception:
+                # What goes wrong with one of them must not end the others.
+                log.exception("own learners were held up")
+                due_s = time.perf_counter() + _IDLE_S
+            self._changed.wait(max(due_s - time.perf_counter(), 0.0))
+            self._changed.clear()
+
+    def _turn(self, now_s: float) -> float:
+        """Do what is due; returns when to look again."""
+        if self._forgets:
+            self._forgets = False
+            self._desks.clear()
+            self._tapped.clear()
+        offer = self._offer
+        if offer is None:
+            return now_s + _IDLE_S
+        self._see(offer, now_s)
+        self._answer(offer, now_s)
+        due_s = min(
+            self._make_again(offer),
+            self._learn(),
+            self._paint(offer),
+            now_s + _IDLE_S,
+        )
+        self._sum_up(now_s)
+        return now_s if self._tapped else max(due_s, now_s + _LEAST_S)
+
+    # Who is there
+
+    def _see(self, offer: _Offer, now_s: float) -> None:
+        pages: dict[Seat, list[Watcher]] = {}
+        for watcher in self._watchers():
+            if watcher.seat is not None:
+                pages.setdefault(watcher.seat, []).append(watcher)
+        for seat in [seat for seat in self._desks if not seat.is_taken]:
+            del self._desks[seat]
+        for seat, watchers in pages.items():
+            looking = [watcher for watcher in watchers if isinstance(watcher.wish, LookOwn)]
+            desk = self._desks.get(seat)
+            if desk is None:
+                if not looking:
+                    continue
+                desk = self._desks[seat] = _Desk(seat, offer.beginning, now_s)
+            desk.there_s = now_s
+            if looking != desk.looking:
+                desk.looking, desk.is_stale, desk.is_behind = looking, True, True
+        for seat, desk in self._desks.items():
+            if seat not in pages:
+                desk.looking = []
+                if desk.own is not None and now_s - desk.there_s >= GONE_S:
+                    desk.put_away(rests=False)
+        self._wake_and_put_away(offer, now_s)
+
+    def _wake_and_put_away(self, offer: _Offer, now_s: float) -> None:
+        awake = [desk for desk in self._desks.values() if desk.own is not None]
+        for desk in awake:
+            if desk.beginning != offer.beginning:
+                desk.notice = _ANEW
+                desk.begin(offer.beginning)
+            elif now_s - desk.used_s >= REST_S:
+                self._put_to_rest(desk, offer)
+        for desk in self._desks.values():
+            if desk.own is None and desk.looking and not desk.rests:
+                self._wake(desk, offer, now_s)
+        while len(self._desks) > MOST_DESKS:
+            del self._desks[min(self._desks, key=lambda seat: self._desks[seat].used_s)]
+
+    def _put_to_rest(self, desk: _Desk, offer: _Offer) -> None:
+        assert desk.own is not None
+        desk.own.playing, desk.notice = False, _RESTS
+        self._stand(desk, offer, desk.own)
+        desk.put_away(rests=True)
+
+    def _wake(self, desk: _Desk, offer: _Offer, now_s: float) -> None:
+        awake = [other for other in self._desks.values() if other.own is not None]
+        if len(awake) >= MOST_AWAKE:
+            longest = min(awake, key=lambda other: other.used_s)
+            if now_s - longest.used_s < BRIEF_REST_S:
+                desk.stand, desk.is_behind = waiting_part(desk.seat), True
+                return
+            self._put_to_rest(longest, offer)
+        desk.rests, desk.is_stale = False, True
+        desk.used_s = desk.learned_s = now_s
+        if desk.notice == _RESTS:
+            desk.notice = ""
+        if desk.kept is None or desk.kept.beginning != offer.beginning:
+            desk.notice = _ANEW if desk.kept is not None else ""
+            desk.begin(offer.beginning)
+        else:
+            desk.own, desk.kept = Own.taken_up(desk.kept), None
+        self._stand(desk, offer, desk.own)
+
+    # What they do
+
+    def _answer(self, offer: _Offer, now_s: float) -> None:
+        """Do what was asked for by now, and show each of those who did what came of it."""
+        touched: dict[Seat, _Desk] = {}
+        for _ in range(len(self._tapped)):
+            seat, tap = self._tapped.popleft()
+            desk = self._desks.get(seat)
+            if desk is None or not _is_offered(tap, offer, desk):
+                continue
+            desk.used_s = now_s
+            if desk.own is None:
+                self._wake(desk, offer, now_s)
+            if desk.own is None or desk.own.is_on_its_way:
+                if len(desk.held) < _MOST_HELD:
+                    desk.held.append(tap)
+                continue
+            self._do(desk, tap)
+            touched[seat] = desk
+        for desk in touched.values():
+            self._show(desk, offer, asked=True)
+
+    def _do(self, desk: _Desk, tap: Tap) -> None:
+        assert desk.own is not None
+        desk.notice, desk.is_stale = "", True
+        was_learning = desk.own.learns
+        try:
+            desk.own.carry_out(tap)
+        except CommandError as error:
+            desk.notice = f"That cannot be done: {error}."
+        if not was_learning:
+            desk.owed, desk.learned_s = 0.0, time.perf_counter()
+
+    def _make_again(self, offer: _Offer) -> float:
+        """Have those go on that are on their way; returns when they may again."""
+        on_their_way = [
+            desk for desk in self._desks.values() if desk.own is not None and desk.own.is_on_its_way
+        ]
+        # For whoever has done something already, most is at stake.
+        on_their_way.sort(key=lambda desk: not desk.held)
+        for desk in on_their_way:
+            while (now_s := time.perf_counter()) >= self._make_s:
+                if self._tapped:
+                    return now_s
+                self._make_s = now_s + self._slice(desk, _SLICE_STEPS, self._making)
+                if desk.own is None or not desk.own.is_on_its_way:
+                    while desk.held:
+                        self._do(desk, desk.held.popleft())
+                    self._show(desk, offer, asked=True)
+                    break
+            else:
+                return self._make_s
+        return float("inf")
+
+    def _learn(self) -> float:
+        """Make a slice of each that is due; returns when the next one is."""
+        learning = [d for d in self._desks.values() if d.own is not None and d.own.learns]
+        if not learning:
+            return float("inf")
+        due_s = float("inf")
+        # Where the share is used up, the next turn begins with who had none.
+        first = self._turn_of % len(learning)
+        for desk in (*learning[first:], *learning[:first]):
+            now_s = time.perf_counter()
+            if self._tapped or now_s < self._learn_s:
+                return self._learn_s
+            self._turn_of += 1
+            if now_s - desk.learned_s >= _TICK_S:
+                assert desk.own is not None
+                speed = desk.own.speed
+                owed = desk.owed + (now_s - desk.learned_s) * speed
+                owed = min(owed, max(speed * _MOST_OWED_S, 1.0))
+                desk.learned_s, desk.owed = now_s, owed - int(owed)
+                if owed >= 1.0:
+                    self._learn_s = now_s + self._slice(desk, int(owed), self._learning)
+            due_s = min(due_s, desk.learned_s + _TICK_S)
+        return due_s
+
+    def _slice(self, desk: _Desk, steps: int, budget: Turnstile) -> float:
+        """Make steps; returns for how long such as these have to wait then."""
+        assert desk.own is not None
+        began_s = time.thread_time()
+        try:
+            desk.own.advance(steps)
+        except Exception:
+            log.exception("an own learner stopped")
+            desk.notice = _BROKEN
+            desk.begin(desk.beginning)
+        desk.is_stale = True
+        return budget.wait_s(time.perf_counter(), time.thread_time() - began_s)
+
+    # What is seen of it
+
+    def _paint(self, offer: _Offer) -> float:
+        """Paint one that has changed, if there is time; returns when to look again."""
+        now_s = time.perf_counter()
+        behind = [desk for desk in self._desks.values() if desk.is_behind]
+        for desk in behind:
+            self._send_missing(desk)
+        again_s = now_s + _BEHIND_S if behind else float("inf")
+        waiting = [
+            desk
+            for desk in self._desks.values()
+            if desk.is_stale
+            and desk.own is not None
+            and not desk.own.is_on_its_way
+            and any(watcher.is_ready for watcher in desk.looking)
+        ]
+        if not waiting:
+            return again_s
+        desk = min(waiting, key=lambda desk: desk.due_s)
+        due_s = max(desk.due_s, self._paint_s)
+        if now_s < due_s or self._tapped:
+            return min(due_s, again_s)
+        began_s = time.thread_time()
+        self._show(desk, offer, asked=False)
+        self._paint_s = now_s + self._painting.wait_s(now_s, time.thread_time() - began_s)
+        return min(max(self._paint_s, min(desk.due_s for desk in waiting)), again_s)
+
+    def _show(self, desk: _Desk, offer: _Offer, asked: bool) -> None:
+        """Paint it for all pages that show it, and send them that."""
+        now_s = time.perf_counter()
+        own = desk.own
+        assert own is not None
+        status = own.status()
+        desk.views = {
+            dark: desk.views.get(dark) or OwnView(dark)
+            for dark in {watcher.wish.dark for watcher in desk.looking}
+        }
+        for view in desk.views.values():
+            view.paint(status, asked, now_s)
+        self._stand(desk, offer, own)
+        desk.is_stale = not all(view.is_of(status) for view in desk.views.values())
+        sent = self._send_missing(desk)
+        wait_s = desk.pace.wait_s(now_s, sent) if sent and not asked else 0.0
+        desk.due_s = now_s + max(wait_s, _PAINT_S)
+
+    def _stand(self, desk: _Desk, offer: _Offer, own: Own) -> None:
+        desk.stand = own_part(own, desk.seat, offer.controls, desk.notice)
+        desk.is_behind = True
+
+    def _send_missing(self, desk: _Desk) -> int:
+        """Send each page what it has not been sent yet; returns the bytes of the longest letter."""
+        letters: list[tuple[bytes, list[Watcher]]] = []
+        desk.is_behind = not all(watcher.is_ready for watcher in desk.looking)
+        for dark in {watcher.wish.dark for watcher in desk.looking}:
+            group = [watcher for watcher in desk.looking if watcher.wish.dark == dark]
+            parts = {**desk.parts(dark), "lab": self._lab}
+            for missing, watchers in by_what_they_miss(parts, group, ORDER).items():
+                letters.append((letter_of(content for _, content in missing), watchers))
+        if letters:
+            self._send(letters)
+        return max((len(letter) for letter, _ in letters), default=0)
+
+    def _sum_up(self, now_s: float) -> None:
+        if now_s - self._overview_s < _OVERVIEW_S:
+            return
+        self._overview_s = now_s
+        for desk in self._desks.values():
+            desk.learns = desk.own is not None and desk.own.learns
+            if desk.own is not None and desk.own.run.trial > 0:
+                desk.came_to = desk.own.run.trial, desk.own.reward
+        known = [desk.came_to for desk in self._desks.values() if desk.came_to is not None]
+        # In an order that says nothing of who they are.
+        rewards = sorted(known, key=lambda one: (one[1], one[0]), reverse=True)
+        self._overview = OwnLearners(
+            len(self._desks),
+            sum(desk.learns for desk in self._desks.values()),
+            tuple(rewards) if len(rewards) >= FEWEST_SHOWN else (),
+        )
+
+
+def _is_offered(tap: Any, offer: _Offer, desk: _Desk) -> bool:
+    """Whether a page of this seat has such a control."""
+    is_over = desk.own is not None and desk.own.is_over
+    if isinstance(tap, AgainOwn) and is_over and "play" in offer.controls:
+        return True
+    return _CONTROL_OF[type(tap)] in offer.controls
