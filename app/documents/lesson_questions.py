@@ -145,10 +145,10 @@ class Asked(Spec):
 
     def _misplaced_options(self) -> list[Problem]:
         if self.text is None:
-            return [Problem(("text",), None, "is missing; allowed: a text")]
+            return [Problem(("text",), ..., "is missing; allowed: a text")]
         if self.ask in _WITH_OPTIONS and self.options is None:
             message = f"is missing; allowed: 2 to {MAX_OPTIONS} texts"
-            return [Problem(("options",), None, message)]
+            return [Problem(("options",), ..., message)]
         if self.values is not None and len(self.values) != len(self.options or ()):
             message = f"has {len(self.values)} items; allowed: one for each of the options"
             return [Problem(("values",), list(self.values), message)]
@@ -159,7 +159,7 @@ class Asked(Spec):
         ends = {"low": self.low, "high": self.high, "from": self.first, "to": self.end}
         lacking = [name for name in needed if ends[name] is None]
         if lacking:
-            return [Problem((name,), None, "is missing; allowed: a number") for name in lacking]
+            return [Problem((name,), ..., "is missing; allowed: a number") for name in lacking]
         return [
             Problem((after,), ends[after], f"must be more than {before}, {ends[before]}")
             for before, after in (("low", "high"), ("from", "to"))
