@@ -119,7 +119,7 @@ class Given(Spec):
         return self
 
 
-_NEEDS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+NEEDS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "introduce": (("skill",), ("freeze", "explore")),
     "explore": (("skill", "explore"), ()),
     "stop_exploring": (("skill",), ()),
@@ -156,7 +156,7 @@ _STATED: Final = {
 
 
 def _go_together(done: "Given | Do") -> None:
-    needed, possible = _NEEDS[done.command]
+    needed, possible = NEEDS[done.command]
     fields = [name for name in type(done).model_fields if name != "command"]
     stated = {name: value for name in fields if (value := getattr(done, name)) not in (None, {})}
     allowed = ", ".join((*needed, *possible)) or "nothing else"

@@ -70,6 +70,17 @@ QUESTIONS: Final[Mapping[str, str]] = {
 """Kinds of predictions, and in words what is answered."""
 _WITH_OPTIONS: Final = ("choice", "direction", "order")
 
+BELONG: Final[Mapping[str, tuple[str, ...]]] = {
+    "options": _WITH_OPTIONS,
+    "values": _WITH_OPTIONS,
+    "low": ("number", "sketch"),
+    "high": ("number", "sketch"),
+    "unit": ("number",),
+    "from": ("sketch", "moment"),
+    "to": ("sketch", "moment"),
+}
+"""Of which questions a key is that not all have."""
+
 QuestionKind = Literal["choice", "number", "direction", "sectors", "moment", "sketch", "order"]
 _Key = str | int | float | tuple[str, ...]
 
@@ -125,21 +136,12 @@ class Asked(Spec):
         return problems or [*self._wrong_reveal(), *self._wrong_key()]
 
     def _out_of_place(self) -> list[Problem]:
-        belong = {
-            "options": _WITH_OPTIONS,
-            "values": _WITH_OPTIONS,
-            "low": ("number", "sketch"),
-            "high": ("number", "sketch"),
-            "unit": ("number",),
-            "from": ("sketch", "moment"),
-            "to": ("sketch", "moment"),
-        }
         stated = {
-            name: getattr(self, {"from": "first", "to": "end"}.get(name, name)) for name in belong
+            name: getattr(self, {"from": "first", "to": "end"}.get(name, name)) for name in BELONG
         }
         return [
             Problem((name,), value, f"does not belong to {self.ask}; allowed: {', '.join(kinds)}")
-            for name, kinds in belong.items()
+            for name, kinds in BELONG.items()
             if (value := stated[name]) is not None and self.ask not in kinds
         ]
 
