@@ -467,7 +467,7 @@ class Owners:
             group = [watcher for watcher in desk.looking if watcher.wish.dark == dark]
             parts = {**desk.parts(dark), "lab": self._lab}
             for missing, watchers in by_what_they_miss(parts, group, ORDER).items():
-                letters.append((letter_of(parts[kind] for kind in missing), watchers))
+                letters.append((letter_of(content for _, content in missing), watchers))
         if letters:
             self._send(letters)
         return max((len(letter) for letter, _ in letters), default=0)
