@@ -10,14 +10,15 @@ import logging
 import secrets
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from app.audience import pictures
 from app.audience.past import Rarely
-from app.audience.pictures import ORDER, Parts, part
-from app.audience.seats import Seats
-from app.audience.wishes import Follow, LookAround, Wish, look_of, offered_step, themed
+from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
+from app.audience.room import Room, lesson_part
+from app.audience.seats import Seat, Seats
+from app.audience.wishes import Act, Follow, LookAround, Wish, look_of, offered_step, themed
 from app.live.past import Past
 from app.live.places import Place
 from app.live.status import Status
@@ -132,6 +133,9 @@ class Audience:
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
         self.seats: Seats | None = Seats() if is_class else None
+        self.room: Room | None = None
+        if self.seats is not None:
+            self.room = Room(self.seats, self._taken, self._wake, self._joined)
         self.watchers = Watchers(
             host,
             port,
@@ -142,6 +146,8 @@ class Audience:
             most=MOST_WATCHERS if most is None else most,
             most_guesses=MOST_SHORT_GUESSES if is_class else MOST_GUESSES,
             seats=self.seats,
+            acts=Act if is_class else None,
+            act=self._heard,
         )
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
         self._thread.start()
@@ -159,6 +165,11 @@ class Audience:
         """How many look."""
         return len(self.watchers.all)
 
+    @property
+    def classroom(self) -> Room | None:
+        """They as a class that answers; None if they only look."""
+        return self.room
+
     def show(self, live: Status, presented: Presented | None) -> None:
         """Show them how the run stands, and what the presenter sees; None before one has come."""
         former, self._live, self._presented = self._presented, live, presented
@@ -175,6 +186,17 @@ class Audience:
 
     def _wake(self) -> None:
         self._changed.set()
+
+    def _taken(self) -> Iterator[Seat]:
+        return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)
+
+    def _joined(self) -> dict[str, str | None]:
+        # Another machine cannot reach the address that this one has for itself.
+        return {"code": self.code, "address": (self.addresses[1:] or self.addresses)[0]}
+
+    def _heard(self, watcher: Watcher, act: Act) -> None:
+        if self.room is not None:
+            self.room.answer(watcher.seat, act)
 
     # --- In the thread ----------------------------------------------------------------------------
 
@@ -350,25 +372,33 @@ class Audience:
 
     def _send(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         letters: list[tuple[bytes, list[Watcher]]] = []
-        waiting = {"lab": self._lab, "stand": part("stand", {"begun": False})}
+        told = {"lab": self._lab, "lesson": self._lesson_part()}
+        waiting = {"stand": part("stand", {"begun": False})}
         for seen, watchers in groups.items():
             view = self._views.get(seen)
             has_begun = view is not None and bool(view.parts)
-            parts = {**view.parts, "lab": self._lab} if view is not None and has_begun else waiting
+            parts = {**(view.parts if view is not None and has_begun else waiting), **told}
             if not has_begun and self._presented is not None:
                 # What it had stays until there is something else.
                 continue
             sizes: list[int] = []
-            for missing, group in pictures.by_what_they_miss(parts, watchers, ORDER).items():
-                letter = pictures.letter_of(parts[kind] for kind in missing)
+            for missing, group in by_what_they_miss(parts, watchers, ORDER, self._theirs).items():
+                letter = letter_of(content for _, content in missing)
                 letters.append((letter, group))
-                if "lab" not in missing:
+                if all(kind != "lab" for kind, _ in missing):
                     sizes.append(len(letter))
             if view is not None and sizes:
                 now_s = time.perf_counter()
                 view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
         if letters:
             self.watchers.send(letters)
+
+    def _lesson_part(self) -> bytes:
+        card = None if self._presented is None else self._presented.card
+        return lesson_part(card) if self.room is None else self.room.lesson_part(card)
+
+    def _theirs(self, watcher: Watcher) -> Parts:
+        return {} if self.room is None else self.room.parts_of(watcher.seat)
 
     def _tidy(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         """Forget views at which nobody looks, but for the newest of them."""
@@ -392,6 +422,7 @@ def _subject(presented: Presented | None) -> object:
         moment["live"],
         None if moment["live"] else moment["step"],
         presented.events,
+        presented.card,
     )
 
 

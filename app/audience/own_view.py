@@ -169,9 +169,7 @@ def own_part(own: Own, seat: Seat, controls: tuple[str, ...], notice: str) -> by
             "notice": notice,
             "playing": own.learns,
             "controls": [
-                {"control": control, **told}
-                for control in controls
-                for told in _told(control, own)
+                {"control": control, **told} for control in controls for told in _told(control, own)
             ],
         },
     )

@@ -354,9 +354,7 @@ class Owners:
     def _make_again(self, offer: _Offer) -> float:
         """Have those go on that are on their way; returns when they may again."""
         on_their_way = [
-            desk
-            for desk in self._desks.values()
-            if desk.own is not None and desk.own.is_on_its_way
+            desk for desk in self._desks.values() if desk.own is not None and desk.own.is_on_its_way
         ]
         # For whoever has done something already, most is at stake.
         on_their_way.sort(key=lambda desk: not desk.held)
@@ -469,7 +467,7 @@ class Owners:
             group = [watcher for watcher in desk.looking if watcher.wish.dark == dark]
             parts = {**desk.parts(dark), "lab": self._lab}
             for missing, watchers in by_what_they_miss(parts, group, ORDER).items():
-                letters.append((letter_of(parts[kind] for kind in missing), watchers))
+                letters.append((letter_of(content for _, content in missing), watchers))
         if letters:
             self._send(letters)
         return max((len(letter) for letter, _ in letters), default=0)
