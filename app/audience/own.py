@@ -62,7 +62,7 @@ class Beginning:
     """Trial up to which each has learned when it is handed over."""
     schedule: bool = True
     """Whether the schedule is followed."""
-    speed: float = SPEEDS[2]
+    speed: float = SPEEDS[3]
     """Steps a second, of which the nearest level is set."""
 
     def seed_of(self, number: int) -> int:
@@ -209,7 +209,7 @@ class Own:
             until = self._ahead[0][0] if self._ahead else self._goal_step
             left = steps - made if until is None else min(steps - made, until - self.run.step)
             made += self.run.advance(left, self._goal_trial)
-        self._goal_step = None
+        self._goal_step, self._goal_trial = None, 0
         return made
 
     def carry_out(self, tap: Tap) -> None:

@@ -73,10 +73,11 @@ class LiveLab:
         opening: bool = False,
         sessions: Path | None = None,
         audience: bool = False,
+        own: bool = False,
     ) -> None:
         """With an ``opening`` the learner begins as people see it, with slow hunts once a page is
         there. With a folder of ``sessions`` this one is kept there. With an ``audience`` there is a
-        port for those who only look.
+        port for those who only look; with ``own``, they have learners of their own.
         """
         self.results = results
         """Folder below which experiments leave their results; made when it is needed."""
@@ -88,7 +89,9 @@ class LiveLab:
             spec, "timed", SEED, speed, False, opening, journal=journal, name_of=name_of
         )
         known = {**offered, "timed": spec}
-        self.audience = Audience(self.session.past_of, "127.0.0.1", 0) if audience else None
+        self.audience = None
+        if audience or own:
+            self.audience = Audience(self.session.past_of, "127.0.0.1", 0, has_own=own)
         self.lab = Lab(
             self.session,
             known,
