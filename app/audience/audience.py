@@ -10,17 +10,27 @@ import logging
 import secrets
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from app.audience import pictures
 from app.audience.own import Beginning
 from app.audience.owners import Owners
 from app.audience.past import Rarely
-from app.audience.pictures import ORDER, Parts, part
-from app.audience.seats import Seats
-from app.audience.taps import Tap
-from app.audience.wishes import Follow, LookAround, LookOwn, Wish, look_of, offered_step, themed
+from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
+from app.audience.room import Room, lesson_part
+from app.audience.seats import Seat, Seats
+from app.audience.wishes import (
+    Act,
+    Answer,
+    Follow,
+    LookAround,
+    LookOwn,
+    Wish,
+    look_of,
+    offered_step,
+    themed,
+)
 from app.live.past import Past
 from app.live.places import Place
 from app.live.status import Status
@@ -136,7 +146,12 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        self.seats: Seats | None = Seats() if is_class or has_own else None
+        self.room = Room(self._seats, self._wake, self._joined) if is_class else None
+        self.seats = None
+        if self.room is not None:
+            self.seats = self.room.seats
+        elif has_own:
+            self.seats = Seats()
         self.watchers = Watchers(
             host,
             port,
@@ -147,7 +162,7 @@ class Audience:
             most=MOST_WATCHERS if most is None else most,
             most_guesses=MOST_SHORT_GUESSES if is_class else MOST_GUESSES,
             seats=self.seats,
-            acts=Tap if has_own else None,
+            acts=Act if self.seats is not None else None,
             act=self._heard,
         )
         self.owners: Owners | None = None
@@ -176,6 +191,11 @@ class Audience:
         """How the learners stand that those have of their own who look; None if they have none."""
         return None if self.owners is None else self.owners.overview
 
+    @property
+    def classroom(self) -> Room | None:
+        """They as a class that answers; None if they only look."""
+        return self.room
+
     def show(self, live: Status, presented: Presented | None) -> None:
         """Show them how the run stands, and what the presenter sees; None before one has come."""
         if self.owners is not None:
@@ -203,8 +223,11 @@ class Audience:
         if self.owners is not None:
             self.owners.look()
 
-    def _heard(self, watcher: Watcher, act: Tap) -> None:
-        if self.owners is not None:
+    def _heard(self, watcher: Watcher, act: Act) -> None:
+        if isinstance(act, Answer):
+            if self.room is not None:
+                self.room.answer(watcher.seat, act)
+        elif self.owners is not None:
             self.owners.tap(watcher, act)
 
     def _offer(self, owners: Owners, live: Status) -> None:
@@ -216,6 +239,13 @@ class Audience:
         if live.is_own and live.opened is None and not _are_same(of, self._offered):
             self._offered = of
             owners.offer(Beginning(snapshot.preset, snapshot.preset_spec, snapshot.seed))
+
+    def _seats(self) -> Iterator[Seat]:
+        return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)
+
+    def _joined(self) -> dict[str, str | None]:
+        # Another machine cannot reach the address that this one has for itself.
+        return {"code": self.code, "address": (self.addresses[1:] or self.addresses)[0]}
 
     # --- In the thread ----------------------------------------------------------------------------
 
@@ -262,7 +292,9 @@ class Audience:
             self._past.want((place, name) for place in places)
         return groups
 
-    def _seen(self, wish: Follow | LookAround, live: Status | None, presented: Presented | None) -> Seen:
+    def _seen(
+        self, wish: Follow | LookAround, live: Status | None, presented: Presented | None
+    ) -> Seen:
         if isinstance(wish, Follow) or live is None or presented is None:
             return Seen(None, wish.dark)
         look = look_of(wish)
@@ -383,7 +415,9 @@ class Audience:
         moment: Mapping[str, object],
         live: Status,
     ) -> None:
-        view.parts["stand"] = part("stand", {"begun": True, "own": self.owners is not None, **stand})
+        view.parts["stand"] = part(
+            "stand", {"begun": True, "own": self.owners is not None, **stand}
+        )
         view.parts["moment"] = part("moment", moment)
         view.parts["offer"] = pictures.offer_part(live)
 
@@ -391,25 +425,33 @@ class Audience:
 
     def _send(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         letters: list[tuple[bytes, list[Watcher]]] = []
-        waiting = {"lab": self._lab, "stand": part("stand", {"begun": False})}
+        told = {"lab": self._lab, "lesson": self._lesson_part()}
+        waiting = {"stand": part("stand", {"begun": False})}
         for seen, watchers in groups.items():
             view = self._views.get(seen)
             has_begun = view is not None and bool(view.parts)
-            parts = {**view.parts, "lab": self._lab} if view is not None and has_begun else waiting
+            parts = {**(view.parts if view is not None and has_begun else waiting), **told}
             if not has_begun and self._presented is not None:
                 # What it had stays until there is something else.
                 continue
             sizes: list[int] = []
-            for missing, group in pictures.by_what_they_miss(parts, watchers, ORDER).items():
-                letter = pictures.letter_of(parts[kind] for kind in missing)
+            for missing, group in by_what_they_miss(parts, watchers, ORDER, self._theirs).items():
+                letter = letter_of(content for _, content in missing)
                 letters.append((letter, group))
-                if "lab" not in missing:
+                if all(kind != "lab" for kind, _ in missing):
                     sizes.append(len(letter))
             if view is not None and sizes:
                 now_s = time.perf_counter()
                 view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
         if letters:
             self.watchers.send(letters)
+
+    def _lesson_part(self) -> bytes:
+        card = None if self._presented is None else self._presented.card
+        return lesson_part(card) if self.room is None else self.room.lesson_part(card)
+
+    def _theirs(self, watcher: Watcher) -> Parts:
+        return {} if self.room is None else self.room.parts_of(watcher.seat)
 
     def _tidy(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
         """Forget views at which nobody looks, but for the newest of them."""
@@ -433,6 +475,7 @@ def _subject(presented: Presented | None) -> object:
         moment["live"],
         None if moment["live"] else moment["step"],
         presented.events,
+        presented.card,
     )
 
 
@@ -446,5 +489,6 @@ def _end_of(line: int, live: Status) -> int | None:
 def _are_same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
     # Snapshots and what holds them can be long to compare.
     return len(one) == len(other) and all(
-        a is b or (isinstance(a, Look | bool | int | str) and a == b) for a, b in zip(one, other, strict=True)
+        a is b or (isinstance(a, Look | bool | int | str) and a == b)
+        for a, b in zip(one, other, strict=True)
     )

@@ -4,7 +4,7 @@ A part is JSON as the page takes it (``app/web/audience/own.js``). Buttons are t
 say when they are pressed; whatever comes back is judged all the same.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final, Protocol
 
 from app.audience.own import Own
@@ -169,9 +169,7 @@ def own_part(own: Own, seat: Seat, controls: tuple[str, ...], notice: str) -> by
             "notice": notice,
             "playing": own.learns,
             "controls": [
-                {"control": control, **told}
-                for control in controls
-                for told in _told(control, own)
+                {"control": control, **told} for control in controls for told in _told(control, own)
             ],
         },
     )
@@ -246,7 +244,7 @@ def _button(label: str, tap: Tap, on: bool = True) -> dict[str, Any]:
     return {"kind": "button", "label": label, "says": tap, "on": on}
 
 
-def _choice(label: str, taps: list[tuple[str, Tap]], nothing: str, on: bool) -> dict[str, Any]:
+def _choice(label: str, taps: Sequence[tuple[str, Tap]], nothing: str, on: bool) -> dict[str, Any]:
     if not taps:
         return {"kind": "button", "label": nothing, "says": None, "on": False}
     return {"kind": "choice", "label": label, "options": taps, "on": on}

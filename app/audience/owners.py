@@ -170,7 +170,6 @@ class Owners:
         self._offer: _Offer | None = None
         self._desks: dict[Seat, _Desk] = {}
         self._tapped: deque[tuple[Seat, Tap]] = deque()
-        self._forgets = False
         self._closed = False
         self._overview = OwnLearners(0, 0, ())
         self._overview_s = 0.0
@@ -204,15 +203,15 @@ class Owners:
         """See who is there, and what they wish."""
         self._changed.set()
 
+    def learner_of(self, seat: Seat) -> Own | Kept | None:
+        """The learner of a seat, to be looked at alone; None if it has none."""
+        desk = self._desks.get(seat)
+        return None if desk is None else desk.own or desk.kept
+
     @property
     def overview(self) -> OwnLearners:
         """How they stand, without saying whose any of them is."""
         return self._overview
-
-    def forget(self) -> None:
-        """End all of them, and keep nothing."""
-        self._forgets = True
-        self.look()
 
     def close(self) -> None:
         """End all of them."""
@@ -235,10 +234,6 @@ class Owners:
 
     def _turn(self, now_s: float) -> float:
         """Do what is due; returns when to look again."""
-        if self._forgets:
-            self._forgets = False
-            self._desks.clear()
-            self._tapped.clear()
         offer = self._offer
         if offer is None:
             return now_s + _IDLE_S
@@ -260,6 +255,7 @@ class Owners:
         for watcher in self._watchers():
             if watcher.seat is not None:
                 pages.setdefault(watcher.seat, []).append(watcher)
+        # Where a class has ended nothing is kept of it.
         for seat in [seat for seat in self._desks if not seat.is_taken]:
             del self._desks[seat]
         for seat, watchers in pages.items():
@@ -316,6 +312,7 @@ class Owners:
             desk.begin(offer.beginning)
         else:
             desk.own, desk.kept = Own.taken_up(desk.kept), None
+        assert desk.own is not None
         self._stand(desk, offer, desk.own)
 
     # What they do
@@ -354,9 +351,7 @@ class Owners:
     def _make_again(self, offer: _Offer) -> float:
         """Have those go on that are on their way; returns when they may again."""
         on_their_way = [
-            desk
-            for desk in self._desks.values()
-            if desk.own is not None and desk.own.is_on_its_way
+            desk for desk in self._desks.values() if desk.own is not None and desk.own.is_on_its_way
         ]
         # For whoever has done something already, most is at stake.
         on_their_way.sort(key=lambda desk: not desk.held)
@@ -469,7 +464,7 @@ class Owners:
             group = [watcher for watcher in desk.looking if watcher.wish.dark == dark]
             parts = {**desk.parts(dark), "lab": self._lab}
             for missing, watchers in by_what_they_miss(parts, group, ORDER).items():
-                letters.append((letter_of(parts[kind] for kind in missing), watchers))
+                letters.append((letter_of(content for _, content in missing), watchers))
         if letters:
             self._send(letters)
         return max((len(letter) for letter, _ in letters), default=0)

@@ -5,7 +5,7 @@ here knows who watches, or when.
 """
 
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 import msgspec
@@ -25,6 +25,8 @@ from sim.spec import WorldSpec
 ORDER: Final = (
     "lab",
     "stand",
+    "seat",
+    "lesson",
     "offer",
     "world",
     "ground",
@@ -54,27 +56,34 @@ def letter_of(parts: Iterable[bytes]) -> bytes:
 
 
 def by_what_they_miss(
-    parts: Parts, watchers: Iterable[Watcher], order: Iterable[str]
-) -> dict[tuple[str, ...], list[Watcher]]:
-    """Those who can take something in, by the kinds of which they have another than this.
+    parts: Parts,
+    watchers: Iterable[Watcher],
+    order: Iterable[str],
+    theirs: Callable[[Watcher], Parts] = lambda _: {},
+) -> dict[tuple[tuple[str, bytes], ...], list[Watcher]]:
+    """Those who can take something in, by the parts of which they have another than this.
 
     They count as having it from then on.
 
     Args:
-        parts: what there is.
+        parts: what there is, by kind.
         watchers: who are to have it.
         order: of kinds, in which they are sent; others are not.
+        theirs: what there is for one of them besides.
     """
-    groups: dict[tuple[str, ...], list[Watcher]] = {}
+    groups: dict[tuple[tuple[str, bytes], ...], list[Watcher]] = {}
     for watcher in watchers:
         if not watcher.is_ready:
             continue
+        there = parts | theirs(watcher)
         missing = tuple(
-            kind for kind in order if kind in parts and watcher.seen.get(kind) != parts[kind]
+            (kind, there[kind])
+            for kind in order
+            if kind in there and watcher.seen.get(kind) != there[kind]
         )
         if missing:
             groups.setdefault(missing, []).append(watcher)
-            watcher.seen.update((kind, parts[kind]) for kind in missing)
+            watcher.seen.update(missing)
     return groups
 
 

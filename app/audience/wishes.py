@@ -1,6 +1,6 @@
-"""What a page of the audience may wish, which is to look: one struct a message, with bounds.
+"""What a page of the audience may wish, which is to look, and what a class may answer.
 
-There is nothing else that is read of what it sends.
+One struct a message, with bounds. There is nothing else that is read of what it sends.
 """
 
 from typing import Annotated, Final
@@ -8,6 +8,7 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta
 
+from app.audience.taps import Tap
 from app.live.snapshot import Snapshot
 from app.picture.layer import Layer
 from app.picture.layers import LAYERS
@@ -58,6 +59,29 @@ class LookOwn(_Wish, frozen=True, tag="own"):
 
 Wish = Follow | LookAround | LookOwn
 """All of them."""
+
+MOST_PICKED: Final = 8
+"""Octants in one answer: there are no more."""
+_Option = Annotated[str, Meta(max_length=100)]
+Value = (
+    _Option
+    | Annotated[int, Meta(ge=-_MOST, le=_MOST)]
+    | Annotated[float, Meta(ge=-_MOST, le=_MOST)]
+    | Annotated[tuple[Annotated[str, Meta(max_length=2)], ...], Meta(max_length=MOST_PICKED)]
+)
+"""What is answered: an option, a number, or octants."""
+
+
+class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", tag="answer"):
+    """What a seat of a class answers. Whether it is one to what is asked is judged by the poll."""
+
+    ballot: Annotated[int, Meta(ge=1, le=_MOST)]
+    """Which time that something is asked."""
+    value: Value
+
+
+Act = Answer | Tap
+"""What is done by a class: each counts, and not the newest alone."""
 
 
 def look_of(wish: LookAround) -> Look:

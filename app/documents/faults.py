@@ -68,7 +68,7 @@ def slot_of(model: type[BaseModel], key: Key) -> Slot | None:
 
 def _inner(slot: Slot, part: str | int) -> Slot | None:
     if _is_model(slot.kind):
-        field = slot.kind.model_fields.get(part)
+        field = _fields_of(slot.kind).get(str(part))
         if field is None:
             return None
         found = _of_type(field.annotation, optional=not field.is_required())
@@ -110,6 +110,11 @@ def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
+def _fields_of(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a model, by their names in a document."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
 def _is_union(kind: Any) -> bool:
     return get_origin(kind) in (Union, UnionType)
 
@@ -123,7 +128,7 @@ def _names_of(slot: Slot | None) -> tuple[str, ...]:
     """Keys that a mapping may have; none where there is no mapping, or keys are free."""
     if slot is None or not _is_model(slot.kind):
         return ()
-    return (*((EXTENDS,) if slot.kind is RunSpec else ()), *slot.kind.model_fields)
+    return (*((EXTENDS,) if slot.kind is RunSpec else ()), *_fields_of(slot.kind))
 
 
 _LIMITS: Final = {

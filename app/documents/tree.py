@@ -6,7 +6,7 @@ it has been looked at. How large, deep and long anything may be is bounded here.
 
 import codecs
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -265,7 +265,10 @@ def scalar(text: str) -> bool | int | float | str | None:
 class _TreeBuilder:
     """Builds the tree of one document out of YAML's events."""
 
-    def __init__(self, text: str, root: Node, problems: list[PresetProblem]) -> None:
+    def __init__(
+        self, text: str, root: Node, problems: list[PresetProblem], scalar: Callable[[str], Any]
+    ) -> None:
+        self._scalar = scalar
         self._events = yaml.parse(text, Loader=yaml.SafeLoader)
         self._root = root
         self._problems = problems
@@ -311,7 +314,8 @@ class _TreeBuilder:
     def _value(self, event: events.Event, key: Key) -> Any:
         match event:
             case events.ScalarEvent():
-                return event.value if _is_quoted(event) or _is_huge(event) else scalar(event.value)
+                is_text = _is_quoted(event) or _is_huge(event)
+                return event.value if is_text else self._scalar(event.value)
             case events.SequenceStartEvent():
                 return self._items(key)
             case events.MappingStartEvent():
@@ -417,11 +421,17 @@ def _decoded(data: bytes) -> str:
         raise UnusableError(f"is not a text; allowed: UTF-8{hint}", line) from None
 
 
-def built(data: bytes | str, key: Key, place: Place, problems: list[PresetProblem]) -> Node | None:
+def built(
+    data: bytes | str,
+    key: Key,
+    place: Place,
+    problems: list[PresetProblem],
+    scalar: Callable[[str], Any] = scalar,
+) -> Node | None:
     """The tree of a text, or None if it has none; raises `UnusableError` alone."""
     text = _text(data)
     try:
-        return _TreeBuilder(text, Node(key, None, place), problems).build()
+        return _TreeBuilder(text, Node(key, None, place), problems, scalar).build()
     except yaml.MarkedYAMLError as error:
         line = None if error.problem_mark is None else error.problem_mark.line + 1
         raise UnusableError(f"is not YAML: {printable(str(error.problem))}", line) from None
@@ -435,11 +445,19 @@ def built(data: bytes | str, key: Key, place: Place, problems: list[PresetProble
         raise UnusableError("is not YAML: an escape or a version is out of range") from None
 
 
-def document_of(data: bytes | str, source: str, problems: list[PresetProblem]) -> Node | None:
-    """The tree of a preset's text; None, with the problem noted, if it is not a mapping."""
+def document_of(
+    data: bytes | str,
+    source: str,
+    problems: list[PresetProblem],
+    scalar: Callable[[str], Any] = scalar,
+) -> Node | None:
+    """The tree of a preset's text; None, with the problem noted, if it is not a mapping.
+
+    What an unquoted text stands for says ``scalar``.
+    """
     place = Place(source, 1)
     try:
-        root = built(data, (), place, problems)
+        root = built(data, (), place, problems, scalar)
     except UnusableError as error:
         problems.append(PresetProblem(source, error.line, "", None, error.message))
         return None

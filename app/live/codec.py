@@ -14,6 +14,7 @@ from typing import Annotated, Any, Final, cast, get_args, get_type_hints
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from app.live.records import MOST_COMMANDS, Record
+from app.live.story import MOST_TEXT, LongText
 from learners.commands import Command
 
 KIND: Final = "kind"
@@ -38,6 +39,7 @@ _PLAIN: Final[Mapping[Any, Any]] = {
     int | None: Annotated[int | None, Field(ge=0, le=_MOST)],
     float: Annotated[float, Field(allow_inf_nan=False)],
     str: Annotated[str, Field(max_length=_LONGEST)],
+    LongText: Annotated[str, Field(max_length=MOST_TEXT)],
 }
 
 

@@ -5,8 +5,8 @@ was written down: each change is a record, which is judged first and then taken 
 """
 
 import unicodedata
-from collections.abc import Container
-from dataclasses import dataclass
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 from app.live.held import Held, Opened
@@ -21,6 +21,7 @@ from app.live.records import (
     NamedLine,
     Unmarked,
 )
+from app.live.story import Stories
 from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import digest
@@ -369,6 +370,12 @@ def aside_after(family: Family, aside: Family | None, for_opened: bool = False) 
     return family if aside is None and len(family.lines) > 1 else aside
 
 
+def families_of(stories: Stories, families: Mapping[str, Family]) -> dict[str, Family]:
+    """Of the families that lessons had, by name, those of the lessons that are kept."""
+    names = (story.name for story in stories.kept)
+    return {name: families[name] for name in names if name in families}
+
+
 def root_line(
     number: int,
     run: Run,
@@ -393,6 +400,10 @@ class MadeAgain:
     """What was set aside for it."""
     n_runs: int
     """Runs that the session had: the next one's number."""
+    stories: Stories = Stories()  # noqa: RUF009  (it never changes)
+    """Lessons that were taken, and how they stand."""
+    of_lessons: Mapping[str, Family] = field(default_factory=dict[str, Family])
+    """Of each lesson, by its name, the family of its run."""
 
 
 def unlike(others: Container[str], name: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.live.branching import NameOf, begin, run_at
-from app.live.lines import Family, Line, MadeAgain, aside_after, known_of, root_line
+from app.live.lines import Family, Line, MadeAgain, aside_after, families_of, known_of, root_line
 from app.live.past import Budget, Past
 from app.live.places import Place
 from app.live.records import (
@@ -25,6 +25,18 @@ from app.live.records import (
     Stood,
     Unmarked,
     WentLive,
+)
+from app.live.story import (
+    Answered,
+    Committed,
+    Hinted,
+    LeftLesson,
+    Passed,
+    Revealed,
+    Spoke,
+    Stories,
+    TookLesson,
+    WentToCard,
 )
 from app.live.written import DamagedError, Written
 from learners.commands import Command, CommandError, SetParameter, Undo
@@ -153,6 +165,8 @@ class _Making:
         self._n_runs = first_number
         self._family: Family | None = None
         self._aside: Family | None = None
+        self._stories = Stories()
+        self._of_lessons: dict[str, Family] = {}
         self._differ: list[Line] = []
         self._stood: dict[int, Stood] = {}
         """How lines stand here, by the place in the records where that was written down."""
@@ -168,7 +182,7 @@ class _Making:
         self._family.held.pause()
         run = self._family.held.run
         self._family.live.known = known_of(run, digest(run.state))
-        made = MadeAgain(self._family, self._aside, self._n_runs)
+        made = MadeAgain(self._family, self._aside, self._n_runs, self._stories, self._of_lessons)
         records = tuple(
             self._stood.get(place, record)
             for place, record in enumerate(self._records)
@@ -209,6 +223,24 @@ class _Making:
                     self._know(family.line(record.run), record.step)
                 family.check(record)
                 family.do(record)
+            case TookLesson():
+                self._take_lesson(record)
+            case (
+                LeftLesson()
+                | WentToCard()
+                | Answered()
+                | Committed()
+                | Revealed()
+                | Passed()
+                | Hinted()
+                | Spoke()
+            ):
+                self._stories = self._stories.after(record)
+
+    def _take_lesson(self, record: TookLesson) -> None:
+        self._stories = self._stories.after(record)
+        families = {**self._of_lessons, record.name: self._shown()}
+        self._of_lessons = families_of(self._stories, families)
 
     def _shown(self) -> Family:
         if self._family is None:
@@ -288,7 +320,9 @@ class _Making:
                 line.known = line.known._replace(digest=found)
 
     def _go_live(self, record: WentLive) -> None:
-        family, aside = self._shown(), self._aside
+        family = self._shown()
+        others = [*self._of_lessons.values(), *([] if self._aside is None else [self._aside])]
+        other = next((other for other in others if other.live.number == record.run), None)
         if record.run in family.lines:
             line, step = family.lines[record.run], record.step
             if step is not None:
@@ -299,10 +333,11 @@ class _Making:
             else:
                 run = self._run_at(line, line.past.end_step if step is None else step)
             family.go_live(line, run)
-        elif aside is not None and aside.live.number == record.run:
-            self._aside = None
+        elif other is not None:
+            if other is self._aside:
+                self._aside = None
             self._set_aside()
-            self._family = aside
+            self._family = other
         else:
             raise CommandError(f"there is no run {record.run} to go on with")
 

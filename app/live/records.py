@@ -6,6 +6,17 @@ Runs are meant by their numbers (:class:`app.live.places.Place`).
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from app.live.story import (
+    Answered,
+    Committed,
+    Hinted,
+    LeftLesson,
+    Passed,
+    Revealed,
+    Spoke,
+    TookLesson,
+    WentToCard,
+)
 from learners.commands import Command
 from learners.spec import RunSpec
 
@@ -118,6 +129,15 @@ Record = (
     | BroughtBack
     | Marked
     | Unmarked
+    | TookLesson
+    | LeftLesson
+    | WentToCard
+    | Answered
+    | Committed
+    | Revealed
+    | Passed
+    | Hinted
+    | Spoke
 )
 
 

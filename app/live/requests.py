@@ -7,6 +7,7 @@ from app.live.lines import MadeAgain
 from app.live.places import Place
 from app.live.racer import Entry
 from app.live.records import Journal
+from app.live.story import Act, LongText
 from learners.commands import Command
 from learners.spec import RunSpec, ScheduleSpec
 
@@ -207,13 +208,56 @@ class EndRace:
     """Let no runs learn side by side any more; nothing is kept of them. The live run stands."""
 
 
+@dataclass(frozen=True)
+class TakeLesson:
+    """Have a lesson be on, where it was left, with its run; or from its beginning.
+
+    What is on the board is set aside for its run, as :class:`StartAgain` does.
+    """
+
+    name: str
+    source: str
+    """Where its file was found, as messages call it."""
+    digest: str
+    """Of its text."""
+    text: LongText
+    language: str
+    begin: StartAgain
+    """Its run, if that is to begin."""
+    follows: bool = True
+    """Whether that run follows its schedule."""
+    start: int = 0
+    """The trial in which its first card finds that run, which comes there at full speed."""
+    speed: float = 20_000.0
+    """Steps per second that are set then."""
+    is_anew: bool = False
+    """From the beginning, whatever was done in it before."""
+
+
+@dataclass(frozen=True)
+class LeaveLesson:
+    """Have no lesson be on; its run stays on the board."""
+
+
+@dataclass(frozen=True)
+class Tell:
+    """Do something in the lesson that is on; where the live run is then is filled in."""
+
+    act: Act
+    lesson: str
+    """Its name: another one may be on by now, and is not meant."""
+
+
 RequestOfRun = Begin | Play | GoOn | Pause | StepOnce | TrialOnce | RunTo | Command
 """What is asked of one run."""
 RequestOfLines = Branch | MakeLive | NameLine | DeleteLine | BringBack | AddMark | RemoveMark
 """What is asked of the tree of runs."""
+RequestOfLesson = TakeLesson | LeaveLesson | Tell
+"""What is asked of lessons."""
 Request = (
     RequestOfRun
     | RequestOfLines
+    | RequestOfLesson
     | SetSpeed
     | SkipOpening
     | PauseAtJoins

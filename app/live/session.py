@@ -29,6 +29,7 @@ from app.live.requests import (
     EndRace,
     GoBack,
     GoOn,
+    LeaveLesson,
     MakeLive,
     NameLine,
     OpenRun,
@@ -44,7 +45,9 @@ from app.live.requests import (
     StartAgain,
     StartRace,
     StepOnce,
+    TakeLesson,
     TakeUp,
+    Tell,
     TrialOnce,
 )
 from app.live.snapshot import Snapshot
@@ -58,8 +61,11 @@ from learners.spec import MAX_TRIALS, RunSpec
 _CURVE_S = 0.4
 
 
-_SAY_WHETHER_TO_PLAY = (Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun, TakeUp, StartRace)
-_END_THE_OPENING = (SkipOpening, SetSpeed, RunTo, StartAgain, OpenRun, MakeLive, TakeUp)
+_SAY_WHETHER_TO_PLAY = (
+    *(Play, GoOn, Pause, StepOnce, TrialOnce, RunTo, OpenRun, TakeUp, StartRace),
+    TakeLesson,
+)
+_END_THE_OPENING = (SkipOpening, SetSpeed, RunTo, StartAgain, OpenRun, MakeLive, TakeUp, TakeLesson)
 
 
 class Session(Worker[Status]):
@@ -273,6 +279,12 @@ class Session(Worker[Status]):
             case TakeUp():
                 self._tree.take_up(request)
                 self._show()
+            case TakeLesson():
+                self._take_lesson(request)
+            case LeaveLesson():
+                self._tree.leave_lesson()
+            case Tell():
+                self._tree.tell(request)
             case StartRace():
                 self._start_race(request)
             case EndRace():
@@ -335,6 +347,15 @@ class Session(Worker[Status]):
         self._tree.begin(run, request.preset, request.spec.trials, goes_on, plan=plan)
         # One that is to stand still does so even if nobody has come yet.
         self._told_to_play = self._told_to_play or request.paused
+        self._show()
+
+    def _take_lesson(self, request: TakeLesson) -> None:
+        self._held().pause()
+        begins = self._tree.take_lesson(request)
+        held = self._held()
+        if begins and request.start > held.run.trial:
+            held.run_to(request.start)
+        self._speed = request.speed
         self._show()
 
     def _open(self, request: OpenRun) -> None:
@@ -404,6 +425,7 @@ class Session(Worker[Status]):
             lines=tree.lines,
             marks=tree.family.marks,
             branched=tree.branched,
+            stories=tree.stories,
             runs_to=held.runs_to,
             pauses_at_joins=self._pauses_at_joins,
             journal=None if tree.journal is None else tree.journal.fault,

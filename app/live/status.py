@@ -6,6 +6,7 @@ from app.live.held import Opened
 from app.live.opening import Opening
 from app.live.places import Behind, LineSeen, Mark, Place
 from app.live.snapshot import Snapshot
+from app.live.story import Stories, Story
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,16 @@ class Status:
     """Whether it stands still at each trial at which the schedule adds a skill."""
     journal: str | None = None
     """Why what is done cannot be written down; None while it is, or if nobody asked for it."""
+    stories: Stories = Stories()  # noqa: RUF009  (it never changes)
+    """Lessons that were taken, and how they stand."""
     behind: Behind | None = None
     """What the moment that is shown is to the live run; None if it is that itself. A session shows
     nothing else: it is said by whoever shows somebody the past."""
+
+    @property
+    def story(self) -> Story | None:
+        """The lesson that is on; None if none is."""
+        return self.stories.on
 
     def seen_at(self, shown: Snapshot, playing: bool) -> "Status":
         """What is true where somebody looks at another moment: of the run, what it was there; of

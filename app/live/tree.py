@@ -7,13 +7,22 @@ else, for what is to come of it.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 from app.live.branching import Begun, Growth, NameOf, begin, run_at
 from app.live.held import Opened
-from app.live.lines import Change, Family, Line, aside_after, known_of, one_line, root_line
+from app.live.lines import (
+    Change,
+    Family,
+    Line,
+    aside_after,
+    families_of,
+    known_of,
+    one_line,
+    root_line,
+)
 from app.live.moments import Moments
 from app.live.past import Budget, Past
 from app.live.places import LineSeen, Place
@@ -39,10 +48,13 @@ from app.live.requests import (
     NameLine,
     RemoveMark,
     RequestOfLines,
+    TakeLesson,
     TakeUp,
+    Tell,
 )
+from app.live.story import LeftLesson, Stories, TookLesson, WentToCard, check
 from app.live.worker import Reply
-from learners.commands import Command, CommandError, SetSchedule
+from learners.commands import Command, CommandError, FollowSchedule, SetSchedule
 from learners.control import Control
 from learners.kernel.state import digest
 from learners.run import Run
@@ -101,6 +113,10 @@ class Tree:
         """Who gave a command in the past, and where the line begins that came of it."""
         self.lines: tuple[LineSeen, ...] = ()
         """As they are told; the same object until something has changed."""
+        self.stories = Stories()
+        """Lessons that were taken."""
+        self._of_lessons: Mapping[str, Family] = {}
+        """Of each lesson, by its name, the family of its run."""
         self._submit = submit
         self._name_of = name_of
         self._budget = budget
@@ -309,9 +325,14 @@ class Tree:
         family = self.aside
         if family is None:
             raise CommandError("no run was set aside")
+        self._show(family)
+
+    def _show(self, family: Family) -> None:
+        """Show a family that was set aside, in the place of the one that is shown."""
         self.note_stood()
         self._note(WentLive(family.live.number, family.held.run.step))
-        self.aside = None
+        if family is self.aside:
+            self.aside = None
         self._set_aside()
         self.family = family
 
@@ -323,6 +344,7 @@ class Tree:
         """
         made = request.made_again
         families = [made.family, *([] if made.aside is None else [made.aside])]
+        families += [other for other in made.of_lessons.values() if other not in families]
         numbers = [number for family in families for number in (*family.lines, *family.deleted)]
         if min(numbers) < self.n_runs:
             raise CommandError("that session cannot be taken up now; ask for it again")
@@ -333,10 +355,69 @@ class Tree:
             family.is_resumed, family.is_shared = not request.is_shared, request.is_shared
         self.journal = request.journal
         self.family, self.aside, self.n_runs = made.family, made.aside, made.n_runs
+        self.stories, self._of_lessons = made.stories, made.of_lessons
 
     def _set_aside(self, for_opened: bool = False) -> None:
         self.family.drop()
         self.aside = aside_after(self.family, self.aside, for_opened)
+
+    # Lessons
+
+    def take_lesson(self, request: TakeLesson) -> bool:
+        """Have a lesson be on, with its run; returns whether that begins just now.
+
+        Raises:
+            CommandError: its run cannot be had.
+        """
+        story, family = self.stories.of(request.name), self._of_lessons.get(request.name)
+        goes_on = story is not None and story.took.digest == request.digest
+        is_anew = request.is_anew or not goes_on or family is None
+        took = TookLesson(
+            run=self.n_runs if story is None or is_anew else story.took.run,
+            name=request.name,
+            source=request.source,
+            digest=request.digest,
+            text=request.text,
+            language=request.language,
+            is_anew=is_anew,
+        )
+        check(took)
+        if family is None or is_anew:
+            of = request.begin
+            run = Run(of.spec, of.seed)
+            self.begin(run, of.preset, of.spec.trials, playing=False, plan=of.schedule)
+            if not request.follows:
+                self.give(self.family.live, FollowSchedule(False))
+        elif family is not self.family:
+            self._show(family)
+        self._note(took)
+        self.stories = self.stories.after(took)
+        self._of_lessons = families_of(self.stories, {**self._of_lessons, took.name: self.family})
+        return is_anew
+
+    def leave_lesson(self) -> None:
+        """Have no lesson be on."""
+        if self.stories.on is not None:
+            self._note(LeftLesson())
+            self.stories = self.stories.after(LeftLesson())
+
+    def tell(self, request: Tell) -> None:
+        """Do something in the lesson that is on.
+
+        Raises:
+            CommandError: that lesson is not on, or it is too much to be written down.
+        """
+        story, act = self.stories.on, request.act
+        if story is None or story.name != request.lesson:
+            raise CommandError("that lesson is not on any more")
+        if isinstance(act, WentToCard):
+            held = self.family.held
+            act = replace(act, run=held.generation, step=held.run.step, trial=held.run.trial)
+        check(act)
+        stories = self.stories.after(act)
+        if stories != self.stories:
+            self._note(act)
+            self.stories = stories
 
     # What is written down
 

@@ -11,6 +11,8 @@ from app.live.session import Session
 from app.live.status import Status
 from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
+from app.page.lesson.board import ROOT as ASKED
+from app.page.lesson.board import BoardAsk
 from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.export import Export
@@ -130,9 +132,12 @@ class Browser:
         self._wake = wake
         # What is drawn for this browser alone is drawn on a whole board.
         self._drawn_alone = [
-            client.scene.add_frame(name, show_axes=False) for name in ("/inspect", "/watched")
+            client.scene.add_frame(name, show_axes=False)
+            for name in ("/inspect", "/watched", ASKED)
         ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
+        self.octants = BoardAsk(client, wake)
+        """What it is asked about the octants round the prey."""
         self._audience: Audience | None = None
         with self.readings.file_tab:
             if shared.presenting.stand is not None:
@@ -206,6 +211,8 @@ class Browser:
         place = board.place_under(event.ray_origin, event.ray_direction)
         if place is None:
             return
+        if self.octants.take_place(place, self._shared.status_of(self.client).snapshot, look):
+            return
         shift = event.modifier == "shift"
         self._inspection.take_click(place, shift)
         if look.layer == REACH.key and not shift:
@@ -245,6 +252,7 @@ class Browser:
         self._hunts.update(status, texts.look, now_s)
         self._share.update(status)
         self._inspection.update(snapshot, texts.look, outcomes)
+        self.octants.update(snapshot, texts.look)
         for root in self._drawn_alone:
             assign(root, "visible", texts.look.frame != ALL)
         self.results.update(now_s)

@@ -10,11 +10,20 @@ from typing import Literal
 from app.util.html import escaped
 
 Slot = Literal[
-    "task", "sentence", "readings", "legend", "bar", "said", "opening", "tour", "experiment", "side"
+    "task",
+    "sentence",
+    "readings",
+    "legend",
+    "bar",
+    "said",
+    "opening",
+    "tour",
+    "experiment",
+    "side",
+    "lesson",
 ]
-"""A place of the stage: the task in one line, what goes on, how an experiment stands, a few
-numbers, what colours mean, curve and timeline, what was just done, the first hunts, the tour, runs
-side by side."""
+"""A place of the stage: the task in one line, what goes on, a few numbers, what colours mean, curve and timeline, what was just done, the first hunts, the tour, how
+an experiment stands, runs side by side, a lesson."""
 
 
 def slot_html(name: Slot, content: str) -> str:

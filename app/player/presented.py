@@ -7,6 +7,7 @@ import msgspec
 from app.live.status import Status
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.player.classroom import Card, Classroom
 
 
 class Presented(NamedTuple):
@@ -24,6 +25,8 @@ class Presented(NamedTuple):
     """Steps of what happened in that line."""
     is_away: bool = False
     """Whether their browser is gone; then the rest is as they left it."""
+    card: Card | None = None
+    """The card of a lesson that they have before them, if there is one."""
 
 
 FEWEST_SHOWN: Final = 5
@@ -56,6 +59,11 @@ class Stand(Protocol):
     @property
     def n_watchers(self) -> int:
         """How many look."""
+        ...
+
+    @property
+    def classroom(self) -> Classroom | None:
+        """They as a class that answers; None if they only look."""
         ...
 
     @property

@@ -26,7 +26,7 @@ _IMPORTED: Final = re.compile(
 )
 """What a module needs before it can run, relative to itself."""
 _STYLES: Final = re.compile(r'<link rel="stylesheet" href="web/([\w./-]+)" />')
-Frame = Literal["time", "side"]
+Frame = Literal["time", "side", "lesson"]
 FRAMES: Final[tuple[Frame, ...]] = get_args(Frame)
 """Folders that are the page of a frame: an ``index.html``, and ``frame.js``, which begins it."""
 _PAGES: Final = frozenset({"/", "/index.html"})

@@ -365,7 +365,7 @@ def test_an_audience_that_others_can_reach_is_asked_for_a_code(
     stand = opened_stand(opened[0])
     try:
         assert (stand.code is not None) == has_code
-        assert (stand.seats is not None) == ("--class" in words)
+        assert (stand.classroom is not None) == ("--class" in words)
         if stand.code is not None:
             assert len(stand.code) == (6 if "--class" in words else 9)
         assert stand.addresses[0] == f"http://127.0.0.1:{stand.watchers.port}"

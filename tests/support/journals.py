@@ -15,6 +15,19 @@ from app.live.records import (
     Unmarked,
     WentLive,
 )
+from app.live.story import (
+    Act,
+    Answered,
+    Committed,
+    Hinted,
+    LeftLesson,
+    LongText,
+    Passed,
+    Revealed,
+    Spoke,
+    TookLesson,
+    WentToCard,
+)
 from app.live.written import Header
 from learners.commands import (
     Command,
@@ -63,10 +76,43 @@ RECORDS: tuple[Record, ...] = (
     BroughtBack(2),
     Marked(0, 2, 600, 11, '{"kind":"gave"}'),
     Unmarked(0),
+    TookLesson(2, "cone", "cone.yaml", "ab" * 32, LongText("title: ü\n" * 900), "en", False),
+    WentToCard(1, 2, 700, 12, True),
+    Answered("where", '["w","nw"]'),
+    Committed("where", None),
+    Committed("where", 90),
+    Revealed("where", '["w"]', None),
+    Revealed("where", '["w"]', False),
+    Passed(1),
+    Hinted(1),
+    Spoke("de"),
+    LeftLesson(),
 )
 
 _numbers = st.integers(0, MAX_SEED)
 _texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=80)
+
+
+def acts(numbers: st.SearchStrategy[int], texts: st.SearchStrategy[str]) -> st.SearchStrategy[Act]:
+    """Anything that may be done in a lesson; it need not make sense there."""
+    return st.one_of(
+        st.builds(
+            WentToCard,
+            card=numbers,
+            run=numbers,
+            step=numbers,
+            trial=numbers,
+            is_again=st.booleans(),
+        ),
+        st.builds(Answered, question=texts, value=texts),
+        st.builds(Committed, question=texts, confidence=st.none() | numbers),
+        st.builds(
+            Revealed, question=texts, value=texts, is_within=st.sampled_from([None, True, False])
+        ),
+        st.builds(Passed, card=numbers),
+        st.builds(Hinted, card=numbers),
+        st.builds(Spoke, language=texts),
+    )
 
 
 def records() -> st.SearchStrategy[Record]:
@@ -99,4 +145,16 @@ def records() -> st.SearchStrategy[Record]:
             Marked, number=_numbers, run=_numbers, step=_numbers, trial=_numbers, text=_texts
         ),
         st.builds(Unmarked, number=_numbers),
+        st.builds(
+            TookLesson,
+            run=_numbers,
+            name=_texts,
+            source=_texts,
+            digest=_texts,
+            text=st.text(st.characters(exclude_categories=["Cs"]), max_size=2_000),
+            language=_texts,
+            is_anew=st.booleans(),
+        ),
+        acts(_numbers, _texts),
+        st.just(LeftLesson()),
     )

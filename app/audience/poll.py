@@ -1,0 +1,220 @@
+"""What a class is asked, and what it answers: one answer a seat, and never whose it is.
+
+A question is asked once, or twice (*Vote again*); each time is a ballot. As long as one is open the
+newest answer of a seat counts. What was answered is shown when the presenter reveals it, of both
+ballots then, and of neither if fewer than ``FEWEST`` have answered. All of it is in memory.
+"""
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, Final
+
+from app.audience.seats import Seat
+from app.audience.wishes import MOST_PICKED, Value
+from app.player.classroom import Question
+
+FEWEST: Final = 5
+"""Of fewer answers nothing is shown: one could tell whose they are."""
+
+NOTHING_ASKED: Final[Mapping[str, Any]] = {"ask": None, "reveal": None}
+
+
+class Ballot:
+    """One time that something is asked."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        """Answers say it, so that none is counted that came late."""
+        self.answers: dict[Seat, Value] = {}
+
+
+class Poll:
+    """Of one class. Methods may be called from any thread."""
+
+    def __init__(self, changed: Callable[[], object]) -> None:
+        """``changed`` is called when there is something new for the class to see."""
+        self._changed = changed
+        self._lock = threading.Lock()
+        self._n_ballots = 0
+        self._question: Question | None = None
+        self._ballots: list[Ballot] = []
+        self._is_open = False
+        self._outcome: Mapping[str, Any] | None = None
+
+    # --- What the presenter does ------------------------------------------------------------------
+
+    def ask(self, question: Question) -> None:
+        """Ask something; what was answered before is forgotten."""
+        with self._lock:
+            self._clear()
+            self._question = question
+            self._open()
+        self._changed()
+
+    def vote_again(self) -> None:
+        """Ask the same once more, if it was asked but once and nothing is revealed."""
+        with self._lock:
+            if self._is_open and len(self._ballots) == 1:
+                self._open()
+        self._changed()
+
+    def reveal(self, outcome: Mapping[str, Any] | None) -> None:
+        """Take no more answers, and show those there are, with what the run did."""
+        with self._lock:
+            if self._question is not None:
+                self._is_open = False
+                self._outcome = outcome
+        self._changed()
+
+    def end(self) -> None:
+        """Ask nothing any more, and forget what was answered."""
+        with self._lock:
+            self._clear()
+        self._changed()
+
+    def _open(self) -> None:
+        self._n_ballots += 1
+        self._ballots.append(Ballot(self._n_ballots))
+        self._is_open = True
+
+    def _clear(self) -> None:
+        self._question, self._ballots, self._is_open, self._outcome = None, [], False, None
+
+    # --- What a seat does -------------------------------------------------------------------------
+
+    def answer(self, seat: Seat, ballot: int, value: Value) -> bool:
+        """Count an answer in place of an earlier one; returns whether it was one.
+
+        Args:
+            seat: whose it is.
+            ballot: which it is meant for.
+            value: what is answered.
+        """
+        with self._lock:
+            question, is_open = self._question, self._is_open
+            if not is_open or question is None or ballot != self._ballots[-1].number:
+                return False
+            found = answer_to(question, value)
+            if found is None or not seat.is_taken:
+                return False
+            self._ballots[-1].answers[seat] = found
+        self._changed()
+        return True
+
+    def answer_of(self, seat: Seat) -> Value | None:
+        """What a seat has answered in this ballot."""
+        with self._lock:
+            return self._ballots[-1].answers.get(seat) if self._ballots else None
+
+    # --- How it stands ----------------------------------------------------------------------------
+
+    @property
+    def question(self) -> Question | None:
+        """What is asked, or was last."""
+        return self._question
+
+    def state(self, card: str | None, present: Collection[Seat]) -> dict[str, Any]:
+        """How it stands for who presents, who has a card before them.
+
+        Args:
+            card: its id.
+            present: seats that are here.
+        """
+        with self._lock:
+            if self._question is None or self._question.id != card:
+                can = ["end"] if present else []
+                return {
+                    "seats": len(present),
+                    "answered": 0,
+                    "round": 0,
+                    "asking": False,
+                    "hidden": False,
+                    "few": False,
+                    "class": None,
+                    "before": None,
+                    "can": ["ask", *can],
+                }
+            newest = self._ballots[-1].answers
+            can = ["ask", "end"]
+            if self._is_open:
+                can = [*(["again"] if len(self._ballots) == 1 else []), "reveal", "end"]
+            return {
+                "seats": len({*present, *newest}),
+                "answered": len(newest),
+                "round": len(self._ballots),
+                "asking": self._is_open,
+                "hidden": self._is_open and len(self._ballots) > 1,
+                **self._shown(),
+                "can": can,
+            }
+
+    def sent(self) -> dict[str, Any]:
+        """The question and what came of it, as the pages of a class take it: the same for all."""
+        with self._lock:
+            question = self._question
+            if question is None:
+                return dict(NOTHING_ASKED)
+            reveal = None
+            if not self._is_open:
+                reveal = {"html": "", "run": None, "twenty": None, **(self._outcome or {})}
+                reveal |= self._shown()
+            asked = question._asdict()
+            return {
+                "ask": {
+                    **asked,
+                    "ballot": self._ballots[-1].number,
+                    "round": len(self._ballots),
+                    "open": self._is_open,
+                },
+                "reveal": reveal,
+            }
+
+    def _shown(self) -> dict[str, Any]:
+        """What the class answered, as far as that may be seen."""
+        if self._is_open or self._question is None:
+            return {"class": None, "before": None, "few": False}
+        *former, newest = [counts_of(self._question, one.answers) for one in self._ballots]
+        return {"class": newest, "before": former[0] if former else None, "few": newest is None}
+
+
+def answer_to(question: Question, value: Value) -> Value | None:
+    """An answer as it is counted; None if it is none to that question."""
+    values = [option for option, _ in question.options]
+    match question.kind:
+        case "choice" | "direction":
+            return value if isinstance(value, str) and value in values else None
+        case "sectors":
+            if not isinstance(value, tuple) or not 0 < len(value) <= MOST_PICKED:
+                return None
+            return tuple(option for option in values if option in value) or None
+        case "number" | "moment":
+            if isinstance(value, str | tuple) or not question.low <= value <= question.high:
+                return None
+            return round(value) if question.kind == "moment" else value
+
+
+def counts_of(question: Question, answers: Mapping[Seat, Value]) -> dict[str, Any] | None:
+    """How often each was answered, or which numbers were; None of fewer than :data:`FEWEST`."""
+    if len(answers) < FEWEST:
+        return None
+    if question.kind in ("number", "moment"):
+        # In order of size, which says nothing of who answered what.
+        return {"n": len(answers), "values": sorted(answers.values(), key=_as_number)}
+    picked: Counter[str] = Counter()
+    for answer in answers.values():
+        picked.update([answer] if isinstance(answer, str) else _as_texts(answer))
+    return {
+        "n": len(answers),
+        "counts": {option: picked[option] for option, _ in question.options},
+    }
+
+
+def _as_number(answer: Value) -> float:
+    assert isinstance(answer, int | float)
+    return answer
+
+
+def _as_texts(answer: Value) -> tuple[str, ...]:
+    assert isinstance(answer, tuple)
+    return answer

@@ -1,0 +1,241 @@
+"""The few controls that a lesson's card has: what is shown of them, and what using one asks for.
+
+What a lesson does not show is not there, and using it does nothing. All that is asked for goes the
+way that a click in the panels goes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+from app.documents.lesson_cards import Card
+from app.lessons.story import has, layers_of
+from app.live.requests import Pause, Play, Request, SetSpeed, StepOnce, TrialOnce
+from app.live.status import Status
+from app.page.panels.steering import introduction_of, undoable
+from app.picture.layers import LAYERS
+from app.picture.look import ALL, FOLDED, OF_TRIAL
+from app.words.plain import plain
+from learners.commands import (
+    Explore,
+    FollowSchedule,
+    FreezeSelection,
+    FreezeSkills,
+    StopExploring,
+    Undo,
+)
+
+FRAMES: Final[Mapping[str, int]] = {"turned": FOLDED, "all": ALL, "trial": OF_TRIAL}
+"""What headings are shown, as lessons call it."""
+_FRAME_WORDS: Final = {
+    "turned": "All as one, prey looks right",
+    "all": "All headings, side by side",
+    "trial": "As in the running trial",
+}
+_SPEEDS: Final = (10.0, 200.0, 2_000.0, 20_000.0, 200_000.0)
+_SPEED_WORDS: Final = ("10 steps/s", "200", "2 k", "20 k", "200 k steps/s")
+_EXPLORED: Final = (2_000, 0.95)
+"""Trials and chance where a card states none: as the thesis's schedule has for circling."""
+
+
+class Layer(NamedTuple):
+    """Another layer is to be seen."""
+
+    key: str
+
+
+class Headings(NamedTuple):
+    """Other headings are to be seen."""
+
+    frame: int
+
+
+class StartLessonAgain(NamedTuple):
+    """The lesson's run is to begin again."""
+
+
+class OpenSide(NamedTuple):
+    """Runs side by side are to be seen."""
+
+
+class Watch(NamedTuple):
+    """A hunt is to be watched."""
+
+
+Wanted = Request | Layer | Headings | StartLessonAgain | OpenSide | Watch
+"""What using a control comes to."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """One control, as the frame draws it."""
+
+    control: str
+    """By which it is told from others."""
+    label: str
+    kind: str
+    """``button``, ``toggle``, ``slider`` or ``choice``."""
+    wants: Mapping[Any, Wanted]
+    """What each value of it asks for; of a button, that of None."""
+    value: Any = None
+    options: tuple[tuple[Any, str], ...] = ()
+    why: str = ""
+    """Why it cannot be used now; it can if this is empty."""
+    main: bool = False
+    """Whether it does what the card asks for."""
+
+    @property
+    def sent(self) -> dict[str, Any]:
+        """As the frame is told."""
+        return {
+            "control": self.control,
+            "label": self.label,
+            "kind": self.kind,
+            "value": self.value,
+            "options": [list(option) for option in self.options],
+            "on": not self.why,
+            "why": self.why,
+            "main": self.main,
+        }
+
+
+def controls_of(
+    names: frozenset[str], card: Card, status: Status, layer: str, frame: int
+) -> tuple[Control, ...]:
+    """All that there are.
+
+    Args:
+        names: what the lesson shows by now.
+        card: the one that is shown.
+        status: what is true for the browser.
+        layer: key of the layer that it sees.
+        frame: the headings that it sees, as in a ``Look``.
+    """
+    found = [
+        *_transport(names, card, status),
+        *_skills(names, card, status),
+        *_views(names, layer, frame),
+        *_others(names, status),
+    ]
+    return tuple(found)
+
+
+def wanted(controls: tuple[Control, ...], control: str, value: Any) -> Wanted | None:
+    """What using a control asks for; None if there is no such control or value, or not now."""
+    found = next((one for one in controls if one.control == control), None)
+    if found is None or found.why:
+        return None
+    # True is 1, and neither is a value of the other's control.
+    for known, wants in found.wants.items():
+        if known == value and isinstance(known, bool) == isinstance(value, bool):
+            return wants
+    return None
+
+
+def _button(control: str, label: str, wants: Wanted, why: str = "", main: bool = False) -> Control:
+    return Control(control, label, "button", {None: wants}, why=why, main=main)
+
+
+def _toggle(control: str, label: str, on: bool, wants: Mapping[bool, Wanted]) -> Control:
+    return Control(control, label, "toggle", wants, value=on)
+
+
+# --- Going on ------------------------------------------------------------------------------------
+
+
+def _transport(names: frozenset[str], card: Card, status: Status) -> list[Control]:
+    found: list[Control] = []
+    over = "This run has had all its trials." if status.finished else ""
+    command = None if card.do is None else card.do.command
+    if has(names, "play"):
+        label, wants = ("Pause", Pause()) if status.playing else ("Play", Play())
+        found.append(_button("play", label, wants, over, command in ("play", "run_to")))
+    if has(names, "step"):
+        found.append(_button("step", "One step", StepOnce(), over, command == "step"))
+    if has(names, "trial"):
+        found.append(_button("trial", "One trial", TrialOnce(), over, command == "trial"))
+    if has(names, "speed"):
+        nearest = min(_SPEEDS, key=lambda speed: abs(speed - status.speed))
+        options = tuple(zip(_SPEEDS, _SPEED_WORDS, strict=True))
+        wants = {speed: SetSpeed(speed) for speed in _SPEEDS}
+        found.append(Control("speed", "Speed", "slider", wants, nearest, options))
+    return found
+
+
+# --- Skills --------------------------------------------------------------------------------------
+
+
+def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
+    snapshot, do = status.snapshot, card.do
+    skills, present = snapshot.spec.learner.skills, snapshot.present
+    found: list[Control] = []
+    if has(names, "add_skill"):
+        for skill in skills:
+            if skill not in present:
+                is_main = do is not None and (do.command, do.skill) == ("introduce", skill)
+                wants = introduction_of(snapshot, skill)
+                label = f"Add {plain(skill)} now"
+                found.append(_button(f"add_skill.{skill}", label, wants, main=is_main))
+    if has(names, "explore"):
+        running = {episode.skill for episode in snapshot.control.running(snapshot.trial)}
+        for skill in present if len(present) > 1 else ():
+            trials, chance = _EXPLORED
+            is_main = do is not None and do.skill == skill and do.explore is not None
+            if do is not None and is_main and do.explore is not None:
+                trials, chance = do.explore.trials, do.explore.chance
+            if skill in running:
+                wants: Wanted = StopExploring(skill)
+                label = f"Stop exploring {plain(skill)}"
+                is_main = do is not None and (do.command, do.skill) == ("stop_exploring", skill)
+            else:
+                wants = Explore(skill, trials, chance)
+                label = f"Explore {plain(skill)}: {trials:,} trials at {chance:.0%}"
+            found.append(_button(f"explore.{skill}", label, wants, main=is_main))
+    if has(names, "freeze"):
+        control = snapshot.control
+        frozen = {on: FreezeSelection(on) for on in (True, False)}
+        found.append(
+            _toggle("freeze.selection", "Freeze selection", control.selection_frozen, frozen)
+        )
+        if skills:
+            still = {on: FreezeSkills(on) for on in (True, False)}
+            found.append(_toggle("freeze.skills", "Freeze skills", control.skills_frozen, still))
+    if has(names, "plan") and skills:
+        follow = {on: FollowSchedule(on) for on in (True, False)}
+        on = snapshot.control.schedule_on
+        found.append(_toggle("plan", "Follow schedule", on, follow))
+    return found
+
+
+# --- What is seen --------------------------------------------------------------------------------
+
+
+def _views(names: frozenset[str], layer: str, frame: int) -> list[Control]:
+    found: list[Control] = []
+    keys = layers_of(names)
+    if len(keys) > 1:
+        options = tuple((key, LAYERS[key].title) for key in keys)
+        wants: Mapping[Any, Wanted] = {key: Layer(key) for key in keys}
+        found.append(Control("layer", "Layer", "choice", wants, layer, options))
+    if has(names, "headings"):
+        now = next((name for name, one in FRAMES.items() if one == frame), "turned")
+        options = tuple(_FRAME_WORDS.items())
+        wants = {name: Headings(one) for name, one in FRAMES.items()}
+        found.append(Control("headings", "Headings", "choice", wants, now, options))
+    if has(names, "side"):
+        found.append(_button("side", "Runs side by side", OpenSide()))
+    if has(names, "watch"):
+        found.append(_button("watch", "Watch a hunt", Watch()))
+    return found
+
+
+def _others(names: frozenset[str], status: Status) -> list[Control]:
+    found: list[Control] = []
+    if has(names, "undo"):
+        newest = next(iter(undoable(status.snapshot.control.history)), None)
+        why = "" if newest else "Nothing was done by hand yet."
+        wants = Undo(0 if newest is None else newest.number)
+        found.append(_button("undo", "Take back the last change", wants, why))
+    if has(names, "start_again"):
+        found.append(_button("start_again", "Start this run again", StartLessonAgain()))
+    return found
