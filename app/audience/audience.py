@@ -146,12 +146,10 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        self.room = Room(self._seats, self._wake, self._joined) if is_class else None
-        self.seats = None
-        if self.room is not None:
-            self.seats = self.room.seats
-        elif has_own:
-            self.seats = Seats()
+        self.seats: Seats | None = Seats() if is_class or has_own else None
+        self.room: Room | None = None
+        if is_class and self.seats is not None:
+            self.room = Room(self.seats, self._taken, self._wake, self._joined)
         self.watchers = Watchers(
             host,
             port,
@@ -240,7 +238,7 @@ class Audience:
             self._offered = of
             owners.offer(Beginning(snapshot.preset, snapshot.preset_spec, snapshot.seed))
 
-    def _seats(self) -> Iterator[Seat]:
+    def _taken(self) -> Iterator[Seat]:
         return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)
 
     def _joined(self) -> dict[str, str | None]:

@@ -15,6 +15,7 @@ class Room:
 
     def __init__(
         self,
+        seats: Seats,
         here: Callable[[], Iterable[Seat]],
         changed: Callable[[], object],
         joined: Callable[[], Mapping[str, Any]],
@@ -22,11 +23,12 @@ class Room:
         """Prepare.
 
         Args:
-            here: seats of the pages that are open now.
+            seats: that there are.
+            here: those of the pages that are open now.
             changed: called when there is something new for the class to see.
             joined: how to join, ``{"code", "address"}``, for who presents.
         """
-        self.seats = Seats()
+        self.seats = seats
         self.poll = Poll(changed)
         self._here, self._joined = here, joined
 

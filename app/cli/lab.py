@@ -15,6 +15,7 @@ from app.cli.answers import (
     RESULTS,
     Flag,
     UsageError,
+    WrongPresetError,
     complain,
     filled,
     say,
@@ -27,6 +28,7 @@ from app.util.logs import LEVELS
 from app.util.texts import as_text
 
 if TYPE_CHECKING:
+    from app.documents.lessons import Lesson
     from app.live.journal import Journal
     from app.live.lines import MadeAgain
     from app.live.past import Budget
@@ -80,6 +82,8 @@ class Lab:
     """Let each of the audience have a learner of their own, with a few controls."""
     no_code: Flag = False
     """Let whoever reaches the audience's page look."""
+    lesson: Annotated[str | None, arg(metavar="LESSON")] = None
+    """Begin with a lesson: a shipped one by its name, or a file of one."""
     no_browser: Flag = False
     """Print the address, and open no browser."""
     seed: Annotated[str, arg(metavar="N")] = "0"
@@ -139,6 +143,7 @@ def obey(command: Lab) -> int:
     token = _token(command)
     is_shared = command.preset.endswith(SUFFIX)
     spec = spec_of(Lab.preset if is_shared else command.preset)
+    lesson = None if command.lesson is None else _lesson(command.lesson)
     opens_stand = _stand(command, names)
     from app.documents import presets
     from app.documents.sources import called
@@ -175,6 +180,7 @@ def obey(command: Lab) -> int:
             made_again=made,
             budget=budget,
             opens_stand=opens_stand,
+            lesson=lesson,
         )
     except ListenError as error:
         raise UsageError(
@@ -187,6 +193,20 @@ def obey(command: Lab) -> int:
     finally:
         if journal is not None:
             journal.close()
+
+
+def _lesson(name: str) -> "Lesson":
+    """The lesson that is to be begun.
+
+    Raises:
+        WrongPresetError: it cannot be taught; with all that is wrong with it.
+    """
+    from app.documents import lessons
+
+    try:
+        return lessons.load(name)
+    except lessons.LessonError as error:
+        raise WrongPresetError(str(error)) from error
 
 
 def _check_keeping(command: Lab) -> None:

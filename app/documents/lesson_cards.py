@@ -67,10 +67,10 @@ CONTROLS: Final[Mapping[str, str]] = {
 
 
 def _control(value: Any) -> str:
-    if value not in CONTROLS:
-        hint = did_you_mean(value, CONTROLS) if isinstance(value, str) else ""
-        raise ValueError(f"is no control{hint}; allowed: {listed(CONTROLS)}")
-    return value
+    if isinstance(value, str) and value in CONTROLS:
+        return value
+    hint = did_you_mean(value, CONTROLS) if isinstance(value, str) else ""
+    raise ValueError(f"is no control{hint}; allowed: {listed(CONTROLS)}")
 
 
 Control = Annotated[str, PlainValidator(_control), Field(description=", ".join(CONTROLS))]
@@ -262,7 +262,7 @@ def _hint(value: Any) -> str | DoIt:
         if len(value) > MAX_TEXT:
             raise ValueError(f"is too long; allowed: a text of up to {MAX_TEXT} characters")
         return readable(value)
-    if value == {"do": True}:
+    if value == {"do": True} and value["do"] is True:
         return DoIt(do=True)
     raise ValueError("is no hint; allowed: a text, or {do: true} as the last")
 

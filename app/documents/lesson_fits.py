@@ -5,13 +5,12 @@ from functools import lru_cache
 from typing import Final
 
 from app.documents import experiments, presets
-from app.documents.lesson_cards import Card, Do
-from app.documents.lesson_grammar import Check, Compared, Moment, OfExperiment
-from app.documents.lesson_questions import MAX_WORDS, n_words
+from app.documents.lesson_cards import Card
+from app.documents.lesson_grammar import DIRECTIONS, SHAPES, Check, Compared, Moment, OfExperiment
+from app.documents.lesson_questions import MAX_WORDS, Asked, n_words
 from app.documents.lesson_spec import LessonSpec, Texts, Words
 from app.metrics import NAMES
-from learners.skills import SKILLS
-from learners.spec import RunSpec, did_you_mean, listed
+from learners.spec import MAX_TRIALS, RunSpec, did_you_mean, listed
 from sim.spec import Problem
 
 _CONTROLS_OF: Final[Mapping[str, str]] = {
@@ -34,18 +33,21 @@ _CONTROLS_OF: Final[Mapping[str, str]] = {
 _Key = tuple[str | int, ...]
 
 
-def misfits(spec: LessonSpec, run: RunSpec | None) -> Iterator[Problem]:
+def misfits(
+    spec: LessonSpec, run: RunSpec | None, starts: Mapping[str, RunSpec]
+) -> Iterator[Problem]:
     """All that does not go together, by keys from the lesson's root.
 
     Args:
         spec: the lesson.
         run: what its setup comes to; None where that cannot be had.
+        starts: what cards come to that start again, by their ids, as far as that can be had.
     """
     yield from _ids(spec)
     yield from _controls(spec)
     if run is not None:
-        yield from _trials(spec, run)
-        yield from _skills(spec, run)
+        yield from _trials(spec, run, starts)
+        yield from _skills(spec, run, starts)
     yield from _named(spec)
     for language, texts in spec.texts.items():
         if language == spec.language:
@@ -77,7 +79,7 @@ def _controls(spec: LessonSpec) -> Iterator[Problem]:
     there = set(spec.show)
     for n, card in enumerate(spec.steps):
         for index, control in enumerate(card.unlock):
-            if control in there:
+            if there & {control, "all"}:
                 message = "is there already; allowed: a control that is not"
                 yield Problem(("steps", n, "unlock", index), control, message)
         there |= {*card.unlock, *(("all",) if card.free else ())}
@@ -94,36 +96,36 @@ def _controls(spec: LessonSpec) -> Iterator[Problem]:
 # --- Trials --------------------------------------------------------------------------------------
 
 
-def _trials(spec: LessonSpec, run: RunSpec) -> Iterator[Problem]:
+def _trials(spec: LessonSpec, run: RunSpec, starts: Mapping[str, RunSpec]) -> Iterator[Problem]:
     """Moments that lie behind where a card is certain to be, or beyond the end of the run."""
-    now = spec.setup.start
-    if now >= run.trials:
-        message = f"lies beyond the preset's trials; allowed: 0 to {run.trials - 1}"
-        yield Problem(("setup", "start"), now, message)
+    start, length = spec.setup.start, run.trials
+    now = start
+    if start >= length:
+        message = f"lies beyond the preset's trials; allowed: 0 to {length - 1}"
+        yield Problem(("setup", "start"), start, message)
         return
     for n, card in enumerate(spec.steps):
-        length = run.trials if card.do is None or card.do.command != "start_again" else None
+        if card.do is not None and card.do.command == "start_again":
+            now = 0
+            length = starts[card.id].trials if card.id in starts else MAX_TRIALS
         for key, moment in _moments(card, ("steps", n)):
             yield from _misplaced(key, moment, now, length)
-        if card.do is not None:
-            now = _after(card.do, now)
+        asked_then = card.transfer.reveal if card.transfer is not None else None
+        if asked_then is not None and asked_then.at is not None:
+            key = ("steps", n, "transfer", "reveal", "at")
+            yield from _misplaced(key, asked_then.at, start, run.trials)
+        if card.do is not None and card.do.at and card.do.command in ("run_to", "rewind"):
+            now = card.do.at.after(now)
         if card.run is not None:
             now = card.run.after(now)
 
 
-def _after(done: Do, now: int) -> int:
-    """The least trial that it can be after something was done."""
-    if done.command == "start_again":
-        return 0
-    return done.at.after(now) if done.at and done.command in ("run_to", "rewind") else now
-
-
-def _misplaced(key: _Key, moment: Moment, now: int, length: int | None) -> Iterator[Problem]:
-    is_of_past = key[-2:] in (("do", "at"),)
-    if not is_of_past and moment.after(now) <= now:
+def _misplaced(key: _Key, moment: Moment, now: int, length: int) -> Iterator[Problem]:
+    may_be_past = key[-2:] == ("do", "at")
+    if not may_be_past and moment.after(now) <= now:
         message = f"is not ahead of the card, which is at trial {now}; allowed: a later one"
         yield Problem(key, str(moment), message)
-    elif length is not None and moment.after(now) > length:
+    elif moment.after(now) > length:
         message = f"lies beyond the preset's trials; allowed: up to {length}"
         yield Problem(key, str(moment), message)
 
@@ -162,23 +164,23 @@ def _checks(check: Check, at: _Key) -> Iterator[tuple[_Key, Check]]:
 # --- Names that stand for something else ---------------------------------------------------------
 
 
-def _skills(spec: LessonSpec, run: RunSpec) -> Iterator[Problem]:
+def _skills(spec: LessonSpec, run: RunSpec, starts: Mapping[str, RunSpec]) -> Iterator[Problem]:
     own, known = run.learner.skills, run.learner.known_skills
-    may_be_added: list[str] = []
+    is_one_added = False
     for n, card in enumerate(spec.steps):
+        own = starts[card.id].learner.skills if card.id in starts else own
         for key, skill in _named_skills(card, ("steps", n)):
             if skill not in own:
                 message = f"is no skill of the preset{did_you_mean(skill, own)}"
                 yield Problem(key, skill, f"{message}; allowed: {listed(own) or 'none'}")
-        if card.do is not None and card.do.command == "introduce" and card.do.skill:
-            may_be_added.append(card.do.skill)
+        is_one_added |= card.do is not None and card.do.command == "introduce"
         if card.transfer is None:
             continue
         swap, key = card.transfer.run.swap, ("steps", n, "transfer", "run", "swap")
         if swap not in known:
             message = f"is no skill{did_you_mean(swap, known)}; allowed: {listed(known)}"
             yield Problem(key, swap, message)
-        elif not may_be_added:
+        elif not is_one_added:
             message = "has no skill that it could take the place of; allowed: after an introduce"
             yield Problem(key, swap, message)
 
@@ -191,7 +193,7 @@ def _named_skills(card: Card, at: _Key) -> Iterator[tuple[_Key, str]]:
         if given.skill is not None:
             yield (*at, "do", "then", n, "skill"), given.skill
     for key, stated in _measured(card, at):
-        if stated.present is not None and stated.present not in SKILLS:
+        if stated.present is not None:
             yield (*key, "present"), stated.present
 
 
@@ -209,7 +211,11 @@ def _named(spec: LessonSpec) -> Iterator[Problem]:
             yield from _no_experiment(done.name, (*at, "do", "name"))
         for key, stated in _measured(card, at):
             if stated.experiment is not None:
-                yield from _wrong_results(stated.experiment, (*key, "experiment"))
+                ranked = key[-1] == "reveal" and (card.question or card).ask == "order"
+                yield from _wrong_results(stated.experiment, (*key, "experiment"), ranked)
+        if card.question is not None:
+            inner = at if card.transfer is None else (*at, "transfer")
+            yield from _wrong_values(card.question, inner)
 
 
 def _no_experiment(name: str, key: _Key) -> Iterator[Problem]:
@@ -219,18 +225,51 @@ def _no_experiment(name: str, key: _Key) -> Iterator[Problem]:
         yield Problem(key, name, f"{message}; allowed: {listed(shipped)}")
 
 
-def _wrong_results(asked: OfExperiment, key: _Key) -> Iterator[Problem]:
+def _wrong_results(asked: OfExperiment, key: _Key, ranked: bool) -> Iterator[Problem]:
     unknown = list(_no_experiment(asked.name, (*key, "name")))
     yield from unknown
     if asked.quantity not in NAMES:
         message = f"is not measured{did_you_mean(asked.quantity, NAMES)}"
         yield Problem((*key, "quantity"), asked.quantity, f"{message}; allowed: {listed(NAMES)}")
-    if asked.variant is not None and not unknown:
-        labels = _labels(asked.name)
-        if asked.variant not in labels:
-            message = f"is no variant of it{did_you_mean(asked.variant, labels)}"
-            shown = f"{message}; allowed: {listed(labels)}"
-            yield Problem((*key, "variant"), asked.variant, shown)
+    if unknown:
+        return
+    labels = _labels(asked.name)
+    for name, label in (("variant", asked.variant), ("against", asked.against)):
+        if label is None:
+            continue
+        if ranked and name == "variant":
+            message = "does not belong to a ranking, which is of all; allowed: nothing"
+            yield Problem((*key, name), label, message)
+        elif label not in labels:
+            message = f"is no variant of it{did_you_mean(label, labels)}"
+            yield Problem((*key, name), label, f"{message}; allowed: {listed(labels)}")
+    if asked.variant is None and not ranked:
+        yield Problem((*key, "variant"), None, f"is missing; allowed: {listed(labels)}")
+
+
+def _wrong_values(asked: Asked, key: _Key) -> Iterator[Problem]:
+    """Options that stand for nothing which the measure could say."""
+    if asked.reveal is None or not asked.options:
+        return
+    reading, compares = asked.reveal.reading, bool(asked.reveal.operators)
+    if reading.answers == "yes" or compares:
+        possible = ("yes", "no")
+    elif reading.name == "spread_direction":
+        possible = DIRECTIONS
+    elif reading.name == "shape":
+        possible = SHAPES
+    elif reading.name == "leader":
+        possible = tuple(presets.shipped())
+    elif reading.name == "experiment" and reading.args.name in experiments.shipped():
+        possible = _labels(reading.args.name)
+    else:
+        return
+    where = "options" if asked.values is None else "values"
+    for n, (value, _) in enumerate(asked.choices):
+        if value not in possible:
+            message = f"is nothing that {reading.name} says{did_you_mean(value, possible)}"
+            hint = "; what people read may be another, with values" if where == "options" else ""
+            yield Problem((*key, where, n), value, f"{message}; allowed: {listed(possible)}{hint}")
 
 
 @lru_cache(maxsize=32)

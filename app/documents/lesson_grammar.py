@@ -6,7 +6,7 @@ found stands in ``app.lessons.measures``, and nothing in a file is ever evaluate
 
 import re
 from collections.abc import Callable, Collection, Mapping
-from typing import Annotated, Any, Final, Literal, NamedTuple, Self, cast
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self, TypeGuard, cast
 
 from pydantic import Field, PlainValidator, model_validator
 
@@ -14,6 +14,7 @@ from learners.spec import MAX_TRIALS, SkillName, did_you_mean
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 MAX_STEPS: Final = 1_000_000_000
+MAX_WORD: Final = 100
 
 # --- When ----------------------------------------------------------------------------------------
 
@@ -24,26 +25,47 @@ class Moment(NamedTuple):
     trials: int
     is_ahead: bool
     """Whether they are counted from where the card was entered."""
+    captures: int | None = None
+    """So many trials that end in a capture, counted from where the card was entered, instead of
+    so many trials; it is the beginning of the trial after the last of them."""
 
     def after(self, began: int) -> int:
-        """The trial that is meant where the card was entered in trial ``began``."""
-        return began + self.trials if self.is_ahead else self.trials
+        """The trial that is meant where the card was entered in trial ``began``.
+
+        Where captures are counted it is the earliest that it can be.
+        """
+        return began + (self.captures or self.trials) if self.is_ahead else self.trials
 
     def __str__(self) -> str:
+        if self.captures is not None:
+            return f"{{captures: {self.captures}}}"
         return f"+{self.trials}" if self.is_ahead else str(self.trials)
 
 
-MOMENTS: Final = f"a trial from 0 to {MAX_TRIALS}, or +1 to +{MAX_TRIALS} trials from the card on"
+MOMENTS: Final = (
+    f"a trial from 0 to {MAX_TRIALS}, +1 to +{MAX_TRIALS} trials from the card on,"
+    f" or {{captures: 1 to {MAX_TRIALS}}}"
+)
 _AHEAD: Final = re.compile(r"\+([1-9][0-9]{0,6})")
 
 
+def _is_trials(value: object, least: int = 0) -> TypeGuard[int]:
+    """Whether it is so many trials, and a truth is none."""
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= MAX_TRIALS
+
+
 def _moment(value: Any) -> Moment:
-    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_TRIALS:
+    if _is_trials(value):
         return Moment(value, False)
+    if isinstance(value, dict):
+        entries = cast("dict[str, Any]", value)
+        count = entries.get("captures")
+        if len(entries) == 1 and _is_trials(count, 1):
+            return Moment(0, True, count)
     ahead = _AHEAD.fullmatch(value) if isinstance(value, str) else None
-    if ahead is None or int(ahead[1]) > MAX_TRIALS:
-        raise ValueError(f"is no moment; allowed: {MOMENTS}")
-    return Moment(int(ahead[1]), True)
+    if ahead is not None and _is_trials(count := int(ahead[1])):
+        return Moment(count, True)
+    raise ValueError(f"is no moment; allowed: {MOMENTS}")
 
 
 At = Annotated[Moment, PlainValidator(_moment), Field(description=MOMENTS)]
@@ -62,14 +84,11 @@ WINDOWS: Final = "so many of the last trials, or [first, end] in trials"
 
 
 def _window(value: Any) -> Window:
-    def is_trial(item: object) -> bool:
-        return isinstance(item, int) and not isinstance(item, bool) and 0 <= item <= MAX_TRIALS
-
-    if is_trial(value) and value:
+    if _is_trials(value, 1):
         return Window(value)
     if isinstance(value, list):
         items = cast("list[Any]", value)
-        if len(items) == 2 and all(map(is_trial, items)) and items[0] < items[1]:
+        if len(items) == 2 and all(map(_is_trials, items)) and items[0] < items[1]:
             return Window(None, items[0], items[1])
     raise ValueError(f"is no window; allowed: {WINDOWS}")
 
@@ -96,10 +115,10 @@ EACH_OCTANT: Final = "octants"
 
 def _known(names: Collection[str], what: str) -> Callable[[Any], str]:
     def known(value: Any) -> str:
-        if value not in names:
-            hint = did_you_mean(value, names) if isinstance(value, str) else ""
-            raise ValueError(f"is no {what}{hint}; allowed: {', '.join(names)}")
-        return value
+        if isinstance(value, str) and value in names:
+            return value
+        hint = did_you_mean(value, names) if isinstance(value, str) else ""
+        raise ValueError(f"is no {what}{hint}; allowed: {', '.join(names)}")
 
     return known
 
@@ -205,11 +224,15 @@ class OfExperiment(Spec):
     """A column of the table of results."""
     variant: Annotated[str, Field(max_length=200)] | None = None
     """By its label; None where variants are ranked."""
+    against: Annotated[str, Field(max_length=200)] | None = None
+    """The variant of which the number is taken away; None for none."""
 
 
 Answers = Literal["number", "word", "yes"]
 """What a measure finds: a number, a word of a closed list, or whether something is so."""
 
+SHAPES: Final = ("traces", "cone", "arm", "open ring", "ring", "filled")
+"""What the places that are worth something look like."""
 DIRECTIONS: Final = ("clockwise", "counter-clockwise", "both ways", "not at all")
 """Which way value spreads."""
 
@@ -219,6 +242,7 @@ PLAIN_MEASURES: Final[Mapping[str, Answers]] = {
     "value_states": "number",
     "behind_share": "number",
     "thinnest": "number",
+    "shape": "word",
     "spread_direction": "word",
     "captures": "number",
     "success": "number",
@@ -290,6 +314,18 @@ OPERATORS: Final = ("above", "below", "between", "is")
 _Number = Annotated[FiniteFloat, Field(ge=-1e12, le=1e12)]
 
 
+def _word(value: Any) -> str | int:
+    is_short = isinstance(value, str) and 0 < len(value) <= MAX_WORD
+    is_number = isinstance(value, int) and not isinstance(value, bool)
+    if not is_short and not is_number:
+        raise ValueError(f"is nothing that a measure finds; allowed: {_WORDS}")
+    return value
+
+
+_WORDS: Final = "a word, or a whole number"
+_Word = Annotated[str | int, PlainValidator(_word), Field(description=_WORDS)]
+
+
 class Compared(Measured):
     """A measure, and what it is held against."""
 
@@ -300,7 +336,7 @@ class Compared(Measured):
         | None
     ) = None
     """Both ends belong to it."""
-    equals: str | int | None = Field(None, alias="is", description="a word, or a whole number")
+    equals: _Word | None = Field(None, alias="is")
 
     @property
     def operators(self) -> Mapping[str, Any]:

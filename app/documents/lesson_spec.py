@@ -1,15 +1,15 @@
 """A lesson as its file states it (validated, frozen): setup, cards and translations."""
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from app.documents.experiment_spec import Settings
 from app.documents.lesson_cards import MAX_HINTS, Card, Controls
 from app.documents.lesson_questions import MAX_OPTIONS, Asked, Id, Label, Text, readable
 from learners.spec import MAX_TRIALS
 from sim.rng import MAX_SEED
-from sim.spec import FiniteFloat, Spec
+from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 MAX_CARDS: Final = 40
 MAX_LANGUAGES: Final = 12
@@ -63,6 +63,13 @@ class Evidence(Spec):
     seeds: Annotated[int, Field(ge=1, le=MAX_SEEDS)]
     passed: Annotated[int, Field(ge=0, le=MAX_SEEDS)] = Field(alias="pass")
     """Of these, in so many all that is checked came true and all keys were right."""
+
+    @model_validator(mode="after")
+    def _is_a_share(self) -> Self:
+        if self.passed > self.seeds:
+            message = f"is more than there are; allowed: up to seeds, {self.seeds}"
+            raise ProblemsError([Problem(("pass",), self.passed, message)])
+        return self
 
 
 class LessonSpec(Spec):

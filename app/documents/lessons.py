@@ -7,7 +7,7 @@ sound can also be run.
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -22,6 +22,8 @@ from app.documents.lesson_fits import misfits
 from app.documents.lesson_spec import LessonSpec
 from app.documents.sources import Shipped, called
 from app.documents.tree import (
+    MAX_SHOWN,
+    Key,
     Node,
     PresetError,
     PresetProblem,
@@ -67,6 +69,8 @@ class Lesson:
     spec: LessonSpec
     run_spec: RunSpec
     """What its setup comes to."""
+    starts: Mapping[str, RunSpec]
+    """What each card that starts again comes to, by the card's id."""
     text: bytes
     """The file as it was given."""
     source: str
@@ -116,19 +120,23 @@ def _parsed(data: bytes | str, source: str, folder: Path | None, named: str) -> 
         raise LessonError(problems)
     tree = without_nulls(root, LessonSpec)
     spec = _judged(tree, problems)
-    run = _run_of(tree, folder, problems)
+    shelf = presets.Shelf(folder)
+    run = _run_of(tree, ("setup",), (), shelf, problems)
+    starts: dict[str, RunSpec] = {}
     if spec is not None:
-        found = (Fault(p.key, p.message, quoted(p.value)) for p in misfits(spec, run))
+        starts = _starts(spec, tree, shelf, problems)
+        found = (Fault(p.key, p.message, quoted(p.value)) for p in misfits(spec, run, starts))
         problems += [fault.problem(tree) for fault in found]
     if problems or spec is None or run is None:
         raise LessonError(in_order(dict.fromkeys(problems)))
     return Lesson(
-        name=folder_name(Path(source).stem),
+        name=printable(folder_name(Path(source).stem), MAX_SHOWN),
         spec=spec,
         run_spec=run,
+        starts=starts,
         text=data.encode() if isinstance(data, str) else data,
         source=named,
-        digest=_digest(tree, run),
+        digest=_digest(tree, [run, *starts.values()]),
     )
 
 
@@ -146,14 +154,28 @@ def _judged(tree: Node, problems: list[PresetProblem]) -> LessonSpec | None:
         return None
 
 
-def _run_of(tree: Node, folder: Path | None, problems: list[PresetProblem]) -> RunSpec | None:
-    """What the setup comes to; None where it cannot be had, and why is among the problems."""
-    node, rest = descend(tree, ("setup", "preset"))
+def _run_of(
+    tree: Node,
+    at: Key,
+    settings: Sequence[Key],
+    shelf: presets.Shelf,
+    problems: list[PresetProblem],
+) -> RunSpec | None:
+    """The preset that is named at a key, with settings; None, with what is wrong noted.
+
+    Args:
+        tree: of the lesson.
+        at: where ``preset`` is named.
+        settings: of further settings, on top of those beside it.
+        shelf: from which the preset is taken.
+        problems: to which what is wrong is added.
+    """
+    node, rest = descend(tree, (*at, "preset"))
     if rest or not isinstance(node.value, str):
         return None  # The model has said so.
+    on_top = [setting for key in ((*at, "set"), *settings) for setting in _settings(tree, key)]
     try:
-        base = presets.Shelf(folder).base_of(node.value)
-        return presets.completed(base, _settings(tree))
+        return presets.completed(shelf.base_of(node.value), on_top)
     except UnusableError as error:
         problems.append(node.problem(error.message, quoted(node.value)))
     except PresetError as error:
@@ -161,16 +183,34 @@ def _run_of(tree: Node, folder: Path | None, problems: list[PresetProblem]) -> R
     return None
 
 
-def _settings(tree: Node) -> Iterator[Node]:
-    node, rest = descend(tree, ("setup", "set"))
-    for name, child in () if rest else children(node):
+def _settings(tree: Node, key: Key) -> Iterator[Node]:
+    node, rest = descend(tree, key)
+    for name, child in () if rest or not isinstance(node.value, dict) else children(node):
         try:
             yield child._replace(key=key_of(str(name)))
         except ValueError:
             continue  # The model has said so.
 
 
-def _digest(tree: Node, run: RunSpec) -> str:
+def _starts(
+    spec: LessonSpec, tree: Node, shelf: presets.Shelf, problems: list[PresetProblem]
+) -> dict[str, RunSpec]:
+    """What each card that starts again comes to, as far as it can be had."""
+    found: dict[str, RunSpec] = {}
+    for n, card in enumerate(spec.steps):
+        if card.do is None or card.do.command != "start_again":
+            continue
+        at = ("steps", n, "do")
+        own = card.do.preset is not None
+        run = _run_of(
+            tree, at if own else ("setup",), () if own else [(*at, "set")], shelf, problems
+        )
+        if run is not None:
+            found[card.id] = run
+    return found
+
+
+def _digest(tree: Node, runs: list[RunSpec]) -> str:
     stated = {name: value for name, value in plain(tree).items() if name != "evidence"}
-    text = json.dumps([stated, run.model_dump(mode="json")], sort_keys=True)
+    text = json.dumps([stated, *(run.model_dump(mode="json") for run in runs)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

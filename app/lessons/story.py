@@ -7,7 +7,8 @@ All of this is pure.
 import json
 from typing import Any, Final, NamedTuple
 
-from app.documents.lesson_cards import CONTROLS, Asked, Card
+from app.documents.lesson_cards import CONTROLS, Card
+from app.documents.lesson_questions import Asked
 from app.documents.lesson_spec import LessonSpec
 from app.live.story import Given, Stories, Story
 
@@ -81,7 +82,7 @@ class Reveal(NamedTuple):
 
     guessed: Card
     """The card that asked for it."""
-    index: int
+    place: int
     """Which one that is, from 0."""
 
 
@@ -186,10 +187,9 @@ def sureness(stories: Stories) -> tuple[Sureness, ...]:
 
 def sureness_in_words(stories: Stories) -> str:
     """One line for the end of a lesson; empty where nobody said how sure they were."""
-    found = sureness(stories)
     parts = [
-        f"{'you said' if place == 0 else 'with'} {one.percent} %,"
-        f" {'you were' if place == 0 else 'you were'} right in {one.right} of {one.n}"
-        for place, one in enumerate(found)
+        f"you said {one.percent} %, you were right in {one.right} of {one.n}"
+        for one in sureness(stories)
     ]
-    return "" if not parts else f"{'; '.join(parts)[:1].upper()}{'; '.join(parts)[1:]}."
+    text = "; ".join(parts)
+    return f"{text[:1].upper()}{text[1:]}." if text else ""

@@ -188,6 +188,12 @@ class Past:
         return self._control
 
     @property
+    def logs(self) -> Logs:
+        """Those of its run, of trials up to the last that has ended; not to be written to."""
+        with self._lock:
+            return Logs(*(log[: self._end_trial] for log in self._logs))
+
+    @property
     def outcomes(self) -> np.ndarray:
         """(trial,) how each trial ended, of those that have; not to be written to."""
         with self._lock:

@@ -224,8 +224,6 @@ class TakeLesson:
     language: str
     begin: StartAgain
     """Its run, if that is to begin."""
-    follows: bool = True
-    """Whether that run follows its schedule."""
     start: int = 0
     """The trial in which its first card finds that run, which comes there at full speed."""
     speed: float = 20_000.0

@@ -20,7 +20,7 @@ MOST_TEXT: Final = 64 * 1024
 MOST_CARDS: Final = 40
 MOST_STORIES: Final = 16
 """Lessons that a session keeps."""
-MOST_HINTS: Final = 3
+MOST_HINTS: Final = 5
 """Of a card."""
 MOST_CHARACTERS: Final = 1_000
 """Of an answer, as JSON; names have fewer."""
@@ -60,6 +60,8 @@ class WentToCard:
     run: int = 0
     step: int = 0
     trial: int = 0
+    events: int = 0
+    """Events that the run's history had by then."""
     is_again: bool = False
     """Whether what was to be done there begins anew here: somebody went back to before."""
 
@@ -154,6 +156,8 @@ class Began:
 
     place: Place
     trial: int
+    events: int
+    """Events that the run's history had by then."""
 
 
 @dataclass(frozen=True)
@@ -225,7 +229,7 @@ def _gone(story: Story, went: WentToCard) -> Story:
     began = dict(story.began)
     is_new = card not in began
     if is_new or went.is_again:
-        began[card] = Began(Place(went.run, went.step), went.trial)
+        began[card] = Began(Place(went.run, went.step), went.trial, went.events)
     passed = story.passed - {card} if went.is_again else story.passed
     furthest = max(story.furthest, card)
     return replace(story, card=card, furthest=furthest, began=began, passed=passed)

@@ -54,7 +54,7 @@ from app.live.requests import (
 )
 from app.live.story import LeftLesson, Stories, TookLesson, WentToCard, check
 from app.live.worker import Reply
-from learners.commands import Command, CommandError, FollowSchedule, SetSchedule
+from learners.commands import Command, CommandError, SetSchedule
 from learners.control import Control
 from learners.kernel.state import digest
 from learners.run import Run
@@ -386,8 +386,6 @@ class Tree:
             of = request.begin
             run = Run(of.spec, of.seed)
             self.begin(run, of.preset, of.spec.trials, playing=False, plan=of.schedule)
-            if not request.follows:
-                self.give(self.family.live, FollowSchedule(False))
         elif family is not self.family:
             self._show(family)
         self._note(took)
@@ -412,7 +410,14 @@ class Tree:
             raise CommandError("that lesson is not on any more")
         if isinstance(act, WentToCard):
             held = self.family.held
-            act = replace(act, run=held.generation, step=held.run.step, trial=held.run.trial)
+            run = held.run
+            act = replace(
+                act,
+                run=held.generation,
+                step=run.step,
+                trial=run.trial,
+                events=len(run.control.history),
+            )
         check(act)
         stories = self.stories.after(act)
         if stories != self.stories:

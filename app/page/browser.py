@@ -13,6 +13,8 @@ from app.page.arrival import Arrival
 from app.page.inbox import Ask, Inbox, Intent, StatusOf
 from app.page.lesson.board import ROOT as ASKED
 from app.page.lesson.board import BoardAsk
+from app.page.lesson.desk import Desk
+from app.page.lesson.panel import LessonPanel, Rooms
 from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.export import Export
@@ -82,6 +84,8 @@ class Shared(NamedTuple):
     """Those that runs may be of."""
     presenting: Presenting
     """Who shows an audience what they see."""
+    desk: Desk
+    """Knows the lessons, and which of them is on."""
 
 
 class Browser:
@@ -123,6 +127,16 @@ class Browser:
             client, shared.session, shared.side, shared.channels, inbox, shared.presets
         )
         """Runs side by side, where this browser looks at them in the place of the board."""
+        self.lesson = LessonPanel(
+            client,
+            shared.desk,
+            Rooms(self.readings.view, self.outlook, self.asks, self.side.open, self._hunts.watch),
+            shared.channels,
+            inbox,
+            shared.n_viewers,
+            wake,
+        )
+        """The lesson that is on, if one is."""
         self.pulse = Pulse(shared.server, client.client_id)
         self.exhibit: Exhibit | None = None
         """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
@@ -196,6 +210,7 @@ class Browser:
         self._hunts.leave()
         self.time.leave()
         self.side.leave()
+        self.lesson.leave()
         self.results.leave()
 
     def _clicked(self, client: viser.ClientHandle, event: viser.SceneClickEvent) -> None:

@@ -1,9 +1,10 @@
 """The keys of the page, one row each; the page's script (``app/web/keys.js``) goes by it."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
+from app.picture.layers import LAYERS as PICTURED
 from app.util.html import escaped
 
 
@@ -83,6 +84,25 @@ KEYS: Final = (
     *TIME,
 )
 
+_OF_CONTROLS: Final[Mapping[str, tuple[Key, ...]]] = {
+    "play": (PLAY,),
+    "step": (STEP,),
+    "trial": (TRIAL,),
+    "speed": (SLOWER, FASTER),
+    "scrub": (*TIME[:9], TIME[10]),
+    "add_skill": (NEXT_SKILL,),
+    "explore": (EXPLORE,),
+    "freeze": (FREEZE,),
+    "undo": (UNDO,),
+    "side": (SIDE,),
+    "marks": (TIME[9],),
+    "watch": (WATCH,),
+    "all": KEYS,
+    **{f"layer.{name}": (key,) for name, key in zip(PICTURED, LAYERS, strict=False)},
+}
+"""What lessons show, by the names that they have for it, with the keys that do it; others have
+none."""
+
 _ARROWS: Final = (
     "a block or the playhead that has the focus: 100 trials, with shift 1,000; with alt a block's"
     " end"
@@ -92,6 +112,11 @@ _ABOUT: Final = (
     "A click on the board inspects a cell; shift and a click sets the predator down there. A drag"
     " moves the board, the wheel or two fingers zoom.",
 )
+
+
+def keys_of(controls: Iterable[str]) -> list[str]:
+    """Names of the keys that act where a lesson shows these controls alone."""
+    return sorted({key.name for name in controls for key in _OF_CONTROLS.get(name, ())})
 
 
 def table_html() -> str:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import viser
 
+from app.documents.lessons import Lesson
 from app.live.places import Place
 from app.live.requests import Begin, Pause, Play, Request, StartAgain
 from app.live.session import Session
@@ -30,6 +31,7 @@ from app.page.dress import dress
 from app.page.ghost import GhostWatch
 from app.page.greedy import GreedyWatch
 from app.page.inbox import Inbox
+from app.page.lesson.desk import Desk
 from app.page.panels.controls import Controls
 from app.page.panels.experiments import ExperimentsPanel
 from app.page.panels.plan import PlanPanel
@@ -97,11 +99,13 @@ class Lab:
         token: str | None = None,
         sessions: Path | None = None,
         stand: Stand | None = None,
+        lesson: Lesson | None = None,
     ) -> None:
         """Open the page; with ``waits`` the learner begins when a browser has drawn the board.
 
         It answers to ``names`` besides its addresses; without the ``token`` nobody comes in. Those
-        who do can take up an earlier one of the ``sessions``.
+        who do can take up an earlier one of the ``sessions``. Of lessons there is a ``lesson`` of
+        one's own beside the shipped ones.
 
         Raises:
             OSError: the host is not an address of this machine, or no port is free.
@@ -160,6 +164,7 @@ class Lab:
         )
         self.gallery = Gallery(self.server)
         self._presenting = Presenting(stand, self.server)
+        self._desk = Desk(self._submit, lesson)
         dress(self.server)
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
@@ -194,6 +199,7 @@ class Lab:
             side=self._side,
             presets=lambda: self._controls.presets,
             presenting=self._presenting,
+            desk=self._desk,
         )
         self._for_script = self.server.gui.add_html("")
         self._said: tuple[str, bool] | None = None
@@ -449,6 +455,7 @@ class Lab:
             self._ghosts.follow(live)
             if self._is_true(live):
                 self._plan.update(self._shared_by(seen, live))
+            self._desk.update(live, self._is_true(live))
             self._bars.tidy(now_s)
             self._runs.update(self.session.race)
             self.experiments.update(live, len(seen))
@@ -461,6 +468,7 @@ class Lab:
         for browser, status in seen.items():
             if not (is_for_all or status.behind):
                 continue
+            browser.lesson.update(status, live, ground, now_s)
             browser.time.update(status, live, ground, self._plan.chosen, is_answered, now_s)
             if not browser.pulse.is_ready(now_s):
                 continue

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from app.documents.lessons import Lesson
 from app.explain.branches import name_of
 from app.live import kept
 from app.live.lines import MadeAgain
@@ -51,12 +52,13 @@ def run_lab(
     made_again: MadeAgain | None,
     budget: Budget,
     opens_stand: Callable[[Session], Stand] | None = None,
+    lesson: Lesson | None = None,
 ) -> int:
     """Serve the live page until Ctrl-C or another signal; returns the exit code.
 
     With an ``opening`` the first hunts are slow enough to be seen. A session that was made again is
     taken up instead of beginning a run. With ``opens_stand`` there is a port for those who only
-    look. What is logged meanwhile is said sparingly
+    look. A ``lesson`` is taken at once. What is logged meanwhile is said sparingly
     (:func:`app.util.logs.sparing_log`).
 
     Raises:
@@ -93,6 +95,7 @@ def run_lab(
                 token,
                 sessions,
                 stand,
+                lesson,
             )
         except (OSError, UnicodeError) as error:
             if stand is not None:

@@ -22,8 +22,9 @@ Slot = Literal[
     "side",
     "lesson",
 ]
-"""A place of the stage: the task in one line, what goes on, a few numbers, what colours mean, curve and timeline, what was just done, the first hunts, the tour, how
-an experiment stands, runs side by side, a lesson."""
+"""A place of the stage: the task in one line, what goes on, a few numbers, what colours mean, curve
+and timeline, what was just done, the first hunts, the tour, how an experiment stands, runs side by
+side, a lesson."""
 
 
 def slot_html(name: Slot, content: str) -> str:

@@ -22,6 +22,7 @@ BOARD_UNITS = 12.0
 _GRID_EVERY = 10
 _ARC_POINTS = 48
 _CIRCLE_POINTS = 73
+_SECTOR_POINTS = 9
 
 
 def on_picture(
@@ -184,6 +185,35 @@ def sensors(spec: WorldSpec, is_round: bool) -> np.ndarray:
     for sector in range(spec.n_directions):
         angle = (sector + 0.5) * 2 * np.pi / spec.n_directions
         parts.append(segments(radii[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))
+    lines = np.concatenate(parts)
+    return lines[within(lines, spec, is_round)]
+
+
+def region_lines(mask: np.ndarray, spec: WorldSpec, heading: int, is_round: bool) -> np.ndarray:
+    """The edge of a region of sensor readings.
+
+    Args:
+        mask: ``(distance, direction) bool``, of a prey that looks east.
+        spec: of the world.
+        heading: where the prey looks in the picture.
+        is_round: whether the board is.
+
+    Returns:
+        Segments ``(n, 2, 2)`` in board units.
+    """
+    turned = np.roll(mask, heading * spec.n_directions // 8, axis=1)
+    radii = np.concatenate([[0.0], geometry.ring_edges(spec)]) * (BOARD_UNITS / spec.size)
+    wide = 2 * np.pi / spec.n_directions
+    parts = [np.zeros((0, 2, 2))]
+    outwards = turned != np.concatenate([turned[1:], np.zeros_like(turned[:1])])
+    for ring, sector in np.argwhere(outwards):
+        angles = (sector + np.linspace(-0.5, 0.5, _SECTOR_POINTS)) * wide
+        arc = radii[ring + 1] * np.column_stack([np.cos(angles), np.sin(angles)])
+        parts.append(segments(arc))
+    for ring, sector in np.argwhere(turned != np.roll(turned, -1, axis=1)):
+        angle = (sector + 0.5) * wide
+        along = np.linspace(radii[ring], radii[ring + 1], _SECTOR_POINTS)
+        parts.append(segments(along[:, None] * np.array([[np.cos(angle), np.sin(angle)]])))
     lines = np.concatenate(parts)
     return lines[within(lines, spec, is_round)]
 

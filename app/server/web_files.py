@@ -118,6 +118,7 @@ def _dressed(body: bytes, is_packed: bool, title: str) -> bytes:
         '<link rel="stylesheet" href="web/controls.css" />\n'
         '<link rel="stylesheet" href="web/frame.css" />\n'
         '<link rel="stylesheet" href="web/side.css" />\n'
+        '<link rel="stylesheet" href="web/lesson.css" />\n'
         '<link rel="stylesheet" href="web/readings.css" />\n'
         '<link rel="stylesheet" href="web/hunts.css" />\n'
         '<link rel="stylesheet" href="web/terms.css" />\n'

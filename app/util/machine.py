@@ -5,6 +5,7 @@ import ctypes
 import os
 import resource
 import sys
+import threading
 from pathlib import Path
 
 
@@ -35,6 +36,8 @@ def resident_mb() -> float:
     return most / 1e6 if sys.platform == "darwin" else most / 1e3
 
 
+_MODEST = 10
+"""Niceness of a thread that can wait."""
 _SWITCH_S = 0.001
 """For so long a thread may hold the interpreter while others wait for it."""
 _M_ARENA_MAX, _ARENAS = -8, 2
@@ -66,3 +69,10 @@ def give_back_memory() -> None:
     """
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
+
+
+def be_modest() -> None:
+    """Let the calling thread give way to others of this process, where the system knows that."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _MODEST)

@@ -16,6 +16,8 @@ const NAMES = { left: "Your view", right: "The learner" };
 const HANDLE = "[data-dock-region-handle]";
 const SHEET = ".mantine-ScrollArea-root[data-autosize]";
 const NARROW = matchMedia("(max-width: 1199px)");
+/** A lesson takes the room of one of them, where it leaves any. */
+const isBesideLesson = () => document.documentElement.dataset.lesson !== undefined;
 const SMALL = matchMedia("(max-width: 899px), (max-height: 559px)");
 
 /** Which are open in windows of each kind. @type {Record<Room, Set<Edge>>} */
@@ -26,7 +28,8 @@ const listeners = [];
 const rails = { left: document.createElement("nav"), right: document.createElement("nav") };
 
 /** @returns {Room} */
-export const room = () => (SMALL.matches ? "over" : NARROW.matches ? "one" : "both");
+export const room = () =>
+  SMALL.matches ? "over" : NARROW.matches || isBesideLesson() ? "one" : "both";
 
 /** @param {Edge} edge */
 export const isOpen = (edge) => open[room()].has(edge);
@@ -42,8 +45,8 @@ export const rail = (edge) => rails[edge];
  * @param {Edge} edge
  */
 export const taken = (edge) => {
-  const { present, side } = document.documentElement.dataset;
-  if (!region(edge) || present !== undefined) return 0;
+  const { present, side, lesson } = document.documentElement.dataset;
+  if (!region(edge) || present !== undefined || (lesson ?? "open") !== "open") return 0;
   // What is there steers the live run, which is not to be seen.
   if (edge === "right" && side !== undefined) return 0;
   const isBeside = isOpen(edge) && room() !== "over";
@@ -53,7 +56,8 @@ export const taken = (edge) => {
 /** @param {() => void} listener called when a panel has been opened or folded */
 export const whenFolded = (listener) => void listeners.push(listener);
 
-const show = () => {
+/** Show which of them there are, in a window or beside a lesson that has changed. */
+export const showDocks = () => {
   const { dataset } = document.documentElement;
   dataset.room = room();
   dataset.open = EDGES.filter(isOpen).join(" ");
@@ -62,14 +66,14 @@ const show = () => {
 
 /** @param {Edge} edge */
 const fold = (edge) => {
-  if (open[room()].delete(edge)) show();
+  if (open[room()].delete(edge)) showDocks();
 };
 
 /** @param {Edge} edge */
 const unfold = (edge) => {
   if (room() !== "both") open[room()].clear();
   open[room()].add(edge);
-  show();
+  showDocks();
 };
 
 /** @param {Edge} edge @returns {HTMLElement[]} */
@@ -128,8 +132,8 @@ for (const edge of EDGES) {
 }
 whenChanged(fillRails);
 whenChanged(foldSheet);
-show();
-for (const media of [NARROW, SMALL]) media.addEventListener("change", show);
+showDocks();
+for (const media of [NARROW, SMALL]) media.addEventListener("change", showDocks);
 
 /** @param {Event} event */
 const foldInstead = (event) => {

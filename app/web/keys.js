@@ -29,6 +29,17 @@ let isTabbed = false;
 let isPointing = false;
 let isClicked = false;
 
+/**
+ * In a lesson only those keys act that are of its controls.
+ * @param {string} name
+ */
+const isOfLesson = (name) => {
+  const { lessonKeys } = document.documentElement.dataset;
+  return lessonKeys?.split(" ").includes(name) ?? true;
+};
+/** What opens viser's list of all commands, with control or its like. */
+const OPENS_COMMANDS = ["KeyK", "KeyP"];
+
 const areOn = () => localStorage.getItem(SWITCH) !== "off";
 
 /**
@@ -112,6 +123,7 @@ export const whenSideKey = (tell) => void (tellSide = tell);
  * @param {string} name
  */
 export const press = (name) => {
+  if (!isOfLesson(name)) return;
   const key = keys.get(name);
   const act = local.get(name);
   if (act) act();
@@ -128,6 +140,9 @@ export const press = (name) => {
 const take = (event) => {
   if (told.has(event)) return;
   if (event.key === "Tab") isTabbed = true;
+  const { lessonKeys } = document.documentElement.dataset;
+  if (lessonKeys !== undefined && (event.ctrlKey || event.metaKey) && OPENS_COMMANDS.includes(event.code))
+    event.stopImmediatePropagation();
   if (event.ctrlKey || event.metaKey || event.altKey || event.getModifierState("AltGraph")) return;
   const target = event.target instanceof HTMLElement ? event.target : null;
   if (event.isComposing || takesText(target)) return;

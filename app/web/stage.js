@@ -6,6 +6,7 @@ import { fitCamera, resetView, whenViewChanges } from "./camera.js";
 import { whenChanged } from "./changes.js";
 import { EDGES, isOpen, rail, region, room, taken, whenFolded } from "./docks.js";
 import { onKey, press } from "./keys.js";
+import { isInLesson, lessonRoom, whenLessonChanges } from "./lesson.js";
 import { placeResults, resultsRoom } from "./results.js";
 
 /** The window in which everything has its first size; in a larger one all grows with it. */
@@ -43,6 +44,7 @@ stage.innerHTML = `
     <header>
       <p data-slot-of="task"></p>
       <div class="tools">
+        <button class="learn" type="button" aria-pressed="false" title="Short lessons, beside the board">Learn</button>
         <button class="begin-tour" type="button" data-tour="start" title="Five stops at what one needs first">Tour</button>
         <button class="runs" type="button" data-press="KeyC" title="Two to four runs on boards next to each other (C)">Side by side</button>
         <button class="play" type="button" title="Pause or play (space)">Play</button>
@@ -88,8 +90,11 @@ const arranged = (width, height, zoom) => {
   const isAlone = stage.hasAttribute("data-alone");
   // In a presentation all is to be seen at once, for which the column has to be a broad one; unless the
   // board would have less than half of the height above the bar.
-  const holdsBar = !isPresenting() || width > BROAD * height || barPx * zoom > height / 2;
-  const broad = height < ALL_PX * zoom ? ASIDE_PX : ASIDE_WITH_BAR_PX;
+  // In a lesson one points at it, so it is as broad as board and column.
+  const holdsBar = isInLesson()
+    ? barPx === 0
+    : !isPresenting() || width > BROAD * height || barPx * zoom > height / 2;
+  const broad = height < ALL_PX * zoom || barPx === 0 ? ASIDE_PX : ASIDE_WITH_BAR_PX;
   const beside = holdsBar ? Math.min(height, width - broad * zoom) : 0;
   const said = HEAD_PX + barPx + (isAlone ? LEGEND_PX : 0);
   const between = Math.min(width, height - said * zoom);
@@ -138,19 +143,25 @@ const place = () => {
   root.style.setProperty("--stage-scale", `${scale}`);
   root.style.setProperty("--stage-zoom", `${zoom}`);
   const beside = resultsRoom();
-  const [docked, right] = EDGES.map(taken);
+  const [docked, steers] = EDGES.map(taken);
+  const lesson = lessonRoom();
+  const right = steers + lesson;
   const left = Math.max(docked, beside);
   root.style.setProperty("--left", `${left}px`);
   root.style.setProperty("--right", `${right}px`);
+  root.style.setProperty("--lesson", `${lesson}px`);
   // What the left panel has is not there for all to see when that is folded. Beside results the
   // board has more need of the room.
   const isFolded = !isOpen("left") && !beside;
-  stage.toggleAttribute("data-alone", isPresenting() || isFolded || room() === "over");
+  const isAlone = isPresenting() || isInLesson() || isFolded || room() === "over";
+  stage.toggleAttribute("data-alone", isAlone);
   const { height } = stage.getBoundingClientRect();
   const tall = bar.getBoundingClientRect().height;
   // In a column it is no less high.
   const isBroad = ["column", "corner"].includes(stage.dataset.shape ?? "");
   barPx = Math.max(BAR_PX, isBroad ? tall / zoom : Math.min(barPx, tall / zoom));
+  // A lesson may do without it.
+  if (!bar.checkVisibility()) barPx = 0;
   const { shape, size } = arranged(innerWidth - left - right, height, zoom);
   stage.dataset.shape = shape;
   root.style.setProperty("--board-size", `${size}px`);
@@ -199,6 +210,7 @@ for (const node of [root, board, bar]) watch.observe(node);
 /** @type {WeakSet<Element>} */
 const watched = new WeakSet();
 whenFolded(place);
+whenLessonChanges(place);
 whenChanged(() => {
   for (const dock of EDGES.map(region))
     if (dock && !watched.has(dock)) {

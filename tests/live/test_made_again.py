@@ -92,6 +92,10 @@ def test_whatever_was_done_is_there_again_and_can_be_gone_on_with(
         assert seen(made.family) == seen(left.family)
         assert seen(made.aside) == seen(left.aside)
         assert made.n_runs == left.n_runs
+        assert made.stories == left.stories
+        assert {name: seen(family) for name, family in made.of_lessons.items()} == {
+            name: seen(family) for name, family in left._of_lessons.items()
+        }
         # It is taken up, and what is done from there on goes into the same file.
         journal = Journal.going_on(found)
         session = session_of(journal, made)

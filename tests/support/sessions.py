@@ -13,6 +13,7 @@ from app.live.requests import (
     BringBack,
     DeleteLine,
     GoBack,
+    LeaveLesson,
     MakeLive,
     NameLine,
     OpenRun,
@@ -21,9 +22,22 @@ from app.live.requests import (
     SkipOpening,
     StartAgain,
     StepOnce,
+    TakeLesson,
+    Tell,
     TrialOnce,
 )
 from app.live.session import Session
+from app.live.story import (
+    Act,
+    Answered,
+    Committed,
+    Hinted,
+    LongText,
+    Passed,
+    Revealed,
+    Spoke,
+    WentToCard,
+)
 from learners.commands import Command, Undo
 from learners.kernel.state import digest
 from tests.support.lines import SEED, SPEC, commands
@@ -31,11 +45,24 @@ from tests.support.lines import SEED, SPEC, commands
 PATIENCE_S: Final = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 
+ACTS: Final[tuple[Act, ...]] = (
+    *(WentToCard(card) for card in (0, 1, 2, 1, 7)),
+    WentToCard(1, is_again=True),
+    Answered("where", '["w"]'),
+    Answered("where", '["e"]'),
+    Committed("where", 70),
+    Committed("why", None),
+    Revealed("where", '["nw"]', False),
+    *(Passed(1), Passed(9), Hinted(0), Hinted(1), Spoke("de")),
+)
+"""What may be done in a lesson, whether or not it makes sense there."""
+
 Deed = tuple[str, int, int, Command]
 """What is done: its kind, two numbers that choose among what there is, and a command."""
 KINDS: Final = (
     *("trial", "step", "give", "give", "undo", "branch", "branch", "amend", "live", "name"),
     *("delete", "back", "mark", "unmark", "again", "open", "go back"),
+    *("lesson", "lesson anew", "leave", "tell", "tell"),
 )
 deeds: st.SearchStrategy[Deed] = st.tuples(
     st.sampled_from(KINDS), st.integers(0, 99), st.integers(0, 99), commands
@@ -77,8 +104,24 @@ def request_of(session: Session, deed: Deed) -> Request:
             return OpenRun(SPEC, f"opened {other}", SEED, 2_000 + other, "", "of an experiment")
         case "go back":
             return GoBack()
+        case "lesson" | "lesson anew":
+            return taking(f"lesson {one % 3}", SEED + one % 3, other % 4, kind == "lesson anew")
+        case "leave":
+            return LeaveLesson()
+        case "tell":
+            story = session.status.story
+            return Tell(ACTS[other % len(ACTS)], "none" if story is None else story.name)
         case _:
             return TrialOnce()
+
+
+def taking(name: str, seed: int, start: int, is_anew: bool = False) -> TakeLesson:
+    """What has a lesson be on that begins so many trials after the beginning of its run."""
+    begin = StartAgain(SPEC, "timed", seed, paused=True)
+    text = LongText(f"title: {name}\n")
+    return TakeLesson(
+        name, f"{name}.yaml", "ab" * 8, text, "en", begin, start, 1e6, is_anew=is_anew
+    )
 
 
 def do(session: Session, deed: Deed) -> bool:

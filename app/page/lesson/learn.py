@@ -32,7 +32,9 @@ class Library:
     def __init__(self, own: Lesson | None = None) -> None:
         """Have the shipped ones, and one's ``own``."""
         self._shipped: dict[str, Lesson] | None = None
-        self._own: dict[str, Lesson] = {} if own is None else {own.name: own}
+        self._own: dict[str, Lesson] = {}
+        if own is not None and own.name not in lessons.shipped():
+            self.offer(own)
         self._begun: dict[str, Lesson | None] = {}
         """Of texts that lessons were begun with, by digest; None if it is none any more."""
         self._sources: dict[tuple[str, str], str] = {}
@@ -55,11 +57,15 @@ class Library:
         lesson = lessons.parse(text, file_name)
         if lesson.name in lessons.shipped():
             lesson = replace(lesson, name=f"{lesson.name}_own")
+        self.offer(lesson)
+        return lesson
+
+    def offer(self, lesson: Lesson) -> None:
+        """Offer a lesson, in the place of an own one of its name."""
         self._own.pop(lesson.name, None)
         self._own[lesson.name] = lesson
         while len(self._own) > MOST_OWN:
             del self._own[next(iter(self._own))]
-        return lesson
 
     def of(self, story: Story) -> Lesson | None:
         """The lesson that somebody is in, as it was when it was begun; None if this pounce cannot
@@ -117,7 +123,6 @@ def request_to_begin(lesson: Lesson, language: str, is_anew: bool) -> TakeLesson
         text=LongText(lesson.text.decode()),
         language=language if language in spec.languages else spec.language,
         begin=start_of(lesson.run_spec, setup.preset, setup.seed),
-        follows=setup.schedule == "on",
         start=setup.start,
         speed=setup.speed or PLAIN_SPEED,
         is_anew=is_anew,

@@ -110,6 +110,10 @@ class Hunts:
         """Whether there is another hunt on this browser's board than the learner's."""
         return self._wanted or self._watched is not None
 
+    def watch(self) -> None:
+        """Show another hunt."""
+        self._called(_WATCH)
+
     def leave(self) -> None:
         """Answer no more calls of this browser."""
         self._calls.leave(self._secret)

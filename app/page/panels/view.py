@@ -130,6 +130,14 @@ class View:
         for handle, is_offered in offered:
             assign(handle, "visible", is_offered)
 
+    def show(self, layer: str | None, frame: int | None) -> None:
+        """Show another layer, by its key, and other headings; None for those that are shown."""
+        if layer is not None:
+            self._layer.choose(LAYERS[layer])
+        if frame is not None:
+            self._frame.choose(frame)
+            self._came_from_all = False
+
     def choose_heading(self, heading: int) -> None:
         """Show one of those that were side by side alone."""
         self._frame.choose(heading)

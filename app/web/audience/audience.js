@@ -1,5 +1,5 @@
 // @ts-check
-// The page of an audience: what the presenter shows, on whatever one has at hand. It only looks.
+// The page of an audience: what the presenter shows, on whatever one has at hand.
 
 import "../terms.js";
 import { Board } from "../player/board.js";
@@ -7,6 +7,7 @@ import { put } from "../player/html.js";
 import { on } from "../player/pipe.js";
 import "../time/tip.js";
 import { begin as beginAround } from "./around.js";
+import "./ask.js";
 import { begin as connect } from "./line.js";
 
 /** What is said aloud is said no more often. */

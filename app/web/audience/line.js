@@ -1,6 +1,6 @@
 // @ts-check
-// The connection to the lab: what comes is heard, and what is wished is all that goes. After a sleep,
-// or when the lab was started again, it is made anew.
+// The connection to the lab: what comes is heard, and what is wished or done goes. After a sleep, or
+// when the lab was started again, it is made anew, and what was wished last is said again.
 
 import { connectTo, hear } from "../player/pipe.js";
 
@@ -80,10 +80,15 @@ const wishNow = () => {
 };
 
 connectTo({
-  send: (wish) => {
+  // What is done, and is done once.
+  send: (act) => {
+    if (!isOpen()) return false;
+    socket?.send(JSON.stringify(act));
+    return true;
+  },
+  sendNewest: (wish) => {
     newest = JSON.stringify(wish);
     timer ||= setTimeout(wishNow, NEWEST_MS);
-    return true;
   },
 });
 

@@ -1,7 +1,7 @@
 // @ts-check
-// What this page wishes to see. It is all that it ever sends.
+// What this page wishes to see. Besides, it sends what a class answers (`ask.js`).
 
-import { send } from "../player/pipe.js";
+import { sendNewest } from "../player/pipe.js";
 import { isDark, whenScheme } from "../player/scheme.js";
 
 /** `step` is null for what is newest. */
@@ -18,7 +18,7 @@ export const wish = {
 export const say = () => {
   const { follows, layer, of, frame, step } = wish;
   const dark = isDark();
-  send(follows ? { do: "follow", dark } : { do: "look", dark, layer, of, frame, step });
+  sendNewest(follows ? { do: "follow", dark } : { do: "look", dark, layer, of, frame, step });
 };
 
 whenScheme(say);

@@ -3,6 +3,7 @@
 import "./channel.js";
 import "./draw.js";
 import "./hand.js";
+import "./lesson.js";
 import "./theme.js";
 import "./tip.js";
 import "./told.js";

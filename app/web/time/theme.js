@@ -1,6 +1,6 @@
 // @ts-check
-// The frame looks like the page around it: its scheme, its colours and type, its size, and whether it
-// is presented. All of it is taken over at once when it changes there.
+// The frame looks like the page around it: its scheme, its colours and type, its size, whether it is
+// presented, and what a lesson shows of it. All of it is taken over at once when it changes there.
 
 const own = document.documentElement;
 const around = window.parent.document.documentElement;
@@ -27,15 +27,18 @@ const follow = () => {
   const scheme = around.getAttribute(SCHEME) ?? around.dataset.wanted ?? "light";
   const styles = getComputedStyle(around);
   const values = NAMES.map((name) => styles.getPropertyValue(name).trim());
-  const now = [scheme, around.dataset.present, ...values].join("\n");
+  const { present, lessonShows } = around.dataset;
+  const now = [scheme, present, lessonShows, ...values].join("\n");
   if (now === shown) return;
   shown = now;
   own.setAttribute(SCHEME, scheme);
-  own.toggleAttribute("data-present", around.dataset.present !== undefined);
+  own.toggleAttribute("data-present", present !== undefined);
+  if (lessonShows === undefined) delete own.dataset.lessonShows;
+  else own.dataset.lessonShows = lessonShows;
   NAMES.forEach((name, place) => own.style.setProperty(name, values[place]));
 };
 
 new MutationObserver(follow).observe(around, {
-  attributeFilter: [SCHEME, "data-present", "style"],
+  attributeFilter: [SCHEME, "data-present", "data-lesson-shows", "style"],
 });
 follow();

@@ -1,0 +1,147 @@
+// @ts-check
+// A lesson is a page of its own in a frame, which stands in a column beside the board. While a browser
+// is in one, whatever its card does not name is not there: neither to be seen nor to be reached by the
+// keyboard, and no key acts. Where all lessons are listed, the panels make room for them.
+
+import { whenChanged } from "./changes.js";
+import { showDocks } from "./docks.js";
+import { listenTo } from "./frame.js";
+
+/** Of the window, and at least. */
+const SHARE = 0.29;
+const PRESENTED_SHARE = 0.36;
+const LEAST_PX = 300;
+/** Without these nobody presents, or finds the board again. */
+const ALWAYS = ["KeyP", "KeyR"];
+/** Below this the card stands under the board, as all else. */
+const PHONE = matchMedia("(max-width: 36em)");
+const NOW = 'template[data-slot="lesson"]';
+const root = document.documentElement;
+
+/** The place of the frame: while it is there, the frame is loaded (slots.js). */
+const slot = document.createElement("section");
+slot.className = "lesson";
+slot.ariaLabel = "Lesson";
+slot.dataset.slotOf = "lesson";
+/** Whether somebody has asked for the list here. */
+let isWanted = false;
+/** @type {Array<() => void>} */
+const listeners = [];
+/** @type {WeakSet<Element>} */
+const met = new WeakSet();
+
+const frame = () => /** @type {HTMLIFrameElement | null} */ (slot.querySelector("iframe.pounce-lesson"));
+const button = () => /** @type {HTMLElement | null} */ (document.querySelector("#pounce-stage .learn"));
+
+/** Whether the lab says that this browser is in a lesson, which the frame knows a moment later. */
+const isToldSo = () => {
+  const template = /** @type {HTMLTemplateElement | null} */ (document.querySelector(NOW));
+  return template?.content.querySelector("[data-lesson-now]") != null;
+};
+
+/** In a lesson, beside it with all open, among the list, or none of these. */
+const stateNow = () => {
+  const { where, shows = "" } = frame()?.dataset ?? {};
+  if (where === "in" || (!where && isToldSo())) return shows.split(" ").includes("all") ? "open" : "card";
+  return isWanted && where !== "free" ? "list" : null;
+};
+
+export const isInLesson = () => root.dataset.lesson === "card";
+
+/** Room that the card takes from the stage, in pixels. */
+export const lessonRoom = () => {
+  if (root.dataset.lesson === undefined || PHONE.matches) return 0;
+  const share = root.dataset.present === undefined ? SHARE : PRESENTED_SHARE;
+  return Math.round(Math.max(innerWidth * share, LEAST_PX));
+};
+
+/** @param {() => void} listener called when a lesson, or a card, has other controls, or there is none */
+export const whenLessonChanges = (listener) => void listeners.push(listener);
+
+/** @param {string} name @param {string | null | undefined} value */
+const mark = (name, value) => {
+  if (value === null || value === undefined) delete root.dataset[name];
+  else if (root.dataset[name] !== value) root.dataset[name] = value;
+};
+
+const show = () => {
+  const before = root.dataset.lesson;
+  const now = stateNow();
+  const { where, shows = "", keys = "", asks = "" } = frame()?.dataset ?? {};
+  const isCard = now === "card";
+  mark("lesson", now);
+  mark("lessonShows", isCard ? shows : null);
+  mark("lessonKeys", isCard ? [...ALWAYS, ...keys.split(" ")].join(" ") : null);
+  mark("lessonAsks", isCard && asks ? asks : null);
+  const isThere = now !== null || where === "free";
+  if (isThere && !slot.isConnected) document.querySelector("#pounce-stage .aside")?.prepend(slot);
+  if (!isThere && slot.isConnected) {
+    slot.remove();
+    slot.replaceChildren();
+  }
+  const node = button();
+  const text = where === "free" ? "Back to the lesson" : "Learn";
+  // What is written anew is a change of the page, after which this is done again.
+  if (node && node.textContent !== text) node.textContent = text;
+  node?.setAttribute("aria-pressed", `${now !== null}`);
+  if (before === root.dataset.lesson) return;
+  showDocks();
+  // What had the focus in it is gone.
+  if (!now && before) node?.focus();
+};
+
+/** The page's height is that of what is in it, where it stands under the board. @param {HTMLIFrameElement} node */
+const fit = (node) => {
+  const within = node.contentDocument;
+  const body = within?.body;
+  if (!within || !body) return;
+  within.documentElement.toggleAttribute("data-flow", PHONE.matches);
+  const height = PHONE.matches ? `${Math.ceil(body.getBoundingClientRect().height)}px` : "";
+  if (node.style.height !== height) node.style.height = height;
+};
+
+/** @param {HTMLIFrameElement} node */
+const dress = (node) => {
+  const begin = () => {
+    const within = /** @type {any} */ (node.contentWindow);
+    if (!within || !node.contentDocument?.body) return;
+    listenTo(within);
+    new within.ResizeObserver(() => fit(node)).observe(node.contentDocument.body);
+    PHONE.addEventListener("change", () => fit(node));
+    fit(node);
+    // A reader of the screen begins there.
+    node.focus();
+  };
+  node.addEventListener("load", begin);
+  // Its page may have come before it was met here.
+  const page = node.contentDocument;
+  if (page?.readyState === "complete" && page.URL !== "about:blank") begin();
+};
+
+const changed = () => {
+  show();
+  for (const listener of listeners) listener();
+};
+
+document.addEventListener("pounce-lesson", changed);
+document.addEventListener("pounce-lesson-close", () => {
+  isWanted = false;
+  changed();
+});
+document.addEventListener("click", ({ target }) => {
+  if (!(target instanceof Element) || !target.closest("#pounce-stage .learn")) return;
+  const within = /** @type {any} */ (frame()?.contentWindow);
+  if (frame()?.dataset.where === "free")
+    within?.dispatchEvent(new within.CustomEvent("pounce-learn"));
+  else {
+    isWanted = !isWanted;
+    changed();
+  }
+});
+whenChanged(() => {
+  show();
+  const node = frame();
+  if (!node || met.has(node)) return;
+  met.add(node);
+  dress(node);
+});
