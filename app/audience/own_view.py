@@ -164,7 +164,7 @@ def own_part(own: Own, seat: Seat, controls: tuple[str, ...], notice: str) -> by
         {
             "number": seat.number,
             "shape": seat.shape,
-            "seed": f"Its seed is {own.seed}: {beginning.seed} and the number of your seat.",
+            "seed": f"Seed {own.seed}: {beginning.seed} and the number of your seat.",
             "busy": f"Your learner {goal} …" if own.is_on_its_way else "",
             "notice": notice,
             "playing": own.learns,
