@@ -174,6 +174,8 @@ class Owners:
         self._overview = OwnLearners(0, 0, ())
         self._overview_s = 0.0
         self._turn_of = 0
+        self.steps_made = 0
+        """By all of them that have learned on; not what was made again."""
         self._learning = Turnstile(LEARNING_SHARE, 0.05)
         self._making = Turnstile(MAKING_SHARE, 0.2)
         self._painting = Turnstile(PAINTING_SHARE, 0.05)
@@ -398,7 +400,9 @@ class Owners:
         assert desk.own is not None
         began_s = time.thread_time()
         try:
-            desk.own.advance(steps)
+            made = desk.own.advance(steps)
+            if budget is self._learning:
+                self.steps_made += made
         except Exception:
             log.exception("an own learner stopped")
             desk.notice = _BROKEN
