@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from app.audience import pictures
-from app.audience.own import Beginning
+from app.audience.offered import offer_of
 from app.audience.owners import Owners
 from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
@@ -229,14 +229,15 @@ class Audience:
             self.owners.tap(watcher, act)
 
     def _offer(self, owners: Owners, live: Status) -> None:
-        """Have own learners begin as the live run did."""
+        """Have own learners begin as the live run did, or as the lesson says that is on."""
         snapshot = live.snapshot
-        of = (snapshot.preset_spec, snapshot.preset, snapshot.seed)
-        # Told with each frame, and long to compare. What comes of an experiment, or of somebody
-        # else, is shown for a moment, and is nothing to begin with.
-        if live.is_own and live.opened is None and not _are_same(of, self._offered):
+        of = (snapshot.preset_spec, snapshot.preset, snapshot.seed, live.opened, live.story)
+        # Told with each frame, and long to compare.
+        if not _are_same(of, self._offered):
             self._offered = of
-            owners.offer(Beginning(snapshot.preset, snapshot.preset_spec, snapshot.seed))
+            offer = offer_of(live)
+            if offer is not None:
+                owners.offer(offer)
 
     def _taken(self) -> Iterator[Seat]:
         return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)

@@ -89,8 +89,9 @@ def test_it_is_handed_over_where_the_lesson_begins() -> None:
     assert not own.learns
     arrive(own)
     assert (own.run.trial, own.is_on_its_way, own.level) == (60, False, 4)
-    assert own.run.journal == [(0, FollowSchedule(False))]
-    same = replay(SPEC, 10, [(0, FollowSchedule(False))], own.run.step)
+    # The schedule is let go of there, and not before.
+    assert own.run.journal == [(own.run.step, FollowSchedule(False))]
+    same = replay(SPEC, 10, own.run.journal, own.run.step)
     assert digest(own.run.state) == digest(same.state)
 
 

@@ -4,6 +4,7 @@ them."""
 import contextlib
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,23 @@ from websockets.exceptions import ConnectionClosed
 
 from app.audience import own_view, owners
 from app.audience.audience import Audience
+from app.audience.offered import Offer, offer_of
 from app.audience.own import Beginning, Kept, Own
 from app.audience.owners import Owners
 from app.audience.seats import Seat
 from app.audience.taps import AddOwn, AgainOwn, ExploreOwn, PlayOwn, SpeedOwn, Tap
 from app.audience.wishes import Follow, LookOwn
+from app.documents import lessons
 from app.live.status import Status
+from app.live.story import (
+    Act,
+    Answered,
+    Committed,
+    LongText,
+    Stories,
+    TookLesson,
+    WentToCard,
+)
 from app.player.presented import FEWEST_SHOWN
 from learners.commands import Introduce
 from learners.kernel.state import digest
@@ -51,7 +63,7 @@ class Group:
         self.n_letters = 0
         self.owners = Owners(lambda: tuple(self.pages), self._send, b'{"kind":"lab"}')  # type: ignore
         if beginning is not None:
-            self.owners.offer(beginning)
+            self.owners.offer(Offer(beginning))
 
     def _send(self, letters: Any) -> None:
         with self.sent:
@@ -114,7 +126,7 @@ def test_a_tap_is_done_and_shown() -> None:
 def test_only_what_is_offered_can_be_done() -> None:
     with group(start=20) as them:
         (page,) = them.pages
-        them.owners.offer(Beginning("timed", SPEC, SEED, start=20), ("play",))
+        them.owners.offer(Offer(Beginning("timed", SPEC, SEED, start=20), ("play",)))
         them.until(lambda: len(them.part(page).get("controls", ())) == 1)
         them.tap(page, SpeedOwn(0))
         them.tap(page, AddOwn("avoid"))
@@ -230,7 +242,7 @@ def test_another_lesson_begins_them_anew() -> None:
     with group(start=30) as them:
         (page,) = them.pages
         them.until(lambda: "own_ground" in page.seen)
-        them.owners.offer(Beginning("timed", SPEC, 50, start=5))
+        them.owners.offer(Offer(Beginning("timed", SPEC, 50, start=5)))
         them.until(lambda: "began anew" in them.part(page)["notice"])
         them.until(lambda: them.part(page)["busy"] == "")
         own = them.own(page)
@@ -274,6 +286,84 @@ def test_the_presenter_is_told_numbers_and_no_names(monkeypatch: pytest.MonkeyPa
         wait_for(lambda: len(them.owners.overview.rewards) == FEWEST_SHOWN)
         rewards = [reward for _, reward in them.owners.overview.rewards]
         assert rewards == sorted(rewards, reverse=True)
+
+
+# --- In a lesson ----------------------------------------------------------------------------------
+
+
+LESSON = """
+title: Around
+minutes: 3
+setup: {preset: timed, set: {world.size: 40}, seed: 3, start: 60, schedule: "off", speed: 50000}
+show: [play, layer.value, curve]
+steps:
+  - say: Look.
+  - id: way
+    ask: direction
+    text: Which way?
+    options: [clockwise, counter-clockwise, both ways, not at all]
+    reveal: {measure: spread_direction, at: +50}
+  - do: {command: introduce, skill: circle_clockwise, explore: {trials: 70, chance: 0.5}}
+    text: Add it.
+    unlock: [add_skill, explore]
+    check: {present: circle_clockwise}
+    hints: [Add it., Press it., {do: true}]
+"""
+
+
+def in_lesson(*acts: Act) -> Status:
+    """How a lab stands that is in that lesson, once this was done in it."""
+    lesson = lessons.parse(LESSON, "around.yaml")
+    took = TookLesson(
+        0, "around", "", lesson.digest, LongText(LESSON), "en", 60, follows=False, is_anew=True
+    )
+    stories = Stories().after(took)
+    for act in acts:
+        stories = stories.after(act)
+    return replace(stood(), stories=stories)
+
+
+def test_a_lesson_says_how_they_begin_and_what_they_can_do() -> None:
+    first = offer_of(in_lesson())
+    assert first is not None
+    beginning = first.beginning
+    assert (beginning.preset, beginning.seed, beginning.start) == ("timed", 3, 60)
+    assert (beginning.schedule, beginning.speed, beginning.spec.world.size) == (False, 50_000.0, 40)
+    assert beginning.explorations == (("circle_clockwise", 70, 0.5),)
+    assert (first.controls, first.holds) == (("play",), False)
+    asked = offer_of(in_lesson(WentToCard(1)))
+    assert asked == first._replace(holds=True)
+    answered = (WentToCard(1), Answered("way", '"clockwise"'), Committed("way", None))
+    assert offer_of(in_lesson(*answered)) == first
+    last = offer_of(in_lesson(*answered, WentToCard(2)))
+    assert last == first._replace(controls=("play", "add_skill", "explore"))
+    # Without a lesson they are like the presenter's run, but never one of results.
+    plain = offer_of(stood())
+    assert plain == Offer(Beginning("timed", SPEC, SEED))
+    assert offer_of(replace(stood(), is_own=False)) is None
+
+
+def test_while_something_is_to_be_predicted_they_stand_still() -> None:
+    offered, asked = offer_of(in_lesson()), offer_of(in_lesson(WentToCard(1)))
+    assert offered is not None
+    assert asked is not None
+    with group() as them:
+        (page,) = them.pages
+        them.owners.offer(offered)
+        them.until(lambda: them.part(page).get("seed", "").startswith("Seed 4"))
+        them.tap(page, PlayOwn(True))
+        them.until(lambda: them.part(page)["playing"])
+        them.owners.offer(asked)
+        them.until(lambda: them.part(page)["controls"] == [])
+        assert "until that is answered" in them.part(page)["notice"]
+        own = them.own(page)
+        assert own is not None
+        step = own.run.step
+        them.tap(page, PlayOwn(False))
+        them.owners.offer(offered)
+        them.until(lambda: len(them.part(page)["controls"]) == 1)
+        assert own.run.step >= step
+        assert own.playing
 
 
 # --- At the port ----------------------------------------------------------------------------------
