@@ -192,6 +192,9 @@ whenChanged(() => {
   write(/** @type {Element} */ (notes.firstElementChild), word("notes"));
   put(/** @type {Element} */ (notes.lastElementChild), lesson.notes ?? "");
   showFooter(lesson);
+  // What is scrolled can be scrolled by keys, too.
+  const main = part("main");
+  attribute(main, "tabindex", main.scrollHeight > main.clientHeight ? "0" : null);
   begin(lesson);
 });
 

@@ -64,7 +64,7 @@ const drafts = new Map();
 const sure = new Map();
 
 /** @param {Card} card */
-const keyOf = (card) => `${state.told?.lesson?.name} ${card.id}`;
+const keyOf = (card) => `${state.told?.lesson?.name} ${card.id} ${card.ask?.kind}`;
 
 /** The answer as it is to be shown. @param {Card} card @returns {Answer | null} */
 export const answerOf = (card) => {
