@@ -349,9 +349,9 @@ class _Playing:
                 self._run = self._shared.run_at(spec, seed, 0)
                 self._entered.clear()
             case "inspect" if do.region:
-                self._open(Opened(what="why"), Opened(what="cell", region=do.region))
+                self._open(Opened.model_validate("why"), Opened.model_validate({"cell": do.region}))
             case "show":
-                self._open(Opened(what="layer", layer=do.layer))
+                self._open(Opened.model_validate({"layer": do.layer}))
             case _:
                 pass
         done = Done(do.command, self._run.step)
@@ -416,14 +416,12 @@ class _Playing:
 
     def _race(self, readings: Sequence[Reading]) -> tuple[Racing, ...]:
         """The runs of a race, as far as anything in the lesson asks for it."""
-        steps = [reading.args for reading in readings if reading.name == "leader"]
+        steps = _leads(readings)
         if not steps:
             return ()
-        asked = [card.do for card in self._spec.steps if card.do and card.do.command == "race"]
-        names = next((do.presets for do in asked if do.presets), None) or THESIS_FOUR
         return tuple(
             racing_of(name, self._shared.finished(_preset(name), self._found.seed, max(steps)))
-            for name in names
+            for name in _racers(self._lesson)
         )
 
     def _experiments(self, readings: Sequence[Reading]) -> Mapping[str, Mapping[str, Columns]]:
@@ -440,6 +438,27 @@ class _Playing:
                     value = metrics_of(Course(run, spec.trials), (of.quantity,))[of.quantity]
                     columns[of.quantity] = [] if value is None else [float(value)]
         return found
+
+
+def specs_beside(lesson: Lesson) -> list[RunSpec]:
+    """The presets and variants of what stands beside a lesson's run, as far as it asks for any."""
+    readings = [*_readings_of(lesson.spec.steps)]
+    found = [_preset(name) for name in _racers(lesson)] if _leads(readings) else []
+    for reading in readings:
+        if isinstance(reading.args, OfExperiment):
+            found += _variants(reading.args.name).values()
+    return found
+
+
+def _racers(lesson: Lesson) -> tuple[str, ...]:
+    """Presets of a lesson's race."""
+    asked = [card.do for card in lesson.spec.steps if card.do and card.do.command == "race"]
+    return next((do.presets for do in asked if do.presets), None) or THESIS_FOUR
+
+
+def _leads(readings: Iterable[Reading]) -> list[int]:
+    """Steps at which it is asked who leads a race."""
+    return [reading.args for reading in readings if reading.name == "leader"]
 
 
 _OTHER_RUNS: Final = ("rewind", "fork", "start_again")
