@@ -472,7 +472,10 @@ def test_a_card_that_makes_no_sense_is_refused(card: str, complaint: str) -> Non
             "{measure: trial, is: true}",
             "steps.0.check.is: value true: is nothing that a measure finds",
         ),
-        ("{measure: reach, above: 1}", "is no measure that stands alone; allowed: trial, step,"),
+        (
+            "{measure: reach, above: 1}",
+            "is a measure of something; allowed: reach: OF WHAT in its place",
+        ),
         ("{reach: octants, above: 1}", "is of octants that are predicted; allowed: a region"),
         (
             "{reward: [5, 5], above: 1}",

@@ -17,8 +17,9 @@ def room(gui: viser.GuiApi, person: Person) -> Iterator[Room]:
     session.start()
     session.submit(TrialOnce())
     session.wait_for(lambda status: status.snapshot.trial == 1, PATIENCE_S)
-    yield Room(session, gui, small_lesson())
-    session.stop()
+    room = Room(session, gui, small_lesson())
+    yield room
+    room.close()
 
 
 @pytest.fixture
