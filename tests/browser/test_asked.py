@@ -200,7 +200,7 @@ def test_a_moment_is_guessed_by_keys_alone_locked_and_revealed(desk: Desk) -> No
     expect(told).to_contain_text("Your guess: trial 3,000")
     expect(told).to_contain_text("This run: trial 2,400")
     expect(told).to_contain_text("3 of 4 runs: trial 2,000 to 2,500")
-    expect(desk.bar.locator(".others > i")).to_have_count(3)
+    expect(desk.bar.locator(".guess > .others > i")).to_have_count(3)
     # What it is for again is to go through time.
     expect(desk.flag).not_to_have_attribute("tabindex", "0")
     desk.page.mouse.click(*desk.at(400))
