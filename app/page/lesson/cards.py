@@ -8,14 +8,14 @@ from app.documents.lesson_grammar import Moment
 from app.documents.lesson_questions import Asked
 from app.documents.lesson_spec import LessonSpec
 from app.lessons.checks import Verdict
+from app.lessons.kept import answer_from
 from app.lessons.markup import html_of
 from app.lessons.predictions import answer_of, scored
 from app.lessons.spread import Spread
 from app.lessons.story import Guess, question_of, value_of
 from app.live.story import Given, Story
-from app.page.lesson.told import as_answer, sent_spread
+from app.page.lesson.told import sent_spread
 from app.util.html import escaped
-from app.words.numbers import counted
 
 
 class Shown(NamedTuple):
@@ -86,7 +86,7 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
         }
     spread = Spread(()) if shown.spread is None else shown.spread
     answer = answer_of(shown.asked, guess)
-    words = scored(shown.asked, answer, as_answer(shown.own), spread).words
+    words = scored(shown.asked, answer, answer_from(shown.own), spread).words
     return {
         "ready": True,
         "html": str(escaped(words)),
@@ -111,5 +111,6 @@ def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str
 def learning_in_words(until: Moment, trial: int) -> str:
     """That the learner learns on before the next card."""
     if until.captures is not None:
-        return f"It goes on, one trial at a time, for {counted(until.captures, 'catch', 'catches')} …"
+        catches = "catch" if until.captures == 1 else "catches"
+        return f"It goes on, one trial at a time, for {until.captures:,} {catches} …"
     return f"It learns on to trial {until.trials:,}; it is in trial {trial:,} …"

@@ -10,6 +10,7 @@ from app.documents.lessons import Lesson, LessonError
 from app.live.requests import StartAgain, TakeLesson
 from app.live.status import Status
 from app.live.story import LongText, Story
+from app.page.lesson.controls import StartLessonAgain
 from learners.spec import RunSpec
 
 MOST_OWN: Final = 8
@@ -128,6 +129,18 @@ def request_to_begin(lesson: Lesson, language: str, is_anew: bool) -> TakeLesson
         speed=setup.speed or PLAIN_SPEED,
         is_anew=is_anew,
     )
+
+
+def begun_again(lesson: Lesson, story: Story, again: StartLessonAgain) -> TakeLesson:
+    """What has another run of a lesson begin, at the same card."""
+    request = request_to_begin(lesson, story.language, is_anew=False)
+    setup = lesson.spec.setup
+    seed = setup.seed if again.seed is None else again.seed
+    begin = start_of(again.spec or lesson.run_spec, again.preset or setup.preset, seed)
+    if again.spec is not None:
+        # A run that a card begins is of another kind, and is seen from its first trial on.
+        request = replace(request, start=0, follows=True)
+    return replace(request, begin=begin, runs_anew=True)
 
 
 def start_of(spec: RunSpec, preset: str, seed: int) -> StartAgain:
