@@ -1,4 +1,4 @@
-"""The command ``pounce lesson``: what lessons there are, whether they hold, a new one, a sheet.
+"""The command ``pounce lesson``: which there are, a new one, and one as a sheet to print.
 
 Like the command line, it imports what takes long only once it is needed.
 """
@@ -12,15 +12,19 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 from tyro.conf import Positional, arg
 
+from app.cli import terminal
 from app.cli.answers import (
     EXIT_OK,
+    HIDDEN_HINT,
     Flag,
     UsageError,
     WrongPresetError,
     say,
     shown,
     table,
+    whole_number,
 )
+from app.util import interrupts
 
 if TYPE_CHECKING:
     from app.documents.lessons import Lesson as Loaded
@@ -28,20 +32,30 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "pounce lesson",
     "pounce lesson new --out mine.yaml",
+    "pounce lesson sheet the_cone --out cone.html --language de",
 )
 
+MOST_SEEDS = 1_000
 _NO_HINT = "(default: none)"
 
 
 @dataclass(frozen=True)
 class Lesson:
-    """List the lessons, or begin a new one."""
+    """List the lessons, begin a new one, or write one as a sheet to print."""
 
     action: Annotated[Positional[str], arg(metavar="[ACTION]")] = "list"
     """What to do: list says which lessons there are; new begins a file of one, which says what each
-    of its parts is for."""
+    of its parts is for; sheet writes one with room for answers, and the answers at the end."""
+    lesson: Annotated[Positional[str], arg(metavar="[LESSON]", help_behavior_hint=HIDDEN_HINT)] = ""
+    """Of sheet: a shipped lesson, or a file (- is standard input)."""
     out: Annotated[str | None, arg(metavar="FILE", help_behavior_hint=_NO_HINT)] = None
-    """Of new: the file to write; without it, standard output."""
+    """Of new and sheet: the file to write. New prints its own without it."""
+    language: Annotated[
+        str | None, arg(metavar="LANGUAGE", help_behavior_hint="(default: the lesson's own)")
+    ] = None
+    """Of sheet: the language that it is in, such as de."""
+    seeds: Annotated[str, arg(metavar="N")] = "20"
+    """Of sheet: runs that it tells the spread of."""
     json: Flag = False
     """Of list: print one JSON object and nothing else."""
 
@@ -49,6 +63,7 @@ class Lesson:
 _OPTIONS: Final[Mapping[str, frozenset[str]]] = {
     "list": frozenset({"json"}),
     "new": frozenset({"out"}),
+    "sheet": frozenset({"lesson", "out", "language", "seeds"}),
 }
 """What each action heeds besides its own name."""
 
@@ -59,7 +74,7 @@ def obey(command: Lesson) -> int:
     Raises:
         UsageError: the words make no sense, or a lesson cannot be used.
     """
-    actions: dict[str, Callable[[Lesson], int]] = {"list": _list, "new": _new}
+    actions: dict[str, Callable[[Lesson], int]] = {"list": _list, "new": _new, "sheet": _sheet}
     if command.action not in actions:
         raise UsageError(
             f"ACTION: {shown(command.action)} is not allowed; allowed: {', '.join(actions)}"
@@ -68,7 +83,8 @@ def obey(command: Lesson) -> int:
         given = getattr(command, field.name) != field.default
         if given and field.name != "action" and field.name not in _OPTIONS[command.action]:
             owners = " and ".join(name for name, own in _OPTIONS.items() if field.name in own)
-            raise UsageError(f"--{field.name} is of {owners}, not of {command.action}")
+            option = "LESSON" if field.name == "lesson" else f"--{field.name}"
+            raise UsageError(f"{option} is of {owners}, not of {command.action}")
     return actions[command.action](command)
 
 
@@ -138,6 +154,29 @@ def _new(command: Lesson) -> int:
     if path.exists():
         raise UsageError(f"--out: {shown(command.out)} is there already; allowed: a new file")
     _write(path, template().encode())
+    say(str(path))
+    return EXIT_OK
+
+
+# --- On paper ------------------------------------------------------------------------------------
+
+
+def _sheet(command: Lesson) -> int:
+    if not command.lesson:
+        raise UsageError("LESSON is missing; allowed: a shipped lesson, or a file")
+    if command.out is None:
+        raise UsageError("--out is missing; allowed: a file that ends in .html")
+    path, n = _place(command.out, (".html",)), whole_number("--seeds", command.seeds, 1, MOST_SEEDS)
+    lesson = _loaded(command.lesson)
+    language = command.language or lesson.spec.language
+    if language not in lesson.spec.languages:
+        allowed = ", ".join(lesson.spec.languages)
+        raise UsageError(f"--language: {shown(language)} is not allowed; allowed: {allowed}")
+    from app.lessons.sheet import findings_of, sheet
+
+    with interrupts.undoing(), terminal.status() as show:
+        found = findings_of(lesson, range(n), show)
+    _write(path, sheet(lesson, language, found).encode())
     say(str(path))
     return EXIT_OK
 
