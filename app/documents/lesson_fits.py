@@ -244,7 +244,7 @@ def _wrong_results(asked: OfExperiment, key: _Key, ranked: bool) -> Iterator[Pro
             message = f"is no variant of it{did_you_mean(label, labels)}"
             yield Problem((*key, name), label, f"{message}; allowed: {listed(labels)}")
     if asked.variant is None and not ranked:
-        yield Problem((*key, "variant"), None, f"is missing; allowed: {listed(labels)}")
+        yield Problem((*key, "variant"), ..., f"is missing; allowed: {listed(labels)}")
 
 
 def _wrong_values(asked: Asked, key: _Key) -> Iterator[Problem]:
@@ -284,7 +284,7 @@ def _labels(experiment: str) -> tuple[str, ...]:
 def _translation(spec: LessonSpec, texts: Texts, at: _Key) -> Iterator[Problem]:
     if len(texts.cards) != len(spec.steps):
         message = f"has {len(texts.cards)} cards; allowed: one for each of the {len(spec.steps)}"
-        yield Problem((*at, "cards"), None, message)
+        yield Problem((*at, "cards"), ..., message)
     for n, (card, words) in enumerate(zip(spec.steps, texts.cards, strict=False)):
         yield from _words(card, words, (*at, "cards", n))
 
@@ -302,7 +302,7 @@ def _words(card: Card, words: Words, at: _Key) -> Iterator[Problem]:
     }
     for name, (original, translated) in (texts | lists).items():
         if original is not None and translated is None:
-            yield Problem((*at, name), None, f"is missing; allowed: {name} as in {card.id}")
+            yield Problem((*at, name), ..., f"is missing; allowed: {name} as in {card.id}")
         elif original is None and translated is not None:
             message = f"is not in the lesson itself; allowed: what {card.id} has"
             yield Problem((*at, name), _stated(translated), message)

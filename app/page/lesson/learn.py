@@ -124,6 +124,7 @@ def request_to_begin(lesson: Lesson, language: str, is_anew: bool) -> TakeLesson
         language=language if language in spec.languages else spec.language,
         begin=start_of(lesson.run_spec, setup.preset, setup.seed),
         start=setup.start,
+        follows=setup.schedule == "on",
         speed=setup.speed or PLAIN_SPEED,
         is_anew=is_anew,
     )
