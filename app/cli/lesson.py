@@ -1,4 +1,4 @@
-"""The command ``pounce lesson``: which there are, a new one, and one as a sheet to print.
+"""The command ``pounce lesson``: which there are, whether they hold, a new one, and one on paper.
 
 Like the command line, it imports what takes long only once it is needed.
 """
@@ -14,11 +14,14 @@ from tyro.conf import Positional, arg
 
 from app.cli import terminal
 from app.cli.answers import (
+    EXIT_FAILED,
     EXIT_OK,
     HIDDEN_HINT,
     Flag,
     UsageError,
     WrongPresetError,
+    complain,
+    filled,
     say,
     shown,
     table,
@@ -28,10 +31,13 @@ from app.util import interrupts
 
 if TYPE_CHECKING:
     from app.documents.lessons import Lesson as Loaded
+    from app.lessons.proof import Proof
 
 EXAMPLES = (
     "pounce lesson",
     "pounce lesson new --out mine.yaml",
+    "pounce lesson check mine.yaml --seeds 30",
+    "pounce lesson check --all --json",
     "pounce lesson sheet the_cone --out cone.html --language de",
 )
 
@@ -41,13 +47,16 @@ _NO_HINT = "(default: none)"
 
 @dataclass(frozen=True)
 class Lesson:
-    """List the lessons, begin a new one, or write one as a sheet to print."""
+    """List the lessons, check one over many seeds, begin a new one, or print one."""
 
     action: Annotated[Positional[str], arg(metavar="[ACTION]")] = "list"
-    """What to do: list says which lessons there are; new begins a file of one, which says what each
-    of its parts is for; sheet writes one with room for answers, and the answers at the end."""
+    """What to do: list says which lessons there are; check plays one with many seeds and says
+    whether it holds; new begins a file of one, which says what each of its parts is for; sheet
+    writes one to be printed, with room for answers, and the answers at the end."""
     lesson: Annotated[Positional[str], arg(metavar="[LESSON]", help_behavior_hint=HIDDEN_HINT)] = ""
-    """Of sheet: a shipped lesson, or a file (- is standard input)."""
+    """Of check and sheet: a shipped lesson, or a file (- is standard input)."""
+    all: Flag = False
+    """Of check: all shipped lessons."""
     out: Annotated[str | None, arg(metavar="FILE", help_behavior_hint=_NO_HINT)] = None
     """Of new and sheet: the file to write. New prints its own without it."""
     language: Annotated[
@@ -55,13 +64,16 @@ class Lesson:
     ] = None
     """Of sheet: the language that it is in, such as de."""
     seeds: Annotated[str, arg(metavar="N")] = "20"
-    """Of sheet: runs that it tells the spread of."""
+    """Of check: seeds that it has to hold with, from 0 on. Of sheet: runs whose spread it tells."""
+    write: Flag = False
+    """Of check: write into the lesson's file with how many seeds it held."""
     json: Flag = False
-    """Of list: print one JSON object and nothing else."""
+    """Of list and check: print one JSON object and nothing else."""
 
 
 _OPTIONS: Final[Mapping[str, frozenset[str]]] = {
     "list": frozenset({"json"}),
+    "check": frozenset({"lesson", "all", "seeds", "write", "json"}),
     "new": frozenset({"out"}),
     "sheet": frozenset({"lesson", "out", "language", "seeds"}),
 }
@@ -74,7 +86,12 @@ def obey(command: Lesson) -> int:
     Raises:
         UsageError: the words make no sense, or a lesson cannot be used.
     """
-    actions: dict[str, Callable[[Lesson], int]] = {"list": _list, "new": _new, "sheet": _sheet}
+    actions: dict[str, Callable[[Lesson], int]] = {
+        "list": _list,
+        "check": _check,
+        "new": _new,
+        "sheet": _sheet,
+    }
     if command.action not in actions:
         raise UsageError(
             f"ACTION: {shown(command.action)} is not allowed; allowed: {', '.join(actions)}"
@@ -136,6 +153,60 @@ def _described(lesson: "Loaded") -> dict[str, object]:
         "languages": list(spec.languages),
         "cards": len(spec.steps),
     }
+
+
+# --- Whether it holds ----------------------------------------------------------------------------
+
+
+def _check(command: Lesson) -> int:
+    from app.documents import lessons
+    from app.lessons.proof import as_json, proofs
+
+    if command.all == bool(command.lesson):
+        raise UsageError("LESSON is missing; allowed: a shipped lesson, a file, or --all")
+    n = whole_number("--seeds", command.seeds, 1, MOST_SEEDS)
+    if command.write and command.lesson == "-":
+        raise UsageError("--write has no file to write into; allowed: a shipped lesson, or a file")
+    names = list(lessons.shipped()) if command.all else [command.lesson]
+    wanted = [_loaded(name) for name in names]
+    with terminal.status() as show:
+        found = proofs(wanted, n, lambda done, of: show(f"{done} of {of} seeds"))
+    if command.json:
+        say(json.dumps({"lessons": [as_json(one) for one in found]}))
+    else:
+        say("\n\n".join(map(_told, found)))
+    if command.write:
+        for name, one in zip(names, found, strict=True):
+            _write_evidence(name, one)
+    return EXIT_OK if all(one.holds for one in found) else EXIT_FAILED
+
+
+def _told(found: "Proof") -> str:
+    from app.lessons import proof
+
+    problems = [filled(problem) for problem in found.problems]
+    return "\n".join(
+        [table(proof.COLUMNS, proof.rows_of(found)), *problems, proof.headline_of(found)]
+    )
+
+
+def _write_evidence(name: str, found: "Proof") -> None:
+    """Write what was proved into the lesson's file, if it holds.
+
+    Raises:
+        UsageError: it cannot be written there.
+    """
+    from app.documents import lessons
+    from app.lessons.proof import ProofError, write_evidence
+
+    if not found.holds:
+        complain(filled(f"{name} does not hold; nothing was written into its file."))
+        return
+    path = Path(str(lessons.shipped().get(name, name)))
+    try:
+        write_evidence(path, found)
+    except (ProofError, OSError) as error:
+        raise UsageError(f"{shown(str(path))}: {error}") from error
 
 
 # --- A new one -----------------------------------------------------------------------------------

@@ -14,9 +14,10 @@ from app.documents.lesson_questions import Asked
 from app.documents.lesson_spec import LessonSpec
 from app.documents.lessons import Lesson
 from app.lessons import sheet_figures as figures
-from app.lessons.canon import Shared, play
+from app.lessons.canon import play
 from app.lessons.markup import html_of, plain_of
 from app.lessons.reveals import Answer
+from app.lessons.shared import Shared
 from app.lessons.sheet_words import Words, words_of
 from app.lessons.spread import Spread, points_of
 from app.live.snapshot import take

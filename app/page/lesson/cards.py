@@ -111,5 +111,7 @@ def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str
 def learning_in_words(until: Moment, trial: int) -> str:
     """That the learner learns on before the next card."""
     if until.captures is not None:
-        return f"It goes on, one trial at a time, for {counted(until.captures, 'catch', 'catches')} …"
+        return (
+            f"It goes on, one trial at a time, for {counted(until.captures, 'catch', 'catches')} …"
+        )
     return f"It learns on to trial {until.trials:,}; it is in trial {trial:,} …"

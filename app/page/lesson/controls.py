@@ -81,16 +81,7 @@ class Watch(NamedTuple):
     """A hunt is to be watched."""
 
 
-Wanted = (
-    Request
-    | Layer
-    | Headings
-    | StartLessonAgain
-    | OpenSide
-    | Watch
-    | RunExperiment
-    | LookInto
-)
+Wanted = Request | Layer | Headings | StartLessonAgain | OpenSide | Watch | RunExperiment | LookInto
 """What using a control comes to."""
 
 

@@ -262,9 +262,7 @@ class Desk:
         for guess in open_guesses(story, spec):
             self._look_for_answer(guess, sitting, line, is_due)
 
-    def _look_for_answer(
-        self, guess: Guess, sitting: Sitting, line: Line, is_due: bool
-    ) -> None:
+    def _look_for_answer(self, guess: Guess, sitting: Sitting, line: Line, is_due: bool) -> None:
         story = sitting.story
         asked, began = guess.card.question, began_of(story, guess.place)
         if asked is None or began is None:

@@ -141,6 +141,4 @@ def opened_at(cell: tuple[int, int], snapshot: Snapshot, heading: int) -> list[O
     ring, direction = sensed(snapshot, cell_at(snapshot.world, *cell))
     turned = (direction - heading * world.n_directions // 8) % world.n_directions
     regions = masks(world)
-    return [
-        Opened("cell", region=name) for name in regions if regions[name][ring, turned]
-    ]
+    return [Opened("cell", region=name) for name in regions if regions[name][ring, turned]]

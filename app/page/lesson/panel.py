@@ -210,9 +210,7 @@ class LessonPanel:
 
     # With each frame
 
-    def update(
-        self, seen: Status, live: Status, ground: Ground, look: Look, now_s: float
-    ) -> None:
+    def update(self, seen: Status, live: Status, ground: Ground, look: Look, now_s: float) -> None:
         """Show what is true.
 
         Args:
@@ -386,9 +384,7 @@ class LessonPanel:
 
     # What the frame is sent
 
-    def _lesson(
-        self, sitting: Sitting | None, seen: Status, live: Status
-    ) -> dict[str, Any] | None:
+    def _lesson(self, sitting: Sitting | None, seen: Status, live: Status) -> dict[str, Any] | None:
         if sitting is None:
             return None
         story, index = sitting.story, sitting.index

@@ -42,16 +42,17 @@ def sent_spread(asked: Asked, spread: Spread | None) -> dict[str, Any] | None:
             if curve is None:
                 return None
             names = ("at", "low", "middle", "high")
-            return found | {
-                name: list(part) for name, part in zip(names, curve, strict=True)
-            }
+            return found | {name: list(part) for name, part in zip(names, curve, strict=True)}
         case "order":
             values = [value for value, _ in asked.choices]
             orders = [answer for answer in spread.answers if isinstance(answer, tuple)]
             places = range(len(values))
             return found | {
                 "counts": {
-                    value: [sum(order[place : place + 1] == (value,) for order in orders) for place in places]
+                    value: [
+                        sum(order[place : place + 1] == (value,) for order in orders)
+                        for place in places
+                    ]
                     for value in values
                 }
             }
