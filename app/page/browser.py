@@ -15,6 +15,7 @@ from app.page.lesson.board import ROOT as ASKED
 from app.page.lesson.board import BoardAsk
 from app.page.lesson.desk import Desk
 from app.page.lesson.panel import LessonPanel, Rooms
+from app.page.lesson.vote import Vote
 from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.export import Export
@@ -130,7 +131,14 @@ class Browser:
         self.lesson = LessonPanel(
             client,
             shared.desk,
-            Rooms(self.readings.view, self.outlook, self.asks, self.side.open, self._hunts.watch),
+            Rooms(
+                self.readings.view,
+                self.outlook,
+                self.asks,
+                self.side.open,
+                self._hunts.watch,
+                Vote(shared.presenting.classroom),
+            ),
             shared.channels,
             inbox,
             shared.n_viewers,

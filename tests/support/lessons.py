@@ -17,10 +17,12 @@ from app.live.worker import FULL_SPEED
 from app.page.lesson import messages
 from app.page.lesson.desk import Desk
 from app.page.lesson.panel import LessonPanel, Rooms
+from app.page.lesson.vote import Vote
 from app.page.time.asks import Asks
 from app.page.time.grounds import Grounds
 from app.page.time.outlook import Outlook
 from app.picture.look import Look
+from app.player.classroom import Classroom
 from tests.support.person import AtOnce
 
 PATIENCE_S: Final = 30.0
@@ -117,7 +119,14 @@ class Sitter:
         self.frame, self.view = Frame(), View()
         self.outlook = Outlook(number, room.session.moments)
         self.asks = Asks(self.outlook, room.submit, lambda act: room.later.append(act))
-        rooms: Any = Rooms(self.view, self.outlook, self.asks, lambda: None, lambda: None)  # pyright: ignore[reportArgumentType]
+        rooms: Any = Rooms(
+            self.view,  # pyright: ignore[reportArgumentType]
+            self.outlook,
+            self.asks,
+            lambda: None,
+            lambda: None,
+            Vote(room.classroom),
+        )
         client: Any = SimpleNamespace(gui=gui, client_id=number)
         channels: Any = self.frame
         inbox: Any = AtOnce()
@@ -157,9 +166,14 @@ class Room:
     """A session in whose lab there are a lesson and browsers."""
 
     def __init__(
-        self, session: Session, gui: viser.GuiApi, own: Lesson | None = None, sitters: int = 1
+        self,
+        session: Session,
+        gui: viser.GuiApi,
+        own: Lesson | None = None,
+        sitters: int = 1,
+        classroom: Classroom | None = None,
     ) -> None:
-        self.session = session
+        self.session, self.classroom = session, classroom
         self.grounds = Grounds(session)
         self.ticket = 0
         self.later: list[Callable[[], object]] = []

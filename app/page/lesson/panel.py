@@ -46,12 +46,14 @@ from app.page.lesson.controls import (
 from app.page.lesson.desk import Desk, Sitting
 from app.page.lesson.learn import listed, request_to_begin
 from app.page.lesson.messages import FromLesson
+from app.page.lesson.vote import Vote, told_of
 from app.page.panels.view import View
 from app.page.slots import slot_html
 from app.page.time.asks import Asks
 from app.page.time.outlook import Outlook
 from app.page.time.walk import Ground, WalkError
 from app.page.widgets import assign
+from app.player.classroom import Card
 from app.server.callbacks import RefusedError
 from app.server.channels import Channels
 from app.util.texts import for_terminal
@@ -72,6 +74,7 @@ class Rooms(NamedTuple):
     asks: Asks
     open_side: Callable[[], object]
     watch: Callable[[], object]
+    vote: Vote
 
 
 class LessonPanel:
@@ -128,15 +131,10 @@ class LessonPanel:
         self._channel.leave()
 
     @property
-    def told(self) -> dict[str, Any] | None:
+    def told(self) -> Card | None:
         """What a class is told of the card that this browser sees; None if it sees none."""
         sitting = self._sitting
-        if sitting is None or self._is_free:
-            return None
-        spec = sitting.lesson.spec.in_language(sitting.story.language)
-        index = index_of(sitting.story, spec)
-        html = str(html_of(spec.steps[index].words))
-        return {"title": spec.title, "n": len(spec.steps), "at": index, "html": html}
+        return None if sitting is None or self._is_free else told_of(sitting)
 
     @property
     def _sitting(self) -> Sitting | None:
@@ -224,7 +222,7 @@ class LessonPanel:
             "said": " ".join(
                 part for part in (news, sureness_in_words(live.stories) if is_last else "") if part
             ),
-            "vote": None,
+            "vote": self._rooms.vote.state(sitting),
         }
 
     def _card(self, sitting: Sitting, live: Status) -> dict[str, Any]:
@@ -390,6 +388,13 @@ class LessonPanel:
                 self._commit(message, sitting)
             case messages.Hint():
                 self._hint(sitting)
+            case (
+                messages.AskClass()
+                | messages.VoteAgain()
+                | messages.RevealClass()
+                | messages.EndClass()
+            ):
+                self._rooms.vote.take(message, sitting, None)
             case messages.Use(control=control, value=value):
                 found = wanted(self._controls, control, value)
                 if found is not None:
