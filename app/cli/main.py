@@ -19,7 +19,18 @@ import tyro
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, arg
 
 from app import __version__
-from app.cli import bench, doctor, experiment, export, lab, replay, replicate, report, run
+from app.cli import (
+    bench,
+    doctor,
+    experiment,
+    export,
+    lab,
+    lesson,
+    replay,
+    replicate,
+    report,
+    run,
+)
 from app.cli.answers import (
     COLUMNS,
     EXIT_FAILED,
@@ -39,6 +50,7 @@ from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.export import Export
 from app.cli.lab import Lab
+from app.cli.lesson import Lesson
 from app.cli.replay import Replay
 from app.cli.replicate import Replicate
 from app.cli.report import Report
@@ -57,10 +69,23 @@ class Presets:
     """List the shipped presets."""
 
 
-Command = Lab | Replay | Export | Presets | Run | Experiment | Report | Replicate | Bench | Doctor
+Command = (
+    Lab
+    | Lesson
+    | Replay
+    | Export
+    | Presets
+    | Run
+    | Experiment
+    | Report
+    | Replicate
+    | Bench
+    | Doctor
+)
 
 COMMANDS: dict[str, type[Command]] = {
     "lab": Lab,
+    "lesson": Lesson,
     "replay": Replay,
     "export": Export,
     "presets": Presets,
@@ -74,6 +99,7 @@ COMMANDS: dict[str, type[Command]] = {
 
 EXAMPLES: dict[type[Command], Sequence[str]] = {
     Lab: lab.EXAMPLES,
+    Lesson: lesson.EXAMPLES,
     Replay: replay.EXAMPLES,
     Export: export.EXAMPLES,
     Presets: ("pounce presets",),
@@ -95,6 +121,7 @@ class Pounce:
 
     command: OmitArgPrefixes[
         Annotated[Lab, tyro.conf.subcommand("lab")]
+        | Annotated[Lesson, tyro.conf.subcommand("lesson")]
         | Annotated[Replay, tyro.conf.subcommand("replay")]
         | Annotated[Export, tyro.conf.subcommand("export")]
         | Annotated[Presets, tyro.conf.subcommand("presets")]
@@ -187,8 +214,10 @@ def _narrow(told: str) -> str:
     """A help whose first line, how the command is used, fits a terminal as all others do."""
     usage, end, rest = told.partition("\n")
     lines = [""]
-    for words in re.split(rf" (?={_COLOURS}\[)", usage):
-        line = f"{lines[-1]} {words}" if lines[-1] else words
+    # Between two options, or two of the words that an option may be.
+    for words in re.split(rf" (?={_COLOURS}\[)|(?<=,)", usage):
+        space = "" if lines[-1].endswith(",") or not lines[-1] else " "
+        line = f"{lines[-1]}{space}{words}"
         if len(re.sub(_COLOURS, "", line)) <= COLUMNS:
             lines[-1] = line
         else:
@@ -268,6 +297,8 @@ def _obey(command: Command | Pounce | None) -> int:
             return EXIT_OK
         case Lab():
             return lab.obey(command)
+        case Lesson():
+            return lesson.obey(command)
         case Replay():
             return replay.obey(command)
         case Export():

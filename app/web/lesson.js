@@ -13,6 +13,9 @@ const PRESENTED_SHARE = 0.36;
 const LEAST_PX = 300;
 /** Without these nobody presents, or finds the board again. */
 const ALWAYS = ["KeyP", "KeyR"];
+/** How long it may take until somebody is told that it does not come up. */
+const PATIENCE_MS = 6_000;
+const ABSENT = "Lessons do not come up in this browser.";
 /** Below this the card stands under the board, as all else. */
 const PHONE = matchMedia("(max-width: 36em)");
 const NOW = 'template[data-slot="lesson"]';
@@ -25,6 +28,9 @@ slot.ariaLabel = "Lesson";
 slot.dataset.slotOf = "lesson";
 /** Whether somebody has asked for the list here. */
 let isWanted = false;
+/** Whether the frame has not come up: nobody is locked in by that. */
+let isAbsent = false;
+let timer = 0;
 /** @type {Array<() => void>} */
 const listeners = [];
 /** @type {WeakSet<Element>} */
@@ -42,7 +48,8 @@ const isToldSo = () => {
 /** In a lesson, beside it with all open, among the list, or none of these. */
 const stateNow = () => {
   const { where, shows = "" } = frame()?.dataset ?? {};
-  if (where === "in" || (!where && isToldSo())) return shows.split(" ").includes("all") ? "open" : "card";
+  if (where === "in" || (!where && isToldSo()))
+    return isAbsent || shows.split(" ").includes("all") ? "open" : "card";
   return isWanted && where !== "free" ? "list" : null;
 };
 
@@ -100,8 +107,20 @@ const fit = (node) => {
   if (node.style.height !== height) node.style.height = height;
 };
 
+/** Where nothing comes of the frame, that is said, and all is open. @param {HTMLIFrameElement} node */
+const watch = (node) => {
+  clearTimeout(timer);
+  timer = setTimeout(() => {
+    const place = slot.querySelector(".pounce-no-lesson");
+    isAbsent = node.isConnected && !node.dataset.where;
+    if (isAbsent && place) place.textContent = ABSENT;
+    if (isAbsent) changed();
+  }, PATIENCE_MS);
+};
+
 /** @param {HTMLIFrameElement} node */
 const dress = (node) => {
+  watch(node);
   const begin = () => {
     const within = /** @type {any} */ (node.contentWindow);
     if (!within || !node.contentDocument?.body) return;
@@ -123,7 +142,10 @@ const changed = () => {
   for (const listener of listeners) listener();
 };
 
-document.addEventListener("pounce-lesson", changed);
+document.addEventListener("pounce-lesson", () => {
+  isAbsent = false;
+  changed();
+});
 document.addEventListener("pounce-lesson-close", () => {
   isWanted = false;
   changed();

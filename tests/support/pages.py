@@ -13,6 +13,7 @@ PAGES: Final = (
     "CHANGELOG.md",
     "docs/audience.md",
     "docs/commands.md",
+    "docs/lessons.md",
     "docs/page.md",
     "docs/references.md",
     "docs/replication.md",
@@ -26,6 +27,7 @@ PAGES: Final = (
     "docs/replay_page.md",
     "docs/audience.md",
     "presets/README.md",
+    "presets/lessons/README.md",
     "presets/experiments/README.md",
 )
 

@@ -28,6 +28,7 @@ from app.lessons.story import (
 from app.live.requests import LeaveLesson, Request, TakeLesson
 from app.live.status import Status
 from app.live.story import Act, Answered, Committed, Hinted, Spoke, WentToCard
+from app.page import keys
 from app.page.confirm import confirm_for_all
 from app.page.inbox import Inbox
 from app.page.lesson import messages
@@ -212,7 +213,7 @@ class LessonPanel:
             "at": index,
             "furthest": min(story.furthest, len(spec.steps) - 1),
             "show": sorted(names),
-            "keys": [],
+            "keys": keys.keys_of(names),
             "card": self._card(sitting, live),
             "controls": [control.sent for control in self._controls],
             "inspect": None,

@@ -4,6 +4,7 @@ It is one learner for all browsers, so all are told, of the newest change alone,
 what is done at a moment of the past the bar says it, to the browser that did it.
 """
 
+import time
 from typing import Final, NamedTuple
 
 import viser
@@ -139,6 +140,8 @@ class Said:
         """
         if status.behind is not None:
             return _undone_there(status.snapshot)
+        # What was done since the last frame was done just now, too.
+        self.update(status, time.monotonic())
         saying = self._saying
         if saying is None or saying.generation != status.snapshot.generation:
             raise RefusedError(

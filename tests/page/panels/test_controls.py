@@ -301,6 +301,17 @@ def test_what_was_done_by_hand_is_said_with_its_undo(desk: Desk) -> None:
         assert desk.requests.pop() == Undo(by_hand[-1].number)
 
 
+def test_undo_takes_back_what_was_done_since_the_last_frame(desk: Desk) -> None:
+    run = Run(spec_of(), 3)
+    run.apply(FreezeSelection(True))
+    desk.show(run)
+    run.apply(Explore("approach", 50, 0.5))
+    newest = snapshot.take(run, "timed", 0)
+    desk.session.status = replace(desk.status, snapshot=newest)
+    desk.person.press("Undo what was just done by hand")
+    assert desk.requests == [Undo(run.control.history[-1].number)]
+
+
 def test_what_was_undone_offers_to_undo_the_change_before(desk: Desk) -> None:
     run = Run(spec_of(), 3)
     run.apply(FreezeSelection(True))
