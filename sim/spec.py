@@ -20,6 +20,7 @@ class Problem(NamedTuple):
     key: tuple[str | int, ...]
     """Path of the setting, from the model that found the problem."""
     value: object
+    """``...`` where there is none, such as for a key that is missing."""
     message: str
     """What is wrong and what is allowed."""
 

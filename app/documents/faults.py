@@ -38,7 +38,7 @@ from app.documents.tree import (
 )
 from app.words import typed
 from learners.spec import RunSpec, did_you_mean, listed
-from sim.spec import ProblemsError
+from sim.spec import Problem, ProblemsError
 
 # --- What models allow ---------------------------------------------------------------------------
 
@@ -241,13 +241,7 @@ def faults_of(
             key, slot, is_name = key[:-1], _of_type(get_args(mapping.kind)[0]), True
         if isinstance(cause, ProblemsError):
             for said in cause.problems:
-                yield Fault(
-                    (*key, *said.key),
-                    said.message,
-                    quoted(said.value),
-                    is_compared=True,
-                    is_noted=isinstance(said.value, Refused),
-                )
+                yield fault_of(said, key)
             continue
         if cause is not None:
             text = str(cause)
@@ -262,6 +256,17 @@ def faults_of(
             is_lacking=found["type"] in ("missing", "too_short"),
             is_noted=_was_not_read(found["input"], as_a_whole=cause is not None),
         )
+
+
+def fault_of(said: Problem, at: Key = ()) -> Fault:
+    """What a model found at a key that does not go together."""
+    return Fault(
+        (*at, *said.key),
+        said.message,
+        None if said.value is ... else quoted(said.value),
+        is_compared=True,
+        is_noted=isinstance(said.value, Refused),
+    )
 
 
 def _was_not_read(value: object, as_a_whole: bool) -> bool:

@@ -14,6 +14,8 @@ from app.documents.lesson_grammar import (
     COMMANDS,
     LAYERS,
     MAX_STEPS,
+    MOMENTS,
+    REGIONS,
     At,
     Check,
     CommandName,
@@ -117,7 +119,7 @@ class Given(Spec):
         return self
 
 
-_NEEDS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+NEEDS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "introduce": (("skill",), ("freeze", "explore")),
     "explore": (("skill", "explore"), ()),
     "stop_exploring": (("skill",), ()),
@@ -141,13 +143,25 @@ _NEEDS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
 """What each command needs, and what else it may have."""
 
 
+_STATED: Final = {
+    "skill": "a skill",
+    "explore": "{trials, chance}",
+    "on": "true, false",
+    "at": MOMENTS,
+    "then": "a list of commands",
+    "name": "an experiment",
+    "region": ", ".join(REGIONS),
+    "layer": ", ".join(LAYERS),
+}
+
+
 def _go_together(done: "Given | Do") -> None:
-    needed, possible = _NEEDS[done.command]
+    needed, possible = NEEDS[done.command]
     fields = [name for name in type(done).model_fields if name != "command"]
     stated = {name: value for name in fields if (value := getattr(done, name)) not in (None, {})}
     allowed = ", ".join((*needed, *possible)) or "nothing else"
     problems = [
-        Problem((name,), None, f"is missing, which {done.command} needs")
+        Problem((name,), ..., f"is missing, which {done.command} needs; allowed: {_STATED[name]}")
         for name in needed
         if name not in stated
     ]
@@ -239,7 +253,7 @@ class Transfer(Asked):
     def _goes_together(self) -> Self:
         if self.ask is None:
             kinds = ", ".join(QUESTIONS)
-            raise ProblemsError([Problem(("ask",), None, f"is missing; allowed: {kinds}")])
+            raise ProblemsError([Problem(("ask",), ..., f"is missing; allowed: {kinds}")])
         if problems := self.misfits():
             raise ProblemsError(problems)
         return self
@@ -358,8 +372,12 @@ class Card(Asked):
                 message = f"does not belong to {verb}; allowed: in {', '.join(verbs)}"
                 problems.append(Problem((field.alias or name,), _shown(value), message))
         if verb == "do":
-            lacking = [name for name in ("text", "check") if getattr(self, name) is None]
-            problems += [Problem((name,), None, "is missing, which do needs") for name in lacking]
+            needed = {"text": "a text", "check": "a check"}
+            problems += [
+                Problem((name,), ..., f"is missing, which do needs; allowed: {allowed}")
+                for name, allowed in needed.items()
+                if getattr(self, name) is None
+            ]
         return problems
 
     def _wrong_hints(self) -> list[Problem]:

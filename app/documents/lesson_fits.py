@@ -108,6 +108,8 @@ def _trials(spec: LessonSpec, run: RunSpec, starts: Mapping[str, RunSpec]) -> It
         if card.do is not None and card.do.command == "start_again":
             now = 0
             length = starts[card.id].trials if card.id in starts else MAX_TRIALS
+        if card.do is not None and card.do.at is not None and card.do.command != "run_to":
+            yield from _not_past(card.do.at, ("steps", n, "do", "at"), length)
         for key, moment in _moments(card, ("steps", n)):
             yield from _misplaced(key, moment, now, length)
         asked_then = card.transfer.reveal if card.transfer is not None else None
@@ -121,8 +123,7 @@ def _trials(spec: LessonSpec, run: RunSpec, starts: Mapping[str, RunSpec]) -> It
 
 
 def _misplaced(key: _Key, moment: Moment, now: int, length: int) -> Iterator[Problem]:
-    may_be_past = key[-2:] == ("do", "at")
-    if not may_be_past and moment.after(now) <= now:
+    if moment.after(now) <= now:
         message = f"is not ahead of the card, which is at trial {now}; allowed: a later one"
         yield Problem(key, str(moment), message)
     elif moment.after(now) > length:
@@ -130,10 +131,17 @@ def _misplaced(key: _Key, moment: Moment, now: int, length: int) -> Iterator[Pro
         yield Problem(key, str(moment), message)
 
 
+def _not_past(moment: Moment, key: _Key, length: int) -> Iterator[Problem]:
+    """What may have been learned by now; a certain trial, since it is gone back to."""
+    if moment.is_ahead or moment.trials > length:
+        message = f"is no trial that can be gone back to; allowed: 0 to {length}"
+        yield Problem(key, str(moment), message)
+
+
 def _moments(card: Card, at: _Key) -> Iterator[tuple[_Key, Moment]]:
     if card.run is not None:
         yield (*at, "run"), card.run
-    if card.do is not None and card.do.at is not None:
+    if card.do is not None and card.do.at is not None and card.do.command == "run_to":
         yield (*at, "do", "at"), card.do.at
     for key, stated in _measured(card, at):
         if isinstance(stated, Check) and stated.by is not None:
@@ -244,7 +252,7 @@ def _wrong_results(asked: OfExperiment, key: _Key, ranked: bool) -> Iterator[Pro
             message = f"is no variant of it{did_you_mean(label, labels)}"
             yield Problem((*key, name), label, f"{message}; allowed: {listed(labels)}")
     if asked.variant is None and not ranked:
-        yield Problem((*key, "variant"), None, f"is missing; allowed: {listed(labels)}")
+        yield Problem((*key, "variant"), ..., f"is missing; allowed: {listed(labels)}")
 
 
 def _wrong_values(asked: Asked, key: _Key) -> Iterator[Problem]:
@@ -284,7 +292,7 @@ def _labels(experiment: str) -> tuple[str, ...]:
 def _translation(spec: LessonSpec, texts: Texts, at: _Key) -> Iterator[Problem]:
     if len(texts.cards) != len(spec.steps):
         message = f"has {len(texts.cards)} cards; allowed: one for each of the {len(spec.steps)}"
-        yield Problem((*at, "cards"), None, message)
+        yield Problem((*at, "cards"), ..., message)
     for n, (card, words) in enumerate(zip(spec.steps, texts.cards, strict=False)):
         yield from _words(card, words, (*at, "cards", n))
 
@@ -302,7 +310,7 @@ def _words(card: Card, words: Words, at: _Key) -> Iterator[Problem]:
     }
     for name, (original, translated) in (texts | lists).items():
         if original is not None and translated is None:
-            yield Problem((*at, name), None, f"is missing; allowed: {name} as in {card.id}")
+            yield Problem((*at, name), ..., f"is missing; allowed: {name} as in {card.id}")
         elif original is None and translated is not None:
             message = f"is not in the lesson itself; allowed: what {card.id} has"
             yield Problem((*at, name), _stated(translated), message)

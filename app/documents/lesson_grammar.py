@@ -13,7 +13,8 @@ from pydantic import Field, PlainValidator, model_validator
 from learners.spec import MAX_TRIALS, SkillName, did_you_mean
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
-MAX_STEPS: Final = 1_000_000_000
+MAX_STEPS: Final = 20_000_000
+"""Of a race: several times as many as the thesis's learners make."""
 MAX_WORD: Final = 100
 
 # --- When ----------------------------------------------------------------------------------------
@@ -186,34 +187,34 @@ DeedName = Annotated[
 # --- Measures ------------------------------------------------------------------------------------
 
 
-class Opened(Spec):
+class Opened(NamedTuple):
     """What somebody has opened: the answer to *why*, a layer, or a place of the board."""
 
     what: Literal["why", "layer", "cell"]
     layer: str | None = None
     region: str | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _written(cls, value: object) -> object:
-        if value == "why":
-            return {"what": "why"}
-        named = cast("dict[str, object]", value) if isinstance(value, dict) else {}
-        match list(named.items()):
-            case [("layer", key)] if key in LAYERS:
-                return {"what": "layer", "layer": key}
-            case [("cell", region)] if region in REGIONS:
-                return {"what": "cell", "region": region}
-            case [("layer", key)]:
-                hint, names = did_you_mean(key, LAYERS), LAYERS
-            case [("cell", region)]:
-                hint, names = did_you_mean(region, REGIONS), REGIONS
-            case _:
-                raise ValueError(f"is nothing to open; allowed: {_OPENED}")
-        raise ValueError(f"is nothing to open{hint}; allowed: {', '.join(names)}")
+
+def _opened(value: Any) -> Opened:
+    if value == "why":
+        return Opened("why")
+    named = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
+    match list(named.items()):
+        case [("layer", key)] if key in LAYERS:
+            return Opened("layer", layer=key)
+        case [("cell", region)] if region in REGIONS:
+            return Opened("cell", region=region)
+        case [("layer", key)]:
+            hint, names = did_you_mean(key, LAYERS), LAYERS
+        case [("cell", region)]:
+            hint, names = did_you_mean(region, REGIONS), REGIONS
+        case _:
+            raise ValueError(f"is nothing to open; allowed: {_OPENED}")
+    raise ValueError(f"is nothing to open{hint}; allowed: {', '.join(names)}")
 
 
 _OPENED: Final = "why, {layer: KEY}, or {cell: REGION}"
+_Opened = Annotated[Opened, PlainValidator(_opened), Field(description=_OPENED)]
 
 
 class OfExperiment(Spec):
@@ -278,10 +279,14 @@ class Reading(NamedTuple):
         return PLAIN_MEASURES.get(self.name) or MEASURES_OF[self.name]
 
 
+def _plain_measure(value: Any) -> str:
+    if isinstance(value, str) and value in MEASURES_OF:
+        raise ValueError(f"is a measure of something; allowed: {value}: OF WHAT in its place")
+    return _known(PLAIN_MEASURES, "measure that stands alone")(value)
+
+
 _PlainMeasure = Annotated[
-    str,
-    PlainValidator(_known(PLAIN_MEASURES, "measure that stands alone")),
-    Field(description=", ".join(PLAIN_MEASURES)),
+    str, PlainValidator(_plain_measure), Field(description=", ".join(PLAIN_MEASURES))
 ]
 
 
@@ -298,7 +303,7 @@ class Measured(Spec):
     leader: Annotated[int, Field(ge=1, le=MAX_STEPS)] | None = None
     """Steps at which the leader of a race is asked for."""
     command: DeedName | None = None
-    opened: Annotated[Opened, Field(description=_OPENED)] | None = None
+    opened: _Opened | None = None
     experiment: OfExperiment | None = None
 
     @property

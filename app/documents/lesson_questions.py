@@ -70,6 +70,17 @@ QUESTIONS: Final[Mapping[str, str]] = {
 """Kinds of predictions, and in words what is answered."""
 _WITH_OPTIONS: Final = ("choice", "direction", "order")
 
+BELONG: Final[Mapping[str, tuple[str, ...]]] = {
+    "options": _WITH_OPTIONS,
+    "values": _WITH_OPTIONS,
+    "low": ("number", "sketch"),
+    "high": ("number", "sketch"),
+    "unit": ("number",),
+    "from": ("sketch", "moment"),
+    "to": ("sketch", "moment"),
+}
+"""Of which questions a key is that not all have."""
+
 QuestionKind = Literal["choice", "number", "direction", "sectors", "moment", "sketch", "order"]
 _Key = str | int | float | tuple[str, ...]
 
@@ -125,30 +136,21 @@ class Asked(Spec):
         return problems or [*self._wrong_reveal(), *self._wrong_key()]
 
     def _out_of_place(self) -> list[Problem]:
-        belong = {
-            "options": _WITH_OPTIONS,
-            "values": _WITH_OPTIONS,
-            "low": ("number", "sketch"),
-            "high": ("number", "sketch"),
-            "unit": ("number",),
-            "from": ("sketch", "moment"),
-            "to": ("sketch", "moment"),
-        }
         stated = {
-            name: getattr(self, {"from": "first", "to": "end"}.get(name, name)) for name in belong
+            name: getattr(self, {"from": "first", "to": "end"}.get(name, name)) for name in BELONG
         }
         return [
             Problem((name,), value, f"does not belong to {self.ask}; allowed: {', '.join(kinds)}")
-            for name, kinds in belong.items()
+            for name, kinds in BELONG.items()
             if (value := stated[name]) is not None and self.ask not in kinds
         ]
 
     def _misplaced_options(self) -> list[Problem]:
         if self.text is None:
-            return [Problem(("text",), None, "is missing; allowed: a text")]
+            return [Problem(("text",), ..., "is missing; allowed: a text")]
         if self.ask in _WITH_OPTIONS and self.options is None:
             message = f"is missing; allowed: 2 to {MAX_OPTIONS} texts"
-            return [Problem(("options",), None, message)]
+            return [Problem(("options",), ..., message)]
         if self.values is not None and len(self.values) != len(self.options or ()):
             message = f"has {len(self.values)} items; allowed: one for each of the options"
             return [Problem(("values",), list(self.values), message)]
@@ -159,7 +161,7 @@ class Asked(Spec):
         ends = {"low": self.low, "high": self.high, "from": self.first, "to": self.end}
         lacking = [name for name in needed if ends[name] is None]
         if lacking:
-            return [Problem((name,), None, "is missing; allowed: a number") for name in lacking]
+            return [Problem((name,), ..., "is missing; allowed: a number") for name in lacking]
         return [
             Problem((after,), ends[after], f"must be more than {before}, {ends[before]}")
             for before, after in (("low", "high"), ("from", "to"))

@@ -17,7 +17,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from app.documents import presets
-from app.documents.faults import Fault, faults_of, without_nulls
+from app.documents.faults import fault_of, faults_of, without_nulls
 from app.documents.lesson_fits import misfits
 from app.documents.lesson_spec import LessonSpec
 from app.documents.sources import Shipped, called
@@ -125,8 +125,7 @@ def _parsed(data: bytes | str, source: str, folder: Path | None, named: str) -> 
     starts: dict[str, RunSpec] = {}
     if spec is not None:
         starts = _starts(spec, tree, shelf, problems)
-        found = (Fault(p.key, p.message, quoted(p.value)) for p in misfits(spec, run, starts))
-        problems += [fault.problem(tree) for fault in found]
+        problems += [fault_of(misfit).problem(tree) for misfit in misfits(spec, run, starts)]
     if problems or spec is None or run is None:
         raise LessonError(in_order(dict.fromkeys(problems)))
     return Lesson(

@@ -91,7 +91,7 @@ Columns: TypeAlias = Mapping[str, Sequence[float]]
 """Values of the runs that are over, by the column of the table of results."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Deeds:
     """What was done since a card was entered, and what there is beside the run."""
 

@@ -52,12 +52,15 @@ class _Followed:
 
     of: Check | Asked
     began: Began
+    until: int | None
     line: Line
     looker: _Looker
     run: Run | None = None
     """Where it has been looked at up to."""
-    seen: tuple[int, int, Deeds] = (-1, -1, NO_DEEDS)
-    """Step and number of events at the last look, and what had been done by then."""
+    seen: tuple[int, int] = (-1, -1)
+    """Step and number of events at the last look."""
+    deeds: Deeds | None = None
+    """What had been done by then."""
 
 
 class Referee:
@@ -77,7 +80,14 @@ class Referee:
         self._thread: threading.Thread | None = None
         self._idle = True
 
-    def want(self, key: Hashable, of: Check | Asked, began: Began, line: Line) -> None:
+    def want(
+        self,
+        key: Hashable,
+        of: Check | Asked,
+        began: Began,
+        line: Line,
+        until: int | None = None,
+    ) -> None:
         """Follow a line for a check or a question; called again whenever more of it may be known.
 
         Args:
@@ -85,20 +95,21 @@ class Referee:
             of: what is looked for. Where it, its beginning or the line is another than before, it
                 is looked for anew.
             began: where the card was entered; the line is known so far.
-            line: what is followed.
+            line: what is followed. Deeds are taken for others if they are another object.
+            until: trial at which a question is answered that names no moment itself.
         """
         with self._changed:
             former = self._followed.get(key)
             is_same = (
                 former is not None
                 and former.of is of
-                and former.began == began
+                and (former.began, former.until) == (began, until)
                 and former.line.past is line.past
             )
             if is_same and former is not None:
                 former.line = line
             else:
-                self._followed[key] = _Followed(of, began, line, _looker(of, began))
+                self._followed[key] = _Followed(of, began, until, line, _looker(of, began, until))
             self._news = True
             self._begin()
             self._changed.notify_all()
@@ -204,16 +215,16 @@ class Referee:
     def _anew(self, one: _Followed) -> None:
         """The line has gone another way: what was seen of the old one may never have been."""
         with self._changed:
-            one.run, one.seen = None, (-1, -1, NO_DEEDS)
-            one.looker = _looker(one.of, one.began)
+            one.run, one.seen = None, (-1, -1)
+            one.looker = _looker(one.of, one.began, one.until)
 
     def _look(self, key: Hashable, one: _Followed, line: Line) -> None:
         run = one.run
         assert run is not None
-        seen = run.step, len(run.control.history), line.deeds
-        if seen == one.seen:
+        seen = run.step, len(run.control.history)
+        if seen == one.seen and line.deeds is one.deeds:
             return
-        one.seen = seen
+        one.seen, one.deeds = seen, line.deeds
         view = view_of_run(run, line.deeds, one.began)
         with self._changed:
             one.looker.look(view)
@@ -223,5 +234,5 @@ class Referee:
             return self._followed.get(key) is not one
 
 
-def _looker(of: Check | Asked, began: Began) -> Judge | Watch:
-    return Judge(of, began) if isinstance(of, Check) else Watch(of, began)
+def _looker(of: Check | Asked, began: Began, until: int | None) -> Judge | Watch:
+    return Judge(of, began) if isinstance(of, Check) else Watch(of, began, until)

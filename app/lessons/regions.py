@@ -42,7 +42,7 @@ _HAIR: Final = 1e-6
 
 
 def masks(world: WorldSpec) -> Mapping[str, np.ndarray]:
-    """Readings of each region, ``(distance, direction) bool``; none where sensors are too coarse."""
+    """Readings of each region, ``(distance, direction) bool``; none where sensors are coarse."""
     return _masks(world.model_dump_json())
 
 

@@ -72,43 +72,39 @@ def is_locked(story: Story, question: str | None) -> bool:
     return given is not None and given.locked
 
 
-def is_seen_later(card: Card, spec: LessonSpec) -> bool:
-    """Whether a later card asks what was seen, before it is told."""
-    return any(other.see is not None and other.see.same_as == card.id for other in spec.steps)
+class Guess(NamedTuple):
+    """A card that asked what will come of something."""
 
-
-class Reveal(NamedTuple):
-    """What is to be told on a card: what came of an earlier guess."""
-
-    guessed: Card
-    """The card that asked for it."""
+    card: Card
     place: int
     """Which one that is, from 0."""
 
 
-def revealed_on(index: int, story: Story, spec: LessonSpec) -> Reveal | None:
+def revealed_on(place: int, story: Story, spec: LessonSpec) -> Guess | None:
     """Of which guess a card tells what came of it; None if of none, or not yet.
 
-    On the card that asks what was seen, once that is answered. Where no card asks that, on the card
-    of the guess itself, and on those after it up to the next question.
+    On the card that asks what was seen, once that is answered, and from then on where it was
+    guessed as well. Where no card asks that, on the card of the guess itself, and on those after it
+    up to the next question.
+
+    Args:
+        place: of the card, from 0.
+        story: where somebody is in the lesson.
+        spec: the lesson.
     """
-    card = spec.steps[index]
+    card = spec.steps[place]
     if card.see is not None:
-        if not is_locked(story, card.id):
-            return None
-        at = spec.index_of(card.see.same_as)
-        return Reveal(spec.steps[at], at)
-    for at in range(index, -1, -1):
+        seen = spec.index_of(card.see.same_as)
+        return Guess(spec.steps[seen], seen) if is_locked(story, card.id) else None
+    for at in range(place, -1, -1):
         guessed = spec.steps[at]
         if guessed.see is not None:
             return None
         if guessed.question is None:
             continue
-        seen = [n for n, other in enumerate(spec.steps) if _sees(other, guessed)]
-        is_told = all(is_locked(story, spec.steps[n].id) for n in seen)
-        if not is_locked(story, guessed.id) or not is_told or (seen and at < index):
-            return None
-        return Reveal(guessed, at)
+        asks = [other.id for other in spec.steps if _sees(other, guessed)]
+        is_told = all(is_locked(story, question) for question in (guessed.id, *asks))
+        return Guess(guessed, at) if is_told and (at == place or not asks) else None
     return None
 
 
@@ -116,11 +112,11 @@ def _sees(card: Card, guessed: Card) -> bool:
     return card.see is not None and card.see.same_as == guessed.id
 
 
-def open_guesses(story: Story, spec: LessonSpec) -> tuple[Reveal, ...]:
+def open_guesses(story: Story, spec: LessonSpec) -> tuple[Guess, ...]:
     """Guesses that stand, and of which it is not known yet what came of them."""
     return tuple(
-        Reveal(card, index)
-        for index, card in enumerate(spec.steps)
+        Guess(card, place)
+        for place, card in enumerate(spec.steps)
         if card.question is not None
         and (given := story.answers.get(card.id)) is not None
         and given.locked

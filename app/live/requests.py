@@ -226,10 +226,14 @@ class TakeLesson:
     """Its run, if that is to begin."""
     start: int = 0
     """The trial in which its first card finds that run, which comes there at full speed."""
+    follows: bool = True
+    """Whether that run follows its schedule from there on."""
     speed: float = 20_000.0
     """Steps per second that are set then."""
     is_anew: bool = False
     """From the beginning, whatever was done in it before."""
+    runs_anew: bool = False
+    """With another run, whatever was done in the one before; but at the same card."""
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,10 @@ class TookLesson:
     text: LongText
     """All of its file: so it can be gone on with whatever has become of that."""
     language: str
+    start: int
+    """The trial in which that run is to be when the card that is shown begins."""
+    follows: bool
+    """Whether its schedule is followed from there on."""
     is_anew: bool
     """Whether nothing is left of what was done in it before."""
 
@@ -235,6 +239,12 @@ def _gone(story: Story, went: WentToCard) -> Story:
     return replace(story, card=card, furthest=furthest, began=began, passed=passed)
 
 
+def _not_begun(story: Story) -> Story:
+    """The same with another run, in which the card that is shown has not begun yet."""
+    began = {card: at for card, at in story.began.items() if card != story.card}
+    return replace(story, began=began, passed=story.passed - {story.card})
+
+
 def _with_answer(story: Story, question: str, given: Given) -> Story:
     return replace(story, answers={**story.answers, question: given})
 
@@ -274,5 +284,10 @@ class Stories:
         former = self.of(took.name)
         others = tuple(story for story in self.kept if story.name != took.name)
         goes_on = former is not None and former.took.digest == took.digest and not took.is_anew
-        story = replace(former, took=took) if former is not None and goes_on else Story(took)
+        if former is None or not goes_on:
+            story = Story(took)
+        else:
+            story = replace(former, took=took)
+            if took.run != former.took.run:
+                story = _not_begun(story)
         return Stories((*others, story)[-MOST_STORIES:], is_on=True)

@@ -372,17 +372,21 @@ class Tree:
         story, family = self.stories.of(request.name), self._of_lessons.get(request.name)
         goes_on = story is not None and story.took.digest == request.digest
         is_anew = request.is_anew or not goes_on or family is None
+        begins = is_anew or request.runs_anew
+        before = None if story is None or begins else story.took
         took = TookLesson(
-            run=self.n_runs if story is None or is_anew else story.took.run,
+            run=self.n_runs if before is None else before.run,
             name=request.name,
             source=request.source,
             digest=request.digest,
             text=request.text,
             language=request.language,
+            start=request.start if before is None else before.start,
+            follows=request.follows if before is None else before.follows,
             is_anew=is_anew,
         )
         check(took)
-        if family is None or is_anew:
+        if family is None or begins:
             of = request.begin
             run = Run(of.spec, of.seed)
             self.begin(run, of.preset, of.spec.trials, playing=False, plan=of.schedule)
@@ -391,7 +395,7 @@ class Tree:
         self._note(took)
         self.stories = self.stories.after(took)
         self._of_lessons = families_of(self.stories, {**self._of_lessons, took.name: self.family})
-        return is_anew
+        return begins
 
     def leave_lesson(self) -> None:
         """Have no lesson be on."""

@@ -45,7 +45,8 @@ from tests.support.sessions import settle, taking
 
 
 def took(name: str = "cone", digest: str = "1", is_anew: bool = False) -> TookLesson:
-    return TookLesson(0, name, f"{name}.yaml", digest, LongText("title: Cone\n"), "en", is_anew)
+    text = LongText("title: Cone\n")
+    return TookLesson(0, name, f"{name}.yaml", digest, text, "en", 0, True, is_anew)
 
 
 def told(*many: Act) -> Story:
@@ -63,22 +64,18 @@ def test_any_sequence_of_acts_leaves_a_story_that_holds_together(many: Sequence[
     story = Story(took())
     for act in many:
         before, story = story, after(story, act)
-        for question, given in before.answers.items():
-            if given.locked:
-                now = story.answers[question]
-                assert (now.value, now.confidence, now.locked) == (
-                    given.value,
-                    given.confidence,
-                    True,
-                )
-            if given.shown is not None:
-                assert story.answers[question] == given
+        for question, was in before.answers.items():
+            now = story.answers[question]
+            if was.locked:
+                assert (now.value, now.confidence, now.locked) == (was.value, was.confidence, True)
+            if was.shown is not None:
+                assert now == was
         assert before.furthest <= story.furthest <= before.furthest + 1
     assert 0 <= story.card <= story.furthest < MOST_CARDS
     assert set(story.began) <= set(range(story.furthest + 1))
     assert all(0 <= card <= story.furthest for card in (*story.passed, *story.hints))
     assert all(1 <= n <= MOST_HINTS for n in story.hints.values())
-    assert all(given.locked for given in story.answers.values() if given.shown is not None)
+    assert all(one.locked for one in story.answers.values() if one.shown is not None)
 
 
 def test_one_goes_to_the_next_card_and_to_those_before_and_no_farther() -> None:

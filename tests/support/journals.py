@@ -76,7 +76,9 @@ RECORDS: tuple[Record, ...] = (
     BroughtBack(2),
     Marked(0, 2, 600, 11, '{"kind":"gave"}'),
     Unmarked(0),
-    TookLesson(2, "cone", "cone.yaml", "ab" * 32, LongText("title: ü\n" * 900), "en", False),
+    TookLesson(
+        2, "cone", "cone.yaml", "ab" * 32, LongText("title: ü\n" * 900), "en", 9, True, False
+    ),
     WentToCard(1, 2, 700, 12, 3, True),
     Answered("where", '["w","nw"]'),
     Committed("where", None),
@@ -154,6 +156,8 @@ def records() -> st.SearchStrategy[Record]:
             digest=_texts,
             text=st.text(st.characters(exclude_categories=["Cs"]), max_size=2_000),
             language=_texts,
+            start=_numbers,
+            follows=st.booleans(),
             is_anew=st.booleans(),
         ),
         acts(_numbers, _texts),

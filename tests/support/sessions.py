@@ -1,6 +1,7 @@
 """Sessions to which something is done at random, and what is to be there again afterwards."""
 
 import threading
+from dataclasses import replace
 from typing import Any, Final
 
 from hypothesis import strategies as st
@@ -105,7 +106,8 @@ def request_of(session: Session, deed: Deed) -> Request:
         case "go back":
             return GoBack()
         case "lesson" | "lesson anew":
-            return taking(f"lesson {one % 3}", SEED + one % 3, other % 4, kind == "lesson anew")
+            taken = taking(f"lesson {one % 3}", SEED + one % 3, other % 4, kind == "lesson anew")
+            return replace(taken, runs_anew=other % 5 == 0)
         case "leave":
             return LeaveLesson()
         case "tell":
@@ -119,9 +121,7 @@ def taking(name: str, seed: int, start: int, is_anew: bool = False) -> TakeLesso
     """What has a lesson be on that begins so many trials after the beginning of its run."""
     begin = StartAgain(SPEC, "timed", seed, paused=True)
     text = LongText(f"title: {name}\n")
-    return TakeLesson(
-        name, f"{name}.yaml", "ab" * 8, text, "en", begin, start, 1e6, is_anew=is_anew
-    )
+    return TakeLesson(name, f"{name}.yaml", "ab" * 8, text, "en", begin, start, is_anew=is_anew)
 
 
 def do(session: Session, deed: Deed) -> bool:

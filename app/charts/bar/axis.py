@@ -30,7 +30,7 @@ class Tick(NamedTuple):
 
 
 class TimeAxis(NamedTuple):
-    """Trials or steps from 0 on. Places are shares of its length; none is beyond its ends."""
+    """Trials or steps, from 0 on as a rule. Places are shares of its length, none beyond an end."""
 
     unit: Axis
     end: float
@@ -43,6 +43,8 @@ class TimeAxis(NamedTuple):
     """The running one."""
     step: int
     """So many have been made."""
+    start: float = 0.0
+    """What the place 0 stands for: a part of a run may be looked at more closely."""
 
     def of_trial(self, trial: int) -> float:
         """The place of the beginning of a trial, be it ahead."""
@@ -54,10 +56,14 @@ class TimeAxis(NamedTuple):
 
     def of_steps(self, steps: np.ndarray) -> np.ndarray:
         """The places of steps that have been made, ``(step,) float64``."""
+        return np.clip(self.along(steps), 0.0, 1.0)
+
+    def along(self, steps: np.ndarray) -> np.ndarray:
+        """The same; what lies before its beginning is below 0, what lies beyond its end above 1."""
         known, along = self.progress, steps
         if self.unit == "trials":
             along = np.interp(steps, known.steps, known.trials)
-        return np.clip(along / self.end, 0.0, 1.0)
+        return (along - self.start) / (self.end - self.start)
 
     @property
     def now(self) -> float:
@@ -68,17 +74,17 @@ class TimeAxis(NamedTuple):
     def ticks(self) -> tuple[Tick, ...]:
         """Round numbers along it."""
         if self.unit == "trials":
-            marks = ticks(0, self.end, _MOST_TICKS, least=1)
-            return tuple(Tick(mark / self.end, in_short(mark, k_from=1e5)) for mark in marks)
-        marks = ticks(0, self.end, _MOST_TICKS)
-        return tuple(Tick(mark / self.end, _short(mark, self._steps_unit)) for mark in marks)
+            marks = ticks(self.start, self.end, _MOST_TICKS, least=1)
+            return tuple(Tick(self._place(mark), in_short(mark, k_from=1e5)) for mark in marks)
+        marks = ticks(self.start, self.end, _MOST_TICKS)
+        return tuple(Tick(self._place(mark), _short(mark, self._steps_unit)) for mark in marks)
 
     @property
     def _steps_unit(self) -> tuple[float, str]:
         return (1e6, "M") if self.end >= 2e5 else (1e3, "k")
 
     def _place(self, along: float) -> float:
-        return min(max(along / self.end, 0.0), 1.0)
+        return min(max((along - self.start) / (self.end - self.start), 0.0), 1.0)
 
 
 def axis_of(snapshot: Snapshot, unit: Axis) -> TimeAxis:

@@ -49,6 +49,15 @@ class Moment(NamedTuple):
     """Marks with a text, of those that lie on this run."""
 
 
+class View(NamedTuple):
+    """A part of a run that is looked at by itself, against trials."""
+
+    first: int
+    end: int
+    hides_after: int | None = None
+    """The trial after which no reward is to be seen, be it known; None if all are."""
+
+
 class Band(NamedTuple):
     """Where something is held from outside: forced exploration, or a freeze."""
 
@@ -90,7 +99,7 @@ class Bar(NamedTuple):
 _NO_POINTS: Final = Points(np.zeros(0), np.zeros(0))
 
 
-def bar_of(moment: Moment, unit: Axis, greedy_every: int) -> Bar:
+def bar_of(moment: Moment, unit: Axis, greedy_every: int, view: View | None = None) -> Bar:
     """The bar of a moment.
 
     Args:
@@ -98,24 +107,34 @@ def bar_of(moment: Moment, unit: Axis, greedy_every: int) -> Bar:
         unit: what its axis is of.
         greedy_every: trials after which greedy reward is measured as a rule; a line between two
             measurements that are more than twice as far apart says little.
+        view: the part that is seen, without anything to compare it with; None for all of it.
     """
     snapshot, ghost = moment.snapshot, moment.ghost
     axis = axis_of(snapshot, unit)
     known = moment.greedy.step <= snapshot.step
+    blocks, history, notes = moment.blocks, snapshot.control.history, moment.notes
+    if view is not None:
+        axis = axis._replace(start=float(view.first), end=float(view.end))
+        ghost = None
+        seen = moment.greedy.trial <= (view.end if view.hides_after is None else view.hides_after)
+        known = known & seen & (moment.greedy.trial >= view.first)
+        blocks = tuple(block for block in blocks if _is_in(block, view))
+        history = tuple(event for event in history if view.first <= event.trial <= view.end)
+        notes = tuple(note for note in notes if view.first <= note.trial <= view.end)
     trials = moment.greedy.trial[known]
     return Bar(
         axis=axis,
         window=_window(snapshot, unit),
-        rewards=_rewards(snapshot),
-        learned=learned_of(snapshot, axis),
+        rewards=rewards_of(snapshot),
+        learned=_within(learned_of(snapshot, axis), axis, view),
         greedy=Points(axis.of_steps(moment.greedy.step[known]), moment.greedy.reward[known]),
         greedy_gaps=tuple((np.diff(trials) > 2 * greedy_every).tolist()),
         ghost=None if ghost is None else ghost_of(ghost, axis),
         ghost_name="" if ghost is None else ghost.name,
         ghost_hint="" if ghost is None else ghost.hint,
-        bands=bands_of(moment.blocks),
-        marks=marks_of(snapshot.control.history, axis, moment.notes),
-        lanes=lanes_of(moment.blocks, snapshot.spec.learner.skills, axis, moment.chosen),
+        bands=bands_of(blocks),
+        marks=marks_of(history, axis, notes),
+        lanes=lanes_of(blocks, snapshot.spec.learner.skills, axis, moment.chosen),
         left_out=moment.left_out,
     )
 
@@ -129,7 +148,29 @@ def learned_of(snapshot: Snapshot, axis: TimeAxis) -> Points:
     if axis.unit == "steps" and is_short:
         # A window that has just begun may hold a single trial, and would end the curve in a spike.
         steps, reward = steps[:-1], reward[:-1]
-    return _from_the_start(axis.of_steps(steps), reward)
+    return _from_the_start(axis.along(steps), reward, axis)
+
+
+def _is_in(block: Block, view: View) -> bool:
+    """Whether a part of a block lies where it is looked; what is over by then does not."""
+    return block.until is None or block.until > view.first
+
+
+def _within(points: Points, axis: TimeAxis, view: View | None) -> Points:
+    """The part of a curve that is seen.
+
+    It begins at the axis; what it ends with is a point that is known by then, for a place between
+    two points would tell of the second one.
+    """
+    if view is None or not points.at.size:
+        return points
+    hides_after = view.end if view.hides_after is None else view.hides_after
+    last = (hides_after - axis.start) / (axis.end - axis.start)
+    at, reward = points.at[points.at <= last], points.reward[points.at <= last]
+    # The first point is at the beginning of the run, which is not after that of the axis.
+    inside = at > 0.0
+    level = float(np.interp(0.0, at, reward))
+    return Points(np.append(0.0, at[inside]), np.append(level, reward[inside]))
 
 
 def ghost_of(ghost: Ghost, axis: TimeAxis) -> Points:
@@ -140,13 +181,15 @@ def ghost_of(ghost: Ghost, axis: TimeAxis) -> Points:
     if axis.unit == "trials":
         along = np.interp(along, ghost.progress.steps, ghost.progress.trials)
     is_there = along <= axis.end
-    return _from_the_start(along[is_there] / axis.end, curve.reward[keep][is_there])
+    return _from_the_start(along[is_there] / axis.end, curve.reward[keep][is_there], axis)
 
 
-def _from_the_start(at: np.ndarray, reward: np.ndarray) -> Points:
+def _from_the_start(at: np.ndarray, reward: np.ndarray, axis: TimeAxis) -> Points:
+    """The curve from the beginning of the run on."""
     if not at.size:
         return _NO_POINTS
-    return Points(np.append(0.0, at), np.append(reward[0], reward))
+    first = -axis.start / (axis.end - axis.start)
+    return Points(np.append(first, at), np.append(reward[0], reward))
 
 
 def bands_of(blocks: Sequence[Block]) -> tuple[Band, ...]:
@@ -166,7 +209,8 @@ def _window(snapshot: Snapshot, unit: Axis) -> str:
     return f"the trials of {curve_window(snapshot.step):,} steps"
 
 
-def _rewards(snapshot: Snapshot) -> tuple[float, float]:
+def rewards_of(snapshot: Snapshot) -> tuple[float, float]:
+    """Ends of the axis of rewards: what a trial can come to."""
     world = snapshot.spec.world
     low, high = sorted((world.flight_reward, world.capture_reward))
     return min(low, 0.0), max(high, 1.0)

@@ -54,11 +54,14 @@ class Around(NamedTuple):
     is the newest moment of the line."""
     recorded: bool = False
     """Whether all of it has happened, and nothing can be changed."""
+    alone: bool = False
+    """Whether the other lines are not to be seen."""
 
 
 def bar_sent(bar: Bar, around: Around) -> Sent:
     """All that is drawn of a bar. It can be written as JSON whatever people called their things."""
     own = next((line for line in around.lines if line.number == around.line), None)
+    has_tree = len(around.lines) > 1 and not around.alone
     sent: Sent = {
         "line": around.line,
         "live": own is None or own.is_live,
@@ -77,7 +80,7 @@ def bar_sent(bar: Bar, around: Around) -> Sent:
         "lanes": [_lane(lane, around.ahead) for lane in bar.lanes],
         "happenings": [happening._asdict() for happening in around.happenings],
         "notes": [_note(note) for note in around.notes],
-        "lines": [_line(line) for line in in_rows(around.lines)] if len(around.lines) > 1 else [],
+        "lines": [_line(line) for line in in_rows(around.lines)] if has_tree else [],
         "units": [{"unit": unit, "name": name, "hint": hint} for unit, name, hint in _UNITS],
         "colours": {"light": _colours(LIGHT), "dark": _colours(DARK)},
     }
@@ -98,6 +101,7 @@ def _written(sent: Any) -> Any:
 def _axis(axis: TimeAxis) -> Sent:
     return {
         "unit": axis.unit,
+        "start": axis.start,
         "end": axis.end,
         "trials": axis.progress.trials.tolist(),
         "steps": axis.progress.steps.tolist(),

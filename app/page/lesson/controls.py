@@ -24,6 +24,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.spec import RunSpec
 
 FRAMES: Final[Mapping[str, int]] = {"turned": FOLDED, "all": ALL, "trial": OF_TRIAL}
 """What headings are shown, as lessons call it."""
@@ -51,7 +52,25 @@ class Headings(NamedTuple):
 
 
 class StartLessonAgain(NamedTuple):
-    """The lesson's run is to begin again."""
+    """Another run of the lesson is to begin."""
+
+    spec: RunSpec | None = None
+    """None for the lesson's own, to where that begins."""
+    preset: str | None = None
+    """As shown, if it is not the lesson's."""
+    seed: int | None = None
+
+
+class RunExperiment(NamedTuple):
+    """An experiment is to be run, by its name."""
+
+    name: str
+
+
+class LookInto(NamedTuple):
+    """A place of a region is to be looked into."""
+
+    region: str
 
 
 class OpenSide(NamedTuple):
@@ -62,7 +81,7 @@ class Watch(NamedTuple):
     """A hunt is to be watched."""
 
 
-Wanted = Request | Layer | Headings | StartLessonAgain | OpenSide | Watch
+Wanted = Request | Layer | Headings | StartLessonAgain | OpenSide | Watch | RunExperiment | LookInto
 """What using a control comes to."""
 
 
@@ -115,7 +134,7 @@ def controls_of(
         *_transport(names, card, status),
         *_skills(names, card, status),
         *_views(names, layer, frame),
-        *_others(names, status),
+        *_others(names, card, status),
     ]
     return tuple(found)
 
@@ -229,8 +248,12 @@ def _views(names: frozenset[str], layer: str, frame: int) -> list[Control]:
     return found
 
 
-def _others(names: frozenset[str], status: Status) -> list[Control]:
+def _others(names: frozenset[str], card: Card, status: Status) -> list[Control]:
     found: list[Control] = []
+    do = card.do
+    if has(names, "experiments") and do is not None and do.command == "experiment" and do.name:
+        label = f"Run the experiment {do.name.replace('_', ' ')}"
+        found.append(_button("experiments", label, RunExperiment(do.name), main=True))
     if has(names, "undo"):
         newest = next(iter(undoable(status.snapshot.control.history)), None)
         why = "" if newest else "Nothing was done by hand yet."

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import msgspec
 
 from app.analysis.estimates import Axis
-from app.charts.bar.model import Ghost, Moment, bar_of
+from app.charts.bar.model import Ghost, Moment, View, bar_of
 from app.charts.bar.sent import Around, bar_sent
 from app.charts.bar.tree import marks_on
 from app.live.places import Place
@@ -61,8 +61,9 @@ class Bars:
         """Of lines that are not live: their ends."""
         self._pasts: dict[Hashable, Past] = {}
         """Blocks of lines, and of the plans at moments that browsers look at."""
-        self._made: dict[tuple[int, Axis, int | None], _Made] = {}
-        """Of a line, along an axis, as all see it or as one browser does that looks at its past."""
+        self._made: dict[tuple[int, Axis, int | None, View | None], _Made] = {}
+        """Of a line, along an axis, as all see it or as one browser does that looks at its past:
+        the whole of it, or a part."""
         self._used_s: dict[Hashable, float] = {}
         """When each line, and each browser's plan, was asked for last."""
 
@@ -90,6 +91,7 @@ class Bars:
         unit: Axis,
         chosen: str,
         now_s: float,
+        view: View | None = None,
     ) -> msgspec.Raw | None:
         """The bar of a line for one browser, as JSON; None as long as there is none yet.
 
@@ -104,19 +106,22 @@ class Bars:
             unit: what the axis is of.
             chosen: id of the block that stands out.
             now_s: the time.
+            view: the part of it that is seen; None for all of it.
         """
         drawn = self._line(line, live, ground, chosen, now_s)
         if drawn is None:
             return None
         is_past = seen.behind is not None and seen.snapshot.generation == line
-        of: tuple[int, Axis, int | None] = (line, unit, viewer if is_past else None)
+        of = (line, unit, viewer if is_past else None, view)
         history = seen.snapshot.control.history if is_past else None
         made = self._made.get(of)
         if made is None or made.line is not drawn or made.history is not history:
             around = drawn.around
             if is_past:
                 around = around._replace(ahead=self._ahead(viewer, seen.snapshot, now_s))
-            bar = bar_of(drawn.moment, unit, EVERY_TRIALS)
+            if view is not None:
+                around = _seen(around, view)
+            bar = bar_of(drawn.moment, unit, EVERY_TRIALS, view)
             raw = msgspec.Raw(msgspec.json.encode(bar_sent(bar, around)))
             if made is not None and made.bar == raw:
                 raw = made.bar
@@ -181,6 +186,13 @@ class Bars:
         self._used_s["at", viewer] = now_s
         past = self._pasts.setdefault(("at", viewer), Past())
         return tuple(block for block in past.blocks_of(snapshot) if block.editable)
+
+
+def _seen(around: Around, view: View) -> Around:
+    """What is shown around a part of a line."""
+    last = view.end if view.hides_after is None else view.hides_after
+    happened = [one for one in around.happenings if view.first <= one.trial <= last]
+    return around._replace(happenings=happened, alone=True)
 
 
 def _is_as(former: _Line, moment: Moment, around: Around) -> bool:

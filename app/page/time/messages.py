@@ -24,6 +24,10 @@ Text = Annotated[str, Meta(min_length=1, max_length=MOST_CHARACTERS)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 """A probability."""
 Rate = Annotated[float, Meta(ge=0.0, le=1e6)]
+Reward = Annotated[float, Meta(ge=-1e6, le=1e6)]
+"""Of a trial."""
+HANDLES: Final = 6
+"""Points of a curve that is drawn by hand."""
 
 
 class _Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
@@ -192,6 +196,23 @@ class TryOverSeeds(_Message, frozen=True, tag="test"):
     line: Count
 
 
+# --- What is asked on the bar ---------------------------------------------------------------------
+
+
+class Guess(_Message, frozen=True, tag="guess"):
+    """It will be at this trial."""
+
+    trial: Count
+
+
+class Sketch(_Message, frozen=True, tag="sketch"):
+    """The curve will go like this: trials and rewards of the handles, from left to right."""
+
+    points: Annotated[
+        tuple[tuple[Count, Reward], ...], Meta(min_length=HANDLES, max_length=HANDLES)
+    ]
+
+
 FromFrame = (
     Seek
     | SeekTrial
@@ -217,5 +238,7 @@ FromFrame = (
     | BringBack
     | MakeLive
     | TryOverSeeds
+    | Guess
+    | Sketch
 )
 """All of them."""

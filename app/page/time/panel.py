@@ -9,7 +9,8 @@ import msgspec
 import viser
 
 from app.analysis.estimates import Axis
-from app.charts.bar.axis import axis_of
+from app.charts.bar.axis import axis_of, last_trial
+from app.charts.bar.model import rewards_of
 from app.charts.page.svg import frame_html
 from app.live import requests
 from app.live.places import Place
@@ -17,6 +18,7 @@ from app.live.status import Status
 from app.page.inbox import Inbox
 from app.page.slots import slot_html
 from app.page.time import messages
+from app.page.time.asked import Answered, Asked, Asking
 from app.page.time.asks import Asks
 from app.page.time.bars import Bars
 from app.page.time.messages import FromFrame
@@ -65,6 +67,7 @@ class TimePanel:
         self._bar: msgspec.Raw | None = None
         self._moment: dict[str, Any] | None = None
         self._note = ""
+        self._asking = Asking()
         self._plan: ScheduleSpec | None = None
         """What was asked for last and has not been answered."""
         self._fault: str | None = None
@@ -101,9 +104,26 @@ class TimePanel:
         """Where it is on the bar (:func:`moment_sent`); None before anything is shown."""
         return self._moment
 
+    @property
+    def asked(self) -> Asked | None:
+        """What is asked on it."""
+        return self._asking.asked
+
     def say(self, text: str, refused: bool = False) -> None:
         """Say something in the frame. May be called from any thread."""
         self._channel.send("said", {"text": text, "refused": refused})
+
+    def ask(self, asked: Asked | None, answered: Answered | None = None) -> None:
+        """Ask something on the bar from now on, or nothing any more.
+
+        As long as it is open nobody goes through time by the bar.
+
+        Args:
+            asked: the question, with all that is known of its answer.
+            answered: hears of each answer; the question is to be asked again with it.
+        """
+        self._asking.ask(asked, answered)
+        self._wake()
 
     def go_to(self, place: Place | None) -> None:
         """Look at a moment, and stand still there; None is one that is not known."""
@@ -157,10 +177,14 @@ class TimePanel:
         self._fault = fault
         line = self._outlook.walk.line(ground)
         viewer = self._outlook.viewer
-        bar = self._bars.sent(viewer, line, seen, live, ground, self._unit, chosen, now_s)
+        unit, view = ("trials" if self._asking.asked else self._unit), self._asking.view
+        bar = self._bars.sent(viewer, line, seen, live, ground, unit, chosen, now_s, view)
         if bar is not None and bar is not self._bar:
             self._bar = bar
             self._channel.send("bar", {"bar": bar})
+        asked = self._asking.news()
+        if asked is not None:
+            self._channel.send("ask", asked)
         moment = moment_sent(self._outlook.walk, self._outlook.place, live, ground)
         if moment != self._moment:
             self._moment = moment
@@ -190,6 +214,7 @@ class TimePanel:
         """The frame is there, or there again, and knows nothing."""
         self._bar = self._moment = None
         self._note = ""
+        self._asking.forget()
         self._wake()
 
     # What comes from the frame
@@ -283,6 +308,9 @@ class TimePanel:
                 self._ask(requests.MakeLive(line), seen, ground, self._stay)
             case messages.TryOverSeeds(line=line):
                 self._deeds.test(self._client, line)
+            case messages.Guess() | messages.Sketch():
+                snapshot = seen.snapshot
+                self._asking.take(message, last_trial(snapshot), rewards_of(snapshot))
             case _:
                 pass
 

@@ -4,13 +4,14 @@
 /**
  * @typedef {{
  *   unit: "trials" | "steps",
+ *   start?: number,
  *   end: number,
  *   trials: number[],
  *   steps: number[],
  *   pace: number,
  *   ticks: Array<{at: number, text: string}>,
- * }} Axis `end`, in its unit, is what its right end stands for; `trials[i]` began after `steps[i]`
- *   steps; `pace` is how many steps a trial ahead is taken to have
+ * }} Axis `start` and `end`, in its unit, are what its ends stand for, from 0 on if nothing else is
+ *   said; `trials[i]` began after `steps[i]` steps; `pace` is how many steps a trial ahead is taken to have
  */
 
 /**
@@ -38,6 +39,20 @@ const along = (xs, ys, slope, x) => {
 const within = (share) => Math.min(Math.max(share, 0), 1);
 
 /**
+ * Where something lies that is told in the axis's unit.
+ * @param {Axis} axis
+ * @param {number} at
+ */
+const placeOf = ({ start = 0, end }, at) => within((at - start) / (end - start));
+
+/**
+ * What lies at a place, in the axis's unit.
+ * @param {Axis} axis
+ * @param {number} share
+ */
+const unitsAt = ({ start = 0, end }, share) => start + within(share) * (end - start);
+
+/**
  * Steps made when a trial begins, be it ahead.
  * @param {Axis} axis
  * @param {number} trial
@@ -57,14 +72,14 @@ export const trialOfStep = (axis, step) => along(axis.steps, axis.trials, 1 / ax
  * @param {number} trial
  */
 export const shareOfTrial = (axis, trial) =>
-  within((axis.unit === "trials" ? trial : stepOfTrial(axis, trial)) / axis.end);
+  placeOf(axis, axis.unit === "trials" ? trial : stepOfTrial(axis, trial));
 
 /**
  * @param {Axis} axis
  * @param {number} step
  */
 export const shareOfStep = (axis, step) =>
-  within((axis.unit === "steps" ? step : trialOfStep(axis, step)) / axis.end);
+  placeOf(axis, axis.unit === "steps" ? step : trialOfStep(axis, step));
 
 /**
  * Where a moment lies of which trial and step are known.
@@ -72,7 +87,7 @@ export const shareOfStep = (axis, step) =>
  * @param {{trial: number, step: number}} place
  */
 export const shareOf = (axis, { trial, step }) =>
-  within((axis.unit === "trials" ? trial : step) / axis.end);
+  placeOf(axis, axis.unit === "trials" ? trial : step);
 
 /**
  * The trial that is nearest to a place.
@@ -80,7 +95,7 @@ export const shareOf = (axis, { trial, step }) =>
  * @param {number} share
  */
 export const trialAt = (axis, share) => {
-  const place = within(share) * axis.end;
+  const place = unitsAt(axis, share);
   return Math.round(axis.unit === "trials" ? place : trialOfStep(axis, place));
 };
 
@@ -90,7 +105,7 @@ export const trialAt = (axis, share) => {
  * @param {number} share
  */
 export const stepAt = (axis, share) => {
-  const place = within(share) * axis.end;
+  const place = unitsAt(axis, share);
   return Math.round(axis.unit === "steps" ? place : stepOfTrial(axis, place));
 };
 

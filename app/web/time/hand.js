@@ -25,6 +25,16 @@ import "./transport.js";
 const STILL_PX = 4;
 
 const root = document.body;
+
+/** @typedef {(event: PointerEvent) => Grip | null} Take What takes hold of something, if it does. */
+/** What takes all that a pointer comes down on, as long as there is such a thing. @type {Take | null} */
+let only = null;
+
+/**
+ * Let one thing have the pointer, and no other, until that is over.
+ * @param {Take | null} take
+ */
+export const leaveTo = (take) => void (only = take);
 /** @type {{grip: Grip, pointer: number, x: number, y: number, isMoving: boolean} | null} */
 let holding = null;
 
@@ -58,7 +68,7 @@ root.addEventListener("pointerdown", (event) => {
   if (event.button !== 0 || !event.isPrimary) return;
   // One that came up elsewhere is not told of.
   giveUp();
-  const grip = blockGrip(event) ?? playheadGrip(event);
+  const grip = only ? only(event) : (blockGrip(event) ?? playheadGrip(event));
   if (!grip) return;
   // What was being typed is finished by that.
   const focused = document.activeElement;

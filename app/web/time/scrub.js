@@ -51,7 +51,7 @@ const wishAt = (share) => {
   const last = end();
   const isTrials = axis.unit === "trials";
   const pointed = isTrials ? trialAt(axis, share) : stepAt(axis, share);
-  const at = roundest(pointed, axis.end / (plotBox().width || 1));
+  const at = roundest(pointed, (axis.end - (axis.start ?? 0)) / (plotBox().width || 1));
   const isBeyond = at >= (isTrials ? last.trial : last.step);
   if (isBeyond) return { place: last, wish: live ? { do: "live" } : { do: "seek", step: last.step }, isBeyond };
   if (isTrials) {

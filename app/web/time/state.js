@@ -55,6 +55,18 @@ import { drawing } from "../player/drawing.js";
  *   holds: boolean, stops: boolean, until_step: number | null,
  * }} Moment
  *
+ * What is asked on the bar: at which trial, or how the curve will go from one trial to another. `run` and
+ * what is of other runs is there once it may be seen. Points are trials and rewards.
+ * @typedef {[number, number]} Point
+ * @typedef {{
+ *   kind: "moment", id: string, guess: number | null, locked: boolean,
+ *   run: number | null, twenty: number[], runs: number,
+ * }} MomentAsked
+ * @typedef {{
+ *   kind: "sketch", id: string, from: number, to: number, at: number[], handles: Point[] | null,
+ *   locked: boolean, run: Point[], band: {at: number[], low: number[], high: number[]} | null,
+ * }} SketchAsked `at` has the trials of the handles, which are null as long as nothing was drawn
+ *
  * A block while a hand has it: what is not there is as it was.
  * @typedef {{id: string, at?: number, trials?: number, probability?: number}} Draft
  */
@@ -66,10 +78,10 @@ export const MOST_CHARACTERS = 80;
  * `bar` and `moment` come from the lab, which never touches the `draft`: that is the hand's until it
  * lets go. `moment` may be set here, too, so that the playhead is under the hand at once.
  * While `scrub` is there, a hand holds the playhead at that place; while something is `held`, a newer
- * bar waits, since no axis may move under a hand.
+ * bar waits, since no axis may move under a hand. What is asked is drawn by a page that can ask (guess.js).
  * @type {{
  *   bar: Bar | null, moment: Moment | null, draft: Draft | null,
- *   scrub: Place | null, held: boolean,
+ *   scrub: Place | null, held: boolean, ask: MomentAsked | SketchAsked | null,
  * }}
  */
 export const state = {
@@ -78,6 +90,7 @@ export const state = {
   draft: null,
   scrub: null,
   held: false,
+  ask: null,
 };
 
 export const { whenChanged, changed } = drawing();

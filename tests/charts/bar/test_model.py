@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.charts.bar.axis import axis_of
-from app.charts.bar.model import Ghost, Moment, bands_of, bar_of, ghost_of, learned_of
+from app.charts.bar.model import Ghost, Moment, View, bands_of, bar_of, ghost_of, learned_of
 from app.live.snapshot import Snapshot
 from app.schedule.blocks import blocks_of
 from learners.commands import Explore, FollowSchedule, FreezeSkills
@@ -123,3 +123,53 @@ def test_the_axis_of_rewards_ends_with_those_of_the_world() -> None:
     shot = seen(small_run())
     bar = bar_of(Moment(shot, ()), "trials", 2_000)
     assert bar.rewards == (-50.0, 100.0)
+
+
+# A part of a run
+
+
+def rewards_at(shot: Snapshot, view: View) -> list[tuple[int, float]]:
+    bar = bar_of(Moment(shot, ()), "trials", 500, view)
+    trials = bar.axis.start + bar.learned.at * (bar.axis.end - bar.axis.start)
+    return [
+        (round(trial), round(reward, 6))
+        for trial, reward in zip(trials.tolist(), bar.learned.reward.tolist(), strict=True)
+    ]
+
+
+def test_a_part_of_a_run_has_an_axis_of_its_own_and_begins_with_what_was_known_before() -> None:
+    windows = learned([10_000, 20_000, 30_000, 40_000], [0.0, 10.0, 20.0, 30.0])
+    shot = at_step(40_000, trial_curve=windows)
+    assert rewards_at(shot, View(150, 420)) == [(150, 5.0), (200, 10.0), (300, 20.0), (400, 30.0)]
+    assert rewards_at(shot, View(0, 350)) == [(0, 0.0), (100, 0.0), (200, 10.0), (300, 20.0)]
+    # As it was last.
+    assert rewards_at(shot, View(450, 500)) == [(450, 30.0)]
+
+
+def test_nothing_is_told_of_the_rewards_after_the_trial_at_which_they_are_hidden() -> None:
+    windows = learned([10_000, 20_000, 30_000], [0.0, 10.0, 20.0])
+    shot = at_step(30_000, trial_curve=windows)
+    other = at_step(30_000, trial_curve=windows._replace(reward=np.array([0.0, 10.0, -40.0])))
+    hidden = View(100, 420, hides_after=299)
+    assert rewards_at(shot, hidden) == rewards_at(other, hidden) == [(100, 0.0), (200, 10.0)]
+    greedy = greedy_curve((100, 10_000, 1.0), (200, 20_000, 2.0), (300, 30_000, 3.0))
+    ghost = Ghost("timed", "", windows, windows, shot.progress)
+    moment = Moment(shot, (), greedy=greedy, ghost=ghost)
+    bar = bar_of(moment, "trials", 100, hidden)
+    assert bar.greedy.reward.tolist() == [1.0, 2.0]
+    assert bar.ghost is None
+    assert bar_of(moment, "trials", 100).ghost is not None
+    assert len(bar_of(moment, "trials", 100, View(100, 420)).greedy.at) == 3
+
+
+def test_of_the_schedule_a_part_has_what_goes_on_there() -> None:
+    run = to(small_run(), 400)
+    moment = Moment(seen(run), blocks_of(seen(run)))
+    bar = bar_of(moment, "trials", 500, View(250, 450))
+    drawn = [piece.block for lane in bar.lanes for piece in lane.pieces]
+    assert all(block.until is None or block.until > 250 for block in drawn)
+    assert drawn
+    assert len(bar.lanes) == len(bar_of(moment, "trials", 500).lanes)
+    assert all(0.0 <= mark.at <= 1.0 for mark in bar.marks)
+    ticks = [tick.text for tick in bar.axis.ticks]
+    assert ticks[0] != "0"

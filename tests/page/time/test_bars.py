@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from app.charts.bar.model import View
 from app.live.places import Place
 from app.live.requests import Branch, Play
 from app.live.session import Session
@@ -46,7 +47,7 @@ class Desk:
     def live(self) -> Status:
         return self.session.status
 
-    def sent(self, outlook: Outlook, chosen: str = "") -> Any:
+    def sent(self, outlook: Outlook, chosen: str = "", view: View | None = None) -> Any:
         """The bar of what a browser looks at, once that is made."""
         for _ in range(1_000):
             self.now_s += 1.0
@@ -55,7 +56,7 @@ class Desk:
             is_there = outlook.is_there
             line = outlook.walk.line(ground)
             bar = self.bars.sent(
-                outlook.viewer, line, seen, self.live, ground, "trials", chosen, self.now_s
+                outlook.viewer, line, seen, self.live, ground, "trials", chosen, self.now_s, view
             )
             self.bars.tidy(self.now_s)
             if bar is not None and is_there:
@@ -107,6 +108,29 @@ def test_the_bar_of_a_moment_is_that_of_its_whole_line_with_the_plan_there(desk:
 
     assert "introduction:avoid" in editable(past)
     assert "introduction:avoid" not in editable(live)
+
+
+def test_who_draws_how_the_curve_goes_on_is_not_sent_it_though_the_run_went_on(desk: Desk) -> None:
+    whole = read(desk.sent(desk.outlook(ANNA)))
+    last = whole["end"]["trial"]
+    view = View(last // 5, last, hides_after=last // 2)
+
+    def trials(of: Any) -> list[float]:
+        start, end = view.first, view.end
+        return [start + at * (end - start) for at in (*of["learned"]["at"], *of["greedy"]["at"])]
+
+    for outlook in (desk.outlook(ANNA), desk.outlook(ANNA, desk.live.lines[-1].number)):
+        part = read(desk.sent(outlook, view=view))
+        assert part["learned"]["at"]
+        assert max(trials(part)) <= last // 2
+        assert (part["ghost"], part["lines"]) == (None, [])
+        assert all(view.first <= one["trial"] <= last // 2 for one in part["happenings"])
+        assert (part["axis"]["start"], part["axis"]["end"]) == (view.first, last)
+    # Nobody else's is another for it, and it all comes back.
+    assert read(desk.sent(desk.outlook(BERT))) == whole
+    locked = read(desk.sent(desk.outlook(ANNA), view=view._replace(hides_after=None)))
+    assert max(trials(locked)) > last // 2
+    assert read(desk.sent(desk.outlook(ANNA))) == whole
 
 
 def test_the_bar_of_a_branch_has_the_line_that_it_left_behind_it(desk: Desk) -> None:

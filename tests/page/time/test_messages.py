@@ -15,9 +15,11 @@ from app.page.time.messages import (
     EditBlock,
     FromFrame,
     GoBy,
+    Guess,
     Live,
     Play,
     Seek,
+    Sketch,
 )
 from learners.spec import MAX_TRIALS
 
@@ -40,12 +42,26 @@ def test_what_a_hand_does_is_read() -> None:
     assert added == AddExploration("avoid", 5, 2_000, 0.5)
     mark = decoded('{"do":"mark","text":"the ring closes","line":2,"step":9}')
     assert mark == AddMark("the ring closes", 2, 9)
+    assert decoded('{"do":"guess","trial":24000}') == Guess(24_000)
+    points = ",".join(f"[{trial},{-trial}.5]" for trial in range(1, 7))
+    sketch = Sketch(tuple((trial, -trial - 0.5) for trial in range(1, 7)))
+    assert decoded(f'{{"do":"sketch","points":[{points}]}}') == sketch
 
 
 @pytest.mark.parametrize(
     "text",
     [
         '{"do":"seek","step":-1}',
+        '{"do":"guess","trial":-1}',
+        '{"do":"guess","trial":1.5}',
+        '{"do":"guess"}',
+        '{"do":"sketch","points":[]}',
+        '{"do":"sketch","points":[[0,1],[1,1],[2,1],[3,1],[4,1]]}',
+        '{"do":"sketch","points":[[0,1],[1,1],[2,1],[3,1],[4,1],[5,1],[6,1]]}',
+        '{"do":"sketch","points":[[0,1],[1,1],[2,1],[3,1],[4,1],[5,1e7]]}',
+        '{"do":"sketch","points":[[0,1],[1,1],[2,1],[3,1],[4,1],[5,NaN]]}',
+        '{"do":"sketch","points":[[0,1],[1,1],[2,1],[3,1],[4,1],[-5,1]]}',
+        '{"do":"sketch","points":[[0,1],[1,1],[2,1],[3,1],[4,1],[5,1,1]]}',
         '{"do":"seek","step":9007199254740993}',
         '{"do":"seek","step":1.5}',
         '{"do":"seek","step":true}',

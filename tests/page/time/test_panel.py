@@ -10,11 +10,14 @@ import msgspec
 import pytest
 import viser
 
+from app.charts.bar.axis import last_trial
+from app.charts.bar.model import rewards_of
 from app.live import requests
 from app.live.places import Mark, Place
 from app.live.requests import Branch, Request
 from app.live.status import Status
 from app.page.time import messages
+from app.page.time.asked import MomentAsked, SketchAsked, handles_at
 from app.page.time.asks import Asks
 from app.page.time.outlook import Outlook
 from app.page.time.panel import Deeds, TimePanel
@@ -63,6 +66,8 @@ class Desk:
         self.chosen: list[str] = []
         self.tested: list[int] = []
         self.bar = msgspec.Raw(b"{}")
+        self.of: tuple[object, ...] = ()
+        """What the bar was wished of."""
         self.outlook = Outlook(1, self.makes)
         self.asks = Asks(self.outlook, lambda request, _: self.asked.append(request), print)
         bars: Any = SimpleNamespace(sent=self.sent)
@@ -74,7 +79,8 @@ class Desk:
             client, self.outlook, self.asks, frames, bars, inbox, deeds, lambda: None
         )
 
-    def sent(self, *_: object) -> msgspec.Raw:
+    def sent(self, *of: object) -> msgspec.Raw:
+        self.of = of
         return self.bar
 
     def test(self, client: object, line: int) -> None:
@@ -158,6 +164,43 @@ def test_what_it_looked_at_is_gone_and_that_is_said(desk: Desk) -> None:
     desk.show()
     assert desk.moment["live"]
     assert "not there any more" in desk.frames.last("said")["text"]
+
+
+def test_what_is_asked_is_sent_and_what_a_hand_answers_is_handed_on(desk: Desk) -> None:
+    heard: list[Any] = []
+    desk.panel.ask(MomentAsked("when"), heard.append)
+    desk.show()
+    desk.show()
+    assert [kind for kind, _ in desk.frames.sent] == ["bar", "ask", "moment"]
+    last = last_trial(desk.live.snapshot)
+    desk.take(messages.Guess(7), messages.Guess(last + 1))
+    assert heard == [messages.Guess(7)]
+    desk.panel.ask(MomentAsked("when", 7, locked=True), heard.append)
+    desk.take(messages.Guess(8))
+    assert desk.frames.last("ask")["ask"]["guess"] == 7
+    assert heard == [messages.Guess(7)]
+    desk.frames.opened()
+    desk.show()
+    assert [kind for kind, _ in desk.frames.sent[-3:]] == ["bar", "ask", "moment"]
+    desk.panel.ask(None)
+    desk.show()
+    assert desk.frames.last("ask") == {"ask": None}
+
+
+def test_a_curve_that_is_drawn_is_seen_against_trials_and_by_itself(desk: Desk) -> None:
+    desk.take(messages.SetUnit("steps"))
+    assert ("steps" in desk.of, desk.of[-1]) == (True, None)
+    asked = SketchAsked("how", 100, 400)
+    heard: list[Any] = []
+    desk.panel.ask(asked, heard.append)
+    points = tuple((trial, 1000.0) for trial in handles_at(100, 400))
+    desk.take(messages.Sketch(points))
+    assert ("trials" in desk.of, desk.of[-1]) == (True, asked.view)
+    _, most = rewards_of(desk.live.snapshot)
+    assert [{reward for _, reward in sketch.points} for sketch in heard] == [{most}]
+    desk.panel.ask(None)
+    desk.show()
+    assert ("steps" in desk.of, desk.of[-1]) == (True, None)
 
 
 def test_who_leaves_is_sent_nothing(desk: Desk) -> None:

@@ -1,0 +1,127 @@
+"""A card of a lesson as its frame is told it: pure, of what is known of the lesson and its run."""
+
+import json
+from typing import Any, NamedTuple
+
+from app.documents.lesson_cards import Card
+from app.documents.lesson_grammar import Moment
+from app.documents.lesson_questions import Asked
+from app.documents.lesson_spec import LessonSpec
+from app.lessons.checks import Verdict
+from app.lessons.kept import answer_from
+from app.lessons.markup import html_of
+from app.lessons.predictions import answer_of, scored
+from app.lessons.spread import Spread
+from app.lessons.story import Guess, question_of, value_of
+from app.live.story import Given, Story
+from app.page.lesson.told import sent_spread
+from app.util.html import escaped
+
+
+class Shown(NamedTuple):
+    """What came of a guess, as far as it is known."""
+
+    guess: Guess
+    asked: Asked
+    """The question, in the language that is read."""
+    given: Given
+    """The answer that was given, and what the run answered."""
+    spread: Spread | None
+    """What twenty runs answer; None as long as they are not there."""
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether it can be told."""
+        return self.given.shown is not None
+
+    @property
+    def own(self) -> Any:
+        """What the run answered, as JSON has it; None if that is nothing, or not known yet."""
+        return None if self.given.shown is None else json.loads(self.given.shown)
+
+
+def asked_sent(
+    card: Card, spec: LessonSpec, story: Story, draft: str | None
+) -> dict[str, Any] | None:
+    """What a card asks, and what has been answered; None if it asks nothing.
+
+    Args:
+        card: the card, in the language that is read.
+        spec: the lesson, likewise.
+        story: where somebody is in it.
+        draft: an answer that is being given, as JSON.
+    """
+    question, asked = question_of(card), spec.question_of(card)
+    if question is None or asked is None:
+        return None
+    given = story.answers.get(question)
+    value = value_of(given) if draft is None else json.loads(draft)
+    return _question_sent(asked, given, value) | {
+        "confidence": asked.confidence and card.see is None
+    }
+
+
+def _question_sent(asked: Asked, given: Given | None, value: Any) -> dict[str, Any]:
+    """A question, and an answer to it."""
+    return {
+        "kind": asked.ask,
+        "options": [[value, str(html_of(words))] for value, words in asked.choices],
+        "low": asked.low,
+        "high": asked.high,
+        "unit": asked.unit,
+        "from": asked.first,
+        "to": asked.end,
+        "confidence": asked.confidence,
+        "answer": value,
+        "said": None if given is None else given.confidence,
+        "locked": given is not None and given.locked,
+    }
+
+
+def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[str, Any] | None:
+    """What is told of a guess; None if none is to be."""
+    if shown is None:
+        return None
+    guess = value_of(shown.given)
+    asked = _question_sent(shown.asked, shown.given, guess)
+    if not shown.is_ready:
+        return {
+            "ready": False,
+            "asked": asked,
+            "html": "What came of it is not known yet.",
+            "guess": guess,
+            "run": None,
+            "twenty": None,
+            "class": None,
+        }
+    spread = Spread(()) if shown.spread is None else shown.spread
+    answer = answer_of(shown.asked, guess)
+    words = scored(shown.asked, answer, answer_from(shown.own), spread).words
+    return {
+        "ready": True,
+        "asked": asked,
+        "html": str(escaped(words)),
+        "guess": guess,
+        "run": shown.own,
+        "twenty": sent_spread(shown.asked, shown.spread),
+        "class": of_class,
+    }
+
+
+def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str, Any] | None:
+    """What has become of what a card asks to be done; None if it asks for nothing."""
+    if card.check is None:
+        return None
+    if is_passed:
+        return {"verdict": "yes", "html": "Done."}
+    if verdict is None:
+        return {"verdict": "not yet", "html": "Not yet."}
+    return {"verdict": verdict.state, "html": str(escaped(verdict.words))}
+
+
+def learning_in_words(until: Moment, trial: int) -> str:
+    """That the learner learns on before the next card."""
+    if until.captures is not None:
+        catches = "catch" if until.captures == 1 else "catches"
+        return f"It goes on, one trial at a time, for {until.captures:,} {catches} …"
+    return f"It learns on to trial {until.trials:,}; it is in trial {trial:,} …"

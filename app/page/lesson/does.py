@@ -1,0 +1,106 @@
+"""The last hint: what a card asks for is done, in the way in which a hand would do it."""
+
+from typing import Final, NamedTuple
+
+from app.documents import experiments, presets
+from app.documents.experiments import ExperimentError
+from app.documents.lesson_cards import Do
+from app.experiments.claims import FolderError
+from app.lessons.doing import commands_of, started_again
+from app.live.places import Place
+from app.live.race import THESIS_FOUR
+from app.live.racer import Entry
+from app.live.requests import AddMark, Play, Request, RunTo, StartRace, StepOnce, TrialOnce
+from app.live.status import Status
+from app.live.worker import FULL_SPEED
+from app.page.lesson.controls import (
+    Layer,
+    LookInto,
+    OpenSide,
+    RunExperiment,
+    StartLessonAgain,
+    Wanted,
+)
+from app.results.service import BusyError, Service
+from app.server.callbacks import RefusedError
+from learners.spec import RunSpec
+
+_SEEDS: Final = 10
+_WORKERS: Final = 2
+"""Of an experiment that a card has run."""
+_MARK: Final = "here"
+"""The text of a mark."""
+
+
+class GoTo(NamedTuple):
+    """This browser is to look at the beginning of a trial."""
+
+    trial: int
+
+
+Deed = Wanted | GoTo
+
+
+def deeds_of(do: Do, began: int, status: Status, spec: RunSpec) -> tuple[Deed, ...]:
+    """What comes of doing what a card asks for, one after the other.
+
+    Args:
+        do: what it asks for.
+        began: trial in which it was entered.
+        status: what is true for the browser.
+        spec: of the lesson's run.
+
+    Raises:
+        CommandError: there is no such run.
+        PresetError: there is no such preset.
+    """
+    snapshot = status.snapshot
+    at = None if do.at is None else do.at.after(began)
+    commands = commands_of(do, snapshot.control)
+    match do.command:
+        case "step":
+            return (StepOnce(),)
+        case "trial":
+            return (TrialOnce(),)
+        case "play":
+            return (Play(),)
+        case "run_to" if at is not None:
+            return (RunTo(at),)
+        case "rewind" if at is not None:
+            return (GoTo(at),)
+        case "fork" if at is not None:
+            given = (part for one in do.then or () for part in commands_of(one, snapshot.control))
+            return (GoTo(at), *given)
+        case "mark":
+            return (AddMark(Place(snapshot.generation, snapshot.step), _MARK),)
+        case "start_again":
+            seed = snapshot.seed if do.seed is None else do.seed
+            return (StartLessonAgain(started_again(do, spec), do.preset, seed),)
+        case "race":
+            return (_race(do, snapshot.seed), OpenSide())
+        case "experiment" if do.name is not None:
+            return (RunExperiment(do.name),)
+        case "inspect" if do.region is not None:
+            return (LookInto(do.region),)
+        case "show" if do.layer is not None:
+            return (Layer(do.layer),)
+        case _:
+            return commands
+
+
+def run_shipped(service: Service, name: str) -> None:
+    """Begin an experiment that comes with the lab, with few seeds. It takes a moment.
+
+    Raises:
+        RefusedError: it cannot be run now.
+    """
+    try:
+        service.start(experiments.load(name, _SEEDS), _WORKERS)
+    except (BusyError, ExperimentError, FolderError) as error:
+        raise RefusedError(str(error)) from error
+
+
+def _race(do: Do, seed: int) -> Request:
+    names = do.presets or THESIS_FOUR
+    entries = tuple(Entry(name, name, seed, presets.load(name)) for name in names)
+    return StartRace(entries, speed=FULL_SPEED)

@@ -1,0 +1,274 @@
+// @ts-check
+// A question on the bar and all that is known of its answer, drawn: a flag at a trial, or a curve by six
+// points; then this run, and other runs. What a hand does with it stands in guess.js.
+
+import { shareOfTrial, trialAt } from "./axis.js";
+import { heightOf } from "./curve.js";
+import { attribute, element, grouped, keep, percent, write } from "./dom.js";
+import "./draw.js";
+import { state } from "./state.js";
+
+/** @typedef {import("./state.js").Bar} Bar */
+/** @typedef {import("./state.js").Point} Point */
+/** @typedef {import("./state.js").MomentAsked} MomentAsked */
+/** @typedef {import("./state.js").SketchAsked} SketchAsked */
+
+const SVG = "http://www.w3.org/2000/svg";
+/** Units of the picture of curves, as that of the learning curve has them. */
+const [WIDE, HIGH] = [1000, 100];
+
+// --- What there is ---------------------------------------------------------------------------------
+
+const rows = /** @type {HTMLElement} */ (document.querySelector(".time > .rows"));
+/** Where curves are drawn. */
+export const curve = /** @type {HTMLElement} */ (rows.querySelector(".curve > .plot"));
+
+const told = element("p", "asked");
+told.setAttribute("role", "status");
+told.hidden = true;
+/** @type {HTMLElement} */ (rows.parentElement).insertBefore(told, rows);
+
+const over = element("div", "over guess");
+over.hidden = true;
+over.innerHTML = `
+  <div class="others"></div>
+  <div class="pole run" hidden><i></i><b></b></div>
+  <div class="pole mine"><i></i>
+    <div class="flag" role="slider" tabindex="0" aria-label="Your guess: at which trial" aria-valuemin="0"></div>
+  </div>`;
+rows.append(over);
+const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (over.querySelector(name));
+export const flag = part(".flag");
+
+const sketch = element("div", "sketch");
+sketch.hidden = true;
+sketch.innerHTML = `<svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" aria-hidden="true"></svg>
+  <div class="knots" role="group" aria-label="Your curve: six points"></div>`;
+curve.append(sketch);
+const picture = /** @type {SVGElement} */ (sketch.querySelector("svg"));
+/** The points of a curve, from left to right. */
+export const knots = /** @type {HTMLElement} */ (sketch.querySelector(".knots"));
+
+// --- What is seen ----------------------------------------------------------------------------------
+
+/**
+ * Where the flag stands before anything was guessed: where the run is.
+ * @param {Bar} bar
+ */
+export const standing = (bar) => Math.min(state.moment?.trial ?? bar.end.trial, trialAt(bar.axis, 1));
+
+/**
+ * As long as nothing was drawn the curve goes on as it was last.
+ * @param {SketchAsked} ask
+ * @param {Bar} bar
+ */
+export const level = ({ at }, { learned }) => {
+  const reward = Math.round(learned.reward.at(-1) ?? 0);
+  return at.map((trial) => /** @type {Point} */ ([trial, reward]));
+};
+
+/**
+ * @param {MomentAsked} ask
+ * @param {Bar} bar
+ * @param {number | null} at what was guessed
+ */
+const drawMoment = (ask, bar, at) => {
+  const { axis } = bar;
+  const isOpen = !ask.locked;
+  const pole = part(".pole.mine");
+  pole.hidden = at === null && ask.locked;
+  pole.classList.toggle("none", at === null);
+  placePole(pole, shareOfTrial(axis, at ?? standing(bar)));
+  write(flag, at === null ? "?" : `your guess: ${grouped(at)}`);
+  attribute(flag, "tabindex", isOpen ? "0" : null);
+  attribute(flag, "aria-disabled", isOpen ? null : "true");
+  attribute(flag, "aria-valuemax", `${trialAt(axis, 1)}`);
+  attribute(flag, "aria-valuenow", `${at ?? standing(bar)}`);
+  attribute(flag, "aria-valuetext", at === null ? "no guess yet" : `trial ${grouped(at)}`);
+  const run = part(".pole.run");
+  run.hidden = ask.run === null;
+  if (ask.run !== null) {
+    placePole(run, shareOfTrial(axis, ask.run));
+    write(run.lastElementChild ?? run, `this run: ${grouped(ask.run)}`);
+  }
+  drawOthers(ask, bar);
+  tell(momentWords(ask, at));
+};
+
+/**
+ * Put a pole to a place, with what is on it to the side that has room.
+ * @param {HTMLElement} pole
+ * @param {number} share
+ */
+const placePole = (pole, share) => {
+  pole.style.left = percent(share);
+  pole.classList.toggle("before", share > 0.5);
+};
+
+/**
+ * Other runs: a line for each, and a band from the first to the last.
+ * @param {MomentAsked} ask
+ * @param {Bar} bar
+ */
+const drawOthers = ({ twenty }, { axis }) => {
+  const places = twenty.map((trial) => shareOfTrial(axis, trial)).sort((a, b) => a - b);
+  const lines = places.map((share) => {
+    const line = element("i", "");
+    line.style.left = percent(share);
+    return line;
+  });
+  const band = element("span", "");
+  if (places.length) {
+    band.style.left = percent(places[0]);
+    band.style.width = percent(/** @type {number} */ (places.at(-1)) - places[0]);
+    lines.unshift(band);
+  }
+  part(".others").replaceChildren(...lines);
+};
+
+/**
+ * @param {MomentAsked} ask
+ * @param {number | null} at
+ * @returns {Array<[string, string]>}
+ */
+const momentWords = ({ locked, run, twenty, runs }, at) => {
+  if (!locked && at === null)
+    return [["", "When will it be? Click on the bar, or move the flag with the arrow keys."]];
+  /** @type {Array<[string, string]>} */
+  const words = [["mine", at === null ? "You gave no guess" : `Your guess: trial ${grouped(at)}`]];
+  if (!locked) words.push(["", "It can be moved until you commit."]);
+  if (run !== null) words.push(["run", `This run: trial ${grouped(run)}`]);
+  if (twenty.length) {
+    const [low, high] = [Math.min(...twenty), Math.max(...twenty)];
+    const many = twenty.length === runs ? `${runs} runs` : `${twenty.length} of ${runs} runs`;
+    words.push(["others", `${many}: trial ${grouped(low)} to ${grouped(high)}`]);
+  }
+  return words;
+};
+
+/**
+ * @param {SketchAsked} ask
+ * @param {Bar} bar
+ * @param {Point[] | null} answer what was drawn
+ */
+const drawSketch = (ask, bar, answer) => {
+  const { axis, rewards } = bar;
+  const up = heightOf(rewards);
+  const points = answer ?? (ask.locked ? [] : level(ask, bar));
+  const place = (/** @type {number} */ trial, /** @type {number} */ reward) =>
+    `${(WIDE * shareOfTrial(axis, trial)).toFixed(1)} ${(HIGH * (1 - up(reward))).toFixed(1)}`;
+  const line = (/** @type {Point[]} */ many) => many.map(([trial, reward]) => place(trial, reward)).join("L");
+  const { band, run } = ask;
+  const edge = band
+    ? [
+        ...band.at.map((trial, i) => place(trial, band.high[i])),
+        ...band.at.map((trial, i) => place(trial, band.low[i])).reverse(),
+      ]
+    : [];
+  /** @type {Array<[string, string]>} */
+  const paths = [
+    ["others", edge.join("L")],
+    ["run", line(run)],
+    [`mine${answer ? "" : " none"}`, line(points)],
+  ];
+  picture.replaceChildren(
+    ...paths
+      .filter(([, d]) => d)
+      .map(([kind, d]) => {
+        const path = document.createElementNS(SVG, "path");
+        path.setAttribute("class", kind);
+        path.setAttribute("d", `M${d}${kind === "others" ? "Z" : ""}`);
+        return path;
+      }),
+  );
+  drawKnots(points, bar, !ask.locked);
+  tell(sketchWords(ask, answer));
+};
+
+/**
+ * @param {Point[]} points
+ * @param {Bar} bar
+ * @param {boolean} isOpen
+ */
+const drawKnots = (points, { axis, rewards }, isOpen) => {
+  const up = heightOf(rewards);
+  keep(
+    knots,
+    points.map(([trial, reward], index) => ({ trial, reward, index })),
+    ({ index }) => `${index}`,
+    ({ index }) => {
+      const knot = element("div", "knot");
+      knot.dataset.index = `${index}`;
+      knot.setAttribute("role", "slider");
+      knot.setAttribute("aria-orientation", "vertical");
+      knot.append(element("b", ""));
+      return knot;
+    },
+    (knot, { trial, reward }) => {
+      knot.style.left = percent(shareOfTrial(axis, trial));
+      knot.style.bottom = percent(up(reward));
+      attribute(knot, "tabindex", isOpen ? "0" : null);
+      attribute(knot, "aria-disabled", isOpen ? null : "true");
+      attribute(knot, "aria-label", `Reward at trial ${grouped(trial)}`);
+      attribute(knot, "aria-valuemin", `${rewards[0]}`);
+      attribute(knot, "aria-valuemax", `${rewards[1]}`);
+      attribute(knot, "aria-valuenow", `${Math.round(reward)}`);
+      attribute(knot, "aria-valuetext", `reward ${signed(reward)}`);
+      write(knot.children[0], signed(reward));
+    },
+  );
+};
+
+/** @param {number} reward */
+const signed = (reward) => grouped(reward).replace("-", "−");
+
+/**
+ * @param {SketchAsked} ask
+ * @param {Point[] | null} answer
+ * @returns {Array<[string, string]>}
+ */
+const sketchWords = ({ from, to, locked, run, band }, answer) => {
+  const span = `from trial ${grouped(from)} to ${grouped(to)}`;
+  if (!locked && !answer)
+    return [["", `How will reward go ${span}? Drag the six points, or draw across them.`]];
+  /** @type {Array<[string, string]>} */
+  const words = [["mine", answer ? "Your guess" : "You drew nothing"]];
+  if (!locked) words.push(["", "It can be changed until you commit."]);
+  if (run.length) words.push(["run", "This run"]);
+  if (band) words.push(["others", "Where twenty runs went"]);
+  return words;
+};
+
+/**
+ * Say how it stands, each thing with its sign.
+ * @param {Array<[string, string]>} words
+ */
+const tell = (words) => {
+  const now = JSON.stringify(words);
+  if (told.dataset.said === now) return;
+  told.dataset.said = now;
+  told.replaceChildren(
+    ...words.map(([kind, text]) => {
+      const item = element("span", `said-of ${kind}`);
+      if (kind) item.append(element("i", ""));
+      item.append(text);
+      return item;
+    }),
+  );
+};
+
+/**
+ * Draw what is asked, or nothing.
+ * @param {MomentAsked | SketchAsked | null} ask
+ * @param {Bar | null} bar
+ * @param {number | Point[] | null} answer
+ */
+export const drawAsked = (ask, bar, answer) => {
+  const isThere = ask !== null && bar !== null;
+  told.hidden = !isThere;
+  over.hidden = !isThere || ask.kind !== "moment";
+  sketch.hidden = !isThere || ask.kind !== "sketch";
+  if (!isThere) return;
+  if (ask.kind === "moment") drawMoment(ask, bar, /** @type {number | null} */ (answer));
+  else drawSketch(ask, bar, /** @type {Point[] | null} */ (answer));
+};
