@@ -55,6 +55,14 @@ def asked_sent(
     if question is None or asked is None:
         return None
     given = story.answers.get(question)
+    value = value_of(given) if draft is None else json.loads(draft)
+    return _question_sent(asked, given, value) | {
+        "confidence": asked.confidence and card.see is None
+    }
+
+
+def _question_sent(asked: Asked, given: Given | None, value: Any) -> dict[str, Any]:
+    """A question, and an answer to it."""
     return {
         "kind": asked.ask,
         "options": [[value, str(html_of(words))] for value, words in asked.choices],
@@ -63,8 +71,8 @@ def asked_sent(
         "unit": asked.unit,
         "from": asked.first,
         "to": asked.end,
-        "confidence": asked.confidence and card.see is None,
-        "answer": value_of(given) if draft is None else json.loads(draft),
+        "confidence": asked.confidence,
+        "answer": value,
         "said": None if given is None else given.confidence,
         "locked": given is not None and given.locked,
     }
@@ -75,9 +83,11 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
     if shown is None:
         return None
     guess = value_of(shown.given)
+    asked = _question_sent(shown.asked, shown.given, guess)
     if not shown.is_ready:
         return {
             "ready": False,
+            "asked": asked,
             "html": "What came of it is not known yet.",
             "guess": guess,
             "run": None,
@@ -89,6 +99,7 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
     words = scored(shown.asked, answer, answer_from(shown.own), spread).words
     return {
         "ready": True,
+        "asked": asked,
         "html": str(escaped(words)),
         "guess": guess,
         "run": shown.own,
