@@ -113,7 +113,7 @@ class _Playing:
             self._enter(card)
             self._take(card)
             self._leave(card)
-        for asking in self._asking:
+        for asking in [*self._asking]:
             self._end(asking)
         return self._found
 
