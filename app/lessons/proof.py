@@ -231,7 +231,7 @@ def rows_of(proof: Proof) -> list[tuple[str, ...]]:
     for card in proof.lesson.spec.steps:
         if card.id in checks:
             check = checks[card.id]
-            trials = (f"{trial:,.0f}" for trial in _ends(check.trials))
+            trials = tuple(f"{trial:,.0f}" for trial in _ends(check.trials)) or ("", "", "")
             rows.append(
                 (card.id, "its check comes true", _share(len(check.trials), proof), *trials)
             )

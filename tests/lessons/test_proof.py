@@ -24,9 +24,11 @@ from app.lessons.proof import (
     with_evidence,
     write_evidence,
 )
+from app.lessons.reveals import Answer
 from tests.support.circling import LESSON, circling
 
 CCW: Final = "counter-clockwise"
+PROVED: Final = "evidence: {seeds: 20, pass: 19}\n"
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +41,12 @@ def played(
 ) -> Played:
     """How a lesson went, with what is otherwise than it should be."""
     verdict = Verdict("never", 1_900) if trial is None else Verdict("yes", trial)
-    answers = {"spread": spread, "moment": 800.0 + seed, "drawn": ((500.0, 1.0),), "other": other}
+    answers: dict[str, Answer] = {
+        "spread": spread,
+        "moment": 800.0 + seed,
+        "drawn": ((500.0, 1.0),),
+        "other": other,
+    }
     return Played(seed, answers=answers, verdicts={"circle": verdict})
 
 
@@ -107,19 +114,19 @@ def proved(lesson: Lesson, seeds: int = 20, passed: int = 19) -> Proof:
 @pytest.mark.parametrize(
     ("before", "after"),
     [
-        (LESSON, LESSON + "evidence: {seeds: 20, pass: 19}\n"),
-        (LESSON.rstrip("\n"), LESSON + "evidence: {seeds: 20, pass: 19}\n"),
+        (LESSON, LESSON + PROVED),
+        (LESSON.rstrip("\n"), LESSON + PROVED),
         (LESSON.replace("\n", "\r\n"),
-         (LESSON + "evidence: {seeds: 20, pass: 19}\n").replace("\n", "\r\n")),
-        ("evidence: {seeds: 3, pass: 3}\n" + LESSON, "evidence: {seeds: 20, pass: 19}\n" + LESSON),
+         (LESSON + PROVED).replace("\n", "\r\n")),
+        ("evidence: {seeds: 3, pass: 3}\n" + LESSON, PROVED + LESSON),
         ("evidence:  {pass: 3, seeds: 3}   # by the checker\n" + LESSON,
-         "evidence: {seeds: 20, pass: 19} # by the checker\n" + LESSON),
-        ("evidence:\n  seeds: 3\n  pass: 3\n" + LESSON, "evidence: {seeds: 20, pass: 19}\n" + LESSON),
+         f"{PROVED.rstrip()} # by the checker\n" + LESSON),
+        ("evidence:\n  seeds: 3\n  pass: 3\n" + LESSON, PROVED + LESSON),
         (LESSON + "evidence: {seeds: 3,\n  pass: 3}\n# The end.\n",
          LESSON + "evidence: {seeds: 20, pass: 19}\n# The end.\n"),
         # What only looks like it, in a text, stays.
         (LESSON.replace("Which way?", "|\n      evidence: none"),
-         LESSON.replace("Which way?", "|\n      evidence: none") + "evidence: {seeds: 20, pass: 19}\n"),
+         LESSON.replace("Which way?", "|\n      evidence: none") + PROVED),
     ],
 )  # fmt: skip
 def test_evidence_is_written_and_all_else_stays(before: str, after: str, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from app.documents.lessons import Lesson
 from app.lessons import canon, kept, twenty
 from app.lessons.kept import Folder
+from app.lessons.reveals import Answer
 from app.lessons.shared import Shared
 from app.lessons.spread import Spread
 from app.lessons.twenty import SEEDS, Twenty
@@ -39,7 +40,11 @@ def plays(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     def noted(lesson: Lesson, seed: int, shared: Shared | None = None) -> canon.Played:
         played.append(seed)
-        answers = {"spread": "clockwise", "moment": seed + 0.5, "drawn": ((1.0, 2.0), (2.0, 3.0))}
+        answers: dict[str, Answer] = {
+            "spread": "clockwise",
+            "moment": seed + 0.5,
+            "drawn": ((1.0, 2.0), (2.0, 3.0)),
+        }
         return canon.Played(seed, answers=answers)
 
     monkeypatch.setattr(canon, "play", noted)

@@ -16,7 +16,6 @@ from app.page.panels.steering import introduction_of, undoable
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, OF_TRIAL
 from app.words.plain import plain
-from learners.spec import RunSpec
 from learners.commands import (
     Explore,
     FollowSchedule,
@@ -25,6 +24,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.spec import RunSpec
 
 FRAMES: Final[Mapping[str, int]] = {"turned": FOLDED, "all": ALL, "trial": OF_TRIAL}
 """What headings are shown, as lessons call it."""
@@ -81,16 +81,7 @@ class Watch(NamedTuple):
     """A hunt is to be watched."""
 
 
-Wanted = (
-    Request
-    | Layer
-    | Headings
-    | StartLessonAgain
-    | OpenSide
-    | Watch
-    | RunExperiment
-    | LookInto
-)
+Wanted = Request | Layer | Headings | StartLessonAgain | OpenSide | Watch | RunExperiment | LookInto
 """What using a control comes to."""
 
 
