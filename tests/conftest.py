@@ -24,7 +24,7 @@ BROWSER_TESTS = Path(__file__).parent / "browser"
 PAGES_OF_THEIR_OWN = frozenset(
     f"test_{name}.py"
     for name in (
-        *("audience", "boards", "connection", "hunts", "replay_page"),
+        *("audience", "boards", "connection", "hunts", "lesson_card", "replay_page"),
         *("report_page", "report_print", "sessions"),
     )
 )

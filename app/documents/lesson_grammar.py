@@ -13,7 +13,8 @@ from pydantic import Field, PlainValidator, model_validator
 from learners.spec import MAX_TRIALS, SkillName, did_you_mean
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
-MAX_STEPS: Final = 1_000_000_000
+MAX_STEPS: Final = 20_000_000
+"""Of a race: several times as many as the thesis's learners make."""
 MAX_WORD: Final = 100
 
 # --- When ----------------------------------------------------------------------------------------
@@ -278,10 +279,14 @@ class Reading(NamedTuple):
         return PLAIN_MEASURES.get(self.name) or MEASURES_OF[self.name]
 
 
+def _plain_measure(value: Any) -> str:
+    if isinstance(value, str) and value in MEASURES_OF:
+        raise ValueError(f"is a measure of something; allowed: {value}: OF WHAT in its place")
+    return _known(PLAIN_MEASURES, "measure that stands alone")(value)
+
+
 _PlainMeasure = Annotated[
-    str,
-    PlainValidator(_known(PLAIN_MEASURES, "measure that stands alone")),
-    Field(description=", ".join(PLAIN_MEASURES)),
+    str, PlainValidator(_plain_measure), Field(description=", ".join(PLAIN_MEASURES))
 ]
 
 

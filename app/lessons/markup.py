@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from app.util.html import element, escaped, joined
 
-_MARKED: Final = re.compile(r"\*\*(?P<bold>\S(?:[^*\n]*[^*\s])?)\*\*|`(?P<code>[^`\n]+)`")
+_MARKED: Final = re.compile(r"\*\*(?P<bold>[^*\s](?:[^*\n]*[^*\s])?)\*\*|`(?P<code>[^`\n]+)`")
 
 
 def html_of(text: str) -> Markup:

@@ -14,14 +14,18 @@ from app.page.inbox import Ask, Inbox, Intent, StatusOf
 from app.page.lesson.board import ROOT as ASKED
 from app.page.lesson.board import BoardAsk
 from app.page.lesson.desk import Desk
-from app.page.lesson.panel import LessonPanel, Rooms
+from app.page.lesson.does import run_shipped
+from app.page.lesson.marked import ROOT as MARKED
+from app.page.lesson.marked import Marked
+from app.page.lesson.panel import LessonPanel
+from app.page.lesson.sitter import Rooms
 from app.page.panels.audience import Audience
 from app.page.panels.earlier import Earlier
 from app.page.panels.export import Export
 from app.page.panels.export import Seen as OnBoard
 from app.page.panels.file_tab import FileTab, OfferPreset, TakeExperiment
 from app.page.panels.hunts import Hunts
-from app.page.panels.inspection import Inspection
+from app.page.panels.inspection import Inspection, cell_under
 from app.page.panels.readings import Readings
 from app.page.panels.results import ResultsPanel
 from app.page.panels.share import Share
@@ -127,16 +131,6 @@ class Browser:
             client, shared.session, shared.side, shared.channels, inbox, shared.presets
         )
         """Runs side by side, where this browser looks at them in the place of the board."""
-        self.lesson = LessonPanel(
-            client,
-            shared.desk,
-            Rooms(self.readings.view, self.outlook, self.asks, self.side.open, self._hunts.watch),
-            shared.channels,
-            inbox,
-            shared.n_viewers,
-            wake,
-        )
-        """The lesson that is on, if one is."""
         self.pulse = Pulse(shared.server, client.client_id)
         self.exhibit: Exhibit | None = None
         """Of what it was sent a frame last, and so what is on its screen, whatever it is to see by
@@ -147,11 +141,30 @@ class Browser:
         # What is drawn for this browser alone is drawn on a whole board.
         self._drawn_alone = [
             client.scene.add_frame(name, show_axes=False)
-            for name in ("/inspect", "/watched", ASKED)
+            for name in ("/inspect", "/watched", ASKED, MARKED)
         ]
         self._inspection = Inspection(client, self.readings.inspect_tab, wake)
         self.octants = BoardAsk(client, wake)
         """What it is asked about the octants round the prey."""
+        presenting, stand = shared.presenting, shared.presenting.stand
+        rooms = Rooms(
+            view=self.readings.view,
+            outlook=self.outlook,
+            asks=self.asks,
+            time=self.time,
+            octants=self.octants,
+            marked=Marked(client),
+            inspection=self._inspection,
+            open_side=self.side.open,
+            watch=self._hunts.watch,
+            experiment=self._experiment,
+            presents=lambda: stand is not None and presenting.presenter == client.client_id,
+            classroom=None if stand is None else stand.classroom,
+        )
+        self.lesson = LessonPanel(
+            client, shared.desk, rooms, shared.channels, inbox, shared.n_viewers, wake
+        )
+        """The lesson that is on, if one is."""
         self._audience: Audience | None = None
         with self.readings.file_tab:
             if shared.presenting.stand is not None:
@@ -192,6 +205,11 @@ class Browser:
         """How this browser wants to see the board."""
         return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
 
+    def _experiment(self, name: str) -> None:
+        """Run an experiment, and show what comes of it."""
+        begin = partial(run_shipped, self._shared.service, name)
+        self._shared.inbox.work(self.client, begin, lambda _: self.results.open())
+
     def _on_board(self) -> OnBoard:
         snapshot = self._shared.status_of(self.client).snapshot
         return OnBoard(snapshot, self.look, self._extras, snapshot.generation)
@@ -227,6 +245,9 @@ class Browser:
         if place is None:
             return
         if self.octants.take_place(place, self._shared.status_of(self.client).snapshot, look):
+            return
+        size = self._shared.status_of(self.client).snapshot.world.size
+        if self.lesson.take_cell(cell_under(place, size)):
             return
         shift = event.modifier == "shift"
         self._inspection.take_click(place, shift)

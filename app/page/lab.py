@@ -17,6 +17,7 @@ from pathlib import Path
 import viser
 
 from app.documents.lessons import Lesson
+from app.lessons.kept import default_folder
 from app.live.places import Place
 from app.live.requests import Begin, Pause, Play, Request, StartAgain
 from app.live.session import Session
@@ -164,7 +165,7 @@ class Lab:
         )
         self.gallery = Gallery(self.server)
         self._presenting = Presenting(stand, self.server)
-        self._desk = Desk(self._submit, lesson)
+        self._desk = Desk(session, self.service, self._submit, self.wake, lesson, default_folder())
         dress(self.server)
         gui = self.server.gui
         self._controls = Controls(gui, presets, self.ask, self.status_of, session.status)
@@ -270,8 +271,9 @@ class Lab:
         self.wake()
 
     def _submit(self, request: Request, refused: Reply | None = None) -> None:
-        generation = self.session.status.snapshot.generation
-        self._ticket = self.session.submit(request, refused, generation)
+        now = self.session.status.snapshot
+        self._desk.doings.note_request(request, now.step)
+        self._ticket = self.session.submit(request, refused, now.generation)
 
     def wake(self) -> None:
         """Draw at once, because somebody waits for an answer."""
@@ -358,6 +360,7 @@ class Lab:
         self._success.stop()
         self._greedy.stop()
         self._ghosts.stop()
+        self._desk.stop()
         self._presenting.close()
         close_server(self.server)
 
@@ -468,7 +471,7 @@ class Lab:
         for browser, status in seen.items():
             if not (is_for_all or status.behind):
                 continue
-            browser.lesson.update(status, live, ground, now_s)
+            browser.lesson.update(status, live, ground, browser.look, now_s)
             browser.time.update(status, live, ground, self._plan.chosen, is_answered, now_s)
             if not browser.pulse.is_ready(now_s):
                 continue

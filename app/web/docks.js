@@ -1,14 +1,14 @@
 // @ts-check
 // The panels at both sides: which of them are open, and rails that open those that are folded.
 //
-// In a large window both are open, in a smaller one only the controls, in a small one neither. There
-// one is open at a time; in a small window it lies over the stage. viser would take a panel that it
+// In a large window both are open, in a smaller one only the controls, and neither in a small one or
+// beside the card of a lesson. There one is open at a time; in a small window it lies over the stage. viser would take a panel that it
 // folds out of the page, and with it what the lab tells the stage, so folding is done here.
 
 import { whenChanged } from "./changes.js";
 
 /** @typedef {"left" | "right"} Edge */
-/** @typedef {"both" | "one" | "over"} Room */
+/** @typedef {"both" | "one" | "beside" | "over"} Room */
 
 export const EDGES = /** @type {const} */ (["left", "right"]);
 /** What the panels are called. */
@@ -16,12 +16,17 @@ const NAMES = { left: "Your view", right: "The learner" };
 const HANDLE = "[data-dock-region-handle]";
 const SHEET = ".mantine-ScrollArea-root[data-autosize]";
 const NARROW = matchMedia("(max-width: 1199px)");
-/** A lesson takes the room of one of them, where it leaves any. */
+/** A card has more of the room than one of them. */
 const isBesideLesson = () => document.documentElement.dataset.lesson !== undefined;
 const SMALL = matchMedia("(max-width: 899px), (max-height: 559px)");
 
 /** Which are open in windows of each kind. @type {Record<Room, Set<Edge>>} */
-const open = { both: new Set(EDGES), one: new Set(["right"]), over: new Set() };
+const open = {
+  both: new Set(EDGES),
+  one: new Set(["right"]),
+  beside: new Set(),
+  over: new Set(),
+};
 /** @type {Array<() => void>} */
 const listeners = [];
 /** @type {Record<Edge, HTMLElement>} */
@@ -29,7 +34,7 @@ const rails = { left: document.createElement("nav"), right: document.createEleme
 
 /** @returns {Room} */
 export const room = () =>
-  SMALL.matches ? "over" : NARROW.matches || isBesideLesson() ? "one" : "both";
+  SMALL.matches ? "over" : isBesideLesson() ? "beside" : NARROW.matches ? "one" : "both";
 
 /** @param {Edge} edge */
 export const isOpen = (edge) => open[room()].has(edge);

@@ -4,7 +4,6 @@ from typing import Final
 
 import pytest
 
-from app.documents import lessons
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import MEASURE_NAMES, REGIONS, Reading, Window
 from app.documents.lessons import Lesson
@@ -17,33 +16,10 @@ from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from learners.commands import Command, Explore, FollowSchedule, Introduce
 from learners.run import Run
+from tests.support.circling import circling
 
 PATIENCE_S: Final = 60.0
 SEED: Final = 5
-SMALL: Final = {"world.size": 40, "world.n_directions": 16, "world.n_distances": 11}
-LESSON: Final = """
-title: Circling
-minutes: 1
-setup: {preset: timed, start: 400, schedule: "off", set: {world.size: 40, trials: 3000}}
-show: [play, value]
-steps:
-  - ask: direction
-    id: spread
-    text: Which way?
-    options: [clockwise, counter-clockwise, both ways, not at all]
-    reveal: {measure: spread_direction, at: +1500}
-  - ask: moment
-    id: moment
-    text: When?
-    reveal: {reach: right_flank, above: 0.2, at: +1500}
-  - do: {command: introduce, skill: circle_clockwise, explore: {trials: 500, chance: 0.95}}
-    id: circle
-    text: Let it circle.
-    unlock: [add_skill, explore]
-    check: {all: [{present: circle_clockwise}, {reach: right_flank, above: 0.2, by: +1500}]}
-  - see: {same_as: spread}
-    text: Which way did it go?
-""".replace("show: [play, value]", "show: [play, layer.value]")
 READINGS: Final = (
     *(
         Reading(name, None)
@@ -72,7 +48,7 @@ READINGS: Final = (
 
 @pytest.fixture(scope="module")
 def lesson() -> Lesson:
-    return lessons.parse(LESSON, "circling.yaml")
+    return circling()
 
 
 def live(lesson: Lesson) -> Session:
@@ -122,7 +98,7 @@ def test_a_live_session_measures_what_the_player_does(lesson: Lesson) -> None:
         give(session, Introduce("circle_clockwise", 300), Explore("circle_clockwise", 500, 0.95))
         # At full speed, so that nobody draws on the way.
         run_to(session, 1_900)
-        assert measured_of(view_of(session.status.snapshot, past)) == seen["step_4"]
+        assert measured_of(view_of(session.status.snapshot, past)) == seen["step_5"]
         cards = {card.id: card for card in lesson.spec.steps}
         check = cards["circle"].check
         assert check is not None

@@ -10,13 +10,14 @@ import viser
 
 from app.documents import lessons
 from app.documents.lessons import Lesson
+from app.live.places import Place
 from app.live.requests import Request
 from app.live.session import Session
 from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.page.lesson import messages
 from app.page.lesson.desk import Desk
-from app.page.lesson.panel import LessonPanel, Rooms
+from app.page.lesson.panel import LessonPanel
 from app.page.time.asks import Asks
 from app.page.time.grounds import Grounds
 from app.page.time.outlook import Outlook
@@ -38,10 +39,10 @@ steps:
     run: +50
   - ask: choice
     id: guess
-    text: "Will it have more places with a value?"
+    text: "Will it go on?"
     options: ["no", "yes"]
     confidence: true
-    reveal: {measure: value_states, above: 5, at: +100}
+    reveal: {measure: trial, above: 300, at: +100}
   - do: {command: introduce, skill: avoid}
     id: add
     text: "Let it learn to avoid."
@@ -60,7 +61,7 @@ texts:
     title: Eine kleine
     cards:
       - text: "Der Räuber lernt **jagen**."
-      - {text: "Wird er mehr Orte mit Wert haben?", options: [nein, ja]}
+      - {text: "Geht es weiter?", options: [nein, ja]}
       - {text: "Lass ihn ausweichen lernen.", hints: ["Sieh unter die Karte.", "Drücke."]}
       - text: "Hat er?"
       - text: "Jeder Ort hat seinen Wert vom nächsten."
@@ -117,7 +118,26 @@ class Sitter:
         self.frame, self.view = Frame(), View()
         self.outlook = Outlook(number, room.session.moments)
         self.asks = Asks(self.outlook, room.submit, lambda act: room.later.append(act))
-        rooms: Any = Rooms(self.view, self.outlook, self.asks, lambda: None, lambda: None)  # pyright: ignore[reportArgumentType]
+        self.done: list[str] = []
+        """What was asked of other parts of the page."""
+        self.on_board: Any = None
+        self.on_bar: Any = None
+        rooms: Any = SimpleNamespace(
+            view=self.view,
+            outlook=self.outlook,
+            asks=self.asks,
+            time=SimpleNamespace(ask=self._ask_bar, go_to=self._go_to),
+            octants=SimpleNamespace(ask=self._ask_board),
+            marked=SimpleNamespace(show=self._mark),
+            inspection=SimpleNamespace(look_into=self._look_into),
+            open_side=lambda: self.done.append("side"),
+            watch=lambda: self.done.append("watch"),
+            experiment=lambda name: self.done.append(f"experiment {name}"),
+            presents=lambda: room.classroom is not None,
+            classroom=room.classroom,
+        )
+        self.marked: str | None = None
+        self.cell: tuple[int, int] | None = None
         client: Any = SimpleNamespace(gui=gui, client_id=number)
         channels: Any = self.frame
         inbox: Any = AtOnce()
@@ -125,6 +145,22 @@ class Sitter:
             client, room.desk, rooms, channels, inbox, lambda: len(room.sitters), lambda: None
         )
         self._room = room
+
+    def _ask_bar(self, asked: Any, answered: Any) -> None:
+        self.on_bar, self.answered = asked, answered
+
+    def _ask_board(self, asked: Any, toggled: Any) -> None:
+        self.on_board, self.toggled = asked, toggled
+
+    def _mark(self, region: str | None, *_: object) -> None:
+        self.marked = region
+
+    def _look_into(self, cell: tuple[int, int] | None) -> None:
+        self.cell = cell
+
+    def _go_to(self, place: Place) -> None:
+        ground = self._room.grounds.of(self._room.status)
+        self.outlook.walk.look(place.line, place.step, time.perf_counter(), ground)
 
     @property
     def state(self) -> dict[str, Any]:
@@ -163,7 +199,9 @@ class Room:
         self.grounds = Grounds(session)
         self.ticket = 0
         self.later: list[Callable[[], object]] = []
-        self.desk = Desk(lambda request: self.submit(request))
+        service: Any = SimpleNamespace(standing=None)
+        self.classroom: Any = None
+        self.desk = Desk(session, service, self.submit, lambda: None, folder=None)
         if own is not None:
             self.desk.library.offer(own)
         self.sitters: list[Sitter] = []
@@ -177,8 +215,15 @@ class Room:
         return self.session.status
 
     def submit(self, request: Request, refused: Any = None) -> None:
-        generation = self.session.status.snapshot.generation
-        self.ticket = self.session.submit(request, refused, generation)
+        """As the lab does it."""
+        now = self.session.status.snapshot
+        self.desk.doings.note_request(request, now.step)
+        self.ticket = self.session.submit(request, refused, now.generation)
+
+    def close(self) -> None:
+        """End what runs beside the session, and that."""
+        self.desk.stop()
+        self.session.stop()
 
     def show(self) -> None:
         """Draw a frame."""
@@ -190,7 +235,7 @@ class Room:
         for sitter in self.sitters:
             sitter.asks.follow(live, ground, now_s)
             seen = sitter.outlook.status(live, now_s, ground)
-            sitter.panel.update(seen, live, ground, now_s)
+            sitter.panel.update(seen, live, ground, sitter.view.look, now_s)
 
     def settle(self) -> None:
         """Wait until all that was asked for is answered, and has been shown."""

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Page, Route
+from playwright.sync_api import ConsoleMessage, Page, Route
 
 from app.server import web_files
 
@@ -42,111 +42,20 @@ _DARK: Final = {
     "--pounce-link": "#74c0fc",
 }
 
-SPREAD: Final = [
-    ["clockwise", "Clockwise"],
-    ["counter", "Counter-clockwise"],
-    ["both", "Both ways at once"],
-    ["no", "Not at all"],
-]
-PARTS: Final = [
-    ["exploration", "Forced exploration"],
-    ["timers", "Timers"],
-    ["freeze", "The freeze after a skill joins"],
-    ["safe", "Safe introduction"],
-]
-
-
-def asks(kind: str, **what: Any) -> dict[str, Any]:
-    """A question that nobody has answered."""
-    return {
-        "kind": kind,
-        "options": [],
-        "low": None,
-        "high": None,
-        "unit": None,
-        "from": None,
-        "to": None,
-        "confidence": False,
-        "answer": None,
-        "said": None,
-        "locked": False,
-        **what,
-    }
-
-
-def card(kind: str, html: str, **what: Any) -> dict[str, Any]:
-    """A card on which there is nothing but words."""
-    return {
-        "kind": kind,
-        "id": f"a_{kind}",
-        "html": html,
-        "ask": None,
-        "reveal": None,
-        "check": None,
-        "hints": [],
-        "more_hints": False,
-        "back": True,
-        "busy": None,
-        **what,
-    }
-
-
-def told(shown: dict[str, Any] | None, **what: Any) -> dict[str, Any]:
-    """All that the lab says where a card is shown; without one there is but the list."""
-    above = {key: what.pop(key) for key in ("list", "fault", "free") if key in what}
-    lesson: dict[str, Any] = {
-        "name": "which_way_round",
-        "title": "Which way round?",
-        "language": "en",
-        "languages": ["en", "de"],
-        "n": 9,
-        "at": 3,
-        "furthest": 4,
-        "show": ["play", "speed", "layer.value"],
-        "keys": ["Space", "KeyJ", "KeyK", "Digit1"],
-        "card": shown,
-        "controls": [],
-        "inspect": None,
-        "notes": None,
-        "next": True,
-        "last": False,
-        "vote": None,
-        **what,
-    }
-    listed = [
-        _listed("where_value_comes_from", "Where value comes from", 4, at=None),
-        _listed("the_cone", "The cone", 5, needs=["Where value comes from"], at=6),
-        _listed("which_way_round", "Which way round?", 6, needs=["The cone"], at=3),
-        _listed("all_at_once", "All at once?", 8, at=None, languages=["en"]),
-    ]
-    return {
-        "kind": "lesson",
-        "list": listed,
-        "fault": None,
-        "free": False,
-        **above,
-        "lesson": None if shown is None else lesson,
-    }
-
-
-def _listed(name: str, title: str, minutes: int, **what: Any) -> dict[str, Any]:
-    return {
-        "name": name,
-        "title": title,
-        "minutes": minutes,
-        "needs": [],
-        "languages": ["en", "de"],
-        "n": 9,
-        **what,
-    }
-
 
 class Taught:
     """A page with a card, by what a person does there."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
-        page.route(f"{ORIGIN}/**", _serve)
+        self.complaints: list[str] = []
+        page.on("console", self._note)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.route(f"{ORIGIN}/**", serve)
+
+    def _note(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.complaints.append(message.text)
 
     def open(self, dark: bool = False, zoom: float = 1.0) -> None:
         """Go to the page, which knows nothing yet."""
@@ -183,7 +92,8 @@ class Taught:
         return said
 
 
-def _serve(route: Route) -> None:
+def serve(route: Route) -> None:
+    """Answer for the page of a card and what it loads."""
     path = urlsplit(route.request.url).path
     if path == "/lesson/secret/":
         document = (_WEB / "lesson" / "index.html").read_text("utf-8")

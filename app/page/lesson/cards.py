@@ -8,14 +8,14 @@ from app.documents.lesson_grammar import Moment
 from app.documents.lesson_questions import Asked
 from app.documents.lesson_spec import LessonSpec
 from app.lessons.checks import Verdict
+from app.lessons.kept import answer_from
 from app.lessons.markup import html_of
 from app.lessons.predictions import answer_of, scored
 from app.lessons.spread import Spread
 from app.lessons.story import Guess, question_of, value_of
 from app.live.story import Given, Story
-from app.page.lesson.told import as_answer, sent_spread
+from app.page.lesson.told import sent_spread
 from app.util.html import escaped
-from app.words.numbers import counted
 
 
 class Shown(NamedTuple):
@@ -55,6 +55,14 @@ def asked_sent(
     if question is None or asked is None:
         return None
     given = story.answers.get(question)
+    value = value_of(given) if draft is None else json.loads(draft)
+    return _question_sent(asked, given, value) | {
+        "confidence": asked.confidence and card.see is None
+    }
+
+
+def _question_sent(asked: Asked, given: Given | None, value: Any) -> dict[str, Any]:
+    """A question, and an answer to it."""
     return {
         "kind": asked.ask,
         "options": [[value, str(html_of(words))] for value, words in asked.choices],
@@ -63,8 +71,8 @@ def asked_sent(
         "unit": asked.unit,
         "from": asked.first,
         "to": asked.end,
-        "confidence": asked.confidence and card.see is None,
-        "answer": value_of(given) if draft is None else json.loads(draft),
+        "confidence": asked.confidence,
+        "answer": value,
         "said": None if given is None else given.confidence,
         "locked": given is not None and given.locked,
     }
@@ -75,9 +83,11 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
     if shown is None:
         return None
     guess = value_of(shown.given)
+    asked = _question_sent(shown.asked, shown.given, guess)
     if not shown.is_ready:
         return {
             "ready": False,
+            "asked": asked,
             "html": "What came of it is not known yet.",
             "guess": guess,
             "run": None,
@@ -86,9 +96,10 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
         }
     spread = Spread(()) if shown.spread is None else shown.spread
     answer = answer_of(shown.asked, guess)
-    words = scored(shown.asked, answer, as_answer(shown.own), spread).words
+    words = scored(shown.asked, answer, answer_from(shown.own), spread).words
     return {
         "ready": True,
+        "asked": asked,
         "html": str(escaped(words)),
         "guess": guess,
         "run": shown.own,
@@ -111,7 +122,6 @@ def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str
 def learning_in_words(until: Moment, trial: int) -> str:
     """That the learner learns on before the next card."""
     if until.captures is not None:
-        return (
-            f"It goes on, one trial at a time, for {counted(until.captures, 'catch', 'catches')} …"
-        )
+        catches = "catch" if until.captures == 1 else "catches"
+        return f"It goes on, one trial at a time, for {until.captures:,} {catches} …"
     return f"It learns on to trial {until.trials:,}; it is in trial {trial:,} …"

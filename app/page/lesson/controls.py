@@ -16,7 +16,6 @@ from app.page.panels.steering import introduction_of, undoable
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, OF_TRIAL
 from app.words.plain import plain
-from learners.spec import RunSpec
 from learners.commands import (
     Explore,
     FollowSchedule,
@@ -25,6 +24,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.spec import RunSpec
 
 FRAMES: Final[Mapping[str, int]] = {"turned": FOLDED, "all": ALL, "trial": OF_TRIAL}
 """What headings are shown, as lessons call it."""

@@ -9,6 +9,7 @@ import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from app.documents.lesson_cards import Card
@@ -16,7 +17,6 @@ from app.documents.lesson_grammar import Moment
 from app.documents.lesson_questions import Asked
 from app.documents.lessons import Lesson
 from app.lessons.checks import Verdict
-from app.lessons.kept import default_folder
 from app.lessons.measures import Began
 from app.lessons.predictions import answer_of, scored
 from app.lessons.referee import Line, Referee
@@ -82,6 +82,7 @@ class Desk:
         submit: Submit,
         wake: Callable[[], object],
         first: Lesson | None = None,
+        folder: Path | None = None,
     ) -> None:
         """Prepare.
 
@@ -91,6 +92,7 @@ class Desk:
             submit: hands a request to the session.
             wake: lets the render loop draw; called in any thread.
             first: a lesson that is to be on at once.
+            folder: in which what twenty runs answer is kept; None for nowhere.
         """
         self.library = Library(first)
         """The lessons that there are."""
@@ -98,7 +100,7 @@ class Desk:
         """What was done on the card that is shown."""
         self._session, self._submit = session, submit
         self._referee = Referee(wake)
-        self._twenty = Twenty(wake, default_folder())
+        self._twenty = Twenty(wake, folder)
         self._first = first
         self._goes_to: tuple[str, int, Moment] | None = None
         """A lesson, the card that comes next, and up to when is learned before that."""
@@ -106,7 +108,7 @@ class Desk:
         """The lesson, the card, and where it was entered, of which things are looked for."""
         self._looked_s = -1.0
         self._found_s: dict[str, float] = {}
-        """When it was known what the run answers to a question of which others are not there yet."""
+        """When it was known what the run answers, by question, while others are not there yet."""
         self.verdict: Verdict | None = None
         """What the check of the card that is shown has come to; None if it has none, or not yet."""
 

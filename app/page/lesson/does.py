@@ -2,8 +2,10 @@
 
 from typing import Final, NamedTuple
 
-from app.documents import presets
+from app.documents import experiments, presets
+from app.documents.experiments import ExperimentError
 from app.documents.lesson_cards import Do
+from app.experiments.claims import FolderError
 from app.lessons.doing import commands_of, started_again
 from app.live.places import Place
 from app.live.race import THESIS_FOUR
@@ -19,8 +21,13 @@ from app.page.lesson.controls import (
     StartLessonAgain,
     Wanted,
 )
+from app.results.service import BusyError, Service
+from app.server.callbacks import RefusedError
 from learners.spec import RunSpec
 
+_SEEDS: Final = 10
+_WORKERS: Final = 2
+"""Of an experiment that a card has run."""
 _MARK: Final = "here"
 """The text of a mark."""
 
@@ -79,6 +86,18 @@ def deeds_of(do: Do, began: int, status: Status, spec: RunSpec) -> tuple[Deed, .
             return (Layer(do.layer),)
         case _:
             return commands
+
+
+def run_shipped(service: Service, name: str) -> None:
+    """Begin an experiment that comes with the lab, with few seeds. It takes a moment.
+
+    Raises:
+        RefusedError: it cannot be run now.
+    """
+    try:
+        service.start(experiments.load(name, _SEEDS), _WORKERS)
+    except (BusyError, ExperimentError, FolderError) as error:
+        raise RefusedError(str(error)) from error
 
 
 def _race(do: Do, seed: int) -> Request:

@@ -129,6 +129,11 @@ def _racing(race: Race) -> Iterable[Racing]:
         )
 
 
+def layer_opened(key: str) -> Opened:
+    """That a layer is seen."""
+    return Opened("layer", layer=key)
+
+
 def opened_at(cell: tuple[int, int], snapshot: Snapshot, heading: int) -> list[Opened]:
     """What is opened where a cell of the board is looked into: every region that it lies in.
 
@@ -141,4 +146,5 @@ def opened_at(cell: tuple[int, int], snapshot: Snapshot, heading: int) -> list[O
     ring, direction = sensed(snapshot, cell_at(snapshot.world, *cell))
     turned = (direction - heading * world.n_directions // 8) % world.n_directions
     regions = masks(world)
-    return [Opened("cell", region=name) for name in regions if regions[name][ring, turned]]
+    opened = [Opened("why")]
+    return opened + [Opened("cell", region=name) for name in regions if regions[name][ring, turned]]

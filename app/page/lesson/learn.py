@@ -7,9 +7,11 @@ from typing import Any, Final
 
 from app.documents import lessons
 from app.documents.lessons import Lesson, LessonError
+from app.lessons.taken import lesson_of
 from app.live.requests import StartAgain, TakeLesson
 from app.live.status import Status
 from app.live.story import LongText, Story
+from app.page.lesson.controls import StartLessonAgain
 from learners.spec import RunSpec
 
 MOST_OWN: Final = 8
@@ -35,8 +37,6 @@ class Library:
         self._own: dict[str, Lesson] = {}
         if own is not None and own.name not in lessons.shipped():
             self.offer(own)
-        self._begun: dict[str, Lesson | None] = {}
-        """Of texts that lessons were begun with, by digest; None if it is none any more."""
         self._sources: dict[tuple[str, str], str] = {}
         """By name and digest, what has become of a lesson's file."""
 
@@ -74,9 +74,7 @@ class Library:
         offered = self.offered.get(took.name)
         if offered is not None and offered.digest == took.digest:
             return offered
-        if took.digest not in self._begun:
-            self._begun[took.digest] = _read(took.text, took.name, took.source)
-        return self._begun[took.digest]
+        return lesson_of(took)
 
     def news_of(self, story: Story, is_shared: bool) -> str:
         """What is to be said of the file of a lesson that is gone on with; "" if nothing is.
@@ -95,15 +93,6 @@ class Library:
         if key not in self._sources:
             self._sources[key] = _news_of_file(took.source, took.digest)
         return self._sources[key]
-
-
-def _read(text: str, name: str, source: str) -> Lesson | None:
-    for folder in (None, *([Path(source).parent] if source else [])):
-        try:
-            return lessons.parse(text, f"{name}.yaml", folder)
-        except LessonError:
-            continue
-    return None
 
 
 def _news_of_file(source: str, digest: str) -> str:
@@ -128,6 +117,18 @@ def request_to_begin(lesson: Lesson, language: str, is_anew: bool) -> TakeLesson
         speed=setup.speed or PLAIN_SPEED,
         is_anew=is_anew,
     )
+
+
+def begun_again(lesson: Lesson, story: Story, again: StartLessonAgain) -> TakeLesson:
+    """What has another run of a lesson begin, at the same card."""
+    request = request_to_begin(lesson, story.language, is_anew=False)
+    setup = lesson.spec.setup
+    seed = setup.seed if again.seed is None else again.seed
+    begin = start_of(again.spec or lesson.run_spec, again.preset or setup.preset, seed)
+    if again.spec is not None:
+        # A run that a card begins is of another kind, and is seen from its first trial on.
+        request = replace(request, start=0, follows=True)
+    return replace(request, begin=begin, runs_anew=True)
 
 
 def start_of(spec: RunSpec, preset: str, seed: int) -> StartAgain:

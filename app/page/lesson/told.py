@@ -1,32 +1,14 @@
 """What came of a guess, as a card's frame, the board and the bar are told it."""
 
-from typing import Any, Final
+from typing import Any
 
 from app.documents.lesson_questions import Asked
+from app.lessons.kept import answer_from
 from app.lessons.reveals import Answer
 from app.lessons.spread import Spread, points_of
 from app.page.lesson.board import OctantsAsked
 from app.page.time.asked import Asked as OnBar
 from app.page.time.asked import Band, MomentAsked, SketchAsked
-
-ON_BOARD: Final = ("sectors",)
-"""Kinds of questions that are answered on the board as well."""
-ON_BAR: Final = ("moment", "sketch")
-"""Kinds that are answered on the time bar."""
-
-
-def plain(answer: Answer) -> Any:
-    """An answer as JSON has it."""
-    if not isinstance(answer, tuple):
-        return answer
-    return [list(item) if isinstance(item, tuple) else item for item in answer]
-
-
-def as_answer(value: Any) -> Answer:
-    """The same back; what is no answer cannot be in a story."""
-    if not isinstance(value, list):
-        return value
-    return tuple(tuple(item) if isinstance(item, list) else item for item in value)
 
 
 def sent_spread(asked: Asked, spread: Spread | None) -> dict[str, Any] | None:
@@ -45,19 +27,20 @@ def sent_spread(asked: Asked, spread: Spread | None) -> dict[str, Any] | None:
             return found | {name: list(part) for name, part in zip(names, curve, strict=True)}
         case "order":
             values = [value for value, _ in asked.choices]
-            orders = [answer for answer in spread.answers if isinstance(answer, tuple)]
-            places = range(len(values))
-            return found | {
-                "counts": {
-                    value: [
-                        sum(order[place : place + 1] == (value,) for order in orders)
-                        for place in places
-                    ]
-                    for value in values
-                }
+            orders = [one for one in map(_order, spread.answers) if len(one) == len(values)]
+            counts = {
+                value: [
+                    sum(order[place] == value for order in orders) for place in range(len(values))
+                ]
+                for value in values
             }
+            return found | {"counts": counts}
         case _:
             return found | {"counts": dict(spread.counts)}
+
+
+def _order(answer: Answer) -> tuple[Any, ...]:
+    return answer if isinstance(answer, tuple) else ()
 
 
 def octants_asked(
@@ -104,6 +87,6 @@ def bar_asked(
         asked.end or 0,
         None if guess is None else tuple((int(trial), float(reward)) for trial, reward in guess),
         locked,
-        () if own is None else tuple((int(t), float(r)) for t, r in points_of(as_answer(own))),
+        () if own is None else tuple((int(t), float(r)) for t, r in points_of(answer_from(own))),
         None if curve is None else Band(tuple(map(int, curve.at)), curve.low, curve.high),
     )

@@ -241,6 +241,10 @@ class Inspection:
         """
         self._ask(partial(self._clicked, place, shift))
 
+    def look_into(self, cell: tuple[int, int] | None) -> None:
+        """Inspect a cell and say why it has its value; None for none, and nothing more of it."""
+        self._ask(partial(self._looked_into, cell))
+
     def update(self, snapshot: Snapshot, look: Look, success: np.ndarray | None = None) -> None:
         """Carry out what was asked for and show what has changed; the render loop calls this.
 
@@ -280,11 +284,11 @@ class Inspection:
             )
             clear = gui.add_button("Clear", icon=viser.Icon.ERASER, color=CALM)
             self._results = gui.add_html("")
-            explained = gui.add_checkbox(
+            self._explained = gui.add_checkbox(
                 "Why this value?", False, hint="Follow the best moves to the reward it comes from"
             )
             self._reasons = gui.add_html("")
-        explained.on_update(Intent(lambda _, on: self._ask(partial(self._explain, on))))
+        self._explained.on_update(Intent(lambda _, on: self._ask(partial(self._explain, on))))
         self._here.on_click(Intent(lambda _, __: self._ask(self._hunt_here)))
         ring.on_click(Intent(lambda _, __: self._ask(self._hunt_ring)))
         clear.on_click(Intent(lambda _, __: self._ask(self._clear)))
@@ -317,6 +321,10 @@ class Inspection:
 
     def _explain(self, on: bool, *_: object) -> None:
         self._why = on
+
+    def _looked_into(self, cell: tuple[int, int] | None, *_: object) -> None:
+        self._chosen, self._why = cell, cell is not None
+        assign(self._explained, "value", self._why)
 
     def _clear(self, *_: object) -> None:
         self._chosen = None

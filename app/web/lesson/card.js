@@ -183,7 +183,8 @@ whenChanged(() => {
   showAsk(card);
   showReveal(card);
   showCheck(card);
-  showControls(lesson.controls, mainOf(lesson));
+  // Where all is open, all of them are in the panels.
+  showControls(lesson.show.includes("all") ? [] : lesson.controls, mainOf(lesson));
   inspect.hidden = !lesson.inspect;
   write(/** @type {Element} */ (inspect.firstElementChild), word("inspect"));
   put(/** @type {Element} */ (inspect.lastElementChild), lesson.inspect ?? "");
@@ -192,6 +193,9 @@ whenChanged(() => {
   write(/** @type {Element} */ (notes.firstElementChild), word("notes"));
   put(/** @type {Element} */ (notes.lastElementChild), lesson.notes ?? "");
   showFooter(lesson);
+  // What is scrolled can be scrolled by keys, too.
+  const main = part("main");
+  attribute(main, "tabindex", main.scrollHeight > main.clientHeight ? "0" : null);
   begin(lesson);
 });
 

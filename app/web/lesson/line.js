@@ -35,7 +35,7 @@ const spread = ({ values }) => {
 
 /** @type {import("./reveal.js").Picture} */
 export const line = (reveal, { unit }) => {
-  const { guess, run } = reveal;
+  const { guess, saw, run } = reveal;
   const node = element("div", "line");
   const isNumber = (/** @type {unknown} */ value) => typeof value === "number";
   const groups = MANY.map((whose) => /** @type {const} */ ([whose, reveal[whose]?.values ?? []]));
@@ -82,6 +82,7 @@ export const line = (reveal, { unit }) => {
   const list = document.createElement("dl");
   const withUnit = (/** @type {string} */ text) => (unit ? `${text} ${unit}` : text);
   if (isNumber(guess)) list.append(row("guess", nameOf("guess"), withUnit(numeral(guess, 1))));
+  if (isNumber(saw)) list.append(row("saw", nameOf("saw"), withUnit(numeral(saw, 1))));
   if (isNumber(run)) list.append(row("run", nameOf("run"), withUnit(numeral(run, 1))));
   for (const whose of MANY) {
     const many = reveal[whose];

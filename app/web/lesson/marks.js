@@ -5,7 +5,7 @@ import { element } from "../time/dom.js";
 import { svgElement } from "./compass.js";
 import { word } from "./words.js";
 
-/** @typedef {"guess" | "run" | "twenty" | "before" | "class"} Whose */
+/** @typedef {"guess" | "saw" | "run" | "twenty" | "before" | "class"} Whose */
 
 /** Of whom there are many; what the class chose first stands before what it chose then. */
 export const MANY = /** @type {const} */ (["twenty", "before", "class"]);
@@ -20,6 +20,7 @@ export const swatch = (whose) => {
 /** Round a middle of 8, 8, so that they are told from each other without their colours. */
 export const SHAPES = {
   guess: "M8 1.500L14.500 13.500H1.500Z",
+  saw: "M1 8Q8 1.500 15 8Q8 14.500 1 8ZM8 6A2 2 0 1 0 8.010 6Z",
   run: "M8 1L15 8L8 15L1 8Z",
   twenty: "M8 3.500A4.500 4.500 0 1 1 7.990 3.500Z",
   before: "M3.500 3.500H12.500V12.500H3.500Z",

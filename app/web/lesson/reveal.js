@@ -15,7 +15,8 @@ import { numeral, word } from "./words.js";
  * @typedef {import("./state.js").Card} Card
  * @typedef {import("./state.js").Many} Many
  * @typedef {import("./state.js").Reveal} Reveal
- * @typedef {(reveal: Reveal, ask: Ask) => HTMLElement} Picture
+ * @typedef {Reveal & {saw: import("./state.js").Answer | null}} Told with what somebody says to have seen
+ * @typedef {(reveal: Told, ask: Ask) => HTMLElement} Picture
  */
 
 export const revealNode = element("section", "reveal");
@@ -38,13 +39,13 @@ const bar = (kind, share) => {
 
 /** Bars of options, each with who chose it, or came to it. @type {Picture} */
 const bars = (reveal, { options }) => {
-  const { guess, run } = reveal;
+  const { guess, saw, run } = reveal;
   const table = element("ul", "bars");
   for (const [value, html] of options) {
     const item = element("li", "");
     const name = element("div", "name");
     put(name.appendChild(element("span", "")), html);
-    for (const [whose, chosen] of /** @type {const} */ ([["guess", guess], ["run", run]])) {
+    for (const [whose, chosen] of /** @type {const} */ ([["guess", guess], ["saw", saw], ["run", run]])) {
       if (chosen !== value) continue;
       const mark = element("span", `mark ${whose}`);
       mark.append(swatch(whose), nameOf(whose));
@@ -78,13 +79,13 @@ const bars = (reveal, { options }) => {
 
 /** Three rings round the prey: what was expected, this run, and in how many others. @type {Picture} */
 const rings = (reveal) => {
-  const { guess, run } = reveal;
+  const { guess, saw, run } = reveal;
   const node = element("div", "rings");
   const svg = compass();
   svg.setAttribute("aria-hidden", "true");
   /** @type {Array<[import("./marks.js").Whose, (octant: string) => number, Many | null]>} */
   const bands = [];
-  for (const [whose, octants] of /** @type {const} */ ([["guess", guess], ["run", run]]))
+  for (const [whose, octants] of /** @type {const} */ ([["guess", guess], ["saw", saw], ["run", run]]))
     if (octants) bands.push([whose, (octant) => Number(octants.includes(octant)), null]);
   for (const whose of MANY) {
     const counted = reveal[whose];
@@ -111,6 +112,7 @@ const rings = (reveal) => {
   const named = (/** @type {string[] | null} */ octants) =>
     OCTANTS.filter((octant) => octants?.includes(octant)).map((octant) => word(octant)).join("; ") || word("none");
   if (guess) list.append(row("guess", nameOf("guess"), named(guess)));
+  if (saw) list.append(row("saw", nameOf("saw"), named(saw)));
   if (run) list.append(row("run", nameOf("run"), named(run)));
   for (const whose of MANY) {
     const counted = reveal[whose];
@@ -170,13 +172,13 @@ let key = "";
 /** Whether there is a picture of what came out. @param {Card | null} card */
 export const isPictured = (card) => {
   const { reveal = null, ask = null } = card ?? {};
-  return ask !== null && reveal !== null && ["run", ...MANY].some((whose) => (/** @type {any} */ (reveal)[whose] ?? null) !== null);
+  return (reveal?.asked ?? ask) !== null && reveal !== null && ["run", ...MANY].some((whose) => (/** @type {any} */ (reveal)[whose] ?? null) !== null);
 };
 
 /** @param {Card | null} card */
 export const showReveal = (card) => {
   const reveal = card?.reveal ?? null;
-  const ask = card?.ask ?? null;
+  const ask = reveal?.asked ?? card?.ask ?? null;
   revealNode.hidden = !reveal;
   if (!reveal) {
     put(words, "");
@@ -184,10 +186,12 @@ export const showReveal = (card) => {
     return;
   }
   write(heading, word("wasSo"));
-  const now = JSON.stringify([card?.id, reveal, ask?.options, document.documentElement.lang]);
+  const now = JSON.stringify([card?.id, card?.ask?.answer, reveal, ask, document.documentElement.lang]);
   if (now === key) return;
   key = now;
-  picture.replaceChildren(...(ask && isPictured(card) ? [PICTURES[ask.kind](reveal, ask)] : []));
+  // What was asked again, of what is seen, is no guess.
+  const saw = card?.kind === "see" ? (card.ask?.answer ?? null) : null;
+  picture.replaceChildren(...(ask && isPictured(card) ? [PICTURES[ask.kind]({ ...reveal, saw }, ask)] : []));
   write(sure, ask?.said ? word("wereSure", ask.said) : "");
   put(words, reveal.ready || reveal.html ? reveal.html : word("twentyWait"));
 };

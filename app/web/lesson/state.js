@@ -16,9 +16,9 @@ import { send, sendNewest } from "../player/pipe.js";
  * }} Ask
  * @typedef {{n: number} & Record<string, any>} Many what several runs, or people, came to
  * @typedef {{
- *   ready: boolean, html: string, guess: Answer | null, run: Answer | null, twenty: Many | null,
+ *   ready: boolean, asked?: Ask, html: string, guess: Answer | null, run: Answer | null, twenty: Many | null,
  *   class?: Many | null, before?: Many | null,
- * }} Reveal `before` is what the class chose first, where it has voted again
+ * }} Reveal `asked` is what was guessed, which may be of an earlier card; `before` is what the class chose first, where it has voted again
  * @typedef {{verdict: "yes" | "not yet" | "never", html: string}} Check
  * @typedef {{
  *   kind: string, id: string, html: string, ask: Ask | null, reveal: Reveal | null,
@@ -64,7 +64,7 @@ const drafts = new Map();
 const sure = new Map();
 
 /** @param {Card} card */
-const keyOf = (card) => `${state.told?.lesson?.name} ${card.id}`;
+const keyOf = (card) => `${state.told?.lesson?.name} ${card.id} ${card.ask?.kind}`;
 
 /** The answer as it is to be shown. @param {Card} card @returns {Answer | null} */
 export const answerOf = (card) => {

@@ -9,10 +9,10 @@ const THERE = /** @type {const} */ ([
   [".transport, .between, .live-end", ["scrub"]],
   [".row.curve, .legend", ["bar", "curve"]],
   [".lanes", ["bar", "plan"]],
-  [".tree, .units", ["scrub", "plan"]],
+  [".tree", ["scrub", "plan"]],
 ]);
 const USED = /** @type {const} */ ([
-  [".playhead, .events", ["scrub"]],
+  [".playhead, .events, .units", ["scrub"]],
   [".lanes", ["plan"]],
   [".marks", ["marks"]],
 ]);
