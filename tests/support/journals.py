@@ -76,7 +76,9 @@ RECORDS: tuple[Record, ...] = (
     BroughtBack(2),
     Marked(0, 2, 600, 11, '{"kind":"gave"}'),
     Unmarked(0),
-    TookLesson(2, "cone", "cone.yaml", "ab" * 32, LongText("title: ü\n" * 900), "en", 9, True, False),
+    TookLesson(
+        2, "cone", "cone.yaml", "ab" * 32, LongText("title: ü\n" * 900), "en", 9, True, False
+    ),
     WentToCard(1, 2, 700, 12, 3, True),
     Answered("where", '["w","nw"]'),
     Committed("where", None),

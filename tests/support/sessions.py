@@ -121,9 +121,7 @@ def taking(name: str, seed: int, start: int, is_anew: bool = False) -> TakeLesso
     """What has a lesson be on that begins so many trials after the beginning of its run."""
     begin = StartAgain(SPEC, "timed", seed, paused=True)
     text = LongText(f"title: {name}\n")
-    return TakeLesson(
-        name, f"{name}.yaml", "ab" * 8, text, "en", begin, start, is_anew=is_anew
-    )
+    return TakeLesson(name, f"{name}.yaml", "ab" * 8, text, "en", begin, start, is_anew=is_anew)
 
 
 def do(session: Session, deed: Deed) -> bool:
