@@ -14,18 +14,30 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from app.audience import pictures
+from app.audience.offered import offer_of
+from app.audience.owners import Owners
 from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
 from app.audience.room import Room, lesson_part
 from app.audience.seats import Seat, Seats
-from app.audience.wishes import Act, Follow, LookAround, Wish, look_of, offered_step, themed
+from app.audience.wishes import (
+    Act,
+    Answer,
+    Follow,
+    LookAround,
+    LookOwn,
+    Wish,
+    look_of,
+    offered_step,
+    themed,
+)
 from app.live.past import Past
 from app.live.places import Place
 from app.live.status import Status
 from app.picture.layer import Extras
 from app.picture.look import Look
 from app.player.boards import world_key
-from app.player.presented import Presented
+from app.player.presented import OwnLearners, Presented
 from app.server.origin import Authority
 from app.server.turnstile import Turnstile
 from app.server.watchers import (
@@ -104,6 +116,7 @@ class Audience:
         names: Sequence[Authority] = (),
         most: int | None = None,
         is_class: bool = False,
+        has_own: bool = False,
     ) -> None:
         """Open the port.
 
@@ -115,6 +128,7 @@ class Audience:
             names: under which the port is reached besides.
             most: so many may look, if it is not as many as usual.
             is_class: whether those who look have seats, and answer what the presenter asks.
+            has_own: whether each of them has a learner of their own.
 
         Raises:
             OSError: the host is not an address of this machine, or the port is not free.
@@ -132,23 +146,28 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        self.seats: Seats | None = Seats() if is_class else None
+        self.seats: Seats | None = Seats() if is_class or has_own else None
         self.room: Room | None = None
-        if self.seats is not None:
+        if is_class and self.seats is not None:
             self.room = Room(self.seats, self._taken, self._wake, self._joined)
         self.watchers = Watchers(
             host,
             port,
             Wish,
-            self._wake,
+            self._come,
             names=names,
             code=code,
             most=MOST_WATCHERS if most is None else most,
             most_guesses=MOST_SHORT_GUESSES if is_class else MOST_GUESSES,
             seats=self.seats,
-            acts=Act if is_class else None,
+            acts=Act if self.seats is not None else None,
             act=self._heard,
         )
+        self.owners: Owners | None = None
+        if has_own:
+            self.owners = Owners(lambda: self.watchers.all, self.watchers.send, self._lab)
+        self._offered: tuple[object, ...] = ()
+        """Of what own learners were last told how they begin."""
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
         self._thread.start()
 
@@ -166,12 +185,19 @@ class Audience:
         return len(self.watchers.all)
 
     @property
+    def own(self) -> OwnLearners | None:
+        """How the learners stand that those have of their own who look; None if they have none."""
+        return None if self.owners is None else self.owners.overview
+
+    @property
     def classroom(self) -> Room | None:
         """They as a class that answers; None if they only look."""
         return self.room
 
     def show(self, live: Status, presented: Presented | None) -> None:
         """Show them how the run stands, and what the presenter sees; None before one has come."""
+        if self.owners is not None:
+            self._offer(self.owners, live)
         former, self._live, self._presented = self._presented, live, presented
         if _subject(former) != _subject(presented):
             self._wake()
@@ -182,10 +208,36 @@ class Audience:
         self._wake()
         self._thread.join(timeout=2.0)
         self._past.stop()
+        if self.owners is not None:
+            self.owners.close()
         self.watchers.close()
 
     def _wake(self) -> None:
         self._changed.set()
+
+    def _come(self) -> None:
+        """Somebody has come, gone or wished."""
+        self._wake()
+        if self.owners is not None:
+            self.owners.look()
+
+    def _heard(self, watcher: Watcher, act: Act) -> None:
+        if isinstance(act, Answer):
+            if self.room is not None:
+                self.room.answer(watcher.seat, act)
+        elif self.owners is not None:
+            self.owners.tap(watcher, act)
+
+    def _offer(self, owners: Owners, live: Status) -> None:
+        """Have own learners begin as the live run did, or as the lesson says that is on."""
+        snapshot = live.snapshot
+        of = (snapshot.preset_spec, snapshot.preset, snapshot.seed, live.opened, live.story)
+        # Told with each frame, and long to compare.
+        if not _are_same(of, self._offered):
+            self._offered = of
+            offer = offer_of(live)
+            if offer is not None:
+                owners.offer(offer)
 
     def _taken(self) -> Iterator[Seat]:
         return (watcher.seat for watcher in self.watchers.all if watcher.seat is not None)
@@ -193,10 +245,6 @@ class Audience:
     def _joined(self) -> dict[str, str | None]:
         # Another machine cannot reach the address that this one has for itself.
         return {"code": self.code, "address": (self.addresses[1:] or self.addresses)[0]}
-
-    def _heard(self, watcher: Watcher, act: Act) -> None:
-        if self.room is not None:
-            self.room.answer(watcher.seat, act)
 
     # --- In the thread ----------------------------------------------------------------------------
 
@@ -235,7 +283,7 @@ class Audience:
         groups: dict[Seen, list[Watcher]] = {}
         for watcher in watchers:
             wish = watcher.wish
-            if wish is not None:
+            if wish is not None and not isinstance(wish, LookOwn):
                 groups.setdefault(self._seen(wish, live, presented), []).append(watcher)
         places = {seen.place for seen in groups if seen.place is not None}
         if live is not None:
@@ -243,7 +291,9 @@ class Audience:
             self._past.want((place, name) for place in places)
         return groups
 
-    def _seen(self, wish: Wish, live: Status | None, presented: Presented | None) -> Seen:
+    def _seen(
+        self, wish: Follow | LookAround, live: Status | None, presented: Presented | None
+    ) -> Seen:
         if isinstance(wish, Follow) or live is None or presented is None:
             return Seen(None, wish.dark)
         look = look_of(wish)
@@ -364,7 +414,9 @@ class Audience:
         moment: Mapping[str, object],
         live: Status,
     ) -> None:
-        view.parts["stand"] = part("stand", {"begun": True, **stand})
+        view.parts["stand"] = part(
+            "stand", {"begun": True, "own": self.owners is not None, **stand}
+        )
         view.parts["moment"] = part("moment", moment)
         view.parts["offer"] = pictures.offer_part(live)
 
@@ -436,5 +488,6 @@ def _end_of(line: int, live: Status) -> int | None:
 def _are_same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
     # Snapshots and what holds them can be long to compare.
     return len(one) == len(other) and all(
-        a is b or (isinstance(a, Look | bool) and a == b) for a, b in zip(one, other, strict=True)
+        a is b or (isinstance(a, Look | bool | int | str) and a == b)
+        for a, b in zip(one, other, strict=True)
     )

@@ -62,8 +62,10 @@ class Beginning:
     """Trial up to which each has learned when it is handed over."""
     schedule: bool = True
     """Whether the schedule is followed."""
-    speed: float = SPEEDS[2]
+    speed: float = SPEEDS[3]
     """Steps a second, of which the nearest level is set."""
+    explorations: tuple[tuple[str, int, float], ...] = ()
+    """For how many trials a skill is explored, and how often it is taken, where the lesson says."""
 
     def seed_of(self, number: int) -> int:
         """Seed of the learner of a seat."""
@@ -105,17 +107,16 @@ class Own:
         self.beginning, self.seed = beginning, seed
         self.playing = False
         self.level = beginning.level
-        self._ahead: deque[tuple[int, Command]] = deque()
-        """What it is yet to be given on its way."""
         self._begin()
 
     def _begin(self) -> None:
         self.run = Run(self.beginning.spec, self.seed)
+        self.is_on_its_way = True
+        """Whether it is not yet where it can be used."""
         self._goal_step: int | None = None
-        self._goal_trial = min(self.beginning.start, self.beginning.trials)
-        self._ahead.clear()
-        if not self.beginning.schedule:
-            self._ahead.append((0, FollowSchedule(False)))
+        """Where it was put away; None where it has not been handed over before."""
+        self._ahead: deque[tuple[int, Command]] = deque()
+        """What it is yet to be given on its way there."""
         self._seen: Snapshot | None = None
 
     @classmethod
@@ -123,27 +124,17 @@ class Own:
         """One that was put away, on its way to where it was."""
         own = cls(kept.beginning, kept.seed)
         own.playing, own.level = kept.playing, kept.level
-        if kept.step is not None:
-            own._goal_step, own._goal_trial = kept.step, MAX_TRIALS
-            own._ahead = deque(kept.journal)
+        own._goal_step = kept.step
+        own._ahead.extend(kept.journal)
         return own
 
     def put_away(self) -> Kept:
         """What is kept of it. One that is on its way is kept as it will be there."""
         journal = (*self.run.journal, *self._ahead)
-        step = self.run.step
-        if self.is_on_its_way:
-            step = self._goal_step
+        step = self._goal_step if self.is_on_its_way else self.run.step
         return Kept(self.beginning, self.seed, journal, step, self.playing, self.level)
 
     # How it stands
-
-    @property
-    def is_on_its_way(self) -> bool:
-        """Whether it is not yet where it can be used."""
-        if self._goal_step is not None:
-            return self.run.step < self._goal_step or bool(self._ahead)
-        return self.run.trial < self._goal_trial or bool(self._ahead)
 
     @property
     def is_new(self) -> bool:
@@ -200,17 +191,32 @@ class Own:
         if not self.is_on_its_way:
             return self.run.advance(steps, self.beginning.trials)
         made = 0
-        while self.is_on_its_way:
+        while True:
             if self._ahead and self._ahead[0][0] <= self.run.step:
                 self.run.apply(self._ahead.popleft()[1])
-                continue
-            if made >= steps:
+            elif self._has_come():
+                self._hand_over()
                 return made
-            until = self._ahead[0][0] if self._ahead else self._goal_step
-            left = steps - made if until is None else min(steps - made, until - self.run.step)
-            made += self.run.advance(left, self._goal_trial)
-        self._goal_step = None
-        return made
+            elif made >= steps:
+                return made
+            else:
+                made += self._go_on(steps - made)
+
+    def _has_come(self) -> bool:
+        if self._goal_step is None:
+            return self.run.trial >= min(self.beginning.start, self.beginning.trials)
+        return self.run.step >= self._goal_step and not self._ahead
+
+    def _go_on(self, steps: int) -> int:
+        if self._goal_step is None:
+            return self.run.advance(steps, self.beginning.start)
+        until = self._ahead[0][0] if self._ahead else self._goal_step
+        return self.run.advance(min(steps, until - self.run.step), MAX_TRIALS)
+
+    def _hand_over(self) -> None:
+        if self._goal_step is None and not self.beginning.schedule:
+            self.run.apply(FollowSchedule(False))
+        self.is_on_its_way, self._goal_step = False, None
 
     def carry_out(self, tap: Tap) -> None:
         """Do what somebody has asked for; not while it is on its way.
@@ -255,6 +261,9 @@ class Own:
 
     def _exploration_of(self, skill: str) -> tuple[int, float]:
         """For how many trials a skill is explored from now on, and how often it is taken."""
+        for name, trials, chance in self.beginning.explorations:
+            if name == skill:
+                return trials, chance
         for episode in self.run.spec.schedule.episodes:
             if episode.skill == skill:
                 return episode.duration, episode.probability

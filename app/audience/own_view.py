@@ -4,7 +4,7 @@ A part is JSON as the page takes it (``app/web/audience/own.js``). Buttons are t
 say when they are pressed; whatever comes back is judged all the same.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final, Protocol
 
 from app.audience.own import Own
@@ -164,7 +164,7 @@ def own_part(own: Own, seat: Seat, controls: tuple[str, ...], notice: str) -> by
         {
             "number": seat.number,
             "shape": seat.shape,
-            "seed": f"Its seed is {own.seed}: {beginning.seed} and the number of your seat.",
+            "seed": f"Seed {own.seed}: {beginning.seed} and the number of your seat.",
             "busy": f"Your learner {goal} …" if own.is_on_its_way else "",
             "notice": notice,
             "playing": own.learns,
@@ -244,7 +244,7 @@ def _button(label: str, tap: Tap, on: bool = True) -> dict[str, Any]:
     return {"kind": "button", "label": label, "says": tap, "on": on}
 
 
-def _choice(label: str, taps: list[tuple[str, Tap]], nothing: str, on: bool) -> dict[str, Any]:
+def _choice(label: str, taps: Sequence[tuple[str, Tap]], nothing: str, on: bool) -> dict[str, Any]:
     if not taps:
         return {"kind": "button", "label": nothing, "says": None, "on": False}
     return {"kind": "choice", "label": label, "options": taps, "on": on}

@@ -12,10 +12,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
+from app.audience.offered import Offer
 from app.audience.own import Beginning, Kept, Own
-from app.audience.own_view import CONTROLS, ORDER, OwnView, Seat, own_part, waiting_part
+from app.audience.own_view import ORDER, OwnView, Seat, own_part, waiting_part
 from app.audience.pictures import Parts, by_what_they_miss, letter_of
 from app.audience.taps import (
     AddOwn,
@@ -84,6 +85,7 @@ _CONTROL_OF: Final[dict[type, str]] = {
 }
 _RESTS: Final = "It rests, as nobody has touched it for a while. Whatever you press wakes it."
 _ANEW: Final = "The presenter has begun something else, so your learner began anew."
+_HOLDS: Final = "The presenter asks what will come. Your learner waits until that is answered."
 _BROKEN: Final = "An error stopped your learner, so it began anew."
 
 log = logging.getLogger(__name__)
@@ -145,11 +147,6 @@ class _Desk:
         return parts
 
 
-class _Offer(NamedTuple):
-    beginning: Beginning
-    controls: tuple[str, ...]
-
-
 class Owners:
     """All of them. Methods may be called from any thread."""
 
@@ -167,14 +164,17 @@ class Owners:
             lab: the part that says which lab it is.
         """
         self._watchers, self._send, self._lab = watchers, send, lab
-        self._offer: _Offer | None = None
+        self._offer: Offer | None = None
+        self._told: Offer | None = None
+        """What pages were told last that they can do."""
         self._desks: dict[Seat, _Desk] = {}
         self._tapped: deque[tuple[Seat, Tap]] = deque()
-        self._forgets = False
         self._closed = False
         self._overview = OwnLearners(0, 0, ())
         self._overview_s = 0.0
         self._turn_of = 0
+        self.steps_made = 0
+        """By all of them that have learned on; not what was made again."""
         self._learning = Turnstile(LEARNING_SHARE, 0.05)
         self._making = Turnstile(MAKING_SHARE, 0.2)
         self._painting = Turnstile(PAINTING_SHARE, 0.05)
@@ -186,9 +186,8 @@ class Owners:
 
     # What others do
 
-    def offer(self, beginning: Beginning, controls: tuple[str, ...] = CONTROLS) -> None:
-        """Have all learners begin so, and their seats have these controls."""
-        offer = _Offer(beginning, controls)
+    def offer(self, offer: Offer) -> None:
+        """Have all learners begin so, and their seats do this with them."""
         if offer != self._offer:
             self._offer = offer
             self.look()
@@ -204,15 +203,15 @@ class Owners:
         """See who is there, and what they wish."""
         self._changed.set()
 
+    def learner_of(self, seat: Seat) -> Own | Kept | None:
+        """The learner of a seat, to be looked at alone; None if it has none."""
+        desk = self._desks.get(seat)
+        return None if desk is None else desk.own or desk.kept
+
     @property
     def overview(self) -> OwnLearners:
         """How they stand, without saying whose any of them is."""
         return self._overview
-
-    def forget(self) -> None:
-        """End all of them, and keep nothing."""
-        self._forgets = True
-        self.look()
 
     def close(self) -> None:
         """End all of them."""
@@ -235,18 +234,19 @@ class Owners:
 
     def _turn(self, now_s: float) -> float:
         """Do what is due; returns when to look again."""
-        if self._forgets:
-            self._forgets = False
-            self._desks.clear()
-            self._tapped.clear()
         offer = self._offer
         if offer is None:
             return now_s + _IDLE_S
         self._see(offer, now_s)
+        if offer != self._told:
+            self._told = offer
+            for desk in self._desks.values():
+                if desk.own is not None:
+                    self._stand(desk, offer, desk.own)
         self._answer(offer, now_s)
         due_s = min(
             self._make_again(offer),
-            self._learn(),
+            float("inf") if offer.holds else self._learn(),
             self._paint(offer),
             now_s + _IDLE_S,
         )
@@ -255,11 +255,12 @@ class Owners:
 
     # Who is there
 
-    def _see(self, offer: _Offer, now_s: float) -> None:
+    def _see(self, offer: Offer, now_s: float) -> None:
         pages: dict[Seat, list[Watcher]] = {}
         for watcher in self._watchers():
             if watcher.seat is not None:
                 pages.setdefault(watcher.seat, []).append(watcher)
+        # Where a class has ended nothing is kept of it.
         for seat in [seat for seat in self._desks if not seat.is_taken]:
             del self._desks[seat]
         for seat, watchers in pages.items():
@@ -279,7 +280,7 @@ class Owners:
                     desk.put_away(rests=False)
         self._wake_and_put_away(offer, now_s)
 
-    def _wake_and_put_away(self, offer: _Offer, now_s: float) -> None:
+    def _wake_and_put_away(self, offer: Offer, now_s: float) -> None:
         awake = [desk for desk in self._desks.values() if desk.own is not None]
         for desk in awake:
             if desk.beginning != offer.beginning:
@@ -293,13 +294,13 @@ class Owners:
         while len(self._desks) > MOST_DESKS:
             del self._desks[min(self._desks, key=lambda seat: self._desks[seat].used_s)]
 
-    def _put_to_rest(self, desk: _Desk, offer: _Offer) -> None:
+    def _put_to_rest(self, desk: _Desk, offer: Offer) -> None:
         assert desk.own is not None
         desk.own.playing, desk.notice = False, _RESTS
         self._stand(desk, offer, desk.own)
         desk.put_away(rests=True)
 
-    def _wake(self, desk: _Desk, offer: _Offer, now_s: float) -> None:
+    def _wake(self, desk: _Desk, offer: Offer, now_s: float) -> None:
         awake = [other for other in self._desks.values() if other.own is not None]
         if len(awake) >= MOST_AWAKE:
             longest = min(awake, key=lambda other: other.used_s)
@@ -316,21 +317,24 @@ class Owners:
             desk.begin(offer.beginning)
         else:
             desk.own, desk.kept = Own.taken_up(desk.kept), None
+        assert desk.own is not None
         self._stand(desk, offer, desk.own)
 
     # What they do
 
-    def _answer(self, offer: _Offer, now_s: float) -> None:
+    def _answer(self, offer: Offer, now_s: float) -> None:
         """Do what was asked for by now, and show each of those who did what came of it."""
         touched: dict[Seat, _Desk] = {}
         for _ in range(len(self._tapped)):
             seat, tap = self._tapped.popleft()
             desk = self._desks.get(seat)
-            if desk is None or not _is_offered(tap, offer, desk):
+            if desk is None:
                 continue
             desk.used_s = now_s
             if desk.own is None:
                 self._wake(desk, offer, now_s)
+            if not _is_offered(tap, offer, desk):
+                continue
             if desk.own is None or desk.own.is_on_its_way:
                 if len(desk.held) < _MOST_HELD:
                     desk.held.append(tap)
@@ -351,7 +355,7 @@ class Owners:
         if not was_learning:
             desk.owed, desk.learned_s = 0.0, time.perf_counter()
 
-    def _make_again(self, offer: _Offer) -> float:
+    def _make_again(self, offer: Offer) -> float:
         """Have those go on that are on their way; returns when they may again."""
         on_their_way = [
             desk for desk in self._desks.values() if desk.own is not None and desk.own.is_on_its_way
@@ -401,7 +405,9 @@ class Owners:
         assert desk.own is not None
         began_s = time.thread_time()
         try:
-            desk.own.advance(steps)
+            made = desk.own.advance(steps)
+            if budget is self._learning:
+                self.steps_made += made
         except Exception:
             log.exception("an own learner stopped")
             desk.notice = _BROKEN
@@ -411,7 +417,7 @@ class Owners:
 
     # What is seen of it
 
-    def _paint(self, offer: _Offer) -> float:
+    def _paint(self, offer: Offer) -> float:
         """Paint one that has changed, if there is time; returns when to look again."""
         now_s = time.perf_counter()
         behind = [desk for desk in self._desks.values() if desk.is_behind]
@@ -437,7 +443,7 @@ class Owners:
         self._paint_s = now_s + self._painting.wait_s(now_s, time.thread_time() - began_s)
         return min(max(self._paint_s, min(desk.due_s for desk in waiting)), again_s)
 
-    def _show(self, desk: _Desk, offer: _Offer, asked: bool) -> None:
+    def _show(self, desk: _Desk, offer: Offer, asked: bool) -> None:
         """Paint it for all pages that show it, and send them that."""
         now_s = time.perf_counter()
         own = desk.own
@@ -455,8 +461,10 @@ class Owners:
         wait_s = desk.pace.wait_s(now_s, sent) if sent and not asked else 0.0
         desk.due_s = now_s + max(wait_s, _PAINT_S)
 
-    def _stand(self, desk: _Desk, offer: _Offer, own: Own) -> None:
-        desk.stand = own_part(own, desk.seat, offer.controls, desk.notice)
+    def _stand(self, desk: _Desk, offer: Offer, own: Own) -> None:
+        controls = () if offer.holds else offer.controls
+        notice = _HOLDS if offer.holds else desk.notice
+        desk.stand = own_part(own, desk.seat, controls, notice)
         desk.is_behind = True
 
     def _send_missing(self, desk: _Desk) -> int:
@@ -490,8 +498,10 @@ class Owners:
         )
 
 
-def _is_offered(tap: Any, offer: _Offer, desk: _Desk) -> bool:
+def _is_offered(tap: Any, offer: Offer, desk: _Desk) -> bool:
     """Whether a page of this seat has such a control."""
+    if offer.holds:
+        return False
     is_over = desk.own is not None and desk.own.is_over
     if isinstance(tap, AgainOwn) and is_over and "play" in offer.controls:
         return True

@@ -8,6 +8,7 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta
 
+from app.audience.taps import Tap
 from app.live.snapshot import Snapshot
 from app.picture.layer import Layer
 from app.picture.layers import LAYERS
@@ -79,7 +80,7 @@ class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field=
     value: Value
 
 
-Act = Answer
+Act = Answer | Tap
 """What is done by a class: each counts, and not the newest alone."""
 
 

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 MAX_REPETITIONS = 1_000
 MAX_WATCHERS = 1_000
+MAX_SEATS = 60
+"""Fewer than learners may be at work for a class."""
 MAX_PAGES = 63
 """One fewer than the lab lets in, since one more page clicks."""
 
@@ -43,6 +45,7 @@ EXAMPLES = (
     "pounce bench --page --json",
     "pounce bench --load 31 --json",
     "pounce bench --audience 100 --json",
+    "pounce bench --own 30 --json",
     "pounce bench --scrub --json",
     "pounce bench --side --json",
 )
@@ -70,6 +73,9 @@ class Bench:
     ] = None
     """Measure what so many phones that look on cost: the presenter's clicks, the learner's share,
     and what each is sent."""
+    own: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_SEATS})")] = None
+    """Measure what so many learners of an audience's own cost: how soon a tap is answered, and the
+    presenter's learner's share."""
     scrub: Flag = False
     """Measure walking in the past: moments a second, how soon one shows, the learner's share."""
     side: Flag = False
@@ -87,11 +93,11 @@ def obey(command: Bench) -> int:
 
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
-    many = [command.load is not None, command.audience is not None]
+    many = [one is not None for one in (command.load, command.audience, command.own)]
     if sum([command.page, command.scrub, command.side, *many]) > 1:
         raise UsageError(
-            "--page, --load, --audience, --scrub and --side exclude each other; allowed: one of"
-            " them"
+            "--page, --load, --audience, --own, --scrub and --side exclude each other; allowed: one"
+            " of them"
         )
     preset = next(iter(specs)) if command.presets else "timed"
     if command.side:
@@ -106,6 +112,9 @@ def obey(command: Bench) -> int:
     if command.audience is not None:
         n_watchers = whole_number("--audience", command.audience, 1, MAX_WATCHERS)
         return _measure_audience(command, preset, specs, repetitions, n_watchers)
+    if command.own is not None:
+        n_seats = whole_number("--own", command.own, 1, MAX_SEATS)
+        return _measure_own(command, preset, specs, repetitions, n_seats)
     from benchmarks.compare import MismatchError, compare, incomparable
 
     for name, spec in specs.items():
@@ -192,6 +201,28 @@ def _measure_audience(
     return _measured(
         command,
         lambda told: measure_audience(specs[preset], preset, specs, n_watchers, repetitions, told),
+        words,
+    )
+
+
+def _measure_own(
+    command: Bench, preset: str, specs: "dict[str, RunSpec]", repetitions: int, n_seats: int
+) -> int:
+    from benchmarks.own import measure_own
+
+    def words(found: Any) -> str:
+        taps = found["tap_ms"]
+        return (
+            f"{preset} at full speed, and {n_seats} of its audience, each with a learner of their"
+            " own at the fastest level:\n"
+            f"  a tap is answered after  {taps['p50']:.0f} ms (median), {taps['p95']:.0f} (95 %)\n"
+            f"  each of them makes       {found['steps_per_s_each']:,} steps a second\n"
+            f"  the presenter's keeps    {found['learner_share']:.2f} of its rate"
+        )
+
+    return _measured(
+        command,
+        lambda told: measure_own(specs[preset], preset, specs, n_seats, repetitions, told),
         words,
     )
 

@@ -78,6 +78,8 @@ class Lab:
     class_: Annotated[bool, arg(name="class", help_behavior_hint=HIDDEN_HINT)] = False
     """Have the audience answer what the presenter asks, each at a seat without a name; who joins
     types a code of six letters."""
+    own: Flag = False
+    """Let each of the audience have a learner of their own, with a few controls."""
     no_code: Flag = False
     """Let whoever reaches the audience's page look."""
     lesson: Annotated[str | None, arg(metavar="LESSON")] = None
@@ -357,6 +359,8 @@ def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], S
             raise UsageError("--no-code is about the code of --audience; allowed: with that")
         if command.class_:
             raise UsageError("--class is about those who look with --audience; allowed: with that")
+        if command.own:
+            raise UsageError("--own is about those who look with --audience; allowed: with that")
         return None
     host, _, digits = command.audience.rpartition(":")
     host = host.removeprefix("[").removesuffix("]").strip()
@@ -380,7 +384,13 @@ def _stand(command: Lab, names: "Sequence[Authority]") -> "Callable[[Session], S
 
         try:
             return Audience(
-                session.past_of, host, port, code=code, names=names, is_class=command.class_
+                session.past_of,
+                host,
+                port,
+                code=code,
+                names=names,
+                is_class=command.class_,
+                has_own=command.own,
             )
         except (OSError, UnicodeError) as error:
             raise UsageError(

@@ -108,6 +108,8 @@ def _trials(spec: LessonSpec, run: RunSpec, starts: Mapping[str, RunSpec]) -> It
         if card.do is not None and card.do.command == "start_again":
             now = 0
             length = starts[card.id].trials if card.id in starts else MAX_TRIALS
+        if card.do is not None and card.do.at is not None and card.do.command != "run_to":
+            yield from _not_past(card.do.at, ("steps", n, "do", "at"), length)
         for key, moment in _moments(card, ("steps", n)):
             yield from _misplaced(key, moment, now, length)
         asked_then = card.transfer.reveal if card.transfer is not None else None
@@ -121,8 +123,7 @@ def _trials(spec: LessonSpec, run: RunSpec, starts: Mapping[str, RunSpec]) -> It
 
 
 def _misplaced(key: _Key, moment: Moment, now: int, length: int) -> Iterator[Problem]:
-    may_be_past = key[-2:] == ("do", "at")
-    if not may_be_past and moment.after(now) <= now:
+    if moment.after(now) <= now:
         message = f"is not ahead of the card, which is at trial {now}; allowed: a later one"
         yield Problem(key, str(moment), message)
     elif moment.after(now) > length:
@@ -130,10 +131,17 @@ def _misplaced(key: _Key, moment: Moment, now: int, length: int) -> Iterator[Pro
         yield Problem(key, str(moment), message)
 
 
+def _not_past(moment: Moment, key: _Key, length: int) -> Iterator[Problem]:
+    """What may have been learned by now; a certain trial, since it is gone back to."""
+    if moment.is_ahead or moment.trials > length:
+        message = f"is no trial that can be gone back to; allowed: 0 to {length}"
+        yield Problem(key, str(moment), message)
+
+
 def _moments(card: Card, at: _Key) -> Iterator[tuple[_Key, Moment]]:
     if card.run is not None:
         yield (*at, "run"), card.run
-    if card.do is not None and card.do.at is not None:
+    if card.do is not None and card.do.at is not None and card.do.command == "run_to":
         yield (*at, "do", "at"), card.do.at
     for key, stated in _measured(card, at):
         if isinstance(stated, Check) and stated.by is not None:

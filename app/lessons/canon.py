@@ -10,141 +10,32 @@ What costs. Where the run is the preset's own, with nothing done to it, its mome
 all that begin there (:class:`Shared`): cards, lessons, and runs of races and experiments.
 """
 
-from bisect import bisect_right, insort
-from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Final, NamedTuple
 
-import numpy as np
-
-from app.documents import experiments, presets
 from app.documents.lesson_cards import Card, Do, Transfer
-from app.documents.lesson_grammar import Check, OfExperiment, Opened, Reading
+from app.documents.lesson_grammar import Check, Opened
 from app.documents.lessons import Lesson
+from app.lessons.beside import deeds_beside
 from app.lessons.checks import Judge, Verdict
-from app.lessons.doing import commands_of, started_again, swapped
+from app.lessons.doing import commands_of, swapped
 from app.lessons.measures import (
     AT_START,
+    NO_DEEDS,
     Began,
-    Columns,
-    Deeds,
     Done,
     Looked,
-    Racing,
     View,
     began_at,
     view_of_run,
 )
-from app.lessons.reveals import Answer, Watch
-from app.live.race import THESIS_FOUR
-from app.metrics import measured as metrics_of
-from app.metrics.course import Course
+from app.lessons.reveals import Answer, Watch, varies
+from app.lessons.shared import Shared, advance
 from learners.checkpoints import Checkpoint, Logs, logs_of
 from learners.commands import Command, CommandError, FollowSchedule
 from learners.run import Run
 from learners.spec import MAX_TRIALS, RunSpec
-
-SLICE_STEPS: Final = 200_000
-"""After which it is asked whether it is still wanted: some milliseconds."""
-_MOST_RUNS: Final = 12
-_MOST_MOMENTS: Final = 16
-
-
-class GivenUpError(Exception):
-    """What was being played is not wanted any more."""
-
-
-def _always() -> bool:
-    return True
-
-
-# --- What is shared ------------------------------------------------------------------------------
-
-
-class _Straight:
-    """A run of a preset with which nothing is done, and checkpoints on its way."""
-
-    def __init__(self, spec: RunSpec, seed: int) -> None:
-        self.farthest = Run(spec, seed)
-        self._checkpoints: list[tuple[int, Checkpoint]] = []
-
-    def at(self, trial: int, wanted: Callable[[], bool]) -> Run:
-        """An independent run that is about to start a trial."""
-        if self.farthest.trial <= trial:
-            advance(self.farthest, trial, wanted)
-            self._keep()
-            return self.farthest.copy()
-        place = bisect_right(self._checkpoints, trial, key=_trial_of) - 1
-        if place < 0:
-            run = Run(self.farthest.preset, self.farthest.seed)
-        else:
-            run = Run.restored(self._checkpoints[place][1], logs_of(self.farthest.state))
-        advance(run, trial, wanted)
-        return run
-
-    def _keep(self) -> None:
-        trial = self.farthest.trial
-        if len(self._checkpoints) < _MOST_MOMENTS and all(
-            at != trial for at, _ in self._checkpoints
-        ):
-            insort(self._checkpoints, (trial, self.farthest.checkpoint()), key=_trial_of)
-
-
-def _trial_of(kept: tuple[int, Checkpoint]) -> int:
-    return kept[0]
-
-
-class Shared:
-    """Runs that several cards and lessons begin with, or are about. For one thread at a time."""
-
-    def __init__(self, wanted: Callable[[], bool] = _always) -> None:
-        """Share nothing yet; ``wanted`` is asked every few milliseconds while a run is made."""
-        self.wanted = wanted
-        self._runs: OrderedDict[tuple[str, int], _Straight] = OrderedDict()
-
-    def run_at(self, spec: RunSpec, seed: int, trial: int) -> Run:
-        """An independent run of a preset that is about to start a trial.
-
-        Raises:
-            GivenUpError: it is not wanted any more.
-        """
-        return self._straight(spec, seed).at(trial, self.wanted)
-
-    def finished(self, spec: RunSpec, seed: int, steps: int | None = None) -> Run:
-        """A run of a preset after its trials, or after some steps if these are made before; it is
-        not to be advanced."""
-        run = self._straight(spec, seed).farthest
-        while run.trial < spec.trials and (steps is None or run.step < steps):
-            # In whole trials, so that the way there is anybody's.
-            advance(run, min(run.trial + 500, spec.trials), self.wanted)
-        return run
-
-    def _straight(self, spec: RunSpec, seed: int) -> _Straight:
-        key = spec.model_dump_json(), seed
-        if key not in self._runs:
-            self._runs[key] = _Straight(spec, seed)
-            while len(self._runs) > _MOST_RUNS:
-                self._runs.popitem(last=False)
-        self._runs.move_to_end(key)
-        return self._runs[key]
-
-
-def advance(run: Run, trial: int, wanted: Callable[[], bool] = _always) -> None:
-    """Let a run learn up to the start of a trial.
-
-    Raises:
-        GivenUpError: it is not wanted any more.
-    """
-    while run.trial < trial:
-        if not wanted():
-            raise GivenUpError
-        if run.advance(SLICE_STEPS, until_trial=trial) == 0:
-            return
-
-
-# --- What comes of it ----------------------------------------------------------------------------
 
 
 @dataclass
@@ -182,6 +73,7 @@ def play(
     seed: int,
     shared: Shared | None = None,
     visit: Visit = lambda card, run: None,
+    every_answer: bool = True,
 ) -> Played:
     """Play a lesson with one seed.
 
@@ -190,25 +82,28 @@ def play(
         seed: of all its runs, whatever its setup says.
         shared: what other plays have made, of any lesson.
         visit: called where each card is entered.
+        every_answer: whether also questions are answered of which nothing is proved.
 
     Raises:
         GivenUpError: it is not wanted any more.
     """
-    return _Playing(lesson, seed, shared or Shared(), visit).play()
+    return _Playing(lesson, seed, shared or Shared(), visit, every_answer).play()
 
 
 class _Playing:
-    def __init__(self, lesson: Lesson, seed: int, shared: Shared, visit: Visit) -> None:
+    def __init__(
+        self, lesson: Lesson, seed: int, shared: Shared, visit: Visit, every_answer: bool
+    ) -> None:
         self._lesson, self._spec = lesson, lesson.spec
         self._shared, self._visit = shared, visit
         self._found = Played(seed)
+        self._every_answer = every_answer
         self._asking: list[_Asking] = []
         self._given: dict[str, tuple[Checkpoint, Logs, tuple[Command, ...]]] = {}
         """Where a card gave commands to the learner: the moment before, and these."""
         self._entered: list[tuple[Checkpoint, Logs]] = []
         """Moments that can be gone back to."""
-        readings = list(_readings_of(self._spec.steps))
-        self._beside = Deeds(race=self._race(readings), experiments=self._experiments(readings))
+        self._beside = deeds_beside(lesson, seed, shared, every_answer)
         """What stands beside the run all the time."""
         self._deeds = self._beside
         self._run = self._begun(lesson.run_spec, seed)
@@ -218,7 +113,7 @@ class _Playing:
             self._enter(card)
             self._take(card)
             self._leave(card)
-        for asking in self._asking:
+        for asking in [*self._asking]:
             self._end(asking)
         return self._found
 
@@ -234,6 +129,8 @@ class _Playing:
 
     def _take(self, card: Card) -> None:
         question, began = card.question, self._found.began[card.id]
+        if question is not None and varies(question) and not self._every_answer:
+            return
         if card.transfer is not None:
             self._found.answers[card.id] = self._transferred(card, card.transfer)
         elif question is not None and question.reveal is not None:
@@ -311,9 +208,9 @@ class _Playing:
 
     def _do(self, card: Card, do: Do, check: Check) -> None:
         began = self._found.began[card.id]
-        judge = Judge(check, began)
-        if judge.look(self._view(began)).state == "yes":
+        if self._is_too_early(do, check, began):
             self._found.too_early.add(card.id)
+        judge = Judge(check, began)
         try:
             self._carry_out(card, do)
         except CommandError as error:
@@ -325,6 +222,12 @@ class _Playing:
         judge.look(self._view(began))
         self._go(max(self._length, self._run.trial + 1), judge, began)
         self._found.verdicts[card.id] = judge.verdict
+
+    def _is_too_early(self, do: Do, check: Check, began: Began) -> bool:
+        """Whether a check holds before anything is done."""
+        deeds = NO_DEEDS if do.command in ("race", "experiment") else self._deeds
+        view = view_of_run(self._run, deeds, began)
+        return Judge(check, began).look(view).state == "yes"
 
     def _carry_out(self, card: Card, do: Do) -> None:
         commands = commands_of(do, self._run.control)
@@ -345,13 +248,12 @@ class _Playing:
                 self._fork(do, do.at.after(self._found.began[card.id].trial))
             case "start_again":
                 seed = self._found.seed
-                spec = started_again(do, self._lesson.run_spec)
-                self._run = self._shared.run_at(spec, seed, 0)
+                self._run = self._shared.run_at(self._lesson.starts[card.id], seed, 0)
                 self._entered.clear()
             case "inspect" if do.region:
-                self._open(Opened.model_validate("why"), Opened.model_validate({"cell": do.region}))
+                self._open(Opened("why"), Opened("cell", region=do.region))
             case "show":
-                self._open(Opened.model_validate({"layer": do.layer}))
+                self._open(Opened("layer", layer=do.layer))
             case _:
                 pass
         done = Done(do.command, self._run.step)
@@ -379,14 +281,12 @@ class _Playing:
         self._entered = before
 
     def _fork(self, do: Do, trial: int) -> None:
-        """Let the run branch off at an earlier moment; it then goes on as far as it had come."""
-        until = self._run.trial
+        """Go on another way from an earlier moment."""
         self._go_back(trial)
         for given in do.then or ():
             for command in commands_of(given, self._run.control):
                 self._run.apply(command)
         self._deeds = replace(self._deeds, divergence=trial)
-        advance(self._run, until, self._shared.wanted)
 
     def _transferred(self, card: Card, transfer: Transfer) -> Answer:
         """What a run answers in which another skill took the place of the one that was added."""
@@ -412,92 +312,9 @@ class _Playing:
             watch.look(view_of_run(run, self._deeds, began))
         return watch.answer
 
-    # What stands beside the run
-
-    def _race(self, readings: Sequence[Reading]) -> tuple[Racing, ...]:
-        """The runs of a race, as far as anything in the lesson asks for it."""
-        steps = _leads(readings)
-        if not steps:
-            return ()
-        return tuple(
-            racing_of(name, self._shared.finished(_preset(name), self._found.seed, max(steps)))
-            for name in _racers(self._lesson)
-        )
-
-    def _experiments(self, readings: Sequence[Reading]) -> Mapping[str, Mapping[str, Columns]]:
-        """One run of each variant that anything in the lesson asks for."""
-        asked = [r.args for r in readings if isinstance(r.args, OfExperiment)]
-        found: dict[str, dict[str, dict[str, list[float]]]] = {}
-        for of in asked:
-            for label, spec in _variants(of.name).items():
-                if of.variant is not None and label not in (of.variant, of.against):
-                    continue
-                columns = found.setdefault(of.name, {}).setdefault(label, {})
-                if of.quantity not in columns:
-                    run = self._shared.finished(spec, self._found.seed)
-                    value = metrics_of(Course(run, spec.trials), (of.quantity,))[of.quantity]
-                    columns[of.quantity] = [] if value is None else [float(value)]
-        return found
-
-
-def specs_beside(lesson: Lesson) -> list[RunSpec]:
-    """The presets and variants of what stands beside a lesson's run, as far as it asks for any."""
-    readings = [*_readings_of(lesson.spec.steps)]
-    found = [_preset(name) for name in _racers(lesson)] if _leads(readings) else []
-    for reading in readings:
-        if isinstance(reading.args, OfExperiment):
-            found += _variants(reading.args.name).values()
-    return found
-
-
-def _racers(lesson: Lesson) -> tuple[str, ...]:
-    """Presets of a lesson's race."""
-    asked = [card.do for card in lesson.spec.steps if card.do and card.do.command == "race"]
-    return next((do.presets for do in asked if do.presets), None) or THESIS_FOUR
-
-
-def _leads(readings: Iterable[Reading]) -> list[int]:
-    """Steps at which it is asked who leads a race."""
-    return [reading.args for reading in readings if reading.name == "leader"]
-
 
 _OTHER_RUNS: Final = ("rewind", "fork", "start_again")
 
 
-def racing_of(name: str, run: Run) -> Racing:
-    """A run as one of several side by side."""
-    logs, trial = logs_of(run.state), run.trial
-    ends = np.cumsum(logs.log_steps[:trial], dtype=np.int64)
-    is_over = trial >= run.spec.trials
-    return Racing(name, logs.log_reward[:trial], ends, run.step, is_over)
-
-
 def _catches(card: Card) -> bool:
     return card.run is not None and card.run.captures is not None
-
-
-@lru_cache(maxsize=8)
-def _preset(name: str) -> RunSpec:
-    return presets.load(name)
-
-
-@lru_cache(maxsize=8)
-def _variants(name: str) -> Mapping[str, RunSpec]:
-    """The variants of a shipped experiment, by their labels."""
-    return {variant.label: variant.spec for variant in experiments.load(name).variants}
-
-
-def _readings_of(cards: Iterable[Card]) -> Iterator[Reading]:
-    """All that is measured in some cards."""
-    for card in cards:
-        if card.check is not None:
-            yield from _readings_in(card.check)
-        if card.question is not None and card.question.reveal is not None:
-            yield card.question.reveal.reading
-
-
-def _readings_in(check: Check) -> Iterator[Reading]:
-    if check.reading is not None:
-        yield check.reading
-    for part in (*(check.all_of or ()), *(check.any_of or ()), *filter(None, [check.not_so])):
-        yield from _readings_in(part)

@@ -2,8 +2,9 @@
 
 A check is looked at in moments of the run, in their order. What it comes to must not hang on how
 often a page happens to draw, so these moments are fixed (:meth:`Judge.next_look`): of the first
-trials from where the card was entered every start, then every start of a 25th trial, and each
-deadline. Whoever looks more often, as a page does where the run stands still, may do so.
+100 trials from where the card was entered every start, up to 5,000 trials from there every start
+of a 25th trial, then of a 100th, and each deadline. Whoever looks more often, as a page does where
+the run stands still, may do so.
 
 What is so at one moment:
 
@@ -28,7 +29,11 @@ from sim.world import CAPTURE
 CLOSE_LOOKS: Final = 100
 """Trials from where a card was entered of which every start is looked at."""
 LOOKS_EVERY: Final = 25
-"""Trials from one look to the next after these."""
+"""Trials from one look to the next after these, ..."""
+FAR: Final = 5_000
+"""... up to so many trials from where it was entered."""
+FAR_LOOKS_EVERY: Final = 100
+"""Trials from one look to the next from there on."""
 
 State = Literal["yes", "not yet", "never"]
 
@@ -81,7 +86,8 @@ class Judge:
     def next_look(self, trial: int) -> int:
         """The trial after one whose start has to be looked at."""
         since = trial - self._began.trial
-        grid = trial + 1 if since < CLOSE_LOOKS else (trial // LOOKS_EVERY + 1) * LOOKS_EVERY
+        every = LOOKS_EVERY if since < FAR else FAR_LOOKS_EVERY
+        grid = trial + 1 if since < CLOSE_LOOKS else (trial // every + 1) * every
         deadlines = (deadline for deadline in self._node.deadlines if deadline > trial)
         return min([grid, *deadlines])
 

@@ -1,18 +1,11 @@
-"""What a card asks to be done, as the commands and the runs that it comes to.
+"""What a card asks to be done, as the commands that it comes to.
 
 Both who plays a lesson without a page and the last hint, which does it, go by this.
 """
 
-from collections.abc import Mapping
-from typing import Any
-
-from pydantic import ValidationError
-
-from app.documents import presets
 from app.documents.lesson_cards import Do, Given
 from learners.commands import (
     Command,
-    CommandError,
     Explore,
     FollowSchedule,
     FreezeSelection,
@@ -22,7 +15,6 @@ from learners.commands import (
     StopExploring,
 )
 from learners.control import Control
-from learners.spec import RunSpec
 
 
 def commands_of(do: Do | Given, control: Control) -> tuple[Command, ...]:
@@ -66,34 +58,3 @@ def swapped(commands: tuple[Command, ...], skill: str) -> tuple[Command, ...]:
             case _:
                 found.append(command)
     return tuple(found)
-
-
-def started_again(do: Do, spec: RunSpec) -> RunSpec:
-    """The run that is begun by a card that has one started again.
-
-    Args:
-        do: what is to be done.
-        spec: of the lesson's own run.
-
-    Raises:
-        CommandError: there is no such run.
-    """
-    try:
-        base = spec if do.preset is None else presets.load(do.preset)
-        return RunSpec.model_validate_json(
-            _with(base, {str(key): value for key, value in do.set.items()}).model_dump_json()
-        )
-    except (presets.PresetError, ValidationError, LookupError, TypeError, ValueError) as error:
-        raise CommandError(f"that run cannot be started: {error}") from None
-
-
-def _with(spec: RunSpec, settings: Mapping[str, Any]) -> RunSpec:
-    """A preset with some keys set, unless they are not there; judged anew."""
-    tree: Any = spec.model_dump(mode="json")
-    for name, value in settings.items():
-        *path, last = name.split(".")
-        node = tree
-        for key in path:
-            node = node[int(key) if isinstance(node, list) else key]
-        node[int(last) if isinstance(node, list) else last] = value
-    return RunSpec.model_validate(tree)

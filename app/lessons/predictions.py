@@ -38,7 +38,7 @@ HANDLES: Final = 6
 HANDLES_WITHIN: Final = 4
 """Of these, so many at least lie within what runs do, if the sketch does."""
 _MOST_REWARD: Final = 1e9
-_OFF: Final = 1 / 20
+OFF: Final = 1 / 20
 """Of the scale of a number: how far off a key it may be."""
 
 
@@ -159,7 +159,7 @@ def is_right(asked: Asked, answer: Answer) -> bool:
         return set(key) == set(answer)
     if isinstance(key, int | float) and isinstance(answer, int | float):
         scale = abs((asked.high or 0.0) - (asked.low or 0.0))
-        return abs(key - answer) <= _OFF * scale
+        return abs(key - answer) <= OFF * scale
     return key == answer
 
 

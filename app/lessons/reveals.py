@@ -31,6 +31,8 @@ Answer: TypeAlias = "str | float | tuple[str, ...] | tuple[tuple[float, float], 
 
 MOMENT_LOOKS: Final = 200
 """Looks that a moment is found by, at most."""
+FAR_LOOKS_EVERY: Final = 200
+"""Trials from one to the next where it is not known until when it will be looked for."""
 SKETCH_POINTS: Final = 60
 """Points of a curve, at most."""
 _WIDTHS: Final = (1, 2, 5)
@@ -57,7 +59,9 @@ class Watch:
             moment = None if last is None else Moment(last, is_ahead=False)
         self._end = None if moment is None else Deadline(moment, began)
         self._operators = dict(reveal.operators) if reveal else {}
-        self._every = round_width(((self.trial or 0) - began.trial) / MOMENT_LOOKS)
+        self._every = FAR_LOOKS_EVERY
+        if self.trial is not None:
+            self._every = round_width((self.trial - began.trial) / MOMENT_LOOKS)
         self.answer: Answer = None
         self.is_over = reveal is None
 
@@ -137,6 +141,11 @@ class Watch:
             if trial <= view.trial and window.size:
                 points.append((float(trial), float(window.mean())))
         return tuple(points)
+
+
+def varies(asked: Asked) -> bool:
+    """Whether the answer hangs on the seed: then nothing is proved of it, and its band is told."""
+    return asked.varies or asked.ask == "sketch"
 
 
 def sketch_trials(asked: Asked) -> Sequence[int]:

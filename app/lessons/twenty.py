@@ -15,9 +15,10 @@ from typing import Final
 
 from app.documents.lessons import Lesson
 from app.lessons import canon, kept
-from app.lessons.canon import GivenUpError, Shared
+from app.lessons.beside import specs_beside
 from app.lessons.kept import Folder
 from app.lessons.reveals import Answer
+from app.lessons.shared import GivenUpError, Shared
 from app.lessons.spread import Spread
 from app.util.machine import be_modest
 
@@ -138,7 +139,7 @@ class Twenty:
     def _find(self, lesson: Lesson) -> None:
         own_seed = lesson.spec.setup.seed
         seeds = SEEDS if own_seed in SEEDS else (*SEEDS, own_seed)
-        digest = kept.digest_of(lesson, canon.specs_beside(lesson), seeds)
+        digest = kept.digest_of(lesson, specs_beside(lesson), seeds)
         answers = None if self._folder is None else self._folder.read(digest, len(seeds))
         if answers is not None:
             self._keep(lesson, answers, seeds)

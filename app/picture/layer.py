@@ -66,8 +66,15 @@ class Picture(NamedTuple):
     """(y * x,) int: which of the names holds in each cell, -1 for none."""
     names: tuple[str, ...] = ()
     """What stands on the board where its colour is to be seen, for those who cannot tell it."""
-    over: Callable[[], Over] = Over
-    """Lines and labels; they take longer to find than all colours, and are drawn less often."""
+    edges: Callable[[], tuple[Contour, ...]] = tuple
+    """Lines round regions, over all others."""
+    within: Callable[[], Over] = Over
+    """Other lines, and labels; they take longer to find than all colours and edges."""
+
+    def over(self) -> Over:
+        """All lines and labels, which are drawn less often than colours."""
+        within = self.within()
+        return Over((*within.contours, *self.edges()), within.labels)
 
 
 Heeded = Literal["frame", "scale", "fitted", "flight"]

@@ -91,17 +91,16 @@ def all_headings(
         np.concatenate([picture.colours for picture in each]),
         arrows=_joined([picture.arrows for picture in each], world.size),
         arrow_colours=_together([picture.arrow_colours for picture in each]),
-        over=lambda: Over(tuple(_edges(each, world.size)), names),
+        edges=lambda: tuple(_edges(each, world.size)),
+        within=lambda: Over(labels=names),
     )
 
 
 def _edges(each: list[Picture], size: int) -> Iterator[Contour]:
     """Where regions end in each of the pictures; as small as these are, no other line has room."""
     for tile, picture in zip(TILES, each, strict=True):
-        for contour in picture.over().contours:
-            if contour.is_edge:
-                here = tile.place(_within(contour.segments, size), size)
-                yield contour._replace(segments=here)
+        for contour in picture.edges():
+            yield contour._replace(segments=tile.place(_within(contour.segments, size), size))
 
 
 def _within(segments: np.ndarray, size: int) -> np.ndarray:

@@ -113,16 +113,18 @@ def value_picture(
     few = on_raster((known.positive_share > 0) & ~is_shown, raster) & raster.dotted
     pixels[few] = on_raster(gain, raster)[few]
 
-    def over() -> Over:
+    def edges_of_known() -> tuple[Contour, ...]:
         edge = _EDGE_ON_DARK if theme.is_dark else _EDGE_ON_LIGHT
-        contours = [Contour(_edge(is_shown, world), edge, is_edge=True)]
-        if shading.scale == "steps":
-            steps = np.where(is_shown, known.steps, np.nan)
-            lines = isolines(steps, world, _LINES_AT)
-            contours[:0] = [Contour(segments(line.points), _LINE) for line in lines]
-        return Over(tuple(contours))
+        return (Contour(_edge(is_shown, world), edge, is_edge=True),)
 
-    return Picture(pixels, over=over)
+    def within() -> Over:
+        if shading.scale != "steps":
+            return Over()
+        steps = np.where(is_shown, known.steps, np.nan)
+        lines = isolines(steps, world, _LINES_AT)
+        return Over(tuple(Contour(segments(line.points), _LINE) for line in lines))
+
+    return Picture(pixels, edges=edges_of_known, within=within)
 
 
 def _edge(region: np.ndarray, world: WorldSpec) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import audience, beside, load, page, scrub, side, soak
+from benchmarks import audience, beside, load, own, page, scrub, side, soak
 from benchmarks.compare import (
     c_program,
     compare,
@@ -201,6 +201,19 @@ def test_what_an_audience_costs_is_measured(monkeypatch: pytest.MonkeyPatch) -> 
     assert found["watchers"] == 3
     assert 0 < found["click_ms"]["p50"] <= found["click_ms"]["p95"]
     assert found["kB_per_s_each"] > 0
+    assert found["learner_share"] > 0
+
+
+def test_what_learners_of_their_own_cost_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "SECONDS", 0.01)
+    for name, value in (("TRIALS", 40_000), ("READ_S", 0.5), ("TAPS_PER_S", 10.0)):
+        monkeypatch.setattr(own, name, value)
+    spec = presets.load("timed")
+    found = own.measure_own(spec, "timed", {"timed": spec}, 3, 1, lambda _: None)
+    assert found.keys() == {"seats", "tap_ms", "steps_per_s_each", "learner_share"}
+    assert found["seats"] == 3
+    assert 0 < found["tap_ms"]["p50"] <= found["tap_ms"]["p95"]
+    assert found["steps_per_s_each"] > 0
     assert found["learner_share"] > 0
 
 

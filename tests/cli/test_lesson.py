@@ -1,4 +1,4 @@
-"""The command ``pounce lesson``: which lessons there are, and the file that one begins with."""
+"""The command ``pounce lesson``: which there are, whether they hold, and their files."""
 
 import json
 from pathlib import Path
@@ -6,9 +6,19 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
+from app.cli.lesson import template
 from app.documents import lessons
 
 pytestmark = pytest.mark.usefixtures("here")
+
+NEVER = "{measure: success, above: 0.99, by: 1000}"
+"""A check that does not come true."""
+
+
+def begun(here: Path, name: str) -> str:
+    """A new lesson, in a file; returns what it says."""
+    (here / name).write_text(template(), "utf-8")
+    return template()
 
 
 def test_lessons_are_listed_in_the_order_in_which_they_are_taken(
@@ -49,12 +59,78 @@ def test_a_new_lesson_is_one_that_can_be_taught_as_it_is(
     assert capsys.readouterr().out == text
 
 
+def test_a_lesson_that_holds_is_told_with_its_trials_and_its_file_gets_the_evidence(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = begun(here, "mine.yaml")
+    assert main.main(["lesson", "check", "mine.yaml", "--seeds", "3", "--write"]) == 0
+    said = capsys.readouterr().out
+    assert "its check comes true   3/3    2,000  2,000  2,000" in said
+    assert said.endswith("mine holds: 3 of 3 seeds pass.\n")
+    after = (here / "mine.yaml").read_text("utf-8")
+    assert after == before + "evidence: {seeds: 3, pass: 3}\n"
+    assert main.main(["lesson", "check", "./mine.yaml", "--seeds", "2", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["lessons"]
+    assert (found["lesson"], found["seeds"], found["pass"]) == ("mine", 2, 2)
+    assert (here / "mine.yaml").read_text("utf-8") == after
+
+
+def test_a_lesson_that_does_not_hold_ends_with_1_and_its_file_stays(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = begun(here, "mine.yaml").replace("{measure: trial, above: 1999}", NEVER)
+    (here / "mine.yaml").write_text(text, "utf-8")
+    assert main.main(["lesson", "check", "mine.yaml", "--seeds", "2", "--write"]) == 1
+    out, err = capsys.readouterr()
+    assert "learn: its check comes true with 0 of 2 seeds only, not with seed 0" in out
+    assert "mine does not hold: 0 of 2 seeds pass." in out
+    assert "nothing was written into its file" in err
+    assert (here / "mine.yaml").read_text("utf-8") == text
+
+
+def test_all_that_is_wrong_with_a_lesson_is_said_at_once_and_ends_with_2(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = begun(here, "mine.yaml").replace("minutes: 3", "minutes: 300")
+    (here / "mine.yaml").write_text(text.replace("preset: timed", "preset: timd"), "utf-8")
+    for words in (["check", "mine.yaml"], ["sheet", "mine.yaml", "--out", "a.html"]):
+        assert main.main(["lesson", *words]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert "mine.yaml:7: minutes: value 300" in err
+        assert "did you mean timed?" in err
+    assert not (here / "a.html").exists()
+
+
+def test_a_sheet_is_written_in_the_language_that_is_asked_for(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun(here, "mine.yaml")
+    words = ["--out", "a.html", "--language", "de", "--seeds", "1"]
+    assert main.main(["lesson", "sheet", "mine.yaml", *words]) == 0
+    assert capsys.readouterr().out == "a.html\n"
+    page = (here / "a.html").read_text("utf-8")
+    assert '<html lang="de">' in page
+    assert "Was bringt Annähern allein?" in page
+    # Nothing is left of what was being written.
+    assert sorted(path.name for path in here.iterdir()) == ["a.html", "mine.yaml"]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["chek"], "ACTION: 'chek' is not allowed; allowed: list, "),
         (["list", "--out", "a.yaml"], "--out is of new"),
-        (["new", "--json"], "--json is of list"),
+        (["new", "--json"], "--json is of list and check, not of new"),
+        (["check"], "LESSON is missing; allowed: a shipped lesson, a file, or --all"),
+        (["check", "the_cone", "--all"], "LESSON is missing"),
+        (["check", "the_con"], "is neither a shipped lesson nor a file (did you mean the_cone?"),
+        (["check", "the_cone", "--seeds", "0"], "--seeds: '0' is not allowed"),
+        (["check", "-", "--write"], "--write has no file to write into"),
+        (["sheet", "--out", "a.html"], "LESSON is missing"),
+        (["sheet", "the_cone"], "--out is missing; allowed: a file that ends in .html"),
+        (["sheet", "the_cone", "--out", "a.pdf"], "--out: 'a.pdf' is not allowed"),
+        (["sheet", "the_cone", "--out", "a.html", "--language", "fr"], "allowed: en, de"),
         (["new", "--out", "a.txt"], "--out: 'a.txt' is not allowed; allowed: a file that ends in"),
         (["new", "--out", "no/a.yaml"], "--out: 'no/a.yaml' is in no folder"),
         (["new", "--out", "there.yaml"], "--out: 'there.yaml' is there already"),

@@ -550,6 +550,18 @@ def test_only_the_last_hint_does_it() -> None:
     assert "is no hint; allowed: a text, or {do: true} as the last" in line
 
 
+@pytest.mark.parametrize("at", ["+50", "{captures: 2}", "48001"])
+def test_what_is_gone_back_to_is_a_certain_trial(at: str) -> None:
+    done = f"do: {{command: rewind, at: {at}}}, text: A, check: {{command: rewind}}"
+    (line,) = of_cards(f"  - {{{done}, unlock: [scrub]}}\n")
+    assert line.endswith("is no trial that can be gone back to; allowed: 0 to 48000")
+
+
+def test_it_is_run_on_and_not_back() -> None:
+    (line,) = of_cards("  - {do: {command: run_to, at: 3000}, text: A, check: {command: run_to}}\n")
+    assert "steps.0.do.at: value 3000: is not ahead of the card, which is at trial 3000" in line
+
+
 def test_a_lesson_begins_within_its_preset() -> None:
     text = (LESSON + SAID).replace("start: 3000", "start: 48000")
     (line,) = complaints(text)

@@ -4,7 +4,6 @@ from typing import Final
 
 import pytest
 
-from app.documents import lessons
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import MEASURE_NAMES, REGIONS, Reading, Window
 from app.documents.lessons import Lesson
@@ -12,38 +11,16 @@ from app.lessons import canon
 from app.lessons.measures import AT_START, Began, View, measured, view_of, view_of_run
 from app.lessons.referee import Line, Referee
 from app.live.past import Budget
-from app.live.requests import RunTo
+from app.live.places import Place
+from app.live.requests import Branch, RunTo
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from learners.commands import Command, Explore, FollowSchedule, Introduce
 from learners.run import Run
+from tests.support.circling import circling
 
 PATIENCE_S: Final = 60.0
 SEED: Final = 5
-SMALL: Final = {"world.size": 40, "world.n_directions": 16, "world.n_distances": 11}
-LESSON: Final = """
-title: Circling
-minutes: 1
-setup: {preset: timed, start: 400, schedule: "off", set: {world.size: 40, trials: 3000}}
-show: [play, value]
-steps:
-  - ask: direction
-    id: spread
-    text: Which way?
-    options: [clockwise, counter-clockwise, both ways, not at all]
-    reveal: {measure: spread_direction, at: +1500}
-  - ask: moment
-    id: moment
-    text: When?
-    reveal: {reach: right_flank, above: 0.2, at: +1500}
-  - do: {command: introduce, skill: circle_clockwise, explore: {trials: 500, chance: 0.95}}
-    id: circle
-    text: Let it circle.
-    unlock: [add_skill, explore]
-    check: {all: [{present: circle_clockwise}, {reach: right_flank, above: 0.2, by: +1500}]}
-  - see: {same_as: spread}
-    text: Which way did it go?
-""".replace("show: [play, value]", "show: [play, layer.value]")
 READINGS: Final = (
     *(
         Reading(name, None)
@@ -72,7 +49,7 @@ READINGS: Final = (
 
 @pytest.fixture(scope="module")
 def lesson() -> Lesson:
-    return lessons.parse(LESSON, "circling.yaml")
+    return circling()
 
 
 def live(lesson: Lesson) -> Session:
@@ -122,7 +99,7 @@ def test_a_live_session_measures_what_the_player_does(lesson: Lesson) -> None:
         give(session, Introduce("circle_clockwise", 300), Explore("circle_clockwise", 500, 0.95))
         # At full speed, so that nobody draws on the way.
         run_to(session, 1_900)
-        assert measured_of(view_of(session.status.snapshot, past)) == seen["step_4"]
+        assert measured_of(view_of(session.status.snapshot, past)) == seen["step_5"]
         cards = {card.id: card for card in lesson.spec.steps}
         check = cards["circle"].check
         assert check is not None
@@ -133,6 +110,66 @@ def test_a_live_session_measures_what_the_player_does(lesson: Lesson) -> None:
         assert referee.verdict("circle") == played.verdicts["circle"]
         assert referee.answer("spread") == (True, played.answers["spread"])
         assert referee.answer("moment") == (True, played.answers["moment"])
+    finally:
+        referee.stop()
+        session.stop()
+
+
+def test_a_line_that_goes_another_way_is_looked_at_anew(lesson: Lesson) -> None:
+    """What was seen of a way that the run did not go in the end, is not kept."""
+    session = live(lesson)
+    referee = Referee()
+    cards = {card.id: card for card in lesson.spec.steps}
+    check = cards["circle"].check
+    assert check is not None
+    try:
+        line = session.status.snapshot.generation
+        past = session.past_of(line)
+        assert past is not None
+        snapshot = session.status.snapshot
+        began = Began(snapshot.trial, snapshot.step, len(snapshot.control.history))
+
+        def state() -> str:
+            referee.want("circle", check, began, Line(line, past))
+            assert referee.settle(PATIENCE_S)
+            verdict = referee.verdict("circle")
+            assert verdict is not None
+            return verdict.state
+
+        assert state() == "not yet"
+        # Two of one kind in one moment: the second takes the place of the first.
+        give(session, Explore("approach", 100, 0.5), Explore("approach", 100, 0.6))
+        assert state() == "not yet"
+        run_to(session, 1_000)
+        assert state() == "not yet"
+        run_to(session, 1_899)
+        assert state() == "not yet"
+        run_to(session, 1_900)
+        assert state() == "never"
+        # At a moment before, it is another line, and is judged from there.
+        ticket = session.submit(
+            Branch(Place(line, began.step), Introduce("circle_clockwise", 300), viewer=1)
+        )
+        session.wait_for(
+            lambda status: status.answered >= ticket and len(status.lines) == 2, PATIENCE_S
+        )
+        (other,) = (seen.number for seen in session.status.lines if seen.number != line)
+        session.wait_for(
+            lambda status: not any(seen.is_growing for seen in status.lines), PATIENCE_S
+        )
+        branched = session.past_of(other)
+        assert branched is not None
+        referee.want("circle", check, began, Line(other, branched))
+        assert referee.settle(PATIENCE_S)
+        run = canon.play(lesson, SEED).verdicts["circle"]
+        found = referee.verdict("circle")
+        assert found is not None
+        # Without being explored it spreads more slowly, but it is not over.
+        assert run.state == "yes"
+        assert found.state in ("yes", "never")
+        assert found != run
+        referee.forget("circle")
+        assert referee.verdict("circle") is None
     finally:
         referee.stop()
         session.stop()

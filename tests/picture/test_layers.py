@@ -1140,9 +1140,10 @@ def only(moment: Snapshot, heading: int) -> Snapshot:
 def same(one: Picture, other: Picture) -> bool:
     """Whether two pictures are equal, their colours to the last bit."""
     lines = zip(one.over().contours, other.over().contours, strict=True)
+    flat = ("colours", "arrows", "arrow_colours", "regions", "names")
     return all(
         a is b if a is None or b is None else np.array_equal(a, b)
-        for a, b in zip(one[:-1], other[:-1], strict=True)
+        for a, b in ((getattr(one, name), getattr(other, name)) for name in flat)
     ) and all(np.allclose(a.segments, b.segments) for a, b in lines)
 
 

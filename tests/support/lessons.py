@@ -39,10 +39,10 @@ steps:
     run: +50
   - ask: choice
     id: guess
-    text: "Will it have more places with a value?"
+    text: "Will it go on?"
     options: ["no", "yes"]
     confidence: true
-    reveal: {measure: value_states, above: 5, at: +100}
+    reveal: {measure: trial, above: 300, at: +100}
   - do: {command: introduce, skill: avoid}
     id: add
     text: "Let it learn to avoid."
@@ -61,7 +61,7 @@ texts:
     title: Eine kleine
     cards:
       - text: "Der Räuber lernt **jagen**."
-      - {text: "Wird er mehr Orte mit Wert haben?", options: [nein, ja]}
+      - {text: "Geht es weiter?", options: [nein, ja]}
       - {text: "Lass ihn ausweichen lernen.", hints: ["Sieh unter die Karte.", "Drücke."]}
       - text: "Hat er?"
       - text: "Jeder Ort hat seinen Wert vom nächsten."

@@ -74,10 +74,12 @@ class LiveLab:
         sessions: Path | None = None,
         audience: bool = False,
         classroom: bool = False,
+        own: bool = False,
     ) -> None:
         """With an ``opening`` the learner begins as people see it, with slow hunts once a page is
         there. With a folder of ``sessions`` this one is kept there. With an ``audience`` there is a
-        port for those who only look, with a ``classroom`` one for those who answer as well.
+        port for those who only look, with a ``classroom`` one for those who answer as well, and
+        with ``own`` for those who have learners of their own.
         """
         self.results = results
         """Folder below which experiments leave their results; made when it is needed."""
@@ -90,8 +92,10 @@ class LiveLab:
         )
         known = {**offered, "timed": spec}
         self.audience: Audience | None = None
-        if audience or classroom:
-            self.audience = Audience(self.session.past_of, "127.0.0.1", 0, is_class=classroom)
+        if audience or classroom or own:
+            self.audience = Audience(
+                self.session.past_of, "127.0.0.1", 0, is_class=classroom, has_own=own
+            )
         self.lab = Lab(
             self.session,
             known,

@@ -8,7 +8,7 @@ import msgspec
 import websockets.sync.client
 from websockets.exceptions import ConnectionClosed
 
-from tests.support.server import PATIENCE_S
+from tests.support.server import PATIENCE_S, get_path
 
 
 class Page:
@@ -25,6 +25,12 @@ class Page:
         )
         self.parts: dict[str, dict[str, Any]] = {}
         """Of each kind what came last."""
+
+    @classmethod
+    def seated(cls, port: int) -> "Page":
+        """One of a browser that is new, and has been given a seat with the page."""
+        cookie = get_path(port, "/", {}).headers["Set-Cookie"].partition(";")[0]
+        return cls(port, {"Cookie": cookie})
 
     def send(self, wish: dict[str, Any]) -> None:
         """Send something as JSON."""

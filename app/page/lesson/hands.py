@@ -263,7 +263,7 @@ class Hands:
         if n_hints + 1 < len(card.steps_of_help) or not card.does_it or card.do is None:
             return
         if began is not None and seen is not None:
-            for deed in deeds_of(card.do, began.trial, seen, sitting.lesson.run_spec):
+            for deed in deeds_of(card, card.do, began.trial, seen, sitting.lesson):
                 self._use(deed, sitting)
 
     def _rewind(self, sitting: Sitting, live: Status) -> None:

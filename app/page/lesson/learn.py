@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from app.documents import lessons
 from app.documents.lessons import Lesson, LessonError
+from app.lessons.taken import lesson_of
 from app.live.requests import StartAgain, TakeLesson
 from app.live.status import Status
 from app.live.story import LongText, Story
@@ -36,8 +37,6 @@ class Library:
         self._own: dict[str, Lesson] = {}
         if own is not None and own.name not in lessons.shipped():
             self.offer(own)
-        self._begun: dict[str, Lesson | None] = {}
-        """Of texts that lessons were begun with, by digest; None if it is none any more."""
         self._sources: dict[tuple[str, str], str] = {}
         """By name and digest, what has become of a lesson's file."""
 
@@ -75,9 +74,7 @@ class Library:
         offered = self.offered.get(took.name)
         if offered is not None and offered.digest == took.digest:
             return offered
-        if took.digest not in self._begun:
-            self._begun[took.digest] = _read(took.text, took.name, took.source)
-        return self._begun[took.digest]
+        return lesson_of(took)
 
     def news_of(self, story: Story, is_shared: bool) -> str:
         """What is to be said of the file of a lesson that is gone on with; "" if nothing is.
@@ -96,15 +93,6 @@ class Library:
         if key not in self._sources:
             self._sources[key] = _news_of_file(took.source, took.digest)
         return self._sources[key]
-
-
-def _read(text: str, name: str, source: str) -> Lesson | None:
-    for folder in (None, *([Path(source).parent] if source else [])):
-        try:
-            return lessons.parse(text, f"{name}.yaml", folder)
-        except LessonError:
-            continue
-    return None
 
 
 def _news_of_file(source: str, digest: str) -> str:

@@ -72,7 +72,7 @@ class LessonPanel:
             lambda: inbox.put(self._opened),
             page="lesson",
         )
-        self._frame_html = self._channel.frame_html("Lesson")
+        self._frame_html = str(self._channel.frame_html("Lesson"))
         # At the root of the main panel, which is there whatever tab is shown.
         self._slot = client.gui.add_html(slot_html("lesson", self._frame_html))
 

@@ -6,9 +6,9 @@ from markupsafe import Markup
 from app.page.inbox import Intent
 from app.page.presenting import Presenting
 from app.page.widgets import CALM, NOTE, add_hints, assign
-from app.player.presented import Stand
+from app.player.presented import OwnLearners, Stand
 from app.util.html import element, joined
-from app.words.numbers import counted
+from app.words.numbers import counted, shown_number
 
 
 class Audience:
@@ -43,6 +43,17 @@ class Audience:
         parts.append(f"{counted(stand.n_watchers, 'page')} open.")
         whose = "this browser" if is_own else "another browser"
         parts.append("Nobody presents." if presenter is None else f"It sees what {whose} sees.")
+        if stand.own is not None:
+            parts += _own_in_words(stand.own)
         content = joined([element("div", part) for part in parts], "")
         assign(self._said, "content", str(element("div", content, style=NOTE)))
         assign(self._present, "disabled", is_own)
+
+
+def _own_in_words(own: OwnLearners) -> list[str]:
+    """How the learners of those who look stand, in numbers that say nothing of who they are."""
+    said = [f"{counted(own.learners, 'own learner')}, {own.playing} of them learn now."]
+    if own.rewards:
+        each = (f"{shown_number(reward, '.0f')} ({trial:,})" for trial, reward in own.rewards)
+        said.append(f"Reward (at trial): {', '.join(each)}.")
+    return said

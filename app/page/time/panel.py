@@ -104,6 +104,11 @@ class TimePanel:
         """Where it is on the bar (:func:`moment_sent`); None before anything is shown."""
         return self._moment
 
+    @property
+    def asked(self) -> Asked | None:
+        """What is asked on it."""
+        return self._asking.asked
+
     def say(self, text: str, refused: bool = False) -> None:
         """Say something in the frame. May be called from any thread."""
         self._channel.send("said", {"text": text, "refused": refused})

@@ -70,7 +70,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     if lone is None:
         return picture
     note = Label(f"{lone}: no choice yet", 0.0, _NOTE_NORTH * snapshot.spec.world.size)
-    return picture._replace(over=lambda: Over(labels=(note,)))
+    return picture._replace(within=lambda: Over(labels=(note,)))
 
 
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:

@@ -12,7 +12,7 @@ from app.live.snapshot import Snapshot
 from app.picture.colours import FARTHER, NEARER, Ramp, amount_colours, css, palette
 from app.picture.contours import Contour, edges
 from app.picture.frames import in_frame
-from app.picture.layer import Extras, Layer, Over, Picture, blank
+from app.picture.layer import Extras, Layer, Picture, blank
 from app.picture.legend import bar, frame_in_words, hatch, legend, limits, patch_of_board, swatch
 from app.picture.look import ALL, Look
 from app.picture.raster import Raster, on_raster, raster, sensors_of
@@ -187,10 +187,10 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     lost = on_raster(change.lost, raster) & raster.falling
     picture.colours[lost] = _strongest(FARTHER, theme)
 
-    def over() -> Over:
-        return Over((Contour(edges(change.known, world), theme.ink, is_edge=True),))
+    def known_edges() -> tuple[Contour, ...]:
+        return (Contour(edges(change.known, world), theme.ink, is_edge=True),)
 
-    return picture._replace(over=over)
+    return picture._replace(edges=known_edges)
 
 
 def _strongest(ramp: Ramp, theme: Theme) -> np.ndarray:

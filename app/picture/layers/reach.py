@@ -65,7 +65,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     pixels = on_raster(np.where(is_shown[..., None], colours, board), raster)
     few = on_raster((count > 0) & ~is_shown, raster) & raster.dotted
     pixels[few] = on_raster(colours, raster)[few]
-    return Picture(pixels, over=lambda: _isochrones(np.where(is_shown, trial, np.nan), snapshot))
+    return Picture(pixels, within=lambda: _isochrones(np.where(is_shown, trial, np.nan), snapshot))
 
 
 def _isochrones(trial: np.ndarray, snapshot: Snapshot) -> Over:

@@ -21,6 +21,7 @@ const part = (id) => /** @type {T} */ (document.getElementById(id));
 
 const follow = part("follow");
 const around = part("around");
+const mine = part("mine");
 const choices = part("choices");
 const steps = part("steps");
 const layer = /** @type {HTMLSelectElement} */ (part("layer"));
@@ -40,11 +41,13 @@ const fill = (select, options, chosen) => {
 
 /** Show what is wished, and what there is to choose for it. */
 const show = () => {
-  const { follows } = wish;
-  follow.setAttribute("aria-pressed", `${follows}`);
-  follow.textContent = follows ? "Presenter" : "Back to presenter";
-  around.setAttribute("aria-pressed", `${!follows}`);
-  document.documentElement.toggleAttribute("data-around", !follows);
+  const { follows, own } = wish;
+  follow.setAttribute("aria-pressed", `${follows && !own}`);
+  follow.textContent = follows || own ? "Presenter" : "Back to presenter";
+  around.setAttribute("aria-pressed", `${!follows && !own}`);
+  mine.setAttribute("aria-pressed", `${own}`);
+  document.documentElement.toggleAttribute("data-around", !follows && !own);
+  document.documentElement.toggleAttribute("data-own", own);
   choices.hidden = follows;
   steps.hidden = follows;
   handle.tabIndex = follows ? -1 : 0;
@@ -72,6 +75,7 @@ const turn = (follows) => {
   const theirs = offer.layers.find(({ title }) => title === part("title").textContent);
   if (!follows && wish.follows && theirs) wish.layer = theirs.key;
   wish.follows = follows;
+  wish.own = false;
   if (follows || !state.moment) wish.step = null;
   else wish.step = state.moment.live ? null : state.moment.step;
   show();
@@ -80,6 +84,11 @@ const turn = (follows) => {
 
 follow.addEventListener("click", () => turn(true));
 around.addEventListener("click", () => turn(false));
+mine.addEventListener("click", () => {
+  wish.own = true;
+  show();
+  say();
+});
 
 choices.addEventListener("change", () => {
   wish.layer = layer.value;
@@ -139,7 +148,7 @@ handle.addEventListener("keydown", (event) => {
 });
 
 window.addEventListener("keydown", (event) => {
-  if (event.key === "Escape" && !wish.follows) turn(true);
+  if (event.key === "Escape" && (wish.own || !wish.follows)) turn(true);
 });
 
 /** @param {PointerEvent} event */

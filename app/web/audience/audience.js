@@ -9,6 +9,7 @@ import "../time/tip.js";
 import { begin as beginAround } from "./around.js";
 import "./ask.js";
 import { begin as connect } from "./line.js";
+import "./own.js";
 
 /** What is said aloud is said no more often. */
 const SAID_MS = 10_000;
@@ -36,9 +37,10 @@ on("lab", ({ lab: told }) => {
   lab = told;
 });
 
-on("stand", ({ begun, away, follows }) => {
+on("stand", ({ begun, away, follows, own }) => {
   main.hidden = !begun;
   modes.hidden = !begun;
+  part("mine").hidden = !own;
   write(part("waiting"), begun ? "" : "The presenter has not begun. What they show will be here.");
   write(part("note"), away && follows ? "The presenter's page is closed. This is how they left it." : "");
 });

@@ -1,5 +1,6 @@
 // @ts-check
-// What this page wishes to see. Besides, it sends what a class answers (`ask.js`).
+// What this page wishes to see. Besides, it sends what a class answers (`ask.js`),
+// and what is done with a learner of one's own (`own.js`).
 
 import { sendNewest } from "../player/pipe.js";
 import { isDark, whenScheme } from "../player/scheme.js";
@@ -7,6 +8,8 @@ import { isDark, whenScheme } from "../player/scheme.js";
 /** `step` is null for what is newest. */
 export const wish = {
   follows: true,
+  /** Whether it is the learner of one's own, whatever else is wished. */
+  own: false,
   layer: "value",
   of: 0,
   frame: -1,
@@ -16,9 +19,10 @@ export const wish = {
 
 /** Say what is wished now. */
 export const say = () => {
-  const { follows, layer, of, frame, step } = wish;
+  const { follows, own, layer, of, frame, step } = wish;
   const dark = isDark();
-  sendNewest(follows ? { do: "follow", dark } : { do: "look", dark, layer, of, frame, step });
+  if (own) sendNewest({ do: "own", dark });
+  else sendNewest(follows ? { do: "follow", dark } : { do: "look", dark, layer, of, frame, step });
 };
 
 whenScheme(say);

@@ -27,8 +27,6 @@ const FEW_REWARD = 1;
 const MUCH_REWARD = 10;
 /** Beside the axis one still means its end. */
 const BESIDE = 0.03;
-/** Of the bar, what is not there as long as something is asked. */
-const ELSE = ".transport, .rows > .lanes, .tree, .events, .units, .legend, .playhead, .live-end, .time .mark";
 
 /** What a hand made of the answer, until the lab says the same. @type {Answer | null} */
 let mine = null;
@@ -40,7 +38,11 @@ export const isOpen = () => state.ask !== null && !state.ask.locked;
 // --- The answer ------------------------------------------------------------------------------------
 
 const guess = () => /** @type {number | null} */ (mine ?? /** @type {MomentAsked} */ (state.ask).guess);
-const drawn = () => /** @type {Point[] | null} */ (mine ?? /** @type {SketchAsked} */ (state.ask).handles);
+const drawn = () => {
+  const { at, handles } = /** @type {SketchAsked} */ (state.ask);
+  const points = /** @type {Point[] | null} */ (mine ?? handles);
+  return points && at.map((trial, i) => /** @type {Point} */ ([trial, points[i]?.[1] ?? 0]));
+};
 
 /** @param {MomentAsked | SketchAsked} ask */
 const answerIn = (ask) => (ask.kind === "moment" ? ask.guess : ask.handles);
@@ -93,18 +95,17 @@ const trialUnder = (share) => {
 /** @returns {Grip} */
 const flagGrip = () => {
   const before = guess();
-  let isMoved = false;
+  /** @type {number | null} */
+  let last = null;
   const put = (/** @type {PointerEvent} */ event, /** @type {boolean} */ isMoving) => {
     flag.focus({ preventScroll: true });
-    take(trialUnder(shareAt(event)), isMoving);
+    last = trialUnder(shareAt(event));
+    take(last, isMoving);
   };
   return {
     isAtOnce: true,
-    move: (event) => {
-      isMoved = true;
-      put(event, true);
-    },
-    release: () => isMoved && take(/** @type {Answer} */ (mine)),
+    move: (event) => put(event, true),
+    release: () => last !== null && take(last),
     tap: (event) => put(event, false),
     giveUp: () => (before === null ? forget() : take(before)),
   };
@@ -137,29 +138,28 @@ const nearest = (event) => {
 const curveGrip = () => {
   const before = drawn();
   const [ask, bar] = [/** @type {SketchAsked} */ (state.ask), /** @type {Bar} */ (state.bar)];
-  /** Where it was last. @type {{handle: number, reward: number} | null} */
+  /** Where it was last, and what is drawn by then. @type {{handle: number, reward: number, points: Point[]} | null} */
   let last = null;
   /** @param {PointerEvent} event @param {boolean} isMoving */
   const put = (event, isMoving) => {
     const [handle, reward] = [nearest(event), rewardUnder(event)];
-    const points = (drawn() ?? level(ask, bar)).map(([trial, value]) => /** @type {Point} */ ([trial, value]));
+    const points = drawn() ?? level(ask, bar);
     const from = last ?? { handle, reward };
-    // One that is drawn across fast passes over some of them.
-    const way = Math.abs(handle - from.handle) || 1;
-    for (let step = 0; step <= way; step++) {
-      const at = from.handle + Math.sign(handle - from.handle) * step;
-      if (at === from.handle && last && way > 1) continue;
-      points[at][1] = Math.round(from.reward + ((reward - from.reward) * step) / way);
+    // A hand that is fast passes over some of them.
+    const way = Math.abs(handle - from.handle);
+    for (let step = 1; step < way; step++) {
+      const passed = from.handle + Math.sign(handle - from.handle) * step;
+      points[passed][1] = Math.round(from.reward + ((reward - from.reward) * step) / way);
     }
     points[handle][1] = reward;
-    last = { handle, reward };
+    last = { handle, reward, points };
     /** @type {HTMLElement} */ (knots.children[handle])?.focus({ preventScroll: true });
     take(points, isMoving);
   };
   return {
     isAtOnce: true,
     move: (event) => put(event, true),
-    release: () => last && take(/** @type {Answer} */ (mine)),
+    release: () => last && take(last.points),
     tap: (event) => put(event, false),
     giveUp: () => (before === null ? forget() : take(before)),
   };
@@ -247,9 +247,10 @@ const draw = () => {
   if (open !== wasOpen) {
     wasOpen = open;
     leaveTo(open ? gripOf : null);
-    for (const other of document.querySelectorAll(ELSE)) other.toggleAttribute("inert", open);
   }
-  drawAsked(ask, bar, mine ?? (ask && answerIn(ask)));
+  // Blocks have keys of their own; what else is not for the answer is not there (guess.css).
+  for (const lane of document.querySelectorAll(".time .lanes > *")) lane.toggleAttribute("inert", open);
+  drawAsked(ask, bar, ask && (ask.kind === "moment" ? guess() : drawn()));
 };
 
 whenChanged(draw);
