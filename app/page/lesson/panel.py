@@ -11,7 +11,6 @@ from functools import partial
 from typing import Any, Final
 
 import viser
-from markupsafe import Markup
 
 from app.lessons.markup import html_of
 from app.lessons.story import may_go_on, shown, sureness_in_words
@@ -33,7 +32,7 @@ from app.picture.look import Look
 from app.player.classroom import Card as CardTold
 from app.server.channels import Channels
 
-_IN_LESSON: Final = Markup("<i hidden data-lesson-now></i>")
+_IN_LESSON: Final = "<i hidden data-lesson-now></i>"
 """Has the page's script show the card, and no more than the lesson shows."""
 _SETTLED_S: Final = 0.4
 """After so long an answer that is not changed any more is told to the session."""
