@@ -199,6 +199,8 @@ class Audience:
         if self.owners is not None:
             self._offer(self.owners, live)
         former, self._live, self._presented = self._presented, live, presented
+        if self.room is not None and presented is not None and not presented.is_away:
+            self.room.poll.show(None if presented.card is None else presented.card.id)
         if _subject(former) != _subject(presented):
             self._wake()
 

@@ -1,6 +1,7 @@
 """A card of a lesson as its frame is told it: pure, of what is known of the lesson and its run."""
 
 import json
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from app.documents.lesson_cards import Card
@@ -78,10 +79,9 @@ def _question_sent(asked: Asked, given: Given | None, value: Any) -> dict[str, A
     }
 
 
-def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[str, Any] | None:
-    """What is told of a guess; None if none is to be."""
-    if shown is None:
-        return None
+def reveal_sent(shown: Shown, of_class: Mapping[str, Any]) -> dict[str, Any]:
+    """What is told of a guess, and of what a class answered, ``{"class", "before"}``."""
+    answered = {"class": of_class["class"], "before": of_class["before"]}
     guess = value_of(shown.given)
     asked = _question_sent(shown.asked, shown.given, guess)
     if not shown.is_ready:
@@ -92,7 +92,7 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
             "guess": guess,
             "run": None,
             "twenty": None,
-            "class": None,
+            **answered,
         }
     spread = Spread(()) if shown.spread is None else shown.spread
     answer = answer_of(shown.asked, guess)
@@ -104,7 +104,22 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
         "guess": guess,
         "run": shown.own,
         "twenty": sent_spread(shown.asked, shown.spread),
-        "class": of_class,
+        **answered,
+    }
+
+
+def class_sent(of_class: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What a class answered, where nothing else is told yet; None if that is not revealed."""
+    if of_class["class"] is None:
+        return None
+    return {
+        "ready": True,
+        "html": "",
+        "guess": None,
+        "run": None,
+        "twenty": None,
+        "class": of_class["class"],
+        "before": of_class["before"],
     }
 
 

@@ -122,8 +122,8 @@ class Dressing:
             draft, locked = self._sitter.draft_of(sitting), is_locked(story, question)
             given = value_of(story.answers.get(question)) if draft is None else json.loads(draft)
         if asked.ask == "sectors":
-            shares, of_class = None, self._sitter.of_class(question)
-            if of_class is not None and of_class["n"]:
+            shares, of_class = None, self._sitter.of_class(sitting, question)["class"]
+            if of_class is not None:
                 counts = of_class["counts"].items()
                 shares = {octant: count / of_class["n"] for octant, count in counts}
             return octants_asked(given, locked, own, spread, shares), None
