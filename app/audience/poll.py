@@ -62,9 +62,10 @@ class Poll:
     def reveal(self, outcome: Mapping[str, Any] | None) -> None:
         """Take no more answers, and show those there are, with what the run did."""
         with self._lock:
-            if self._question is not None:
-                self._is_open = False
-                self._outcome = outcome
+            is_same = not self._is_open and outcome == self._outcome
+            if self._question is None or is_same:
+                return
+            self._is_open, self._outcome = False, outcome
         self._changed()
 
     def end(self) -> None:
@@ -89,16 +90,19 @@ class Poll:
         Args:
             seat: whose it is.
             ballot: which it is meant for.
-            value: what is answered.
+            value: what is answered; no octants at all take back those of before.
         """
         with self._lock:
             question, is_open = self._question, self._is_open
             if not is_open or question is None or ballot != self._ballots[-1].number:
                 return False
-            found = answer_to(question, value)
-            if found is None or not seat.is_taken:
+            found, answers = answer_to(question, value), self._ballots[-1].answers
+            if not seat.is_taken:
                 return False
-            self._ballots[-1].answers[seat] = found
+            if found is not None:
+                answers[seat] = found
+            elif value != () or answers.pop(seat, None) is None:
+                return False
         self._changed()
         return True
 

@@ -113,7 +113,7 @@ class _Playing:
             self._enter(card)
             self._take(card)
             self._leave(card)
-        for asking in list(self._asking):
+        for asking in [*self._asking]:
             self._end(asking)
         return self._found
 
@@ -251,9 +251,9 @@ class _Playing:
                 self._run = self._shared.run_at(self._lesson.starts[card.id], seed, 0)
                 self._entered.clear()
             case "inspect" if do.region:
-                self._open(Opened.model_validate("why"), Opened.model_validate({"cell": do.region}))
+                self._open(Opened("why"), Opened("cell", region=do.region))
             case "show":
-                self._open(Opened.model_validate({"layer": do.layer}))
+                self._open(Opened("layer", layer=do.layer))
             case _:
                 pass
         done = Done(do.command, self._run.step)

@@ -226,17 +226,35 @@ def test_what_is_sent_to_all_says_nothing_of_seats() -> None:
 def test_answers_of_many_threads_are_each_counted() -> None:
     poll, who = poll_of(), seats(60)
     ballot = ballot_of(poll)
-    threads = [
-        threading.Thread(
-            target=lambda mine=mine: [
-                poll.answer(seat, ballot, "abc"[n % 3]) for n in range(30) for seat in mine
-            ]
-        )
-        for mine in (who[:20], who[20:40], who[40:])
-    ]
+
+    def answer(mine: list[Seat]) -> None:
+        for n in range(30):
+            for seat in mine:
+                assert poll.answer(seat, ballot, "abc"[n % 3])
+
+    parts = (who[:20], who[20:40], who[40:])
+    threads = [threading.Thread(target=answer, args=(mine,)) for mine in parts]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     poll.reveal(None)
     assert poll.sent()["reveal"]["class"] == {"n": 60, "counts": {"a": 0, "b": 0, "c": 60}}
+
+
+def test_octants_can_be_taken_back() -> None:
+    poll, (seat,) = poll_of(WHERE), seats(1)
+    answered(poll, [seat], ("n",))
+    assert poll.answer(seat, ballot_of(poll), ())
+    assert poll.answer_of(seat) is None
+    assert not poll.answer(seat, ballot_of(poll), ())
+
+
+def test_the_same_outcome_is_told_once() -> None:
+    told: list[int] = []
+    poll = Poll(lambda: told.append(1))
+    poll.ask(WHICH)
+    for outcome in (None, None, OUTCOME, dict(OUTCOME)):
+        poll.reveal(outcome)
+    assert len(told) == 3
+    assert poll.sent()["reveal"]["html"] == OUTCOME["html"]

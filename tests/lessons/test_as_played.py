@@ -11,7 +11,8 @@ from app.lessons import canon
 from app.lessons.measures import AT_START, Began, View, measured, view_of, view_of_run
 from app.lessons.referee import Line, Referee
 from app.live.past import Budget
-from app.live.requests import RunTo
+from app.live.places import Place
+from app.live.requests import Branch, RunTo
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from learners.commands import Command, Explore, FollowSchedule, Introduce
@@ -109,6 +110,66 @@ def test_a_live_session_measures_what_the_player_does(lesson: Lesson) -> None:
         assert referee.verdict("circle") == played.verdicts["circle"]
         assert referee.answer("spread") == (True, played.answers["spread"])
         assert referee.answer("moment") == (True, played.answers["moment"])
+    finally:
+        referee.stop()
+        session.stop()
+
+
+def test_a_line_that_goes_another_way_is_looked_at_anew(lesson: Lesson) -> None:
+    """What was seen of a way that the run did not go in the end, is not kept."""
+    session = live(lesson)
+    referee = Referee()
+    cards = {card.id: card for card in lesson.spec.steps}
+    check = cards["circle"].check
+    assert check is not None
+    try:
+        line = session.status.snapshot.generation
+        past = session.past_of(line)
+        assert past is not None
+        snapshot = session.status.snapshot
+        began = Began(snapshot.trial, snapshot.step, len(snapshot.control.history))
+
+        def state() -> str:
+            referee.want("circle", check, began, Line(line, past))
+            assert referee.settle(PATIENCE_S)
+            verdict = referee.verdict("circle")
+            assert verdict is not None
+            return verdict.state
+
+        assert state() == "not yet"
+        # Two of one kind in one moment: the second takes the place of the first.
+        give(session, Explore("approach", 100, 0.5), Explore("approach", 100, 0.6))
+        assert state() == "not yet"
+        run_to(session, 1_000)
+        assert state() == "not yet"
+        run_to(session, 1_899)
+        assert state() == "not yet"
+        run_to(session, 1_900)
+        assert state() == "never"
+        # At a moment before, it is another line, and is judged from there.
+        ticket = session.submit(
+            Branch(Place(line, began.step), Introduce("circle_clockwise", 300), viewer=1)
+        )
+        session.wait_for(
+            lambda status: status.answered >= ticket and len(status.lines) == 2, PATIENCE_S
+        )
+        (other,) = (seen.number for seen in session.status.lines if seen.number != line)
+        session.wait_for(
+            lambda status: not any(seen.is_growing for seen in status.lines), PATIENCE_S
+        )
+        branched = session.past_of(other)
+        assert branched is not None
+        referee.want("circle", check, began, Line(other, branched))
+        assert referee.settle(PATIENCE_S)
+        run = canon.play(lesson, SEED).verdicts["circle"]
+        found = referee.verdict("circle")
+        assert found is not None
+        # Without being explored it spreads more slowly, but it is not over.
+        assert run.state == "yes"
+        assert found.state in ("yes", "never")
+        assert found != run
+        referee.forget("circle")
+        assert referee.verdict("circle") is None
     finally:
         referee.stop()
         session.stop()

@@ -128,7 +128,7 @@ def test_it_says_when_it_came_true_and_until_when_it_may() -> None:
 def test_what_was_done_counts_from_its_moment_on() -> None:
     asked = check(command="race")
     later = Deeds(done=(Done("race", 50 * 120),))
-    looked = Deeds(opened=(Looked(Opened.model_validate("why"), 50 * 120),))
+    looked = Deeds(opened=(Looked(Opened("why"), 50 * 120),))
     for stated, deeds in ((asked, later), (check(opened="why"), looked)):
         before, after = (replace(at(trial), deeds=deeds) for trial in (119, 120))
         assert judged(stated, before, after) == ["not yet", "yes"]
