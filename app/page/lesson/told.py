@@ -77,6 +77,8 @@ def bar_asked(
             None if own is None else int(own),
             () if spread is None else tuple(map(int, spread.numbers)),
             20 if spread is None else spread.n,
+            asked.first or 0,
+            asked.end,
         )
     if asked.ask != "sketch":
         return None
