@@ -80,6 +80,8 @@ def bar_asked(
             None if own is None else int(own),
             tuple(map(int, spread.numbers)),
             spread.n or _RUNS,
+            asked.first or 0,
+            asked.end,
         )
     if asked.ask != "sketch":
         return None
