@@ -1,8 +1,8 @@
 """What an audience costs: the presenter's clicks, the learner's rate, and what each phone is sent.
 
 The watchers read every frame and draw nothing, in a process of their own, and as a class they
-answer; the presenter's page is in another, draws nothing either, and clicks. The learner's rate beside them is compared with its rate beside the
-presenter alone, in turns in the same process.
+answer; the presenter's page is in another, draws nothing either, and clicks. The learner's rate
+beside them is compared with its rate beside the presenter alone, in turns in the same process.
 """
 
 import functools

@@ -187,7 +187,7 @@ class Audience:
         self._changed.set()
 
     def _wake_soon(self) -> None:
-        """Have those who have answered be told that it counts, not one by one. On the event loop."""
+        """Have those be told that it counts who have answered; called on the event loop."""
         if not self._wakes_soon:
             self._wakes_soon = True
             asyncio.get_running_loop().call_later(COUNTED_S, self._wake_now)

@@ -190,11 +190,11 @@ def _measure_audience(
     from benchmarks.audience import measure_audience
 
     def words(found: Any) -> str:
-        clicks, answered = found["click_ms"], found["class_click_ms"]
+        clicks, voting = found["click_ms"], found["class_click_ms"]
         return (
             f"{preset} at full speed, its presenter, and {n_watchers} who look on:\n"
             f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %)\n"
-            f"  while all answer     {answered['p50']:.0f} ms (median), {answered['p95']:.0f} (95 %)\n"
+            f"  while all answer     {voting['p50']:.0f} ms (median), {voting['p95']:.0f} (95 %)\n"
             f"  each of them is sent {found['kB_per_s_each']:.1f} kB a second\n"
             f"  the learner keeps    {found['learner_share']:.2f} of its rate"
         )
