@@ -134,7 +134,7 @@ class Audience:
         )
         self.owners: Owners | None = None
         if has_own:
-            self.owners = Owners(lambda: self.watchers.all, self.watchers.send, self._lab)
+            self.owners = Owners(lambda: self.watchers.all, self.watchers.send)
         self._offered: tuple[object, ...] = ()
         """Of what own learners were last told how they begin."""
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
@@ -254,7 +254,8 @@ class Audience:
                 if seen.is_presenters:
                     due_s = min(due_s, self._paint_if_due(view, seen, live, presented, now_s))
             due_s = min(due_s, self._paint_another(groups, live, presented, now_s))
-        self._send(groups)
+        own = [watcher for watcher in watchers if isinstance(watcher.wish, LookOwn)]
+        self._send(groups, own)
         self._tidy(groups)
         return due_s
 
@@ -403,7 +404,9 @@ class Audience:
 
     # Sending
 
-    def _send(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
+    def _send(self, groups: Mapping[Seen, Sequence[Watcher]], own: Sequence[Watcher]) -> None:
+        """Send each what they have not been sent yet; to those who look at an ``own`` learner, what
+        is not of the board."""
         letters: list[tuple[bytes, list[Watcher]]] = []
         told = {"lab": self._lab, "lesson": self._lesson_part()}
         waiting = {"stand": part("stand", {"begun": False})}
@@ -423,9 +426,8 @@ class Audience:
             if view is not None and sizes:
                 now_s = time.perf_counter()
                 view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
-        # Whoever looks at a learner of their own is sent that elsewhere.
-        apart = [one for one in self.watchers.all if isinstance(one.wish, LookOwn)]
-        for missing, group in by_what_they_miss(told, apart, ORDER, self._theirs).items():
+        parts = {"stand": part("stand", {"begun": True, "own": True}), **told}
+        for missing, group in by_what_they_miss(parts, own, ORDER, self._theirs).items():
             letters.append((letter_of(content for _, content in missing), group))
         if letters:
             self.watchers.send(letters)

@@ -82,6 +82,8 @@ def test_each_has_a_learner_to_play_with(phone: Page, audience: Audience) -> Non
     own.get_by_role("combobox", name="Add").select_option("avoid")
     own.get_by_role("button", name="Add", exact=True).tap()
     expect(own.get_by_role("button", name="Add circle clockwise")).to_be_visible()
+    # The schedule has it explored from there on.
+    own.get_by_role("button", name="Stop exploring avoid").tap()
     own.get_by_role("combobox", name="Explore").select_option("avoid")
     own.get_by_role("button", name="Explore").tap()
     expect(own.get_by_role("button", name="Stop exploring avoid")).to_be_visible()
