@@ -202,6 +202,14 @@ def test_who_looks_around_is_asked_as_well(taught: Taught) -> None:
     assert taught.room.state(WHEN.id, True)["answered"] == 2
 
 
+def test_who_looks_at_a_learner_of_their_own_is_asked_as_well(taught: Taught) -> None:
+    pupils = taught.pupils(2)
+    pupils.send(lambda _: '{"do": "own", "dark": true}')
+    taught.room.ask(WHEN)
+    pupils.answer(lambda n: 1_000 * n)
+    assert taught.room.state(WHEN.id, True)["answered"] == 2
+
+
 # --- That it can do nothing else ------------------------------------------------------------------
 
 

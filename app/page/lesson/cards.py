@@ -27,8 +27,10 @@ class Shown(NamedTuple):
     """The question, in the language that is read."""
     given: Given
     """The answer that was given, and what the run answered."""
-    spread: Spread | None
-    """What twenty runs answer; None as long as they are not there."""
+    spread: Spread
+    """What twenty runs answer, as far as they are there."""
+    has_come: bool
+    """Whether the run has come to where it answers."""
 
     @property
     def is_ready(self) -> bool:
@@ -88,15 +90,14 @@ def reveal_sent(shown: Shown, of_class: Mapping[str, Any]) -> dict[str, Any]:
         return {
             "ready": False,
             "asked": asked,
-            "html": "What came of it is not known yet.",
+            "html": _waiting_in_words(shown),
             "guess": guess,
             "run": None,
             "twenty": None,
             **answered,
         }
-    spread = Spread(()) if shown.spread is None else shown.spread
     answer = answer_of(shown.asked, guess)
-    words = scored(shown.asked, answer, answer_from(shown.own), spread).words
+    words = scored(shown.asked, answer, answer_from(shown.own), shown.spread).words
     return {
         "ready": True,
         "asked": asked,
@@ -121,6 +122,14 @@ def class_sent(of_class: Mapping[str, Any]) -> dict[str, Any] | None:
         "class": of_class["class"],
         "before": of_class["before"],
     }
+
+
+def _waiting_in_words(shown: Shown) -> str:
+    """What is waited for until it is told what came of a guess."""
+    if not shown.has_come:
+        return "What came of it is not known yet: the run has not come so far."
+    n = shown.spread.n
+    return f"Twenty runs are made to compare this one with; {n} are there so far …"
 
 
 def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str, Any] | None:

@@ -154,7 +154,8 @@ class Sitter:
         asked = spec.in_language(story.language).steps[guess.place].question
         assert asked is not None
         spread = self.desk.spread_of(sitting, guess)
-        return Shown(guess, asked, story.answers[guess.card.id], spread)
+        has_come = self.desk.has_come(guess)
+        return Shown(guess, asked, story.answers[guess.card.id], spread, has_come)
 
     def draft_of(self, sitting: Sitting) -> str | None:
         """The answer to the card's question that is being given, as JSON."""
