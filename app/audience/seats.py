@@ -30,6 +30,10 @@ class Seat:
         self.n_pages = 0
         """Pages of it that are open."""
 
+    def clear(self) -> None:
+        """Be nobody's; pages that are open may still have it."""
+        self.number, self.shape, self.is_taken = 0, "", False
+
 
 class Seats:
     """Of one class. Methods may be called from any thread."""
@@ -82,7 +86,7 @@ class Seats:
         with self._lock:
             self._key = secrets.token_bytes(32)
             for seat in self._taken.values():
-                seat.is_taken = False
+                seat.clear()
             self._taken = {}
 
     def _seal(self, nonce: str) -> str:
@@ -94,6 +98,6 @@ class Seats:
             away = next((nonce for nonce, seat in self._taken.items() if not seat.n_pages), None)
             if away is None:
                 return None
-            self._taken.pop(away).is_taken = False
+            self._taken.pop(away).clear()
         numbers = {seat.number for seat in self._taken.values()}
         return Seat(next(number for number in range(1, self._most + 1) if number not in numbers))

@@ -14,6 +14,7 @@ import viser
 from app.live.status import Status
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.player.classroom import Card, Classroom
 from app.player.presented import Presented, Stand
 from app.server.server import is_on_this_machine
 
@@ -29,6 +30,13 @@ class _Bar(Protocol):
 
     @property
     def moment(self) -> dict[str, Any] | None: ...
+
+
+class _Lesson(Protocol):
+    """Of a browser's lesson, what a class reads of it."""
+
+    @property
+    def told(self) -> Card | None: ...
 
 
 class Viewer(Protocol):
@@ -47,6 +55,11 @@ class Viewer(Protocol):
     @property
     def time(self) -> _Bar:
         """Its time bar."""
+        ...
+
+    @property
+    def lesson(self) -> _Lesson:
+        """The lesson that it has before it."""
         ...
 
 
@@ -68,6 +81,11 @@ class Presenting:
         self._left_s: float | None = None
         """When the last one went, as long as nobody has their place."""
         self._last: Presented | None = None
+
+    @property
+    def classroom(self) -> Classroom | None:
+        """The audience as a class that answers; None if it is none, or there is none."""
+        return None if self.stand is None else self.stand.classroom
 
     @property
     def presenter(self) -> int | None:
@@ -127,6 +145,7 @@ class Presenting:
             viewer.time.bar,
             moment,
             events_of(int(moment["line"])),
+            card=viewer.lesson.told,
         )
         self.stand.show(live, self._last)
 

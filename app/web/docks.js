@@ -2,8 +2,9 @@
 // The panels at both sides: which of them are open, and rails that open those that are folded.
 //
 // In a large window both are open, in a smaller one only the controls, and neither in a small one or
-// beside the card of a lesson. There one is open at a time; in a small window it lies over the stage. viser would take a panel that it
-// folds out of the page, and with it what the lab tells the stage, so folding is done here.
+// beside the card of a lesson. There one is open at a time; in a small window it lies over the stage.
+// viser would take a panel that it folds out of the page, and with it what the lab tells the stage,
+// so folding is done here.
 
 import { whenChanged } from "./changes.js";
 

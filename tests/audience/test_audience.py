@@ -225,6 +225,7 @@ def hostile_texts() -> Iterator[str | bytes]:
         "text": "<script>alert(1)</script>",
         "number": 1,
         "name": "x",
+        "points": [(trial, 0.0) for trial in range(6)],
     }
     for kind in get_args(FromFrame):
         fields = {name: values[name] for name in kind.__struct_fields__}

@@ -12,6 +12,7 @@ from app.page import presenting
 from app.page.presenting import RELOADED_S, Presenting
 from app.picture.layer import Extras
 from app.picture.look import Look
+from app.player.classroom import Card
 from app.player.presented import Presented
 from learners.run import Run
 from tests.support.live import preset_of
@@ -24,8 +25,13 @@ class Bar(NamedTuple):
     moment: dict[str, Any] | None = MOMENT
 
 
+class Lesson:
+    told = Card("cone/1", "The cone", 1, 5, "Value is a <b>cone</b>.")
+
+
 class Viewer:
     time = Bar()
+    lesson = Lesson()
 
     def __init__(self, number: int) -> None:
         self.number, self.look = number, Look(layer="reach", option=number)
@@ -108,6 +114,7 @@ def test_the_first_on_this_machine_presents(scene: Scene) -> None:
     assert shown is not None
     assert shown.look.option == 3
     assert shown.events == (4, 7)
+    assert shown.card == Lesson.told
     assert not shown.is_away
 
 

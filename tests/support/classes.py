@@ -1,25 +1,32 @@
 """A class: so many seats that look at a port and answer, all of them in one thread."""
 
 import asyncio
+import contextlib
 import http.client
 import threading
 import zlib
 from collections.abc import Callable, Coroutine, Mapping
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
 
 from tests.support.server import PATIENCE_S
 
 Parts = dict[str, dict[str, Any]]
 
 
-def ticket_of(port: int, code: str | None = None) -> str:
+HERE: Final = "127.0.0.1"
+
+
+def cookies_of(port: int, code: str | None = None, source: str = HERE) -> str:
     """What a browser's cookies are once it has opened the page."""
     cookies: list[str] = []
     for path in ([f"/?token={code}"] if code else []) + ["/"]:
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+        connection = http.client.HTTPConnection(
+            HERE, port, timeout=PATIENCE_S, source_address=(source, 0)
+        )
         connection.request("GET", path, headers={"Cookie": "; ".join(cookies)})
         answer = connection.getresponse()
         answer.read()
@@ -56,15 +63,23 @@ class Pupils:
     """So many pages, each with a cookie of its own unless some are given."""
 
     def __init__(
-        self, port: int, n: int, code: str | None = None, cookies: list[str] | None = None
+        self,
+        port: int,
+        n: int = 1,
+        code: str | None = None,
+        cookies: list[str] | None = None,
+        source: str = HERE,
     ) -> None:
-        self._port = port
+        """They come from the address ``source``."""
+        self._port, self._source = port, source
         self._changed = threading.Condition()
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, name="pupils", daemon=True)
         self._thread.start()
-        self.cookies = cookies or [ticket_of(port, code) for _ in range(n)]
-        self.all: list[Pupil] = [self._run(self._come(cookie)) for cookie in self.cookies]
+        self.cookies = cookies or [cookies_of(port, code, source) for _ in range(n)]
+        self.all: list[Pupil] = []
+        for cookie in self.cookies:
+            self.all.append(self._run(self._come(cookie)))
         self.wait_for(lambda pupil: {"seat", "lesson"} <= pupil.parts.keys())
 
     def send(self, texts: Callable[[int], str | bytes | None]) -> None:
@@ -98,7 +113,7 @@ class Pupils:
 
     def close(self) -> None:
         """Leave."""
-        self._run(_all(pupil.connection.close() for pupil in self.all))
+        self._run(self._leave())
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(PATIENCE_S)
         self._loop.close()
@@ -114,19 +129,27 @@ class Pupils:
             compression=None,
             max_size=None,
             proxy=None,
+            local_addr=(self._source, 0),
         )
         await connection.send('{"do": "follow", "dark": false}')
         pupil = Pupil(connection)
         pupil.reading = asyncio.create_task(self._read(pupil))
         return pupil
 
+    async def _leave(self) -> None:
+        for pupil in self.all:
+            # Whether or not anybody listens any more.
+            pupil.connection.transport.abort()
+        await asyncio.gather(*(pupil.reading for pupil in self.all if pupil.reading is not None))
+
     async def _read(self, pupil: Pupil) -> None:
-        async for letter in pupil.connection:
-            assert isinstance(letter, bytes)
-            parts = msgspec.json.decode(zlib.decompress(letter))
-            with self._changed:
-                pupil.parts |= {part["kind"]: part for part in parts}
-                self._changed.notify_all()
+        with contextlib.suppress(ConnectionClosed):
+            async for letter in pupil.connection:
+                assert isinstance(letter, bytes)
+                parts = msgspec.json.decode(zlib.decompress(letter))
+                with self._changed:
+                    pupil.parts |= {part["kind"]: part for part in parts}
+                    self._changed.notify_all()
 
 
 async def _all(works: Any) -> None:

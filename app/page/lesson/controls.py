@@ -5,12 +5,13 @@ way that a click in the panels goes.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 from app.documents.lesson_cards import Card
 from app.lessons.story import has, layers_of
 from app.live.requests import Pause, Play, Request, SetSpeed, StepOnce, TrialOnce
+from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.panels.steering import introduction_of, undoable
 from app.picture.layers import LAYERS
@@ -136,6 +137,9 @@ def controls_of(
         *_views(names, layer, frame),
         *_others(names, card, status),
     ]
+    if card.do is not None and not status.playing and not any(one.main for one in found):
+        # All that the card asks for has been given: what is left is to let it learn.
+        found = [replace(one, main=one.control == "play") for one in found]
     return tuple(found)
 
 
@@ -199,9 +203,10 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
         running = {episode.skill for episode in snapshot.control.running(snapshot.trial)}
         for skill in present if len(present) > 1 else ():
             trials, chance = _EXPLORED
-            is_main = do is not None and do.skill == skill and do.explore is not None
-            if do is not None and is_main and do.explore is not None:
+            is_main = False
+            if do is not None and do.skill == skill and do.explore is not None:
                 trials, chance = do.explore.trials, do.explore.chance
+                is_main = not _was_explored(skill, snapshot)
             if skill in running:
                 wants: Wanted = StopExploring(skill)
                 label = f"Stop exploring {plain(skill)}"
@@ -224,6 +229,15 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
         on = snapshot.control.schedule_on
         found.append(_toggle("plan", "Follow schedule", on, follow))
     return found
+
+
+def _was_explored(skill: str, snapshot: Snapshot) -> bool:
+    """Whether somebody has had a skill explored."""
+    return any(
+        isinstance(event.command, Explore) and event.command.skill == skill
+        for event in snapshot.control.history
+        if event.author == "hand" and not event.undone
+    )
 
 
 # --- What is seen --------------------------------------------------------------------------------

@@ -4,9 +4,10 @@ from typing import Final, NamedTuple
 
 from app.documents import experiments, presets
 from app.documents.experiments import ExperimentError
-from app.documents.lesson_cards import Do
+from app.documents.lesson_cards import Card, Do
+from app.documents.lessons import Lesson
 from app.experiments.claims import FolderError
-from app.lessons.doing import commands_of, started_again
+from app.lessons.doing import commands_of
 from app.live.places import Place
 from app.live.race import THESIS_FOUR
 from app.live.racer import Entry
@@ -23,7 +24,6 @@ from app.page.lesson.controls import (
 )
 from app.results.service import BusyError, Service
 from app.server.callbacks import RefusedError
-from learners.spec import RunSpec
 
 _SEEDS: Final = 10
 _WORKERS: Final = 2
@@ -41,17 +41,17 @@ class GoTo(NamedTuple):
 Deed = Wanted | GoTo
 
 
-def deeds_of(do: Do, began: int, status: Status, spec: RunSpec) -> tuple[Deed, ...]:
+def deeds_of(card: Card, do: Do, began: int, status: Status, lesson: Lesson) -> tuple[Deed, ...]:
     """What comes of doing what a card asks for, one after the other.
 
     Args:
+        card: the card.
         do: what it asks for.
         began: trial in which it was entered.
         status: what is true for the browser.
-        spec: of the lesson's run.
+        lesson: the lesson.
 
     Raises:
-        CommandError: there is no such run.
         PresetError: there is no such preset.
     """
     snapshot = status.snapshot
@@ -75,7 +75,7 @@ def deeds_of(do: Do, began: int, status: Status, spec: RunSpec) -> tuple[Deed, .
             return (AddMark(Place(snapshot.generation, snapshot.step), _MARK),)
         case "start_again":
             seed = snapshot.seed if do.seed is None else do.seed
-            return (StartLessonAgain(started_again(do, spec), do.preset, seed),)
+            return (StartLessonAgain(lesson.starts[card.id], do.preset, seed),)
         case "race":
             return (_race(do, snapshot.seed), OpenSide())
         case "experiment" if do.name is not None:

@@ -57,6 +57,7 @@ let draft = null;
 let widget = null;
 let widgetOf = "";
 let shownBallot = 0;
+let wasSeated = false;
 
 const isSame = (/** @type {unknown} */ one, /** @type {unknown} */ other) =>
   JSON.stringify(one) === JSON.stringify(other);
@@ -151,7 +152,7 @@ const show = () => {
   take.hidden = !lacksSeat;
   write(take, word("takeSeat"));
   const waiting = told.class && !ask ? word("waiting") : "";
-  write(status, lacksSeat ? word("noSeat") : ask && isSeated ? said(ask, answerOf(ask)) : waiting);
+  write(status, lacksSeat ? word(wasSeated ? "ended" : "noSeat") : ask && isSeated ? said(ask, answerOf(ask)) : waiting);
 };
 
 on("lesson", (part) => {
@@ -161,6 +162,7 @@ on("lesson", (part) => {
 
 on("seat", (part) => {
   mine = part;
+  wasSeated ||= part.seat !== null;
   const { ask } = told;
   // It was on its way when the connection ended, or another page of this seat has answered since.
   if (draft && ask?.open && draft.ballot === ask.ballot && mine?.seat && !isSame(mine.answer, draft.value)) {

@@ -30,5 +30,6 @@ export const showSeat = (place, seat) => {
   if (!seat) return;
   const shape = svgElement("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
   shape.append(svgElement("path", { d: SHAPES[seat.shape] ?? SHAPES.circle }));
-  place.replaceChildren(element("span", "", word("seat", seat.number)), shape, element("span", "", word(seat.shape)));
+  const named = element("span", "", `${seat.number}, ${word(seat.shape)}`);
+  place.replaceChildren(element("span", "unseen", word("seat")), shape, named);
 };

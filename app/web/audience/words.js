@@ -4,7 +4,7 @@
 /** @type {Record<string, Record<string, string>>} */
 const WORDS = {
   en: {
-    seat: "Seat {0},",
+    seat: "Your seat:",
     circle: "circle",
     triangle: "triangle",
     square: "square",
@@ -13,7 +13,8 @@ const WORDS = {
     cross: "cross",
     card: "{0}: card {1} of {2}",
     waiting: "Questions come here. Look at the board until then.",
-    noSeat: "You have no seat in the class now. If a new one does not help: this page needs its cookie.",
+    ended: "The class has ended, and all that it answered is forgotten.",
+    noSeat: "This page has no seat, so it only looks: it needs its cookie, and a seat that is free.",
     takeSeat: "Take a seat",
     choose: "Choose your answer.",
     chooseSeveral: "Touch all parts round the prey that you mean.",
@@ -25,7 +26,7 @@ const WORDS = {
     trial: "trial",
   },
   de: {
-    seat: "Platz {0},",
+    seat: "Dein Platz:",
     circle: "Kreis",
     triangle: "Dreieck",
     square: "Quadrat",
@@ -34,7 +35,8 @@ const WORDS = {
     cross: "Kreuz",
     card: "{0}: Karte {1} von {2}",
     waiting: "Fragen kommen hierher. Schau bis dahin auf das Brett.",
-    noSeat: "Du hast gerade keinen Platz in der Klasse. Hilft ein neuer nicht: Diese Seite braucht ihren Cookie.",
+    ended: "Die Klasse ist zu Ende, und alle Antworten sind vergessen.",
+    noSeat: "Diese Seite hat keinen Platz und schaut nur zu: Sie braucht ihren Cookie und einen freien Platz.",
     takeSeat: "Platz nehmen",
     choose: "Wähle deine Antwort.",
     chooseSeveral: "Berühre alle Teile um die Beute, die du meinst.",
