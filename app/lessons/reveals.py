@@ -8,7 +8,7 @@ An answer is what people's answers are compared with, by the kind of the questio
 
 - ``choice`` and ``direction``: the value of an option; of a measure that is so or not so, ``yes``
   or ``no``;
-- ``number``: a number;
+- ``number``: a number, of a share so many of a hundred;
 - ``sectors``: the octants in which the measure is what it is held against;
 - ``moment``: the first trial, of those that are looked at, at whose start it was so;
 - ``sketch``: points of trial and mean reward;
@@ -24,7 +24,7 @@ from typing import Final, TypeAlias
 from app.documents.lesson_grammar import OCTANTS, Moment
 from app.documents.lesson_questions import Asked
 from app.lessons.checks import Deadline, holds
-from app.lessons.measures import Began, Found, View, measured
+from app.lessons.measures import MEASURES, Began, Found, View, measured
 
 Answer: TypeAlias = "str | float | tuple[str, ...] | tuple[tuple[float, float], ...] | None"
 """An answer as plain values."""
@@ -62,6 +62,8 @@ class Watch:
         self._every = FAR_LOOKS_EVERY
         if self.trial is not None:
             self._every = round_width((self.trial - began.trial) / MOMENT_LOOKS)
+        is_share = reveal is not None and MEASURES[reveal.reading.name].unit == "%"
+        self._scale = 100.0 if is_share else 1.0
         self.answer: Answer = None
         self.is_over = reveal is None
 
@@ -117,7 +119,7 @@ class Watch:
         if isinstance(found, Mapping):
             return self._by_name(found)
         if self._asked.ask == "number":
-            return float(found)
+            return float(found) * self._scale
         if self._operators:
             found = holds(found, self._operators)
         if isinstance(found, bool):
