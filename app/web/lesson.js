@@ -21,11 +21,22 @@ const PHONE = matchMedia("(max-width: 36em)");
 const NOW = 'template[data-slot="lesson"]';
 const root = document.documentElement;
 
-/** The place of the frame: while it is there, the frame is loaded (slots.js). */
-const slot = document.createElement("section");
-slot.className = "lesson";
-slot.ariaLabel = "Lesson";
-slot.dataset.slotOf = "lesson";
+/** A place for the frame: while it is in the page, the frame is loaded (slots.js). */
+const makeSlot = () => {
+  const made = document.createElement("section");
+  made.className = "lesson";
+  made.ariaLabel = "Lesson";
+  made.dataset.slotOf = "lesson";
+  return made;
+};
+let slot = makeSlot();
+/**
+ * What the frame has told: whether this browser is in a lesson, or free of the one that is on; what its
+ * card shows and which keys act; and what is asked, as long as it may be answered.
+ * @typedef {{where: "in" | "free" | "none", shows: string[], keys: string[], asks: string}} Told
+ */
+/** @type {Told | null} */
+let told = null;
 /** Whether somebody has asked for the list here. */
 let isWanted = false;
 /** Whether the frame has not come up: nobody is locked in by that. */
@@ -47,10 +58,9 @@ const isToldSo = () => {
 
 /** In a lesson, beside it with all open, among the list, or none of these. */
 const stateNow = () => {
-  const { where, shows = "" } = frame()?.dataset ?? {};
-  if (where === "in" || (!where && isToldSo()))
-    return isAbsent || shows.split(" ").includes("all") ? "open" : "card";
-  return isWanted && where !== "free" ? "list" : null;
+  if (told?.where === "in" || (!told && isToldSo()))
+    return isAbsent || told?.shows.includes("all") ? "open" : "card";
+  return isWanted && told?.where !== "free" ? "list" : null;
 };
 
 export const isInLesson = () => root.dataset.lesson === "card";
@@ -74,23 +84,28 @@ const mark = (name, value) => {
 const show = () => {
   const before = root.dataset.lesson;
   const now = stateNow();
-  const { where, shows = "", keys = "", asks = "" } = frame()?.dataset ?? {};
+  const { shows = [], keys = [], asks = "" } = told ?? {};
   const isCard = now === "card";
+  const isFree = told?.where === "free";
   mark("lesson", now);
-  mark("lessonShows", isCard ? shows : null);
-  mark("lessonKeys", isCard ? [...ALWAYS, ...keys.split(" ")].join(" ") : null);
+  mark("lessonShows", isCard ? shows.join(" ") : null);
+  mark("lessonKeys", isCard ? [...ALWAYS, ...keys].join(" ") : null);
   mark("lessonAsks", isCard && asks ? asks : null);
-  const isThere = now !== null || where === "free";
+  const isThere = now !== null || isFree;
   if (isThere && !slot.isConnected) document.querySelector("#pounce-stage .aside")?.prepend(slot);
   if (!isThere && slot.isConnected) {
     slot.remove();
-    slot.replaceChildren();
+    slot = makeSlot();
+    told = null;
   }
   const node = button();
-  const text = where === "free" ? "Back to the lesson" : "Learn";
+  const text = isFree ? "Back to the lesson" : "Learn";
   // What is written anew is a change of the page, after which this is done again.
   if (node && node.textContent !== text) node.textContent = text;
   node?.setAttribute("aria-pressed", `${now !== null}`);
+  const place = slot.querySelector(".pounce-no-lesson");
+  const absent = isAbsent ? ABSENT : "";
+  if (place && place.textContent !== absent) place.textContent = absent;
   if (before === root.dataset.lesson) return;
   showDocks();
   // What had the focus in it is gone.
@@ -111,9 +126,7 @@ const fit = (node) => {
 const watch = (node) => {
   clearTimeout(timer);
   timer = setTimeout(() => {
-    const place = slot.querySelector(".pounce-no-lesson");
-    isAbsent = node.isConnected && !node.dataset.where;
-    if (isAbsent && place) place.textContent = ABSENT;
+    isAbsent = node.isConnected && told === null;
     if (isAbsent) changed();
   }, PATIENCE_MS);
 };
@@ -142,7 +155,8 @@ const changed = () => {
   for (const listener of listeners) listener();
 };
 
-document.addEventListener("pounce-lesson", () => {
+document.addEventListener("pounce-lesson", (event) => {
+  told = /** @type {CustomEvent<Told>} */ (event).detail;
   isAbsent = false;
   changed();
 });
@@ -153,7 +167,7 @@ document.addEventListener("pounce-lesson-close", () => {
 document.addEventListener("click", ({ target }) => {
   if (!(target instanceof Element) || !target.closest("#pounce-stage .learn")) return;
   const within = /** @type {any} */ (frame()?.contentWindow);
-  if (frame()?.dataset.where === "free")
+  if (told?.where === "free")
     within?.dispatchEvent(new within.CustomEvent("pounce-learn"));
   else {
     isWanted = !isWanted;
@@ -163,7 +177,10 @@ document.addEventListener("click", ({ target }) => {
 whenChanged(() => {
   show();
   const node = frame();
-  if (!node || met.has(node)) return;
+  if (!node) return;
+  // What the lab sends anew takes away what was done to the frame here.
+  if (PHONE.matches) fit(node);
+  if (met.has(node)) return;
   met.add(node);
   dress(node);
 });

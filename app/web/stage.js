@@ -15,10 +15,12 @@ const MOST_SCALE = 3;
 /** How much larger type is that is to be read from the last row: 13 px become 18. */
 const PRESENTED = 1.4;
 const LEAST_PRESENTED = 0.9;
-/** What stands above, below and beside the board takes about so many pixels at scale 1. */
+/** What stands above, below and beside the board takes about so many pixels at scale 1, less in a lesson. */
 const HEAD_PX = 150;
+const TAUGHT_HEAD_PX = 40;
 const BAR_PX = 220;
 const LEGEND_PX = 250;
+const TAUGHT_LEGEND_PX = 190;
 const TEXT_PX = 190;
 const ASIDE_PX = 280;
 /** Of a column that has the bar, too, and the least height of one in which that is to be seen. */
@@ -96,7 +98,9 @@ const arranged = (width, height, zoom) => {
     : !isPresenting() || width > BROAD * height || barPx * zoom > height / 2;
   const broad = height < ALL_PX * zoom || barPx === 0 ? ASIDE_PX : ASIDE_WITH_BAR_PX;
   const beside = holdsBar ? Math.min(height, width - broad * zoom) : 0;
-  const said = HEAD_PX + barPx + (isAlone ? LEGEND_PX : 0);
+  // In a lesson neither task nor sentence is there, nor small numbers.
+  const [head, legend] = isInLesson() ? [TAUGHT_HEAD_PX, TAUGHT_LEGEND_PX] : [HEAD_PX, LEGEND_PX];
+  const said = head + barPx + (isAlone ? legend : 0);
   const between = Math.min(width, height - said * zoom);
   const aside = (isAlone ? ASIDE_PX : TEXT_PX) * zoom;
   const above = Math.min(height - barPx * zoom, width - aside);

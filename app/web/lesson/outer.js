@@ -10,12 +10,15 @@ const ON_BAR = { moment: ["bar"], sketch: ["bar", "curve"] };
 
 const frame = /** @type {HTMLElement | null} */ (window.frameElement);
 
-/** @param {Record<string, string>} told */
+/** What was told last. */
+let before = "";
+
+/** @param {import("../lesson.js").Told} told */
 const tell = (told) => {
-  if (!frame) return;
-  const isNew = Object.entries(told).some(([key, value]) => frame.dataset[key] !== value);
-  Object.assign(frame.dataset, told);
-  if (isNew) frame.dispatchEvent(new CustomEvent("pounce-lesson", { bubbles: true }));
+  const now = JSON.stringify(told);
+  if (now === before) return;
+  before = now;
+  frame?.dispatchEvent(new CustomEvent("pounce-lesson", { bubbles: true, detail: told }));
 };
 
 /** Look at no lessons any more. */
@@ -34,8 +37,8 @@ whenChanged(() => {
   tell({
     where,
     asks,
-    shows: [...new Set([...(lesson?.show ?? []), ...needed])].join(" "),
-    keys: (lesson?.keys ?? []).join(" "),
+    shows: [...new Set([...(lesson?.show ?? []), ...needed])],
+    keys: lesson?.keys ?? [],
   });
 });
 
