@@ -11,7 +11,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.audience import pictures
 from app.audience.offered import offer_of
@@ -20,6 +20,7 @@ from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
 from app.audience.room import Room, lesson_part
 from app.audience.seats import Seat, Seats
+from app.audience.views import Seen, View
 from app.audience.wishes import (
     Act,
     Answer,
@@ -39,7 +40,6 @@ from app.picture.look import Look
 from app.player.boards import world_key
 from app.player.presented import OwnLearners, Presented
 from app.server.origin import Authority
-from app.server.turnstile import Turnstile
 from app.server.watchers import (
     MOST_GUESSES,
     MOST_SHORT_GUESSES,
@@ -49,9 +49,6 @@ from app.server.watchers import (
 )
 from sim.spec import WorldSpec
 
-BYTES_PER_S: Final = 4_200.0
-"""What a watcher is sent in the long run while the learner goes on."""
-_BYTES_AT_ONCE: Final = 8_000.0
 ASKED_S: Final = 0.12
 """Between two pictures at least, where the presenter has done something."""
 _LEAST_S: Final = 0.03
@@ -68,39 +65,6 @@ _MOST_VIEWS: Final = 64
 _IDLE_S: Final = 1.0
 
 log = logging.getLogger(__name__)
-
-
-class Seen(NamedTuple):
-    """What somebody looks at; whoever looks at the same is sent the same."""
-
-    look: Look | None
-    """None for that of the presenter."""
-    dark: bool
-    place: Place | None = None
-    """A moment of the past; None for what is live, or for that of the presenter."""
-
-    @property
-    def is_presenters(self) -> bool:
-        """Whether it is what the presenter looks at."""
-        return self.look is None
-
-
-class _View:
-    """What those are sent who look at the same, and when it was made."""
-
-    def __init__(self) -> None:
-        self.parts: Parts = {}
-        self.subject: object = None
-        """What was asked for when it was painted last: another is painted sooner."""
-        self.ground_of: tuple[object, ...] = ()
-        self.over_of: tuple[object, ...] = ()
-        self.words_of: tuple[object, ...] = ()
-        """Of what each was made; kept, so that it is told by what that is."""
-        self.due_s = 0.0
-        """When it is to be painted again if nobody does anything."""
-        self.at_s = -10.0
-        self.over_s = self.words_s = self.bar_s = -10.0
-        self.pace = Turnstile(BYTES_PER_S, _BYTES_AT_ONCE)
 
 
 class Audience:
@@ -140,7 +104,7 @@ class Audience:
         self._closed = False
         self._live: Status | None = None
         self._presented: Presented | None = None
-        self._views: dict[Seen, _View] = {}
+        self._views: dict[Seen, View] = {}
         self._worlds: dict[str, bytes] = {}
         """What is sent of worlds, by their keys."""
         self._others_s = 0.0
@@ -199,6 +163,8 @@ class Audience:
         if self.owners is not None:
             self._offer(self.owners, live)
         former, self._live, self._presented = self._presented, live, presented
+        if self.room is not None and presented is not None and not presented.is_away:
+            self.room.poll.show(None if presented.card is None else presented.card.id)
         if _subject(former) != _subject(presented):
             self._wake()
 
@@ -269,7 +235,7 @@ class Audience:
         due_s = now_s + _IDLE_S
         if presented is not None and live is not None:
             for seen in groups:
-                view = self._views.setdefault(seen, _View())
+                view = self._views.setdefault(seen, View())
                 if seen.is_presenters:
                     due_s = min(due_s, self._paint_if_due(view, seen, live, presented, now_s))
             due_s = min(due_s, self._paint_another(groups, live, presented, now_s))
@@ -311,7 +277,7 @@ class Audience:
     # Painting
 
     def _paint_if_due(
-        self, view: _View, seen: Seen, live: Status, presented: Presented, now_s: float
+        self, view: View, seen: Seen, live: Status, presented: Presented, now_s: float
     ) -> float:
         """Paint the presenter's view if that is due; returns when it is due next."""
         subject = _subject(presented)
@@ -353,7 +319,7 @@ class Audience:
         return now_s + _PLAIN_S
 
     def _paint_around(
-        self, view: _View, seen: Seen, live: Status, presented: Presented, now_s: float
+        self, view: View, seen: Seen, live: Status, presented: Presented, now_s: float
     ) -> bool:
         """Paint what somebody looks at who looks around; whether anything had to be painted."""
         assert seen.look is not None
@@ -373,7 +339,7 @@ class Audience:
 
     def _paint(
         self,
-        view: _View,
+        view: View,
         status: Status,
         look: Look,
         extras: Extras,
@@ -409,7 +375,7 @@ class Audience:
 
     def _around(
         self,
-        view: _View,
+        view: View,
         stand: Mapping[str, object],
         moment: Mapping[str, object],
         live: Status,
@@ -442,6 +408,10 @@ class Audience:
             if view is not None and sizes:
                 now_s = time.perf_counter()
                 view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
+        # Whoever looks at a learner of their own is sent that elsewhere.
+        apart = [one for one in self.watchers.all if isinstance(one.wish, LookOwn)]
+        for missing, group in by_what_they_miss(told, apart, ORDER, self._theirs).items():
+            letters.append((letter_of(content for _, content in missing), group))
         if letters:
             self.watchers.send(letters)
 

@@ -1,8 +1,9 @@
 """What a class is asked, and what it answers: one answer a seat, and never whose it is.
 
 A question is asked once, or twice (*Vote again*); each time is a ballot. As long as one is open the
-newest answer of a seat counts. What was answered is shown when the presenter reveals it, of both
-ballots then, and of neither if fewer than ``FEWEST`` have answered. All of it is in memory.
+newest answer of a seat counts; it is closed when the presenter goes on to another card. What was
+answered is shown when the presenter reveals it, there or on a later card, of both ballots then, and
+of neither if fewer than ``FEWEST`` have answered. All of it is in memory.
 """
 
 import threading
@@ -12,7 +13,7 @@ from typing import Any, Final
 
 from app.audience.seats import Seat
 from app.audience.wishes import MOST_PICKED, Value
-from app.player.classroom import Question
+from app.player.classroom import NOTHING_FOUND, Question
 
 FEWEST: Final = 5
 """Of fewer answers nothing is shown: one could tell whose they are."""
@@ -39,8 +40,12 @@ class Poll:
         self._n_ballots = 0
         self._question: Question | None = None
         self._ballots: list[Ballot] = []
-        self._is_open = False
+        self._is_open = self._is_revealed = False
         self._outcome: Mapping[str, Any] | None = None
+        self._card: str | None = None
+        """That the presenter has before them."""
+        self._revealed_on: str | None = None
+        """The one on which the answers were revealed."""
 
     # --- What the presenter does ------------------------------------------------------------------
 
@@ -49,23 +54,47 @@ class Poll:
         with self._lock:
             self._clear()
             self._question = question
+            self._card = None if self._card is None else question.id
             self._open()
         self._changed()
 
     def vote_again(self) -> None:
         """Ask the same once more, if it was asked but once and nothing is revealed."""
         with self._lock:
-            if self._is_open and len(self._ballots) == 1:
-                self._open()
+            if len(self._ballots) != 1 or self._is_revealed:
+                return
+            self._open()
         self._changed()
 
-    def reveal(self, outcome: Mapping[str, Any] | None) -> None:
-        """Take no more answers, and show those there are, with what the run did."""
+    def reveal(self) -> None:
+        """Take no more answers, and show those there are."""
         with self._lock:
-            is_same = not self._is_open and outcome == self._outcome
-            if self._question is None or is_same:
+            if self._question is None or self._is_revealed:
                 return
-            self._is_open, self._outcome = False, outcome
+            self._is_open, self._is_revealed, self._revealed_on = False, True, self._card
+        self._changed()
+
+    def come_out(self, card: str, outcome: Mapping[str, Any]) -> None:
+        """Show what the run did, with the answers to the question of that card, if those are
+        revealed."""
+        with self._lock:
+            is_its = self._question is not None and self._question.id == card
+            if not is_its or not self._is_revealed or outcome == self._outcome:
+                return
+            self._outcome = outcome
+        self._changed()
+
+    def show(self, card: str | None) -> None:
+        """Note which card the presenter has before them; None if they have none.
+
+        Whoever has gone on may have seen what comes of it, so no more answers are taken then.
+        """
+        with self._lock:
+            if card == self._card:
+                return
+            self._card = card
+            if self._question is not None and card not in (None, self._question.id):
+                self._is_open = False
         self._changed()
 
     def end(self) -> None:
@@ -80,7 +109,9 @@ class Poll:
         self._is_open = True
 
     def _clear(self) -> None:
-        self._question, self._ballots, self._is_open, self._outcome = None, [], False, None
+        self._question, self._ballots, self._outcome = None, [], None
+        self._is_open = self._is_revealed = False
+        self._revealed_on = None
 
     # --- What a seat does -------------------------------------------------------------------------
 
@@ -113,60 +144,56 @@ class Poll:
 
     # --- How it stands ----------------------------------------------------------------------------
 
-    @property
-    def question(self) -> Question | None:
-        """What is asked, or was last."""
-        return self._question
-
-    def state(self, card: str | None, present: Collection[Seat]) -> dict[str, Any]:
+    def state(self, card: str | None, askable: bool, present: Collection[Seat]) -> dict[str, Any]:
         """How it stands for who presents, who has a card before them.
 
         Args:
             card: its id.
+            askable: whether it asks what a class can answer.
             present: seats that are here.
         """
         with self._lock:
-            if self._question is None or self._question.id != card:
-                can = ["end"] if present else []
-                return {
-                    "seats": len(present),
-                    "answered": 0,
-                    "round": 0,
-                    "asking": False,
-                    "hidden": False,
-                    "few": False,
-                    "class": None,
-                    "before": None,
-                    "can": ["ask", *can],
-                }
-            newest = self._ballots[-1].answers
-            can = ["ask", "end"]
-            if self._is_open:
-                can = [*(["again"] if len(self._ballots) == 1 else []), "reveal", "end"]
-            return {
-                "seats": len({*present, *newest}),
-                "answered": len(newest),
-                "round": len(self._ballots),
-                "asking": self._is_open,
-                "hidden": self._is_open and len(self._ballots) > 1,
-                **self._shown(),
-                "can": can,
+            question, ballots = self._question, self._ballots
+            is_mine = question is not None and card == question.id
+            is_revealed_here = self._is_revealed and card in (self._revealed_on, None)
+            is_on = question is not None and (is_mine or not self._is_revealed or is_revealed_here)
+            answers = ballots[-1].answers if is_on else {}
+            acts = {
+                "ask": askable and not (is_mine and self._is_open),
+                "again": is_mine and len(ballots) == 1 and not self._is_revealed,
+                "reveal": is_on and not self._is_revealed,
+                "end": question is not None or bool(present),
             }
+            return {
+                "seats": len({*present, *answers}),
+                "answered": len(answers),
+                "round": len(ballots) if is_on else 0,
+                "asking": is_mine and self._is_open,
+                "hidden": is_on and not self._is_revealed and len(ballots) > 1,
+                **(self._shown() if is_on else NOTHING_FOUND),
+                "can": [act for act, can in acts.items() if can],
+            }
+
+    def found(self, card: str) -> Mapping[str, Any]:
+        """What was answered to a card's question, ``{"class", "before", "few"}``, once that is
+        revealed."""
+        with self._lock:
+            is_its = self._question is not None and self._question.id == card
+            return self._shown() if is_its else NOTHING_FOUND
 
     def sent(self) -> dict[str, Any]:
         """The question and what came of it, as the pages of a class take it: the same for all."""
         with self._lock:
             question = self._question
-            if question is None:
+            if question is None or self._card not in (None, question.id, self._revealed_on):
                 return dict(NOTHING_ASKED)
             reveal = None
-            if not self._is_open:
-                reveal = {"html": "", "run": None, "twenty": None, **(self._outcome or {})}
-                reveal |= self._shown()
-            asked = question._asdict()
+            if self._is_revealed:
+                came_out = self._outcome or {"html": "", "run": None, "twenty": None}
+                reveal = {**came_out, **self._shown()}
             return {
                 "ask": {
-                    **asked,
+                    **question._asdict(),
                     "ballot": self._ballots[-1].number,
                     "round": len(self._ballots),
                     "open": self._is_open,
@@ -174,10 +201,10 @@ class Poll:
                 "reveal": reveal,
             }
 
-    def _shown(self) -> dict[str, Any]:
+    def _shown(self) -> Mapping[str, Any]:
         """What the class answered, as far as that may be seen."""
-        if self._is_open or self._question is None:
-            return {"class": None, "before": None, "few": False}
+        if not self._is_revealed or self._question is None:
+            return NOTHING_FOUND
         *former, newest = [counts_of(self._question, one.answers) for one in self._ballots]
         return {"class": newest, "before": former[0] if former else None, "few": newest is None}
 

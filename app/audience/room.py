@@ -47,22 +47,26 @@ class Room:
         """Ask the same once more. What was answered first is shown with the second."""
         self.poll.vote_again()
 
-    def reveal(self, outcome: Mapping[str, Any] | None) -> None:
-        """Take no more answers, and show those that there are, with what the run did."""
-        self.poll.reveal(outcome)
+    def reveal(self) -> None:
+        """Take no more answers, and show those that there are."""
+        self.poll.reveal()
+
+    def come_out(self, card: str, outcome: Mapping[str, Any]) -> None:
+        """Show what the run did, with the answers to a card's question, if those are revealed."""
+        self.poll.come_out(card, outcome)
 
     def end(self) -> None:
         """Forget everything: seats, question and answers."""
         self.seats.forget()
         self.poll.end()
 
-    def state(self, card: str | None) -> dict[str, Any]:
+    def state(self, card: str | None, askable: bool) -> dict[str, Any]:
         """How things stand, for a card that is shown."""
-        return {**self._joined(), **self.poll.state(card, set(self._here()))}
+        return {**self._joined(), **self.poll.state(card, askable, set(self._here()))}
 
-    def found(self, card: str) -> dict[str, Any] | None:
+    def found(self, card: str) -> Mapping[str, Any]:
         """What the class answered to a card's question, once that is revealed."""
-        return self.poll.state(card, ())["class"]
+        return self.poll.found(card)
 
     # --- For its pages ----------------------------------------------------------------------------
 
@@ -73,9 +77,7 @@ class Room:
 
     def lesson_part(self, card: Card | None) -> bytes:
         """What all of them read: the presenter's card, and what is asked."""
-        question = self.poll.question
-        is_about_it = question is None or card is None or question.id == card.id
-        return lesson_part(card, True, self.poll.sent() if is_about_it else NOTHING_ASKED)
+        return lesson_part(card, True, self.poll.sent())
 
     def parts_of(self, seat: Seat | None) -> Parts:
         """What only the pages of one seat are sent."""

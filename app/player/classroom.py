@@ -1,7 +1,7 @@
 """A class that answers what the presenter asks: the question, and what is done with it."""
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Final, Literal, NamedTuple, Protocol
 
 from learners.spec import MAX_TRIALS
 
@@ -39,6 +39,10 @@ class Card(NamedTuple):
     language: str = "en"
 
 
+NOTHING_FOUND: Final[Mapping[str, Any]] = {"class": None, "before": None, "few": False}
+"""Of a question that nobody has answered, or whose answers are not revealed."""
+
+
 class Classroom(Protocol):
     """A class, for who presents. Methods may be called from any thread."""
 
@@ -47,15 +51,21 @@ class Classroom(Protocol):
         ...
 
     def vote_again(self) -> None:
-        """Ask the same once more. What was answered first is shown with the second."""
+        """Ask the same once more, if it was asked but once. What was answered first is hidden
+        until both are shown."""
         ...
 
-    def reveal(self, outcome: Mapping[str, Any] | None) -> None:
-        """Take no more answers, and show those that there are, with what the run did.
+    def reveal(self) -> None:
+        """Take no more answers, and show those that there are."""
+        ...
+
+    def come_out(self, card: str, outcome: Mapping[str, Any]) -> None:
+        """Show what the run did, with the answers to a card's question, if those are revealed.
 
         Args:
+            card: its id.
             outcome: ``{"html", "run", "twenty"}`` as a card's ``reveal`` has them
-                (``app/web/lesson``); None if there is none. It may be given again when it is other.
+                (``app/web/lesson``). It may be told again.
         """
         ...
 
@@ -63,11 +73,17 @@ class Classroom(Protocol):
         """Forget everything: seats, question and answers."""
         ...
 
-    def state(self, card: str | None) -> dict[str, Any]:
-        """How things stand, for a card that is shown (``vote`` in ``app/web/lesson``)."""
+    def state(self, card: str | None, askable: bool) -> dict[str, Any]:
+        """How things stand, for a card that is shown (``vote`` in ``app/web/lesson``).
+
+        Args:
+            card: its id.
+            askable: whether it asks what a class can answer.
+        """
         ...
 
-    def found(self, card: str) -> dict[str, Any] | None:
-        """What the class answered to a card's question, once that is revealed; None if it is not,
-        or too few have answered."""
+    def found(self, card: str) -> Mapping[str, Any]:
+        """What the class answered to a card's question once that is revealed: ``{"class",
+        "before", "few"}``, of the last vote and of the one before; None of what is not revealed,
+        and where too few have answered."""
         ...

@@ -67,6 +67,9 @@ def test_each_has_a_learner_to_play_with(phone: Page, audience: Audience) -> Non
     speed = own.get_by_role("slider", name="Speed")
     speed.press("End")
     expect(speed).to_have_attribute("aria-valuetext", "100 k steps/s")
+    for _ in range(2):
+        speed.press("ArrowLeft")
+    expect(speed).to_have_attribute("aria-valuetext", "2 k steps/s")
     play = own.get_by_role("button", name="Play")
     play.press("Enter")
     expect(own.get_by_role("button", name="Pause")).to_be_focused()
@@ -79,13 +82,15 @@ def test_each_has_a_learner_to_play_with(phone: Page, audience: Audience) -> Non
     own.get_by_role("combobox", name="Add").select_option("avoid")
     own.get_by_role("button", name="Add", exact=True).tap()
     expect(own.get_by_role("button", name="Add circle clockwise")).to_be_visible()
+    # The schedule has it explored from there on.
+    own.get_by_role("button", name="Stop exploring avoid").tap()
     own.get_by_role("combobox", name="Explore").select_option("avoid")
     own.get_by_role("button", name="Explore").tap()
     expect(own.get_by_role("button", name="Stop exploring avoid")).to_be_visible()
     assert phone.evaluate(FITS)
     assert phone.evaluate(LOW) == []
     assert not phone.evaluate(HIDDEN)
-    phone.evaluate(AXE)
+    phone.evaluate(f"{AXE};0")
     assert phone.evaluate(FINDINGS) == []
 
     # It stays theirs, and goes on, while they look at something else or load the page again.

@@ -31,4 +31,7 @@ def test_a_file_that_means_ill_begins_a_lesson_or_is_refused(
         else:
             assert (codes[-1], len(opened)) == (2, n_opened)
             assert err.startswith("mine.yaml")
+            # Checked, it is refused in the same words.
+            assert main.main(["lesson", "check", "mine.yaml"]) == 2
+            assert capsys.readouterr() == ("", err)
     assert codes.count(2) > 10

@@ -113,9 +113,7 @@ class Pupils:
 
     def close(self) -> None:
         """Leave."""
-        for pupil in self.all:
-            # Whether or not anybody listens any more.
-            self._loop.call_soon_threadsafe(pupil.connection.transport.abort)
+        self._run(self._leave())
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(PATIENCE_S)
         self._loop.close()
@@ -137,6 +135,12 @@ class Pupils:
         pupil = Pupil(connection)
         pupil.reading = asyncio.create_task(self._read(pupil))
         return pupil
+
+    async def _leave(self) -> None:
+        for pupil in self.all:
+            # Whether or not anybody listens any more.
+            pupil.connection.transport.abort()
+        await asyncio.gather(*(pupil.reading for pupil in self.all if pupil.reading is not None))
 
     async def _read(self, pupil: Pupil) -> None:
         with contextlib.suppress(ConnectionClosed):

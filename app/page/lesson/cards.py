@@ -1,6 +1,7 @@
 """A card of a lesson as its frame is told it: pure, of what is known of the lesson and its run."""
 
 import json
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from app.documents.lesson_cards import Card
@@ -26,8 +27,10 @@ class Shown(NamedTuple):
     """The question, in the language that is read."""
     given: Given
     """The answer that was given, and what the run answered."""
-    spread: Spread | None
-    """What twenty runs answer; None as long as they are not there."""
+    spread: Spread
+    """What twenty runs answer, as far as they are there."""
+    has_come: bool
+    """Whether the run has come to where it answers."""
 
     @property
     def is_ready(self) -> bool:
@@ -78,25 +81,23 @@ def _question_sent(asked: Asked, given: Given | None, value: Any) -> dict[str, A
     }
 
 
-def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[str, Any] | None:
-    """What is told of a guess; None if none is to be."""
-    if shown is None:
-        return None
+def reveal_sent(shown: Shown, of_class: Mapping[str, Any]) -> dict[str, Any]:
+    """What is told of a guess, and of what a class answered, ``{"class", "before"}``."""
+    answered = {"class": of_class["class"], "before": of_class["before"]}
     guess = value_of(shown.given)
     asked = _question_sent(shown.asked, shown.given, guess)
     if not shown.is_ready:
         return {
             "ready": False,
             "asked": asked,
-            "html": "What came of it is not known yet.",
+            "html": _waiting_in_words(shown),
             "guess": guess,
             "run": None,
             "twenty": None,
-            "class": None,
+            **answered,
         }
-    spread = Spread(()) if shown.spread is None else shown.spread
     answer = answer_of(shown.asked, guess)
-    words = scored(shown.asked, answer, answer_from(shown.own), spread).words
+    words = scored(shown.asked, answer, answer_from(shown.own), shown.spread).words
     return {
         "ready": True,
         "asked": asked,
@@ -104,8 +105,31 @@ def reveal_sent(shown: Shown | None, of_class: dict[str, Any] | None) -> dict[st
         "guess": guess,
         "run": shown.own,
         "twenty": sent_spread(shown.asked, shown.spread),
-        "class": of_class,
+        **answered,
     }
+
+
+def class_sent(of_class: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What a class answered, where nothing else is told yet; None if that is not revealed."""
+    if of_class["class"] is None:
+        return None
+    return {
+        "ready": True,
+        "html": "",
+        "guess": None,
+        "run": None,
+        "twenty": None,
+        "class": of_class["class"],
+        "before": of_class["before"],
+    }
+
+
+def _waiting_in_words(shown: Shown) -> str:
+    """What is waited for until it is told what came of a guess."""
+    if not shown.has_come:
+        return "What came of it is not known yet: the run has not come so far."
+    n = shown.spread.n
+    return f"Twenty runs are made to compare this one with; {n} are there so far …"
 
 
 def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str, Any] | None:

@@ -35,8 +35,8 @@ from sim.world import CAPTURE
 
 Submit = Callable[[Request], object]
 """Hands a request to the session, which means the run that is live."""
-_PATIENCE_S: Final = 60.0
-"""After so long one run is told of even if the others are not there."""
+_PATIENCE_S: Final = 30.0
+"""After so long a run is told of even if not all the others are there."""
 _LOOK_S: Final = 0.2
 """How often the referee is told how far the run is."""
 
@@ -261,6 +261,9 @@ class Desk:
             self.verdict = self._referee.verdict(key)
             if self.verdict is not None and self.verdict.state == "yes":
                 self.tell(story, Passed(sitting.index))
+                if live.playing:
+                    # What comes next is about this moment.
+                    self._submit(Pause())
         for guess in open_guesses(story, spec):
             self._look_for_answer(guess, sitting, line, is_due)
 
@@ -293,10 +296,14 @@ class Desk:
             within = scored(asked, given, answer, spread).within
             self.tell(story, Revealed(guess.card.id, json.dumps(answer), within))
 
-    def spread_of(self, sitting: Sitting, guess: Guess) -> Spread | None:
-        """What twenty runs answer to a question; None as long as not all are there."""
+    def spread_of(self, sitting: Sitting, guess: Guess) -> Spread:
+        """What twenty runs answer to a question, as far as they are there."""
         known = self._twenty.found(sitting.lesson)
-        return None if known is None or not known.is_whole else known.of(guess.card.id)
+        return Spread(()) if known is None else known.of(guess.card.id)
+
+    def has_come(self, guess: Guess) -> bool:
+        """Whether the run has come to where it answers a guess of which is not told yet."""
+        return guess.card.id in self._found_s
 
 
 def _is_beside(asked: Asked) -> bool:

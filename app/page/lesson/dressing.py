@@ -4,6 +4,7 @@ import json
 from typing import Any
 
 from app.explain.chain import chain_html, chain_of
+from app.lessons.spread import Spread
 from app.lessons.story import has, is_locked, question_of, shown, value_of
 from app.live.snapshot import Snapshot
 from app.page.lesson.controls import FRAMES
@@ -118,12 +119,12 @@ class Dressing:
             found, name = spec.question_of(sitting.card), question_of(sitting.card)
             if found is None or name is None:
                 return None, None
-            asked, question, own, spread = found, name, None, None
+            asked, question, own, spread = found, name, None, Spread(())
             draft, locked = self._sitter.draft_of(sitting), is_locked(story, question)
             given = value_of(story.answers.get(question)) if draft is None else json.loads(draft)
         if asked.ask == "sectors":
-            shares, of_class = None, self._sitter.of_class(question)
-            if of_class is not None and of_class["n"]:
+            shares, of_class = None, self._sitter.of_class(sitting, question)["class"]
+            if of_class is not None:
                 counts = of_class["counts"].items()
                 shares = {octant: count / of_class["n"] for octant, count in counts}
             return octants_asked(given, locked, own, spread, shares), None

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from app.documents.lessons import LessonError
 from app.documents.tree import MAX_BYTES, PresetError
-from app.lessons.markup import html_of
 from app.lessons.predictions import answer_of
 from app.lessons.story import is_locked, may_go_on, question_of
 from app.live.requests import LeaveLesson, MakeLive, TakeLesson
@@ -14,7 +13,7 @@ from app.live.status import Status
 from app.live.story import Committed, Hinted, Spoke, WentToCard
 from app.page.confirm import confirm_for_all
 from app.page.lesson import messages
-from app.page.lesson.cards import learning_in_words, reveal_sent
+from app.page.lesson.cards import learning_in_words
 from app.page.lesson.controls import (
     Headings,
     Layer,
@@ -30,10 +29,11 @@ from app.page.lesson.does import Deed, GoTo, deeds_of
 from app.page.lesson.done import layer_opened
 from app.page.lesson.learn import begun_again, request_to_begin
 from app.page.lesson.sitter import Sitter, drafted
+from app.page.lesson.vote import class_question
 from app.page.time.messages import Guess as OnBar
 from app.page.time.messages import Sketch
 from app.page.time.walk import WalkError
-from app.player.classroom import Classroom, Question
+from app.player.classroom import Classroom
 from app.server.callbacks import RefusedError
 
 BACK_TO_RUN: Final = "back_to_run"
@@ -215,36 +215,15 @@ class Hands:
         self._sitter.tell(sitting, Committed(message.id, confidence))
 
     def _ask_class(self, message: Any, sitting: Sitting, classroom: Classroom) -> None:
-        story = sitting.story
-        spec = sitting.lesson.spec.in_language(story.language)
-        card = spec.steps[sitting.index]
-        asked, question = spec.question_of(card), question_of(card)
         match message:
-            case messages.AskClass() if asked is not None and question is not None:
-                if asked.ask in ("sketch", "order") or asked.ask is None:
-                    raise RefusedError("a class can be asked a choice, a number, a place or a time")
-                low, high = asked.low, asked.high
-                if asked.ask == "moment":
-                    low, high = asked.first, asked.end
-                sent = Question(
-                    id=card.id,
-                    kind=asked.ask,
-                    html=str(html_of(card.words)),
-                    options=tuple((value, str(html_of(text))) for value, text in asked.choices),
-                    unit=asked.unit,
-                    language=story.language,
-                )
-                if low is not None:
-                    sent = sent._replace(low=low)
-                if high is not None:
-                    sent = sent._replace(high=high)
-                classroom.ask(sent)
+            case messages.AskClass():
+                question = class_question(sitting)
+                if question is not None:
+                    classroom.ask(question)
             case messages.VoteAgain():
                 classroom.vote_again()
             case messages.RevealClass():
-                told = self._sitter.shown(sitting)
-                outcome = None if told is None or not told.is_ready else reveal_sent(told, None)
-                classroom.reveal(outcome)
+                classroom.reveal()
             case messages.EndClass():
                 classroom.end()
             case _:

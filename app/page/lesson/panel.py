@@ -17,7 +17,7 @@ from app.lessons.story import may_go_on, shown, sureness_in_words
 from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Inbox
-from app.page.lesson.cards import asked_sent, check_sent, reveal_sent
+from app.page.lesson.cards import asked_sent, check_sent, class_sent, reveal_sent
 from app.page.lesson.controls import Control, StartLessonAgain, controls_of
 from app.page.lesson.desk import Desk, Sitting
 from app.page.lesson.dressing import Dressing
@@ -25,10 +25,12 @@ from app.page.lesson.hands import BACK_TO_RUN, Hands
 from app.page.lesson.learn import listed
 from app.page.lesson.messages import FromLesson
 from app.page.lesson.sitter import Rooms, Sitter
+from app.page.lesson.vote import card_told, class_question, key_of, outcome_of
 from app.page.slots import slot_html
 from app.page.time.walk import Ground
 from app.page.widgets import assign
 from app.picture.look import Look
+from app.player.classroom import NOTHING_FOUND
 from app.player.classroom import Card as CardTold
 from app.server.channels import Channels
 
@@ -84,13 +86,7 @@ class LessonPanel:
     def told(self) -> CardTold | None:
         """What an audience is told of the card that this browser sees; None if it sees none."""
         sitting = self._sitter.taught
-        if sitting is None:
-            return None
-        language = sitting.story.language
-        spec = sitting.lesson.spec.in_language(language)
-        card = spec.steps[sitting.index]
-        html = str(html_of(card.words))
-        return CardTold(card.id, spec.title, sitting.index, len(spec.steps), html, language)
+        return None if sitting is None else card_told(sitting)
 
     def _opened(self) -> None:
         """The frame is there, or there again, and knows nothing."""
@@ -153,7 +149,6 @@ class LessonPanel:
         is_last = index + 1 == len(spec.steps)
         news = self._sitter.desk.library.news_of(story, live.is_shared)
         said = [news, sureness_in_words(live.stories) if is_last else ""]
-        classroom = self._sitter.class_shown
         notes = card.notes if self._sitter.rooms.presents() else None
         return {
             "name": story.name,
@@ -172,8 +167,19 @@ class LessonPanel:
             "next": may_go_on(story, spec) and busy is None,
             "last": is_last,
             "said": " ".join(filter(None, said)),
-            "vote": None if classroom is None else classroom.state(card.id),
+            "vote": self._vote(sitting),
         }
+
+    def _vote(self, sitting: Sitting) -> dict[str, Any] | None:
+        classroom = self._sitter.class_shown
+        if classroom is None:
+            return None
+        told = self._sitter.shown(sitting)
+        if told is not None and told.is_ready:
+            outcome = outcome_of(reveal_sent(told, NOTHING_FOUND))
+            classroom.come_out(key_of(sitting, told.guess.card.id), outcome)
+        is_askable = class_question(sitting) is not None
+        return classroom.state(key_of(sitting, sitting.card.id), is_askable)
 
     def _all_controls(
         self, sitting: Sitting, names: frozenset[str], seen: Status
@@ -191,13 +197,13 @@ class LessonPanel:
         verdict = self._sitter.desk.verdict
         told = self._sitter.shown(sitting)
         is_never = verdict is not None and verdict.state == "never"
-        of_class = None if told is None else self._sitter.of_class(told.guess.card.id)
+        of_class = self._sitter.of_class(sitting, card.id if told is None else told.guess.card.id)
         return {
             "kind": card.kind,
             "id": card.id,
             "html": str(html_of(card.words)),
             "ask": asked_sent(card, spec, story, self._sitter.draft_of(sitting)),
-            "reveal": reveal_sent(told, of_class),
+            "reveal": class_sent(of_class) if told is None else reveal_sent(told, of_class),
             "check": check_sent(card, index in story.passed, verdict),
             "hints": [str(html_of(hint)) for hint in card.hints[:n_hints]],
             "more_hints": n_hints < len(card.steps_of_help) and index not in story.passed,

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
 import viser
@@ -16,13 +16,14 @@ from app.page.lesson.cards import Shown
 from app.page.lesson.controls import Control
 from app.page.lesson.desk import Desk, Sitting
 from app.page.lesson.marked import Marked
+from app.page.lesson.vote import key_of
 from app.page.panels.inspection import Inspection
 from app.page.panels.view import View
 from app.page.time.asks import Asks
 from app.page.time.outlook import Outlook
 from app.page.time.panel import TimePanel
 from app.page.time.walk import Ground
-from app.player.classroom import Classroom
+from app.player.classroom import NOTHING_FOUND, Classroom
 from app.util.texts import for_terminal
 
 _MOST_FAULT: Final = 2_000
@@ -153,7 +154,8 @@ class Sitter:
         asked = spec.in_language(story.language).steps[guess.place].question
         assert asked is not None
         spread = self.desk.spread_of(sitting, guess)
-        return Shown(guess, asked, story.answers[guess.card.id], spread)
+        has_come = self.desk.has_come(guess)
+        return Shown(guess, asked, story.answers[guess.card.id], spread, has_come)
 
     def draft_of(self, sitting: Sitting) -> str | None:
         """The answer to the card's question that is being given, as JSON."""
@@ -163,10 +165,12 @@ class Sitter:
             return None
         return draft.value
 
-    def of_class(self, question: str) -> dict[str, Any] | None:
-        """What a class has answered to a question, where this browser presents that."""
+    def of_class(self, sitting: Sitting, question: str) -> Mapping[str, Any]:
+        """What a class has answered to a question (``found`` of
+        :class:`app.player.classroom.Classroom`), where this browser presents that."""
         classroom = self.class_shown
-        return None if classroom is None else classroom.found(question)
+        key = key_of(sitting, question)
+        return NOTHING_FOUND if classroom is None else classroom.found(key)
 
 
 def drafted(question: str, value: Any) -> Draft:

@@ -1,6 +1,6 @@
 """What came of a guess, as a card's frame, the board and the bar are told it."""
 
-from typing import Any
+from typing import Any, Final
 
 from app.documents.lesson_questions import Asked
 from app.lessons.kept import answer_from
@@ -10,10 +10,13 @@ from app.page.lesson.board import OctantsAsked
 from app.page.time.asked import Asked as OnBar
 from app.page.time.asked import Band, MomentAsked, SketchAsked
 
+_RUNS: Final = 20
+"""That there will be."""
 
-def sent_spread(asked: Asked, spread: Spread | None) -> dict[str, Any] | None:
+
+def sent_spread(asked: Asked, spread: Spread) -> dict[str, Any] | None:
     """What several runs answer, as the card's frame draws it; None while it is not known."""
-    if spread is None:
+    if not spread.n:
         return None
     found: dict[str, Any] = {"n": spread.n}
     match asked.ask:
@@ -44,7 +47,7 @@ def _order(answer: Answer) -> tuple[Any, ...]:
 
 
 def octants_asked(
-    guess: Any, locked: bool, own: Any, spread: Spread | None, others: dict[str, float] | None
+    guess: Any, locked: bool, own: Any, spread: Spread, others: dict[str, float] | None
 ) -> OctantsAsked:
     """What the board is asked, and shows.
 
@@ -52,21 +55,21 @@ def octants_asked(
         guess: the answer as JSON has it; None if there is none.
         locked: whether it stands.
         own: what this run answers, where that is to be seen.
-        spread: what several do, where that is to be seen.
+        spread: what several do, where that is to be seen; of none where it is not.
         others: what share of a class chose each.
     """
     return OctantsAsked(
         guess=frozenset(guess or ()),
         locked=locked,
         run=None if own is None else frozenset(own),
-        twenty=None if spread is None else dict(spread.counts),
-        runs=20 if spread is None else spread.n,
+        twenty=dict(spread.counts) if spread.n else None,
+        runs=spread.n or _RUNS,
         others=others,
     )
 
 
 def bar_asked(
-    asked: Asked, question: str, guess: Any, locked: bool, own: Any, spread: Spread | None
+    asked: Asked, question: str, guess: Any, locked: bool, own: Any, spread: Spread
 ) -> OnBar | None:
     """What the time bar is asked, and shows; None of a question that is not answered there."""
     if asked.ask == "moment":
@@ -75,12 +78,14 @@ def bar_asked(
             None if guess is None else int(guess),
             locked,
             None if own is None else int(own),
-            () if spread is None else tuple(map(int, spread.numbers)),
-            20 if spread is None else spread.n,
+            tuple(map(int, spread.numbers)),
+            spread.n or _RUNS,
+            asked.first or 0,
+            asked.end,
         )
     if asked.ask != "sketch":
         return None
-    curve = None if spread is None else spread.curve
+    curve = spread.curve
     return SketchAsked(
         question,
         asked.first or 0,

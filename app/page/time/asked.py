@@ -33,6 +33,10 @@ class MomentAsked(NamedTuple):
     """At which trials it was in others."""
     runs: int = 20
     """How many these are, with those in which it never was."""
+    first: int = 0
+    """No trial before this one can be guessed."""
+    last: int | None = None
+    """Nor one after this; None for the last of the bar."""
 
     @property
     def view(self) -> None:
@@ -41,7 +45,17 @@ class MomentAsked(NamedTuple):
     @property
     def sent(self) -> dict[str, Any]:
         """As the frame takes it."""
-        return {"kind": "moment", **self._asdict()}
+        return {
+            "kind": "moment",
+            "id": self.id,
+            "from": self.first,
+            "to": self.last,
+            "guess": self.guess,
+            "locked": self.locked,
+            "run": self.run,
+            "twenty": self.twenty,
+            "runs": self.runs,
+        }
 
 
 class Band(NamedTuple):
@@ -145,7 +159,8 @@ class Asking:
         if asked is None or asked.locked:
             return
         if isinstance(asked, MomentAsked):
-            if isinstance(answer, Guess) and answer.trial <= last:
+            last = last if asked.last is None else min(asked.last, last)
+            if isinstance(answer, Guess) and asked.first <= answer.trial <= last:
                 self._answered(answer)
         elif isinstance(answer, Sketch):
             trials = tuple(trial for trial, _ in answer.points)

@@ -86,7 +86,7 @@ const presser = () => {
 
 /** One of a few levels. @returns {Control} */
 const leveller = () => {
-  const node = /** @type {HTMLLabelElement} */ (element("label", "own-control own-level"));
+  const node = element("div", "own-control own-level");
   const name = element("span", "");
   const output = element("output", "");
   const range = /** @type {HTMLInputElement} */ (document.createElement("input"));
@@ -111,6 +111,7 @@ const leveller = () => {
     take: (now) => {
       told = now;
       write(name, now.label);
+      range.setAttribute("aria-label", now.label);
       range.max = `${(now.words?.length ?? 1) - 1}`;
       // Not from under a hand.
       if (!isHeld) range.value = `${now.level}`;

@@ -7,7 +7,7 @@ import { roundest, shareOfTrial, trialAt } from "./axis.js";
 import { heightOf } from "./curve.js";
 import { attribute } from "./dom.js";
 import { plotBox } from "./draw.js";
-import { curve, drawAsked, flag, knots, level, standing } from "./guessed.js";
+import { curve, drawAsked, ends, flag, knots, level, standing } from "./guessed.js";
 import { leaveTo } from "./hand.js";
 import { shareAt } from "./scrub.js";
 import { changed, state, whenChanged } from "./state.js";
@@ -89,7 +89,8 @@ const trialUnder = (share) => {
   const apart = (axis.end - (axis.start ?? 0)) / (plotBox().width || 1);
   // Of steps, a pixel is some trials; of them, the roundest is meant as well.
   const trials = axis.unit === "trials" ? apart : 1;
-  return Math.min(Math.max(roundest(trialAt(axis, share), trials), 0), trialAt(axis, 1));
+  const [low, high] = ends(/** @type {MomentAsked} */ (state.ask), /** @type {Bar} */ (state.bar));
+  return Math.min(Math.max(roundest(trialAt(axis, share), trials), low), high);
 };
 
 /** @returns {Grip} */
@@ -211,9 +212,8 @@ document.body.addEventListener("keydown", (event) => {
   /** @type {Answer | null} */
   let answer = null;
   if (ask.kind === "moment" && target === flag) {
-    const ends = /** @type {[number, number]} */ ([0, trialAt(bar.axis, 1)]);
-    const from = guess() ?? standing(bar);
-    answer = goneTo(event, from, ends, [FEW_TRIALS, MANY_TRIALS]);
+    const from = guess() ?? standing(ask, bar);
+    answer = goneTo(event, from, ends(ask, bar), [FEW_TRIALS, MANY_TRIALS]);
   } else if (ask.kind === "sketch" && target.matches(".sketch .knot")) {
     const points = drawn() ?? level(ask, bar);
     const index = Number(target.dataset.index);

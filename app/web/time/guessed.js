@@ -31,10 +31,11 @@ told.hidden = true;
 const over = element("div", "over guess");
 over.hidden = true;
 over.innerHTML = `
+  <div class="beyond"></div><div class="beyond"></div>
   <div class="others"></div>
   <div class="pole run" hidden><i></i><b></b></div>
   <div class="pole mine"><i></i>
-    <div class="flag" role="slider" tabindex="0" aria-label="Your guess: at which trial" aria-valuemin="0"></div>
+    <div class="flag" role="slider" tabindex="0" aria-label="Your guess: at which trial"></div>
   </div>`;
 rows.append(over);
 const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (over.querySelector(name));
@@ -52,10 +53,25 @@ export const knots = /** @type {HTMLElement} */ (sketch.querySelector(".knots"))
 // --- What is seen ----------------------------------------------------------------------------------
 
 /**
- * Where the flag stands before anything was guessed: where the run is.
+ * The first and the last trial that can be guessed.
+ * @param {MomentAsked} ask
+ * @param {Bar} bar
+ * @returns {[number, number]}
+ */
+export const ends = (ask, { axis }) => {
+  const last = trialAt(axis, 1);
+  return [Math.min(ask.from, last), Math.min(ask.to ?? last, last)];
+};
+
+/**
+ * Where the flag stands before anything was guessed: where the run is, if that can be guessed.
+ * @param {MomentAsked} ask
  * @param {Bar} bar
  */
-export const standing = (bar) => Math.min(state.moment?.trial ?? bar.end.trial, trialAt(bar.axis, 1));
+export const standing = (ask, bar) => {
+  const [first, last] = ends(ask, bar);
+  return Math.min(Math.max(state.moment?.trial ?? bar.end.trial, first), last);
+};
 
 /**
  * As long as nothing was drawn the curve goes on as it was last.
@@ -78,13 +94,16 @@ const drawMoment = (ask, bar, at) => {
   const pole = part(".pole.mine");
   pole.hidden = at === null && ask.locked;
   pole.classList.toggle("none", at === null);
-  placePole(pole, shareOfTrial(axis, at ?? standing(bar)));
+  placePole(pole, shareOfTrial(axis, at ?? standing(ask, bar)));
   write(flag, at === null ? "?" : `your guess: ${grouped(at)}`);
   attribute(flag, "tabindex", isOpen ? "0" : null);
   attribute(flag, "aria-disabled", isOpen ? null : "true");
-  attribute(flag, "aria-valuemax", `${trialAt(axis, 1)}`);
-  attribute(flag, "aria-valuenow", `${at ?? standing(bar)}`);
+  const [first, last] = ends(ask, bar);
+  attribute(flag, "aria-valuemin", `${first}`);
+  attribute(flag, "aria-valuemax", `${last}`);
+  attribute(flag, "aria-valuenow", `${at ?? standing(ask, bar)}`);
   attribute(flag, "aria-valuetext", at === null ? "no guess yet" : `trial ${grouped(at)}`);
+  drawBeyond(ask, bar);
   const run = part(".pole.run");
   run.hidden = ask.run === null;
   if (ask.run !== null) {
@@ -93,6 +112,20 @@ const drawMoment = (ask, bar, at) => {
   }
   drawOthers(ask, bar);
   tell(momentWords(ask, at));
+};
+
+/**
+ * Cover what cannot be guessed, as long as something can.
+ * @param {MomentAsked} ask
+ * @param {Bar} bar
+ */
+const drawBeyond = (ask, bar) => {
+  const [first, last] = ends(ask, bar).map((trial) => shareOfTrial(bar.axis, trial));
+  const [before, after] = /** @type {NodeListOf<HTMLElement>} */ (over.querySelectorAll(".beyond"));
+  before.hidden = after.hidden = ask.locked;
+  before.style.width = percent(first);
+  after.style.left = percent(last);
+  after.style.width = percent(1 - last);
 };
 
 /**

@@ -59,7 +59,7 @@ import { drawing } from "../player/drawing.js";
  * what is of other runs is there once it may be seen. Points are trials and rewards.
  * @typedef {[number, number]} Point
  * @typedef {{
- *   kind: "moment", id: string, guess: number | null, locked: boolean,
+ *   kind: "moment", id: string, from: number, to: number | null, guess: number | null, locked: boolean,
  *   run: number | null, twenty: number[], runs: number,
  * }} MomentAsked
  * @typedef {{

@@ -56,6 +56,8 @@ def test_the_frame_is_told_what_is_new_once() -> None:
     assert told["ask"] == {
         "kind": "moment",
         "id": "closed",
+        "from": 0,
+        "to": None,
         "guess": None,
         "locked": False,
         "run": None,
@@ -91,6 +93,8 @@ def test_answers_to_what_is_asked_are_handed_on() -> None:
         (MOMENT, Guess(LAST + 1)),
         (MOMENT, drawn(1, 2, 3, 4, 5, 6)),
         (MOMENT._replace(locked=True), Guess(1)),
+        (MOMENT._replace(first=24_000), Guess(23_999)),
+        (MOMENT._replace(last=30_000), Guess(30_001)),
         (SKETCH, Guess(1)),
         (SKETCH, drawn(1, 2, 3, 4, 5, 6, trials=(11_500, 12_600, 13_700, 14_800, 15_900, 17_001))),
         (SKETCH, drawn(1, 2, 3, 4, 5, 6, trials=TRIALS[::-1])),
