@@ -70,7 +70,7 @@ _ORDER: Final = (
     "start_again",
 )
 """In which they stand."""
-ORDER: Final = ("lab", "own", "own_world", "own_ground", "own_over", "own_words")
+ORDER: Final = ("own", "own_world", "own_ground", "own_over", "own_words")
 """Kinds of parts, in the order in which a page takes them in."""
 OVER_S: Final = 2.5
 WORDS_S: Final = 1.0

@@ -61,7 +61,7 @@ class Group:
         self.pages = [Looker(number) for number in range(1, n + 1)]
         self.sent = threading.Condition()
         self.n_letters = 0
-        self.owners = Owners(lambda: tuple(self.pages), self._send, b'{"kind":"lab"}')  # type: ignore
+        self.owners = Owners(lambda: tuple(self.pages), self._send)  # type: ignore
         if beginning is not None:
             self.owners.offer(Offer(beginning))
 
@@ -404,6 +404,23 @@ def test_each_browser_has_one_and_all_its_pages_show_it(audience: Audience) -> N
         page.close()
 
 
+def test_in_a_class_they_are_asked_as_well() -> None:
+    audience = Audience(lambda _: None, "127.0.0.1", 0, is_class=True, has_own=True)
+    try:
+        audience.show(stood(), None)
+        page = Page.seated(audience.watchers.port)
+        page.send(OWN)
+        page.receive_until("own", "lab", "stand", "lesson", "seat")
+        assert page.parts["seat"]["seat"]["number"] == page.parts["own"]["number"]
+        assert audience.room is not None
+        audience.room.end()
+        until(page, lambda parts: parts["seat"]["seat"] is None)
+        wait_for(lambda: audience.own is not None and audience.own.learners == 0)
+        page.close()
+    finally:
+        audience.close()
+
+
 def test_without_a_seat_there_is_none(audience: Audience) -> None:
     audience.show(stood(), None)
     page = Page(audience.watchers.port)
@@ -488,6 +505,6 @@ def test_nothing_that_a_page_is_sent_is_a_secret_or_anothers(audience: Audience)
         page.send(OWN)
         page.receive_until(*(kind for kind in own_view.ORDER))
     for page in pages:
-        assert page.parts.keys() <= {*own_view.ORDER, "stand", "lesson", "seat"}
+        assert page.parts.keys() <= {*own_view.ORDER, "lab", "stand", "lesson"}
         assert page.parts["own"]["number"] in (1, 2, 3)
         page.close()
