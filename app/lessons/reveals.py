@@ -47,8 +47,8 @@ class Watch:
         Args:
             asked: the question.
             began: where the card was entered.
-            until: trial at whose start it is answered where the question names no moment; None if
-                that is not known yet, see :meth:`end`.
+            until: trial at whose start it is answered where the question names no moment; None for
+                where the card was entered, or, of a moment that is predicted, whenever that comes.
         """
         self._asked, self._began = asked, began
         reveal = asked.reveal
@@ -56,6 +56,8 @@ class Watch:
         if moment is None:
             last = asked.end if asked.ask in ("sketch", "moment") else None
             last = until if last is None else last
+            if last is None and asked.ask != "moment":
+                last = began.trial
             moment = None if last is None else Moment(last, is_ahead=False)
         self._end = None if moment is None else Deadline(moment, began)
         self._operators = dict(reveal.operators) if reveal else {}
@@ -68,8 +70,13 @@ class Watch:
         self.is_over = reveal is None
 
     @property
+    def is_open(self) -> bool:
+        """Whether nothing says by when it is answered."""
+        return self._end is None
+
+    @property
     def trial(self) -> int | None:
-        """Trial at whose start it is answered at the latest; None if that is not known."""
+        """Trial at whose start it is answered at the latest; None if no trial says that."""
         return None if self._end is None else self._end.trial
 
     def next_look(self, trial: int) -> int | None:
