@@ -8,6 +8,7 @@ import io
 import re
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -206,9 +207,10 @@ def take_replay() -> None:
         browser.close()
 
 
-def take_lesson(names: list[str]) -> None:
-    """Take the pictures of a lesson, in a lab of its own in which a class answers."""
-    live = LiveLab(presets.load("timed"), 20_000.0, Path("results"), classroom=True)
+def take_lesson(name: str) -> None:
+    """Take a picture of a lesson, in a lab of its own; a class is there where it is asked."""
+    is_of_class = name == LESSON[-1]
+    live = LiveLab(presets.load("timed"), 20_000.0, Path("results"), classroom=is_of_class)
     live.dpr = 1.0
     try:
         with sync_playwright() as playwright:
@@ -221,26 +223,36 @@ def take_lesson(names: list[str]) -> None:
             pupil = Pupil(screen)
             pupil.start(LESSON_TITLE)
             pupil.go_on(1)
-            if "lesson_class" in names:
+            if is_of_class:
                 show_class(browser, live, pupil)
-            for octant in LESSON_GUESS:
-                pupil.card.get_by_role("checkbox").nth(octant).click()
-            pupil.card.locator(".sure").nth(1).click()
-            if "lesson_predict" in names:
-                take_small(screen, "lesson_predict")
-            pupil.primary.click()
-            pupil.go_on(2)
-            pupil.primary.click()
-            pupil.go_on(3)
-            for octant in LESSON_SEEN:
-                pupil.card.get_by_role("checkbox").nth(octant).click()
-            pupil.primary.click()
-            expect(pupil.card.get_by_text("20 other runs")).to_be_visible()
-            if "lesson_reveal" in names:
-                take_small(screen, "lesson_reveal")
+            else:
+                predict(pupil, LESSON_GUESS)
+                pupil.card.locator(".sure").nth(1).click()
+                if name == LESSON[1]:
+                    pupil.primary.click()
+                    see_what_came(pupil)
+                take_small(screen, name)
             browser.close()
     finally:
         live.close()
+
+
+def predict(pupil: Pupil, octants: Iterable[int]) -> None:
+    """Choose directions on the card."""
+    for octant in octants:
+        pupil.card.get_by_role("checkbox").nth(octant).click()
+
+
+def see_what_came(pupil: Pupil) -> None:
+    """Let it learn, and say what is to be seen."""
+    pupil.go_on(2)
+    pupil.primary.click()
+    pupil.go_on(3)
+    predict(pupil, LESSON_SEEN)
+    pupil.primary.click()
+    expect(pupil.card.get_by_text("20 other runs")).to_be_visible()
+    # The board has it a moment later.
+    pupil.page.wait_for_timeout(2 * PAUSE_MS)
 
 
 def show_class(browser: Browser, live: LiveLab, pupil: Pupil) -> None:
@@ -253,7 +265,7 @@ def show_class(browser: Browser, live: LiveLab, pupil: Pupil) -> None:
     for octant in LESSON_GUESS:
         page.get_by_role("checkbox").nth(octant).click()
     page.wait_for_timeout(PAUSE_MS)
-    keep_small(page.screenshot(), "lesson_class")
+    keep_small(page.screenshot(), LESSON[-1])
     page.close()
 
 
@@ -266,7 +278,8 @@ def take_small(screen: Screen, name: str) -> None:
 
 def keep_small(picture: bytes, name: str) -> None:
     """Keep a picture in no more colours than a page of text and a map have."""
-    image = Image.open(io.BytesIO(picture)).convert("RGB").quantize(128, dither=Image.Dither.NONE)
+    image = Image.open(io.BytesIO(picture)).convert("RGB")
+    image = image.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     image.save(FOLDER / f"{name}.png", optimize=True)
 
 
@@ -276,8 +289,9 @@ def main(names: list[str]) -> None:
     expect.set_options(timeout=PATIENCE_S * 1000)
     if REPLAY in names:
         take_replay()
-    if any(name in names for name in LESSON):
-        take_lesson(names)
+    for name in LESSON:
+        if name in names:
+            take_lesson(name)
     if set(names) <= {REPLAY, *LESSON}:
         return
     # The page names the folder of the results: as it is called where somebody starts the lab.
