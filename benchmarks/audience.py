@@ -1,10 +1,11 @@
 """What an audience costs: the presenter's clicks, the learner's rate, and what each phone is sent.
 
-The watchers read every frame and draw nothing, in a process of their own; the presenter's page does
-so in another, and clicks. The learner's rate beside them is compared with its rate beside the
-presenter alone, in turns in the same process.
+The watchers read every frame and draw nothing, in a process of their own, and as a class they
+answer; the presenter's page is in another, draws nothing either, and clicks. The learner's rate
+beside them is compared with its rate beside the presenter alone, in turns in the same process.
 """
 
+import functools
 import json
 import statistics
 import subprocess
@@ -16,6 +17,8 @@ from typing import Any
 from app.audience.audience import Audience
 from app.live.requests import Play, StartAgain
 from app.live.session import Session
+from app.player.classroom import Question
+from benchmarks.audience_client import OPTIONS
 from benchmarks.load import clicks, percentile
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate, wait_until
 from learners.spec import MAX_TRIALS, RunSpec
@@ -23,6 +26,7 @@ from learners.spec import MAX_TRIALS, RunSpec
 READ_S = 5.0
 """For so long it is counted what the watchers are sent."""
 _CONNECT_S = 60.0
+QUESTION = Question("bench", "choice", "Which?", tuple((value, value) for value in OPTIONS))
 
 
 def measure_audience(
@@ -36,20 +40,22 @@ def measure_audience(
     """What so many watchers cost.
 
     Returns:
-        ``{"watchers": N, "click_ms": {"p50", "p95"}, "kB_per_s_each", "learner_share"}``: the
-        milliseconds from a click of the presenter to its effect in their page, over all
-        repetitions, while the learner learns at full speed; what each watcher is sent meanwhile
-        while nobody clicks, in kB a second, the median; the learner's rate as a share of that with
-        no watcher, the median.
+        ``{"watchers": N, "click_ms": {"p50", "p95"}, "class_click_ms": {"p50", "p95"},
+        "kB_per_s_each", "learner_share"}``: the milliseconds from a click of the presenter to its
+        effect in their page, over all repetitions, while the learner learns at full speed; the same
+        while each watcher has a seat and answers a question once a second; what each watcher is
+        sent meanwhile while nobody clicks, in kB a second, the median; the learner's rate as a
+        share of that with no watcher, the median.
     """
     spec = spec.model_copy(update={"trials": TRIALS})
     took_ms: list[float] = []
+    class_ms: list[float] = []
     sent: list[float] = []
     shares: list[float] = []
     audiences: list[Audience] = []
 
     def opens_stand(session: Session) -> Audience:
-        audiences.append(Audience(session.past_of, "127.0.0.1", 0, most=10_000))
+        audiences.append(Audience(session.past_of, "127.0.0.1", 0, most=10_000, is_class=True))
         return audiences[-1]
 
     with (
@@ -65,17 +71,39 @@ def measure_audience(
                 shares.append(page_rate(session, spec, preset, 0) / alone)
                 sent.append(_kb_per_s_each(session, spec, preset, readers, n_watchers))
                 took_ms += clicks(session, spec, preset, pages)
+            progress(f"{n_watchers} who answer: {repetition + 1} of {repetitions}")
+            with _answering(audience, n_watchers):
+                class_ms += clicks(session, spec, preset, pages)
     took_ms.sort()
+    class_ms.sort()
     return {
         "watchers": n_watchers,
         "click_ms": {"p50": percentile(took_ms, 50), "p95": percentile(took_ms, 95)},
+        "class_click_ms": {"p50": percentile(class_ms, 50), "p95": percentile(class_ms, 95)},
         "kB_per_s_each": round(statistics.median(sent), 2),
         "learner_share": round(statistics.median(shares), 3),
     }
 
 
 @contextmanager
-def _watchers_of(audience: Audience, n_watchers: int) -> Iterator[subprocess.Popen[str]]:
+def _answering(audience: Audience, n_seats: int) -> Iterator[None]:
+    """A class of so many seats, each of which answers once a second."""
+    room = audience.room
+    assert room is not None
+    room.ask(QUESTION)
+    with _watchers_of(audience, n_seats, "class"):
+        state = functools.partial(room.state, QUESTION.id, True)
+        wait_until(lambda: state()["answered"] == n_seats, f"{n_seats} seats did not answer")
+        yield
+        if state()["answered"] != n_seats:
+            raise RuntimeError("answers were lost")
+    room.end()
+
+
+@contextmanager
+def _watchers_of(
+    audience: Audience, n_watchers: int, *words: str
+) -> Iterator[subprocess.Popen[str]]:
     """The process of so many watchers, once all of them look."""
     readers = subprocess.Popen(
         [
@@ -84,6 +112,7 @@ def _watchers_of(audience: Audience, n_watchers: int) -> Iterator[subprocess.Pop
             "benchmarks.audience_client",
             str(audience.watchers.port),
             str(n_watchers),
+            *words,
         ],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

@@ -6,6 +6,7 @@ presenter's view comes first; all others together have a small share of one proc
 the less often the more of them there are.
 """
 
+import asyncio
 import logging
 import secrets
 import threading
@@ -19,7 +20,7 @@ from app.audience.owners import Owners
 from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
 from app.audience.room import Room, lesson_part
-from app.audience.seats import Seat, Seats
+from app.audience.seats import MOST_SEATS, Seat, Seats
 from app.audience.views import Seen, View
 from app.audience.wishes import (
     Act,
@@ -51,6 +52,8 @@ from sim.spec import WorldSpec
 
 ASKED_S: Final = 0.12
 """Between two pictures at least, where the presenter has done something."""
+COUNTED_S: Final = 0.15
+"""After an answer of a class, until whoever gave it is told that it counts."""
 _LEAST_S: Final = 0.03
 _PLAIN_S: Final = 0.25
 """Between two at least while the learner goes on."""
@@ -101,7 +104,7 @@ class Audience:
         self._addresses: tuple[str, ...] | None = None
         self._past = Rarely(past_of, self._wake)
         self._changed = threading.Event()
-        self._closed = False
+        self._closed = self._wakes_soon = False
         self._live: Status | None = None
         self._presented: Presented | None = None
         self._views: dict[Seen, View] = {}
@@ -110,7 +113,9 @@ class Audience:
         self._others_s = 0.0
         """When one of those may be painted next that is not the presenter's."""
         self._lab = part("lab", {"lab": secrets.token_urlsafe(6)})
-        self.seats: Seats | None = Seats() if is_class or has_own else None
+        self.seats: Seats | None = None
+        if is_class or has_own:
+            self.seats = Seats(MOST_SEATS if most is None else most)
         self.room: Room | None = None
         if is_class and self.seats is not None:
             self.room = Room(self.seats, self._taken, self._wake, self._joined)
@@ -129,7 +134,7 @@ class Audience:
         )
         self.owners: Owners | None = None
         if has_own:
-            self.owners = Owners(lambda: self.watchers.all, self.watchers.send, self._lab)
+            self.owners = Owners(lambda: self.watchers.all, self.watchers.send)
         self._offered: tuple[object, ...] = ()
         """Of what own learners were last told how they begin."""
         self._thread = threading.Thread(target=self._work, name="audience", daemon=True)
@@ -181,6 +186,16 @@ class Audience:
     def _wake(self) -> None:
         self._changed.set()
 
+    def _wake_soon(self) -> None:
+        """Have those be told that it counts who have answered; called on the event loop."""
+        if not self._wakes_soon:
+            self._wakes_soon = True
+            asyncio.get_running_loop().call_later(COUNTED_S, self._wake_now)
+
+    def _wake_now(self) -> None:
+        self._wakes_soon = False
+        self._wake()
+
     def _come(self) -> None:
         """Somebody has come, gone or wished."""
         self._wake()
@@ -189,8 +204,8 @@ class Audience:
 
     def _heard(self, watcher: Watcher, act: Act) -> None:
         if isinstance(act, Answer):
-            if self.room is not None:
-                self.room.answer(watcher.seat, act)
+            if self.room is not None and self.room.answer(watcher.seat, act):
+                self._wake_soon()
         elif self.owners is not None:
             self.owners.tap(watcher, act)
 
@@ -239,7 +254,8 @@ class Audience:
                 if seen.is_presenters:
                     due_s = min(due_s, self._paint_if_due(view, seen, live, presented, now_s))
             due_s = min(due_s, self._paint_another(groups, live, presented, now_s))
-        self._send(groups)
+        own = [watcher for watcher in watchers if isinstance(watcher.wish, LookOwn)]
+        self._send(groups, own)
         self._tidy(groups)
         return due_s
 
@@ -388,7 +404,9 @@ class Audience:
 
     # Sending
 
-    def _send(self, groups: Mapping[Seen, Sequence[Watcher]]) -> None:
+    def _send(self, groups: Mapping[Seen, Sequence[Watcher]], own: Sequence[Watcher]) -> None:
+        """Send each what they have not been sent yet; to those who look at an ``own`` learner, what
+        is not of the board."""
         letters: list[tuple[bytes, list[Watcher]]] = []
         told = {"lab": self._lab, "lesson": self._lesson_part()}
         waiting = {"stand": part("stand", {"begun": False})}
@@ -408,9 +426,8 @@ class Audience:
             if view is not None and sizes:
                 now_s = time.perf_counter()
                 view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
-        # Whoever looks at a learner of their own is sent that elsewhere.
-        apart = [one for one in self.watchers.all if isinstance(one.wish, LookOwn)]
-        for missing, group in by_what_they_miss(told, apart, ORDER, self._theirs).items():
+        parts = {"stand": part("stand", {"begun": True, "own": True}), **told}
+        for missing, group in by_what_they_miss(parts, own, ORDER, self._theirs).items():
             letters.append((letter_of(content for _, content in missing), group))
         if letters:
             self.watchers.send(letters)

@@ -14,9 +14,10 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
+from app.audience.desk import Desk
 from app.audience.offered import Offer
-from app.audience.own import Beginning, Kept, Own
-from app.audience.own_view import ORDER, OwnView, Seat, own_part, waiting_part
+from app.audience.own import Kept, Own
+from app.audience.own_view import ORDER, OwnView, Seat, own_part, seatless_part, waiting_part
 from app.audience.pictures import Parts, by_what_they_miss, letter_of
 from app.audience.taps import (
     AddOwn,
@@ -60,8 +61,6 @@ _SLICE_STEPS: Final = 50_000
 """Made at once by one that is made again: some two milliseconds."""
 _PAINT_S: Final = 0.25
 """Between two pictures of one board at least, while nobody does anything."""
-_BYTES_PER_S: Final = 8_000.0
-_BYTES_AT_ONCE: Final = 16_000.0
 _IDLE_S: Final = 0.5
 _LEAST_S: Final = 0.01
 """Between two turns, unless somebody does something."""
@@ -91,62 +90,6 @@ _BROKEN: Final = "An error stopped your learner, so it began anew."
 log = logging.getLogger(__name__)
 
 
-class _Desk:
-    """What there is of one seat."""
-
-    def __init__(self, seat: Seat, beginning: Beginning, now_s: float) -> None:
-        self.seat = seat
-        self.beginning = beginning
-        self.own: Own | None = None
-        self.kept: Kept | None = None
-        """While it is put away."""
-        self.rests = False
-        """Whether it is put away until somebody touches it."""
-        self.held: deque[Tap] = deque()
-        """What is done once it is there."""
-        self.notice = ""
-        self.stand: bytes = b""
-        """The part that says how it stands."""
-        self.views: dict[bool, OwnView] = {}
-        self.looking: list[Watcher] = []
-        """Pages that show it."""
-        self.used_s = self.there_s = now_s
-        """When it was touched last, and when a page of its seat was open last."""
-        self.owed, self.learned_s = 0.0, now_s
-        self.is_stale = True
-        """Whether there may be something to paint."""
-        self.is_behind = False
-        """Whether some page may not have been sent all that there is."""
-        self.due_s = 0.0
-        self.pace = Turnstile(_BYTES_PER_S, _BYTES_AT_ONCE)
-        self.came_to: tuple[int, float] | None = None
-        """Its trial and its reward, when they were looked at last."""
-        self.learns = False
-
-    def begin(self, beginning: Beginning) -> None:
-        """Have a learner that knows nothing."""
-        self.beginning = beginning
-        self.own, self.kept = Own(beginning, beginning.seed_of(self.seat.number)), None
-        self.rests, self.is_stale = False, True
-        self.held.clear()
-
-    def put_away(self, rests: bool) -> None:
-        """Keep no more of it than it takes to make it again."""
-        if self.own is not None:
-            self.kept, self.own = self.own.put_away(), None
-        self.rests, self.learns = rests, False
-        if not rests:
-            self.views.clear()
-
-    def parts(self, dark: bool) -> Parts:
-        """What there is to be sent."""
-        view = self.views.get(dark)
-        parts = {} if view is None else dict(view.parts)
-        if self.stand:
-            parts["own"] = self.stand
-        return parts
-
-
 class Owners:
     """All of them. Methods may be called from any thread."""
 
@@ -154,20 +97,18 @@ class Owners:
         self,
         watchers: Callable[[], Sequence[Watcher]],
         send: Callable[[Iterable[tuple[bytes, Sequence[Watcher]]]], object],
-        lab: bytes,
     ) -> None:
         """Begin to work.
 
         Args:
             watchers: those who look now; of one that has a seat, ``seat`` is a :class:`Seat`.
             send: sends letters to some of them.
-            lab: the part that says which lab it is.
         """
-        self._watchers, self._send, self._lab = watchers, send, lab
+        self._watchers, self._send = watchers, send
         self._offer: Offer | None = None
         self._told: Offer | None = None
         """What pages were told last that they can do."""
-        self._desks: dict[Seat, _Desk] = {}
+        self._desks: dict[Seat, Desk] = {}
         self._tapped: deque[tuple[Seat, Tap]] = deque()
         self._closed = False
         self._overview = OwnLearners(0, 0, ())
@@ -257,9 +198,13 @@ class Owners:
 
     def _see(self, offer: Offer, now_s: float) -> None:
         pages: dict[Seat, list[Watcher]] = {}
+        seatless: list[Watcher] = []
         for watcher in self._watchers():
             if watcher.seat is not None:
                 pages.setdefault(watcher.seat, []).append(watcher)
+            elif isinstance(watcher.wish, LookOwn):
+                seatless.append(watcher)
+        self._send_to(seatless, {"own": seatless_part()})
         # Where a class has ended nothing is kept of it.
         for seat in [seat for seat in self._desks if not seat.is_taken]:
             del self._desks[seat]
@@ -269,7 +214,7 @@ class Owners:
             if desk is None:
                 if not looking:
                     continue
-                desk = self._desks[seat] = _Desk(seat, offer.beginning, now_s)
+                desk = self._desks[seat] = Desk(seat, offer.beginning, now_s)
             desk.there_s = now_s
             if looking != desk.looking:
                 desk.looking, desk.is_stale, desk.is_behind = looking, True, True
@@ -294,13 +239,13 @@ class Owners:
         while len(self._desks) > MOST_DESKS:
             del self._desks[min(self._desks, key=lambda seat: self._desks[seat].used_s)]
 
-    def _put_to_rest(self, desk: _Desk, offer: Offer) -> None:
+    def _put_to_rest(self, desk: Desk, offer: Offer) -> None:
         assert desk.own is not None
         desk.own.playing, desk.notice = False, _RESTS
         self._stand(desk, offer, desk.own)
         desk.put_away(rests=True)
 
-    def _wake(self, desk: _Desk, offer: Offer, now_s: float) -> None:
+    def _wake(self, desk: Desk, offer: Offer, now_s: float) -> None:
         awake = [other for other in self._desks.values() if other.own is not None]
         if len(awake) >= MOST_AWAKE:
             longest = min(awake, key=lambda other: other.used_s)
@@ -324,7 +269,7 @@ class Owners:
 
     def _answer(self, offer: Offer, now_s: float) -> None:
         """Do what was asked for by now, and show each of those who did what came of it."""
-        touched: dict[Seat, _Desk] = {}
+        touched: dict[Seat, Desk] = {}
         for _ in range(len(self._tapped)):
             seat, tap = self._tapped.popleft()
             desk = self._desks.get(seat)
@@ -344,7 +289,7 @@ class Owners:
         for desk in touched.values():
             self._show(desk, offer, asked=True)
 
-    def _do(self, desk: _Desk, tap: Tap) -> None:
+    def _do(self, desk: Desk, tap: Tap) -> None:
         assert desk.own is not None
         desk.notice, desk.is_stale = "", True
         was_learning = desk.own.learns
@@ -400,7 +345,7 @@ class Owners:
             due_s = min(due_s, desk.learned_s + _TICK_S)
         return due_s
 
-    def _slice(self, desk: _Desk, steps: int, budget: Turnstile) -> float:
+    def _slice(self, desk: Desk, steps: int, budget: Turnstile) -> float:
         """Make steps; returns for how long such as these have to wait then."""
         assert desk.own is not None
         began_s = time.thread_time()
@@ -443,7 +388,7 @@ class Owners:
         self._paint_s = now_s + self._painting.wait_s(now_s, time.thread_time() - began_s)
         return min(max(self._paint_s, min(desk.due_s for desk in waiting)), again_s)
 
-    def _show(self, desk: _Desk, offer: Offer, asked: bool) -> None:
+    def _show(self, desk: Desk, offer: Offer, asked: bool) -> None:
         """Paint it for all pages that show it, and send them that."""
         now_s = time.perf_counter()
         own = desk.own
@@ -461,21 +406,26 @@ class Owners:
         wait_s = desk.pace.wait_s(now_s, sent) if sent and not asked else 0.0
         desk.due_s = now_s + max(wait_s, _PAINT_S)
 
-    def _stand(self, desk: _Desk, offer: Offer, own: Own) -> None:
+    def _stand(self, desk: Desk, offer: Offer, own: Own) -> None:
         controls = () if offer.holds else offer.controls
         notice = _HOLDS if offer.holds else desk.notice
         desk.stand = own_part(own, desk.seat, controls, notice)
         desk.is_behind = True
 
-    def _send_missing(self, desk: _Desk) -> int:
+    def _send_missing(self, desk: Desk) -> int:
         """Send each page what it has not been sent yet; returns the bytes of the longest letter."""
-        letters: list[tuple[bytes, list[Watcher]]] = []
         desk.is_behind = not all(watcher.is_ready for watcher in desk.looking)
+        longest = 0
         for dark in {watcher.wish.dark for watcher in desk.looking}:
             group = [watcher for watcher in desk.looking if watcher.wish.dark == dark]
-            parts = {**desk.parts(dark), "lab": self._lab}
-            for missing, watchers in by_what_they_miss(parts, group, ORDER).items():
-                letters.append((letter_of(content for _, content in missing), watchers))
+            longest = max(longest, self._send_to(group, desk.parts(dark)))
+        return longest
+
+    def _send_to(self, watchers: Iterable[Watcher], parts: Parts) -> int:
+        letters = [
+            (letter_of(content for _, content in missing), group)
+            for missing, group in by_what_they_miss(parts, watchers, ORDER).items()
+        ]
         if letters:
             self._send(letters)
         return max((len(letter) for letter, _ in letters), default=0)
@@ -498,7 +448,7 @@ class Owners:
         )
 
 
-def _is_offered(tap: Any, offer: Offer, desk: _Desk) -> bool:
+def _is_offered(tap: Any, offer: Offer, desk: Desk) -> bool:
     """Whether a page of this seat has such a control."""
     if offer.holds:
         return False

@@ -34,7 +34,7 @@ class Poll:
     """Of one class. Methods may be called from any thread."""
 
     def __init__(self, changed: Callable[[], object]) -> None:
-        """``changed`` is called when there is something new for the class to see."""
+        """``changed`` is called when there is something new for the whole class to see."""
         self._changed = changed
         self._lock = threading.Lock()
         self._n_ballots = 0
@@ -134,7 +134,6 @@ class Poll:
                 answers[seat] = found
             elif value != () or answers.pop(seat, None) is None:
                 return False
-        self._changed()
         return True
 
     def answer_of(self, seat: Seat) -> Value | None:

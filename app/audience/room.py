@@ -70,10 +70,9 @@ class Room:
 
     # --- For its pages ----------------------------------------------------------------------------
 
-    def answer(self, seat: Seat | None, answer: Answer) -> None:
-        """Take what a page answers; without a seat it is nothing."""
-        if seat is not None:
-            self.poll.answer(seat, answer.ballot, answer.value)
+    def answer(self, seat: Seat | None, answer: Answer) -> bool:
+        """Take what a page answers; returns whether it counts. Without a seat it does not."""
+        return seat is not None and self.poll.answer(seat, answer.ballot, answer.value)
 
     def lesson_part(self, card: Card | None) -> bytes:
         """What all of them read: the presenter's card, and what is asked."""

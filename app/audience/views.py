@@ -1,4 +1,4 @@
-"""What is looked at by some of an audience, and what they have been sent of it."""
+"""What one can look at, and what those are sent who look at the same."""
 
 from typing import Final, NamedTuple
 

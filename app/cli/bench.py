@@ -71,8 +71,8 @@ class Bench:
     audience: Annotated[
         str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_WATCHERS})")
     ] = None
-    """Measure what so many phones that look on cost: the presenter's clicks, the learner's share,
-    and what each is sent."""
+    """Measure what so many phones that look on cost: the presenter's clicks, also while each
+    answers once a second, the learner's share, and what each is sent."""
     own: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_SEATS})")] = None
     """Measure what so many learners of an audience's own cost: how soon a tap is answered, and the
     presenter's learner's share."""
@@ -190,10 +190,11 @@ def _measure_audience(
     from benchmarks.audience import measure_audience
 
     def words(found: Any) -> str:
-        clicks = found["click_ms"]
+        clicks, voting = found["click_ms"], found["class_click_ms"]
         return (
             f"{preset} at full speed, its presenter, and {n_watchers} who look on:\n"
             f"  a click shows after  {clicks['p50']:.0f} ms (median), {clicks['p95']:.0f} (95 %)\n"
+            f"  while all answer     {voting['p50']:.0f} ms (median), {voting['p95']:.0f} (95 %)\n"
             f"  each of them is sent {found['kB_per_s_each']:.1f} kB a second\n"
             f"  the learner keeps    {found['learner_share']:.2f} of its rate"
         )

@@ -876,6 +876,7 @@ def test_bench_measures_an_audience(
     found = {
         "watchers": 30,
         "click_ms": {"p50": 90.0, "p95": 121.0},
+        "class_click_ms": {"p50": 91.0, "p95": 133.0},
         "kB_per_s_each": 4.2,
         "learner_share": 0.97,
     }
@@ -890,7 +891,9 @@ def test_bench_measures_an_audience(
     assert json.loads(capsys.readouterr().out) == found
     assert main.main(["bench", "standard_q", "--audience", "30", "--repetitions", "2"]) == 0
     out = capsys.readouterr().out
-    assert all(words in out for words in ("30 who look on", "121 (95 %)", "4.2 kB", "0.97"))
+    assert all(
+        words in out for words in ("30 who look on", "121 (95 %)", "133 (95 %)", "4.2 kB", "0.97")
+    )
     assert calls == [("timed", 30, 5), ("standard_q", 30, 2)]
 
 

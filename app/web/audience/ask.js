@@ -10,6 +10,7 @@ import { setLanguage } from "../lesson/words.js";
 import { put } from "../player/html.js";
 import { on, send } from "../player/pipe.js";
 import { write } from "../time/dom.js";
+import { showInPlace } from "./place.js";
 import { showSeat } from "./seat.js";
 import { word } from "./words.js";
 
@@ -148,6 +149,8 @@ const show = () => {
   showCard(card);
   showAsk(isSeated || (ask && !ask.open) ? ask : null);
   showOutcome(ask, reveal);
+  const asked = isSeated ? ask : null;
+  showInPlace(asked, asked && answerOf(asked), reveal, (value) => asked && give(asked, value));
   const lacksSeat = told.class && mine !== null && !seat;
   take.hidden = !lacksSeat;
   write(take, word("takeSeat"));

@@ -2,12 +2,12 @@
 // The page of an audience: what the presenter shows, on whatever one has at hand.
 
 import "../terms.js";
-import { Board } from "../player/board.js";
 import { put } from "../player/html.js";
 import { on } from "../player/pipe.js";
 import "../time/tip.js";
 import { begin as beginAround } from "./around.js";
 import "./ask.js";
+import { board } from "./board.js";
 import { begin as connect } from "./line.js";
 import "./own.js";
 
@@ -18,7 +18,6 @@ const SAID_MS = 10_000;
 const part = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 const main = /** @type {HTMLElement} */ (document.querySelector("main"));
-const board = new Board(/** @type {HTMLCanvasElement} */ (part("board")));
 const modes = /** @type {HTMLElement} */ (document.querySelector(".modes"));
 let lab = "";
 

@@ -11,6 +11,8 @@ import { boardPlace, tilePlaces, tilesPlace } from "./place.js";
 /** @typedef {import("./sent.js").Line} Line */
 /** @typedef {import("./place.js").Place} Place */
 
+/** @typedef {(context: CanvasRenderingContext2D, place: Place, sent: Sent) => void} Above */
+
 /** Pixels of the canvas for each of the page on paper, which is finer than a screen. */
 const PRINTED = 4;
 
@@ -33,6 +35,8 @@ export class Board {
   #sent = {};
   /** @type {{east: number, north: number} | null} */
   #marked = null;
+  /** What somebody else draws over a whole board. @type {Above | null} */
+  #above = null;
   /** What was drawn last over the colours. @type {{canvas: HTMLCanvasElement, lines?: Line[], looks: string}} */
   #over = { canvas: document.createElement("canvas"), looks: "" };
   #due = 0;
@@ -96,6 +100,20 @@ export class Board {
     this.#soon();
   }
 
+  /**
+   * Have something drawn over the board, where it is whole, or nothing any more.
+   * @param {Above | null} draw
+   */
+  above(draw) {
+    this.#above = draw;
+    this.#soon();
+  }
+
+  /** The heading of the prey as it is drawn; null where all are side by side. */
+  get heading() {
+    return this.#sent.tiles ? null : (this.#sent.prey ?? 0);
+  }
+
   /** Draw as sharply as the canvas is large by now. */
   resize() {
     this.#fit(window.devicePixelRatio || 1);
@@ -137,6 +155,7 @@ export class Board {
     drawHunt(context, whole, each, sent);
     for (const place of this.#marked ? each : []) drawMark(context, place, sent, this.#marked);
     if (isOver(sent)) drawWords(context, whole, sent);
+    if (!sent.tiles) this.#above?.(context, whole, sent);
     this.drawn += 1;
   }
 

@@ -48,6 +48,15 @@ const axis = part(".axis > .plot");
 /** Where the axis lies in the page, from its beginning to its end. */
 export const plotBox = () => axis.getBoundingClientRect();
 
+/**
+ * The share of the axis at which a pointer is, below 0 or above 1 beside it.
+ * @param {{clientX: number}} event
+ */
+export const shareAt = ({ clientX }) => {
+  const { left, width } = plotBox();
+  return (clientX - left) / width;
+};
+
 /** What was drawn last. @type {Array<unknown>} */
 let drawn = [];
 let wide = 0;

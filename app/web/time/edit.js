@@ -7,7 +7,8 @@ import { openChance } from "./chance.js";
 import { send } from "../player/pipe.js";
 import { grouped } from "./dom.js";
 import { say, whenRefused } from "./said.js";
-import { shareAt, takeBackPresses } from "./scrub.js";
+import { shareAt } from "./draw.js";
+import { takeBackPresses } from "./scrub.js";
 import { changed, state, whenChanged } from "./state.js";
 
 /** @typedef {import("./hand.js").Grip} Grip */

@@ -1,8 +1,8 @@
 // @ts-check
 // The page in the frame.
+import "./asks.js";
 import "./channel.js";
 import "./draw.js";
-import "./guess.js";
 import "./hand.js";
 import "./lesson.js";
 import "./theme.js";

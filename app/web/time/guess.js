@@ -1,15 +1,13 @@
 // @ts-check
 // What is asked on the bar: at which trial something will be, or how the curve will go. As long as that is
-// open the bar is for the answer alone; afterwards guess, run and other runs are in one picture.
+// open the bar is for the answer alone; afterwards guess, run and other runs are in one picture. Who gives
+// pointers to it, and who hears of answers, is the page's own matter (asks.js, ../audience/moment.js).
 
-import { on, send, sendNewest } from "../player/pipe.js";
 import { roundest, shareOfTrial, trialAt } from "./axis.js";
 import { heightOf } from "./curve.js";
 import { attribute } from "./dom.js";
-import { plotBox } from "./draw.js";
+import { plotBox, shareAt } from "./draw.js";
 import { curve, drawAsked, ends, flag, knots, level, standing } from "./guessed.js";
-import { leaveTo } from "./hand.js";
-import { shareAt } from "./scrub.js";
 import { changed, state, whenChanged } from "./state.js";
 
 /** @typedef {import("./hand.js").Grip} Grip */
@@ -47,9 +45,15 @@ const drawn = () => {
 /** @param {MomentAsked | SketchAsked} ask */
 const answerIn = (ask) => (ask.kind === "moment" ? ask.guess : ask.handles);
 
-/** @param {Answer} answer */
-const messageOf = (answer) =>
-  typeof answer === "number" ? { do: "guess", trial: answer } : { do: "sketch", points: answer };
+/** @typedef {(answer: Answer, isMoving: boolean) => void} Give Hears of an answer. */
+/** @type {Give} */
+let give = () => {};
+
+/**
+ * Have answers given to somebody.
+ * @param {Give} taker who is told as well whether another one comes in a moment
+ */
+export const answerTo = (taker) => void (give = taker);
 
 /**
  * Take an answer that a hand gives.
@@ -59,11 +63,8 @@ const messageOf = (answer) =>
 const take = (answer, isMoving = false) => {
   clearTimeout(timer);
   mine = answer;
-  if (isMoving) sendNewest(messageOf(answer));
-  else {
-    send(messageOf(answer));
-    timer = setTimeout(forget, PATIENCE_MS);
-  }
+  give(answer, isMoving);
+  if (!isMoving) timer = setTimeout(forget, PATIENCE_MS);
   changed();
 };
 
@@ -73,13 +74,17 @@ const forget = () => {
   changed();
 };
 
-on("ask", ({ ask }) => {
+/**
+ * Ask this from now on, or nothing any more.
+ * @param {MomentAsked | SketchAsked | null} ask
+ */
+export const askOnBar = (ask) => {
   const isOther = state.ask?.id !== ask?.id || state.ask?.kind !== ask?.kind;
   state.ask = ask;
   const answer = ask && answerIn(ask);
   if (isOther || !isOpen() || JSON.stringify(answer) === JSON.stringify(mine)) forget();
   changed();
-});
+};
 
 // --- By pointer ------------------------------------------------------------------------------------
 
@@ -170,7 +175,7 @@ const curveGrip = () => {
  * What a pointer comes down on while something is asked is for the answer, and for nothing else.
  * @param {PointerEvent} event
  */
-const gripOf = (event) => {
+export const gripOf = (event) => {
   const target = /** @type {Element} */ (event.target);
   if (!state.bar || !state.ask) return null;
   const share = shareAt(event);
@@ -228,26 +233,11 @@ document.body.addEventListener("keydown", (event) => {
   take(answer);
 });
 
-// Keys of time go nowhere while the bar is for the answer. They come to the window itself.
-window.addEventListener(
-  "pounce-key",
-  (event) => {
-    if (isOpen()) event.stopImmediatePropagation();
-  },
-  { capture: true },
-);
-
-let wasOpen = false;
-
 const draw = () => {
   const { ask, bar } = state;
   const open = isOpen();
   attribute(document.documentElement, "data-asked", open && ask ? ask.kind : null);
   attribute(document.documentElement, "data-answered", !open && ask ? ask.kind : null);
-  if (open !== wasOpen) {
-    wasOpen = open;
-    leaveTo(open ? gripOf : null);
-  }
   // Blocks have keys of their own; what else is not for the answer is not there (guess.css).
   for (const lane of document.querySelectorAll(".time .lanes > *")) lane.toggleAttribute("inert", open);
   drawAsked(ask, bar, ask && (ask.kind === "moment" ? guess() : drawn()));

@@ -3,7 +3,7 @@
 
 import { roundest, shareOf, stepAt, stepOfTrial, trialAt, trialOfStep } from "./axis.js";
 import { send, sendNewest } from "../player/pipe.js";
-import { plotBox } from "./draw.js";
+import { plotBox, shareAt } from "./draw.js";
 import { changed, state, whenChanged } from "./state.js";
 
 /** @typedef {import("./hand.js").Grip} Grip */
@@ -29,15 +29,6 @@ const end = () => {
   // A bar is seldom sent; how far it is to now is told with each moment.
   const [trials, steps] = moment.live ? [0, 0] : [moment.behind_trials, moment.behind_steps];
   return { trial: moment.trial + trials, step: moment.step + steps };
-};
-
-/**
- * The share of the axis at which a pointer is, below 0 or above 1 beside it.
- * @param {{clientX: number}} event
- */
-export const shareAt = ({ clientX }) => {
-  const { left, width } = plotBox();
-  return (clientX - left) / width;
 };
 
 /**
