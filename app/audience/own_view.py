@@ -162,9 +162,10 @@ def own_part(own: Own, seat: Seat, controls: tuple[str, ...], notice: str) -> by
     return part(
         "own",
         {
-            "number": seat.number,
-            "shape": seat.shape,
-            "seed": f"Seed {own.seed}: {beginning.seed} and the number of your seat.",
+            "whose": (
+                f"You have seat {seat.number}, {seat.shape}. The seed of your learner is"
+                f" {own.seed}: {beginning.seed} and the number of your seat."
+            ),
             "busy": f"Your learner {goal} …" if own.is_on_its_way else "",
             "notice": notice,
             "playing": own.learns,
@@ -177,18 +178,18 @@ def own_part(own: Own, seat: Seat, controls: tuple[str, ...], notice: str) -> by
 
 def waiting_part(seat: Seat) -> bytes:
     """That there is no room for a learner yet."""
-    return part(
-        "own",
-        {
-            "number": seat.number,
-            "shape": seat.shape,
-            "seed": "",
-            "busy": "Too many learners are at work. Yours begins as soon as one of them rests.",
-            "notice": "",
-            "playing": False,
-            "controls": [],
-        },
-    )
+    words = "Too many learners are at work. Yours begins as soon as one of them rests."
+    return _nothing_but(words, f"You have seat {seat.number}, {seat.shape}.")
+
+
+def seatless_part() -> bytes:
+    """That there is no learner where there is no seat, be it that the class has ended."""
+    return _nothing_but("You have no seat now, and so no learner. Load this page again to get one.")
+
+
+def _nothing_but(notice: str, whose: str = "") -> bytes:
+    told = {"whose": whose, "busy": "", "notice": notice, "playing": False, "controls": []}
+    return part("own", told)
 
 
 def _told(control: str, own: Own) -> Iterator[dict[str, Any]]:

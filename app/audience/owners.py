@@ -17,8 +17,8 @@ from typing import Any, Final
 from app.audience.desk import Desk
 from app.audience.offered import Offer
 from app.audience.own import Kept, Own
-from app.audience.own_view import ORDER, OwnView, Seat, own_part, waiting_part
-from app.audience.pictures import by_what_they_miss, letter_of
+from app.audience.own_view import ORDER, OwnView, Seat, own_part, seatless_part, waiting_part
+from app.audience.pictures import Parts, by_what_they_miss, letter_of
 from app.audience.taps import (
     AddOwn,
     AgainOwn,
@@ -198,9 +198,13 @@ class Owners:
 
     def _see(self, offer: Offer, now_s: float) -> None:
         pages: dict[Seat, list[Watcher]] = {}
+        seatless: list[Watcher] = []
         for watcher in self._watchers():
             if watcher.seat is not None:
                 pages.setdefault(watcher.seat, []).append(watcher)
+            elif isinstance(watcher.wish, LookOwn):
+                seatless.append(watcher)
+        self._send_to(seatless, {"own": seatless_part()})
         # Where a class has ended nothing is kept of it.
         for seat in [seat for seat in self._desks if not seat.is_taken]:
             del self._desks[seat]
@@ -410,12 +414,18 @@ class Owners:
 
     def _send_missing(self, desk: Desk) -> int:
         """Send each page what it has not been sent yet; returns the bytes of the longest letter."""
-        letters: list[tuple[bytes, list[Watcher]]] = []
         desk.is_behind = not all(watcher.is_ready for watcher in desk.looking)
+        longest = 0
         for dark in {watcher.wish.dark for watcher in desk.looking}:
             group = [watcher for watcher in desk.looking if watcher.wish.dark == dark]
-            for missing, watchers in by_what_they_miss(desk.parts(dark), group, ORDER).items():
-                letters.append((letter_of(content for _, content in missing), watchers))
+            longest = max(longest, self._send_to(group, desk.parts(dark)))
+        return longest
+
+    def _send_to(self, watchers: Iterable[Watcher], parts: Parts) -> int:
+        letters = [
+            (letter_of(content for _, content in missing), group)
+            for missing, group in by_what_they_miss(parts, watchers, ORDER).items()
+        ]
         if letters:
             self._send(letters)
         return max((len(letter) for letter, _ in letters), default=0)

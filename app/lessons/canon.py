@@ -60,8 +60,6 @@ class _Asking(NamedTuple):
 
     card: Card
     watch: Watch
-    is_open: bool
-    """Whether it names no moment."""
 
 
 Visit = Callable[[Card, Run], object]
@@ -136,7 +134,8 @@ class _Playing:
         elif question is not None and question.reveal is not None:
             until = card.run.after(began.trial) if card.run and not _catches(card) else None
             watch = Watch(question, began, until)
-            self._asking.append(_Asking(card, watch, is_open=watch.trial is None))
+            watch.look(self._view(began))
+            self._asking.append(_Asking(card, watch))
         if card.do is not None and card.check is not None:
             self._do(card, card.do, card.check)
 
@@ -154,19 +153,16 @@ class _Playing:
 
     def _go_to_seen(self, card_id: str) -> None:
         for asking in [asking for asking in self._asking if asking.card.id == card_id]:
-            if asking.watch.trial is not None:
-                self._go(asking.watch.trial)
-            elif not asking.is_open:
-                self._go(self._length)
             self._end(asking)
 
     def _end(self, asking: _Asking) -> None:
-        """Take what a question has been answered, by where the run stands if not before."""
-        trial = asking.watch.trial
-        if trial is not None:
-            self._go(trial)
-        asking.watch.end(self._view(self._found.began[asking.card.id]))
-        self._found.answers[asking.card.id] = asking.watch.answer
+        """Have a question answered: by its own moment, or where the run stands if it has none."""
+        watch = asking.watch
+        if not watch.is_open:
+            until = max(self._length, watch.trial or 0)
+            self._go(until, watch=watch)
+        watch.end(self._view(self._found.began[asking.card.id]))
+        self._found.answers[asking.card.id] = watch.answer
         self._asking.remove(asking)
 
     # The run
@@ -187,9 +183,18 @@ class _Playing:
     def _moment(self) -> tuple[Checkpoint, Logs]:
         return self._run.checkpoint(), logs_of(self._run.state)
 
-    def _go(self, until: int, judge: Judge | None = None, began: Began = AT_START) -> None:
-        """Learn up to the start of a trial, or until a check is decided, and look on the way."""
-        while self._run.trial < until and not (judge and judge.is_over):
+    def _go(
+        self,
+        until: int,
+        judge: Judge | None = None,
+        began: Began = AT_START,
+        watch: Watch | None = None,
+    ) -> None:
+        """Learn up to the start of a trial, or until a check is decided or a question answered, and
+        look on the way."""
+        while self._run.trial < until and not (
+            (judge and judge.is_over) or (watch and watch.is_over)
+        ):
             trial = self._run.trial
             due = [(asking.watch.next_look(trial), asking) for asking in self._asking]
             judged = until if judge is None else judge.next_look(trial)

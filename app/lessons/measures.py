@@ -37,7 +37,6 @@ from learners.kernel.state import TRIAL_STEP
 from learners.measures import RECENT_TRIALS
 from learners.run import Run
 from learners.spec import RunSpec
-from sim import geometry
 from sim.spec import N_HEADINGS
 from sim.world import CAPTURE
 
@@ -139,8 +138,7 @@ class View:
     @cached_property
     def share(self) -> np.ndarray:
         """(distance, direction) float64: share of the headings, turned, whose value is above 0."""
-        n_directions = self.spec.world.n_directions
-        return geometry.fold(self.value > 0, n_directions).mean(axis=0)
+        return regions.share(self.value)
 
     @property
     def outcome(self) -> np.ndarray:

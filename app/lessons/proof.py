@@ -5,8 +5,7 @@ runs (:data:`app.lessons.predictions.NEARLY_ALL`). A question whose answer hangs
 in the file (``varies``); then its band is told, and nothing is proved of it. Of the others:
 
 - a choice, a direction or octants: the key or, where there is none, the most frequent answer;
-- a number or a moment: the key or, where there is none, the median, to within a twentieth of its
-  scale;
+- a number or a moment: the key or, where there is none, the median, to within a twentieth of it;
 - an order: the key or, where there is none, the most frequent one.
 
 A curve that is sketched always hangs on the seed. A check that holds before anything is done gives
@@ -34,6 +33,7 @@ from app.lessons.shared import Shared
 from app.lessons.spread import Spread
 from app.util.files import write_whole
 from app.util.machine import available_cores
+from app.words.plain import shortened
 
 SEEDS: Final = 20
 """With which the shipped lessons are proved."""
@@ -203,12 +203,9 @@ def _numbers(asked: Asked, answers: Sequence[Answer], spread: Spread) -> tuple[l
     n_missing = spread.n - spread.n_answered
     if n_missing:
         said += f", never with {n_missing}"
-    if asked.key is not None:
-        return [is_right(asked, answer) for answer in answers], said
-    low, high = (asked.low, asked.high) if asked.ask == "number" else (asked.first, asked.end)
-    scale = abs((high or 0) - (low or 0))
+    proved = asked.key if isinstance(asked.key, int | float) else band.median
     return [
-        isinstance(answer, int | float) and abs(answer - band.median) <= OFF * scale
+        isinstance(answer, int | float) and abs(answer - proved) <= OFF * abs(proved)
         for answer in answers
     ], said
 
@@ -219,6 +216,8 @@ def _number(value: float) -> str:
 
 # --- In words, and as JSON -----------------------------------------------------------------------
 
+_MOST_SAID: Final = 60
+"""Characters of what was found, in the table."""
 COLUMNS: Final = ("card", "what is proved", "seeds", "earliest", "median", "latest")
 """Of the table of a proof."""
 
@@ -238,7 +237,7 @@ def rows_of(proof: Proof) -> list[tuple[str, ...]]:
         if card.id in answers:
             answer = answers[card.id]
             seeds = "varies" if answer.varies else _share(answer.n_right, proof)
-            rows.append((card.id, answer.said, seeds, "", "", ""))
+            rows.append((card.id, shortened(answer.said, _MOST_SAID), seeds, "", "", ""))
     return rows
 
 

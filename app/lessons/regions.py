@@ -74,6 +74,21 @@ def _masks(document: str) -> Mapping[str, np.ndarray]:
     return found
 
 
+def share(value: np.ndarray) -> np.ndarray:
+    """Share of the headings, turned, whose value is above 0, ``(distance, direction) float64``.
+
+    Args:
+        value: ``(heading, distance, direction)``.
+    """
+    return (value > 0).ravel()[_turned(value.shape)].mean(axis=0)
+
+
+@functools.lru_cache(maxsize=8)
+def _turned(shape: tuple[int, ...]) -> np.ndarray:
+    """(heading, distance, direction) int64: the state that each turned state was."""
+    return geometry.fold(np.arange(np.prod(shape)).reshape(shape), shape[-1])
+
+
 def _middles(world: WorldSpec) -> np.ndarray:
     """Distance of the middle of each ring, ``(distance,)``, in cells."""
     outer = geometry.ring_edges(world)
@@ -82,6 +97,12 @@ def _middles(world: WorldSpec) -> np.ndarray:
 
 def ring(world: WorldSpec) -> np.ndarray:
     """Which rings of the distance sensor are the ring round the prey, ``(distance,) bool``."""
+    return _ring(world.model_dump_json())
+
+
+@functools.lru_cache(maxsize=8)
+def _ring(document: str) -> np.ndarray:
+    world = WorldSpec.model_validate_json(document)
     middle = _middles(world) / world.scale
     found = (middle > RING_CELLS[0]) & (middle < RING_CELLS[1])
     if not found.any():

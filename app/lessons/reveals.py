@@ -8,7 +8,7 @@ An answer is what people's answers are compared with, by the kind of the questio
 
 - ``choice`` and ``direction``: the value of an option; of a measure that is so or not so, ``yes``
   or ``no``;
-- ``number``: a number;
+- ``number``: a number, of a share so many of a hundred;
 - ``sectors``: the octants in which the measure is what it is held against;
 - ``moment``: the first trial, of those that are looked at, at whose start it was so;
 - ``sketch``: points of trial and mean reward;
@@ -24,7 +24,7 @@ from typing import Final, TypeAlias
 from app.documents.lesson_grammar import OCTANTS, Moment
 from app.documents.lesson_questions import Asked
 from app.lessons.checks import Deadline, holds
-from app.lessons.measures import Began, Found, View, measured
+from app.lessons.measures import MEASURES, Began, Found, View, measured
 
 Answer: TypeAlias = "str | float | tuple[str, ...] | tuple[tuple[float, float], ...] | None"
 """An answer as plain values."""
@@ -47,8 +47,8 @@ class Watch:
         Args:
             asked: the question.
             began: where the card was entered.
-            until: trial at whose start it is answered where the question names no moment; None if
-                that is not known yet, see :meth:`end`.
+            until: trial at whose start it is answered where the question names no moment; None for
+                where the card was entered, or, of a moment that is predicted, whenever that comes.
         """
         self._asked, self._began = asked, began
         reveal = asked.reveal
@@ -56,18 +56,27 @@ class Watch:
         if moment is None:
             last = asked.end if asked.ask in ("sketch", "moment") else None
             last = until if last is None else last
+            if last is None and asked.ask != "moment":
+                last = began.trial
             moment = None if last is None else Moment(last, is_ahead=False)
         self._end = None if moment is None else Deadline(moment, began)
         self._operators = dict(reveal.operators) if reveal else {}
         self._every = FAR_LOOKS_EVERY
         if self.trial is not None:
             self._every = round_width((self.trial - began.trial) / MOMENT_LOOKS)
+        is_share = reveal is not None and MEASURES[reveal.reading.name].unit == "%"
+        self._scale = 100.0 if is_share else 1.0
         self.answer: Answer = None
         self.is_over = reveal is None
 
     @property
+    def is_open(self) -> bool:
+        """Whether nothing says by when it is answered."""
+        return self._end is None
+
+    @property
     def trial(self) -> int | None:
-        """Trial at whose start it is answered at the latest; None if that is not known."""
+        """Trial at whose start it is answered at the latest; None if no trial says that."""
         return None if self._end is None else self._end.trial
 
     def next_look(self, trial: int) -> int | None:
@@ -117,7 +126,7 @@ class Watch:
         if isinstance(found, Mapping):
             return self._by_name(found)
         if self._asked.ask == "number":
-            return float(found)
+            return float(found) * self._scale
         if self._operators:
             found = holds(found, self._operators)
         if isinstance(found, bool):

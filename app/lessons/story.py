@@ -108,6 +108,14 @@ def revealed_on(place: int, story: Story, spec: LessonSpec) -> Guess | None:
     return None
 
 
+def guessed_before(place: int, spec: LessonSpec) -> Guess | None:
+    """The last question before a card, or on it, of those that are not what was seen."""
+    for at in range(place, -1, -1):
+        if spec.steps[at].question is not None:
+            return Guess(spec.steps[at], at)
+    return None
+
+
 def _sees(card: Card, guessed: Card) -> bool:
     return card.see is not None and card.see.same_as == guessed.id
 

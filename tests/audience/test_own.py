@@ -242,8 +242,9 @@ def test_a_learner_of_moves_has_no_skills_to_add() -> None:
 
 def test_its_seed_and_its_seat_are_said() -> None:
     told = part_of(handed_over(Beginning("timed", SPEC, 3)), CONTROLS, "Look & see.")
-    assert (told["number"], told["shape"]) == (7, "circle")
-    assert told["seed"] == "Seed 10: 3 and the number of your seat."
+    assert told["whose"] == (
+        "You have seat 7, circle. The seed of your learner is 10: 3 and the number of your seat."
+    )
     assert told["notice"] == "Look & see."
 
 

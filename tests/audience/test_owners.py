@@ -120,7 +120,8 @@ def test_a_tap_is_done_and_shown() -> None:
         them.until(lambda: one.seen["own_ground"] != first)
         assert other.seen["own_ground"] == before
         assert not them.part(other)["playing"]
-        assert (them.part(one)["number"], them.part(other)["number"]) == (1, 2)
+        assert "seat 1, circle" in them.part(one)["whose"]
+        assert "seat 2, triangle" in them.part(other)["whose"]
 
 
 def test_only_what_is_offered_can_be_done() -> None:
@@ -232,7 +233,7 @@ def test_there_is_room_for_so_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(owners, "MOST_AWAKE", 2)
     with group(3) as them:
         waits = "Too many learners"
-        them.until(lambda: any(waits in them.part(page).get("busy", "") for page in them.pages))
+        them.until(lambda: any(waits in them.part(page).get("notice", "") for page in them.pages))
         them.until(lambda: sum("own_ground" in page.seen for page in them.pages) == 2)
         monkeypatch.setattr(owners, "BRIEF_REST_S", 0.0)
         them.until(lambda: all("own_ground" in page.seen for page in them.pages))
@@ -350,7 +351,7 @@ def test_while_something_is_to_be_predicted_they_stand_still() -> None:
     with group() as them:
         (page,) = them.pages
         them.owners.offer(offered)
-        them.until(lambda: them.part(page).get("seed", "").startswith("Seed 4"))
+        them.until(lambda: " is 4: 3 and" in them.part(page).get("whose", ""))
         them.tap(page, PlayOwn(True))
         them.until(lambda: them.part(page)["playing"])
         them.owners.offer(asked)
@@ -391,7 +392,7 @@ def test_each_browser_has_one_and_all_its_pages_show_it(audience: Audience) -> N
     for page in (one, other):
         page.send(OWN)
         page.receive_until("lab", "own", "own_world", "own_ground", "own_words")
-    assert one.parts["own"]["number"] != other.parts["own"]["number"]
+    assert one.parts["own"]["whose"] != other.parts["own"]["whose"]
     one.send({"do": "own_play", "on": True})
     until(one, lambda parts: parts["own"]["playing"])
     assert not other.parts["own"]["playing"]
@@ -411,10 +412,11 @@ def test_in_a_class_they_are_asked_as_well() -> None:
         page = Page.seated(audience.watchers.port)
         page.send(OWN)
         page.receive_until("own", "lab", "stand", "lesson", "seat")
-        assert page.parts["seat"]["seat"]["number"] == page.parts["own"]["number"]
+        assert f"seat {page.parts['seat']['seat']['number']}," in page.parts["own"]["whose"]
         assert audience.room is not None
         audience.room.end()
-        until(page, lambda parts: parts["seat"]["seat"] is None)
+        until(page, lambda parts: parts["seat"]["seat"] is None and not parts["own"]["whose"])
+        assert page.parts["own"]["notice"].startswith("You have no seat now")
         wait_for(lambda: audience.own is not None and audience.own.learners == 0)
         page.close()
     finally:
@@ -426,6 +428,8 @@ def test_without_a_seat_there_is_none(audience: Audience) -> None:
     page = Page(audience.watchers.port)
     page.send(OWN)
     page.send({"do": "own_play", "on": True})
+    page.receive_until("own")
+    assert page.parts["own"]["controls"] == []
     other = Page.seated(audience.watchers.port)
     other.send(OWN)
     other.receive_until("own")
@@ -506,5 +510,5 @@ def test_nothing_that_a_page_is_sent_is_a_secret_or_anothers(audience: Audience)
         page.receive_until(*(kind for kind in own_view.ORDER))
     for page in pages:
         assert page.parts.keys() <= {*own_view.ORDER, "lab", "stand", "lesson"}
-        assert page.parts["own"]["number"] in (1, 2, 3)
+        assert "seat" in page.parts["own"]["whose"]
         page.close()

@@ -139,7 +139,7 @@ def test_parts_of_the_board_are_chosen_by_click_and_by_key(taught: Taught) -> No
     part.press("Space")
     assert answer_of(taught) == ["nw"]
     part.press("ArrowLeft")
-    below = taught.page.get_by_role("checkbox", name="behind, on the right", exact=True)
+    below = taught.page.get_by_role("checkbox", name="behind right", exact=True)
     expect(below).to_be_focused()
     below.press("Enter")
     assert answer_of(taught) == ["nw", "sw"]
@@ -188,7 +188,7 @@ def test_an_order_is_made_by_buttons_and_arrows_and_is_one_from_the_beginning(
     [
         ("number revealed", ["400 states", "130 states", "89 to 165 states"]),
         ("moment revealed", ["24,000", "32,000", "27,000 to 41,250"]),
-        ("sectors revealed", ["on the left; behind", "behind, on the left; behind"]),
+        ("sectors revealed", ["left flank; behind", "behind left; behind"]),
         ("sketch revealed", ["0, 10, 20, 30, 40, 50", "13, -20, -18, 60, 52, 66", "-26 to 74"]),
     ],
 )

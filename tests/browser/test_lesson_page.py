@@ -155,7 +155,6 @@ def test_a_lesson_is_played_to_its_end_whatever_one_expects(pupil: Pupil, first:
             assert "this run" in said
         if pupil.kind == "do":
             pupil.be_helped()
-            pupil.button("Play").or_(pupil.button("Pause")).wait_for()
             if pupil.button("Play").is_visible():
                 pupil.button("Play").click()
     assert kinds == ["say", "ask", "do", "see", "why", "transfer", "free"]

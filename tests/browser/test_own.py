@@ -61,7 +61,7 @@ def test_each_has_a_learner_to_play_with(phone: Page, audience: Audience) -> Non
     expect(own).to_be_visible()
     expect(phone.get_by_role("region", name="Board")).to_be_hidden()
     expect(own.locator("#own-sentence")).to_contain_text("Paused.")
-    expect(own.locator("#own-seed")).to_have_text("Seed 4: 3 and the number of your seat.")
+    expect(own.locator("#own-whose")).to_contain_text("The seed of your learner is 4: 3 and")
 
     # By keyboard: what is pressed keeps the focus, whatever it is called then.
     speed = own.get_by_role("slider", name="Speed")

@@ -95,6 +95,22 @@ def test_a_shipped_lesson_ends_with_everything_and_hides_it_before(name: str) ->
     assert "all" not in {*spec.show, *(control for card in spec.steps for control in card.unlock)}
 
 
+@pytest.mark.parametrize("name", shipped())
+def test_a_shipped_lesson_asks_the_same_in_each_language(name: str) -> None:
+    spec = lessons.load(name).spec
+    german = spec.in_language("de")
+    assert german.title != spec.title
+    for card, other in zip(spec.steps, german.steps, strict=True):
+        assert (card.id, card.kind, card.does_it) == (other.id, other.kind, other.does_it)
+        assert len(card.hints) == len(other.hints)
+        asked, likewise = spec.question_of(card), german.question_of(other)
+        if asked is not None and likewise is not None:
+            assert [value for value, _ in asked.choices] == [v for v, _ in likewise.choices]
+            assert (asked.reveal, asked.key) == (likewise.reveal, likewise.key)
+        if card.words:
+            assert card.words != other.words
+
+
 # --- What is read --------------------------------------------------------------------------------
 
 

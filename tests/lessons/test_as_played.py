@@ -103,13 +103,14 @@ def test_a_live_session_measures_what_the_player_does(lesson: Lesson) -> None:
         cards = {card.id: card for card in lesson.spec.steps}
         check = cards["circle"].check
         assert check is not None
-        wanted = {"circle": check, "spread": cards["spread"], "moment": cards["moment"]}
+        wanted = {"circle": check} | {key: cards[key] for key in ("spread", "moment", "drawn")}
         for key, of in wanted.items():
             referee.want(key, of, began, Line(line, past))
         assert referee.settle(PATIENCE_S)
         assert referee.verdict("circle") == played.verdicts["circle"]
         assert referee.answer("spread") == (True, played.answers["spread"])
         assert referee.answer("moment") == (True, played.answers["moment"])
+        assert referee.answer("drawn") == (True, played.answers["drawn"])
     finally:
         referee.stop()
         session.stop()

@@ -10,12 +10,12 @@ from typing import Any, Final, NamedTuple
 
 from app.documents.lesson_cards import Card
 from app.lessons.story import has, layers_of
-from app.live.requests import Pause, Play, Request, SetSpeed, StepOnce, TrialOnce
+from app.live.requests import Pause, Play, Request, RunTo, SetSpeed, StepOnce, TrialOnce
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.panels.steering import introduction_of, undoable
 from app.picture.layers import LAYERS
-from app.picture.look import ALL, FOLDED, OF_TRIAL
+from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
 from app.words.plain import plain
 from learners.commands import (
     Explore,
@@ -120,7 +120,7 @@ class Control:
 
 
 def controls_of(
-    names: frozenset[str], card: Card, status: Status, layer: str, frame: int
+    names: frozenset[str], card: Card, status: Status, began: int, look: Look
 ) -> tuple[Control, ...]:
     """All that there are.
 
@@ -128,13 +128,13 @@ def controls_of(
         names: what the lesson shows by now.
         card: the one that is shown.
         status: what is true for the browser.
-        layer: key of the layer that it sees.
-        frame: the headings that it sees, as in a ``Look``.
+        began: trial in which the card was entered.
+        look: how the browser sees the board.
     """
     found = [
-        *_transport(names, card, status),
+        *_transport(names, card, status, began),
         *_skills(names, card, status),
-        *_views(names, layer, frame),
+        *_views(names, look.layer, look.frame),
         *_others(names, card, status),
     ]
     if card.do is not None and not status.playing and not any(one.main for one in found):
@@ -166,13 +166,22 @@ def _toggle(control: str, label: str, on: bool, wants: Mapping[bool, Wanted]) ->
 # --- Going on ------------------------------------------------------------------------------------
 
 
-def _transport(names: frozenset[str], card: Card, status: Status) -> list[Control]:
+def _transport(names: frozenset[str], card: Card, status: Status, began: int) -> list[Control]:
     found: list[Control] = []
     over = "This run has had all its trials." if status.finished else ""
     command = None if card.do is None else card.do.command
     if has(names, "play"):
         label, wants = ("Pause", Pause()) if status.playing else ("Play", Play())
-        found.append(_button("play", label, wants, over, command in ("play", "run_to")))
+        found.append(_button("play", label, wants, over, command == "play"))
+    do = card.do
+    if do is not None and do.command == "run_to" and do.at is not None:
+        until = do.at.after(began)
+        is_there = status.snapshot.trial >= until
+        why = over or ("That trial has come." if is_there else "")
+        goes = status.runs_to is not None
+        label = f"On the way to trial {until:,} …" if goes else f"Run to trial {until:,}"
+        why = "It is on its way." if goes else why
+        found.append(_button("run_to", label, RunTo(until), why, main=not is_there))
     if has(names, "step"):
         found.append(_button("step", "One step", StepOnce(), over, command == "step"))
     if has(names, "trial"):
@@ -206,7 +215,7 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
             is_main = False
             if do is not None and do.skill == skill and do.explore is not None:
                 trials, chance = do.explore.trials, do.explore.chance
-                is_main = not _was_explored(skill, snapshot)
+                is_main = not was_explored(skill, snapshot)
             if skill in running:
                 wants: Wanted = StopExploring(skill)
                 label = f"Stop exploring {plain(skill)}"
@@ -231,7 +240,7 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
     return found
 
 
-def _was_explored(skill: str, snapshot: Snapshot) -> bool:
+def was_explored(skill: str, snapshot: Snapshot) -> bool:
     """Whether somebody has had a skill explored."""
     return any(
         isinstance(event.command, Explore) and event.command.skill == skill

@@ -273,6 +273,13 @@ class Desk:
         if asked is None or began is None:
             return
         known = self._twenty.found(sitting.lesson)
+        if asked.reveal is None:
+            # What is right hangs on no run.
+            right = list(asked.key) if isinstance(asked.key, tuple) else asked.key
+            given = answer_of(asked, value_of(story.answers[guess.card.id]))
+            within = scored(asked, given, None, Spread(())).within
+            self.tell(story, Revealed(guess.card.id, json.dumps(right), within))
+            return
         if guess.card.transfer is not None or _is_beside(asked):
             # No live run answers this; the lesson's own does, where all is done as its cards say.
             is_over = known is not None and guess.card.id in known.own

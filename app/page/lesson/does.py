@@ -5,6 +5,7 @@ from typing import Final, NamedTuple
 from app.documents import experiments, presets
 from app.documents.experiments import ExperimentError
 from app.documents.lesson_cards import Card, Do
+from app.documents.lesson_grammar import Check
 from app.documents.lessons import Lesson
 from app.experiments.claims import FolderError
 from app.lessons.doing import commands_of
@@ -12,6 +13,7 @@ from app.live.places import Place
 from app.live.race import THESIS_FOUR
 from app.live.racer import Entry
 from app.live.requests import AddMark, Play, Request, RunTo, StartRace, StepOnce, TrialOnce
+from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from app.page.lesson.controls import (
@@ -21,13 +23,17 @@ from app.page.lesson.controls import (
     RunExperiment,
     StartLessonAgain,
     Wanted,
+    was_explored,
 )
 from app.results.service import BusyError, Service
 from app.server.callbacks import RefusedError
+from learners.commands import Command, Explore, Introduce
 
 _SEEDS: Final = 10
 _WORKERS: Final = 2
 """Of an experiment that a card has run."""
+_BESIDE: Final = ("leader", "experiment", "first_divergence")
+"""Measures of what stands beside the run."""
 _MARK: Final = "here"
 """The text of a mark."""
 
@@ -56,7 +62,6 @@ def deeds_of(card: Card, do: Do, began: int, status: Status, lesson: Lesson) -> 
     """
     snapshot = status.snapshot
     at = None if do.at is None else do.at.after(began)
-    commands = commands_of(do, snapshot.control)
     match do.command:
         case "step":
             return (StepOnce(),)
@@ -85,7 +90,32 @@ def deeds_of(card: Card, do: Do, began: int, status: Status, lesson: Lesson) -> 
         case "show" if do.layer is not None:
             return (Layer(do.layer),)
         case _:
-            return commands
+            missing = [
+                command
+                for command in commands_of(do, snapshot.control)
+                if not _is_done(command, snapshot)
+            ]
+            learns = card.check is not None and _needs_learning(card.check)
+            return (*missing, *([Play()] if learns and not status.playing else []))
+
+
+def _is_done(command: Command, snapshot: Snapshot) -> bool:
+    """Whether a command has been given already."""
+    match command:
+        case Introduce(skill=skill):
+            return skill in snapshot.present
+        case Explore(skill=skill):
+            return was_explored(skill, snapshot)
+        case _:
+            return False
+
+
+def _needs_learning(check: Check) -> bool:
+    """Whether something is asked that comes with learning alone."""
+    parts = (*(check.all_of or ()), *(check.any_of or ()), *filter(None, [check.not_so]))
+    reading = check.reading
+    is_of_run = reading is not None and reading.answers != "yes" and reading.name not in _BESIDE
+    return is_of_run or any(map(_needs_learning, parts))
 
 
 def run_shipped(service: Service, name: str) -> None:

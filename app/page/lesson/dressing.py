@@ -5,7 +5,16 @@ from typing import Any
 
 from app.explain.chain import chain_html, chain_of
 from app.lessons.spread import Spread
-from app.lessons.story import has, is_locked, question_of, shown, value_of
+from app.lessons.story import (
+    Guess,
+    guessed_before,
+    has,
+    is_locked,
+    question_of,
+    run_value_of,
+    shown,
+    value_of,
+)
 from app.live.snapshot import Snapshot
 from app.page.lesson.controls import FRAMES
 from app.page.lesson.desk import Sitting
@@ -109,19 +118,23 @@ class Dressing:
     # What is asked
 
     def _questions(self, sitting: Sitting) -> tuple[Any, Any]:
-        """What the board and the bar are asked: the card's question, or what came of one."""
+        """What the board and the bar are asked: the card's question, or what came of one. A curve
+        or a moment that was guessed stays on the bar until something else is asked."""
         story, spec = sitting.story, sitting.lesson.spec
         told = self._sitter.shown(sitting)
+        before = guessed_before(sitting.index, spec)
         if told is not None and told.is_ready:
             asked, question, given = told.asked, told.guess.card.id, value_of(told.given)
             locked, own, spread = True, told.own, told.spread
         else:
             found, name = spec.question_of(sitting.card), question_of(sitting.card)
             if found is None or name is None:
-                return None, None
+                return None, self._on_bar(sitting, before)
             asked, question, own, spread = found, name, None, Spread(())
             draft, locked = self._sitter.draft_of(sitting), is_locked(story, question)
             given = value_of(story.answers.get(question)) if draft is None else json.loads(draft)
+        if asked.ask not in ("sectors", "moment", "sketch"):
+            return None, self._on_bar(sitting, before)
         if asked.ask == "sectors":
             shares, of_class = None, self._sitter.of_class(sitting, question)["class"]
             if of_class is not None:
@@ -129,6 +142,17 @@ class Dressing:
                 shares = {octant: count / of_class["n"] for octant, count in counts}
             return octants_asked(given, locked, own, spread, shares), None
         return None, bar_asked(asked, question, given, locked, own, spread)
+
+    def _on_bar(self, sitting: Sitting, guess: Guess | None) -> Any:
+        """A guess that stands on the bar, with what came of it as far as that is known."""
+        if guess is None or guess.place == sitting.index or guess.card.question is None:
+            return None
+        given = sitting.story.answers.get(guess.card.id)
+        if given is None or not given.locked:
+            return None
+        own = run_value_of(given)
+        spread = Spread(()) if given.shown is None else self._sitter.desk.spread_of(sitting, guess)
+        return bar_asked(guess.card.question, guess.card.id, value_of(given), True, own, spread)
 
     def _put_questions(self, board: Any, bar: Any) -> None:
         if board != self._asked[0]:

@@ -188,7 +188,8 @@ class LessonPanel:
             wants = {None: StartLessonAgain()}
             return (Control(BACK_TO_RUN, "Back to the lesson's run", "button", wants, main=True),)
         look = self._sitter.rooms.view.look
-        return controls_of(names, sitting.card, seen, look.layer, look.frame)
+        began = 0 if sitting.began is None else sitting.began.trial
+        return controls_of(names, sitting.card, seen, began, look)
 
     def _card(self, sitting: Sitting, busy: str | None) -> dict[str, Any]:
         story, index = sitting.story, sitting.index

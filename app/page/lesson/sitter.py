@@ -154,8 +154,9 @@ class Sitter:
         asked = spec.in_language(story.language).steps[guess.place].question
         assert asked is not None
         spread = self.desk.spread_of(sitting, guess)
-        has_come = self.desk.has_come(guess)
-        return Shown(guess, asked, story.answers[guess.card.id], spread, has_come)
+        given, has_come = story.answers[guess.card.id], self.desk.has_come(guess)
+        is_waited_for = given.shown is not None or has_come or sitting.card.see is not None
+        return Shown(guess, asked, given, spread, has_come) if is_waited_for else None
 
     def draft_of(self, sitting: Sitting) -> str | None:
         """The answer to the card's question that is being given, as JSON."""

@@ -7,7 +7,6 @@ import { Board } from "../player/board.js";
 import { put } from "../player/html.js";
 import { on, send } from "../player/pipe.js";
 import { element } from "../time/dom.js";
-import { showSeat } from "./seat.js";
 
 /**
  * @typedef {{do: string} & Record<string, unknown>} Says
@@ -124,8 +123,8 @@ const leveller = () => {
 const controls = new Map();
 
 on("own", (stand) => {
-  showSeat(part("seat"), { number: stand.number, shape: stand.shape });
-  write(part("own-seed"), stand.seed);
+  part("own").toggleAttribute("data-none", !stand.whose);
+  write(part("own-whose"), stand.whose);
   write(notice, stand.busy || stand.notice);
   /** @type {Told[]} */
   const told = stand.controls;

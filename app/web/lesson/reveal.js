@@ -169,18 +169,32 @@ const PICTURES = {
 
 let key = "";
 
+/** Of nobody there is nothing to draw. @param {Many | null | undefined} many */
+const orNone = (many) => (many?.n ? many : null);
+
+/** @param {Card | null} card @returns {Reveal | null} */
+const revealOf = (card) => {
+  const reveal = card?.reveal;
+  if (!reveal) return null;
+  const [twenty, before, many] = [reveal.twenty, reveal.before, reveal.class].map(orNone);
+  return { ...reveal, twenty, before, class: many };
+};
+
 /** Whether there is a picture of what came out. @param {Card | null} card */
 export const isPictured = (card) => {
-  const { reveal = null, ask = null } = card ?? {};
+  const [reveal, ask] = [revealOf(card), card?.ask ?? null];
   return (reveal?.asked ?? ask) !== null && reveal !== null && ["run", ...MANY].some((whose) => (/** @type {any} */ (reveal)[whose] ?? null) !== null);
 };
 
 /** @param {Card | null} card */
 export const showReveal = (card) => {
-  const reveal = card?.reveal ?? null;
+  const found = revealOf(card);
+  // Before there is anything to tell it is there, but not to be seen: what is told is heard then.
+  const reveal = found?.ready || isPictured(card) ? found : null;
   const ask = reveal?.asked ?? card?.ask ?? null;
-  revealNode.hidden = !reveal;
+  revealNode.classList.toggle("unseen", !reveal);
   if (!reveal) {
+    for (const node of [heading, picture, sure, words]) node.replaceChildren();
     put(words, "");
     key = "";
     return;
