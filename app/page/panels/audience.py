@@ -31,8 +31,16 @@ class Audience:
                 hint="Show the audience what this browser sees: its layer, its headings, and the"
                 " moment that it looks at.",
             )
-        add_hints(gui, self._present)
+            self._end = gui.add_button(
+                "End the class",
+                icon=viser.Icon.ERASER,
+                color=CALM,
+                visible=stand.classroom is not None,
+                hint="Forget seats and answers; whoever goes on takes a new seat.",
+            )
+        add_hints(gui, self._present, self._end)
         self._present.on_click(Intent(lambda _, __: presenting.take_over(self._number)))
+        self._end.on_click(Intent(lambda _, __: self._end_class()))
         self.update()
 
     def update(self) -> None:
@@ -46,6 +54,8 @@ class Audience:
         if stand.code is not None:
             parts.append(joined(["Code: ", element("b", stand.code, style="user-select:all")], ""))
         parts.append(f"{counted(stand.n_watchers, 'page')} open.")
+        if stand.classroom is not None:
+            parts.append(f"{counted(stand.classroom.n_seats, 'seat')} of a class.")
         whose = "this browser" if is_own else "another browser"
         parts.append("Nobody presents." if presenter is None else f"It sees what {whose} sees.")
         if stand.own is not None:
@@ -53,6 +63,10 @@ class Audience:
         content = joined([element("div", part) for part in parts], "")
         assign(self._said, "content", str(element("div", content, style=NOTE)))
         assign(self._present, "disabled", is_own)
+
+    def _end_class(self) -> None:
+        if self._stand.classroom is not None:
+            self._stand.classroom.end()
 
 
 def own_in_words(own: OwnLearners) -> list[str]:
