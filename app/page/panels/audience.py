@@ -1,5 +1,7 @@
 """The audience on the *File* tab of one browser: where it looks, how many do, and who presents."""
 
+from typing import Final
+
 import viser
 from markupsafe import Markup
 
@@ -9,6 +11,9 @@ from app.page.widgets import CALM, NOTE, add_hints, assign
 from app.player.presented import OwnLearners, Stand
 from app.util.html import element, joined
 from app.words.numbers import counted, shown_number
+
+MOST_REWARDS: Final = 30
+"""Of own learners, the best first."""
 
 
 class Audience:
@@ -54,7 +59,7 @@ class Audience:
         whose = "this browser" if is_own else "another browser"
         parts.append("Nobody presents." if presenter is None else f"It sees what {whose} sees.")
         if stand.own is not None:
-            parts += _own_in_words(stand.own)
+            parts += own_in_words(stand.own)
         content = joined([element("div", part) for part in parts], "")
         assign(self._said, "content", str(element("div", content, style=NOTE)))
         assign(self._present, "disabled", is_own)
@@ -64,10 +69,15 @@ class Audience:
             self._stand.classroom.end()
 
 
-def _own_in_words(own: OwnLearners) -> list[str]:
+def own_in_words(own: OwnLearners) -> list[str]:
     """How the learners of those who look stand, in numbers that say nothing of who they are."""
-    said = [f"{counted(own.learners, 'own learner')}, {own.playing} of them learn now."]
+    said = [f"{counted(own.learners, 'own learner')}, {own.playing} at work."]
     if own.rewards:
-        each = (f"{shown_number(reward, '.0f')} ({trial:,})" for trial, reward in own.rewards)
+        each = [
+            f"{shown_number(reward, '.0f')} ({trial:,})"
+            for trial, reward in own.rewards[:MOST_REWARDS]
+        ]
+        if len(own.rewards) > MOST_REWARDS:
+            each.append(f"and {len(own.rewards) - MOST_REWARDS} more")
         said.append(f"Reward (at trial): {', '.join(each)}.")
     return said
