@@ -46,6 +46,11 @@ NOTHING_FOUND: Final[Mapping[str, Any]] = {"class": None, "before": None, "few":
 class Classroom(Protocol):
     """A class, for who presents. Methods may be called from any thread."""
 
+    @property
+    def n_seats(self) -> int:
+        """How many seats have a page that is open."""
+        ...
+
     def ask(self, question: Question) -> None:
         """Ask something; what was answered before is forgotten."""
         ...

@@ -21,7 +21,7 @@ from app.picture.octants import OCTANTS
 from app.player.classroom import Card, Question
 from learners.kernel.state import digest
 from learners.run import replay
-from tests.audience.test_audience import Shown, hostile_texts
+from tests.support.audiences import Shown, hostile_texts
 from tests.support.classes import Pupils, cookies_of
 from tests.support.live import SEED
 from tests.support.server import get_path
