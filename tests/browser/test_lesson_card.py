@@ -189,7 +189,14 @@ def test_an_order_is_made_by_buttons_and_arrows_and_is_one_from_the_beginning(
         ("number revealed", ["400 states", "130 states", "89 to 165 states"]),
         ("moment revealed", ["24,000", "32,000", "27,000 to 41,250"]),
         ("sectors revealed", ["left flank; behind", "behind left; behind"]),
-        ("sketch revealed", ["0, 10, 20, 30, 40, 50", "13, -20, -18, 60, 52, 66", "-26 to 74"]),
+        (
+            "sketch revealed",
+            [
+                "0, 10, 20, 30, 40, 50",
+                "13, \N{MINUS SIGN}20, \N{MINUS SIGN}18, 60, 52, 66",
+                "\N{MINUS SIGN}26 to 74",
+            ],
+        ),
     ],
 )
 def test_what_came_out_is_said_in_words_beside_its_picture(

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import Moment
@@ -21,7 +21,7 @@ from app.lessons.measures import Began
 from app.lessons.predictions import answer_of, scored
 from app.lessons.referee import Line, Referee
 from app.lessons.spread import Spread
-from app.lessons.story import Guess, card_of, index_of, open_guesses, value_of
+from app.lessons.story import Guess, card_of, index_of, open_guesses, sound, value_of
 from app.lessons.twenty import Twenty
 from app.live.requests import Pause, Request, RunTo, Tell, TrialOnce
 from app.live.session import Session
@@ -102,6 +102,8 @@ class Desk:
         self._referee = Referee(wake)
         self._twenty = Twenty(wake, folder)
         self._first = first
+        self._sound: tuple[Story | None, Any] = (None, None)
+        """A story as it was kept, and without what makes no sense in its lesson."""
         self._goes_to: tuple[str, int, Moment] | None = None
         """A lesson, the card that comes next, and up to when is learned before that."""
         self._entered: tuple[str, int, Began | None] | None = None
@@ -123,8 +125,10 @@ class Desk:
         lesson = None if story is None else self.library.of(story)
         if story is None or lesson is None:
             return None
+        if self._sound[0] is not story:
+            self._sound = (story, sound(story, lesson.spec))
         has_run = any(line.number == story.took.run for line in live.lines)
-        return Sitting(lesson, story, has_run)
+        return Sitting(lesson, self._sound[1], has_run)
 
     def tell(self, story: Story, act: Act) -> None:
         """Have something done in a lesson, if it is still the one that is on."""
@@ -248,13 +252,15 @@ class Desk:
         now_s = time.perf_counter()
         is_due = now_s - self._looked_s >= _LOOK_S or not live.playing
         past = self._session.past_of(live.snapshot.generation)
-        if past is None:
+        began = sitting.began
+        if past is None or began is None or began.step > past.end_step:
+            # Anybody may have written the session that it was kept in.
             return
         line = Line(live.snapshot.generation, past, self.doings.deeds())
         if is_due:
             self._looked_s = now_s
-        card, began = sitting.card, sitting.began
-        if card.check is not None and began is not None and sitting.index not in story.passed:
+        card = sitting.card
+        if card.check is not None and sitting.index not in story.passed:
             key = ("check", story.took.run, story.name, sitting.index)
             if is_due:
                 self._referee.want(key, card.check, began, line)
@@ -270,7 +276,7 @@ class Desk:
     def _look_for_answer(self, guess: Guess, sitting: Sitting, line: Line, is_due: bool) -> None:
         story = sitting.story
         asked, began = guess.card.question, began_of(story, guess.place)
-        if asked is None or began is None:
+        if asked is None or began is None or began.step > line.past.end_step:
             return
         known = self._twenty.found(sitting.lesson)
         if asked.reveal is None:

@@ -13,7 +13,7 @@ from typing import Any, Final
 import viser
 
 from app.lessons.markup import html_of
-from app.lessons.story import may_go_on, shown, sureness_in_words
+from app.lessons.story import is_locked, may_go_on, shown, sureness_in_words
 from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Inbox
@@ -34,6 +34,10 @@ from app.player.classroom import NOTHING_FOUND
 from app.player.classroom import Card as CardTold
 from app.server.channels import Channels
 
+_TELLS: Final = frozenset(
+    {"play", "step", "trial", "add_skill", "explore", "freeze", "plan", "undo", "start_again"}
+)
+"""Controls that would tell what comes of it, while somebody is asked what they expect."""
 _IN_LESSON: Final = "<i hidden data-lesson-now></i>"
 """Has the page's script show the card, and no more than the lesson shows."""
 _SETTLED_S: Final = 0.4
@@ -119,7 +123,7 @@ class LessonPanel:
         assign(self._slot, "content", slot_html("lesson", self._frame_html + hint))
         state = {
             "list": listed(sitter.desk.library, live),
-            "fault": sitter.fault,
+            "fault": sitter.fault or self._unreadable(live),
             "free": sitter.is_free,
             "lesson": self._lesson(sitter.sitting, seen, live),
         }
@@ -127,6 +131,13 @@ class LessonPanel:
         if encoded != self._sent:
             self._sent = encoded
             self._channel.send("lesson", state)
+
+    def _unreadable(self, live: Status) -> str | None:
+        """That a lesson is on that this pounce cannot read; None if none is."""
+        is_unreadable = live.story is not None and self._sitter.sitting is None
+        return (
+            "The lesson of this session cannot be read by this pounce." if is_unreadable else None
+        )
 
     def take(self, message: Any) -> None:
         """Do what a hand did in the frame."""
@@ -144,6 +155,8 @@ class LessonPanel:
         story, index = sitting.story, sitting.index
         spec = sitting.lesson.spec.in_language(story.language)
         names, card = shown(story, spec), spec.steps[index]
+        if card.question is not None and not is_locked(story, card.id) and not live.playing:
+            names -= _TELLS
         busy = self._hands.busy(sitting, live)
         self._sitter.controls = self._all_controls(sitting, names, seen)
         is_last = index + 1 == len(spec.steps)

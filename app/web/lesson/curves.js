@@ -3,7 +3,7 @@
 
 import { element } from "../time/dom.js";
 import { svgElement } from "./compass.js";
-import { nameOf, row } from "./marks.js";
+import { nameOf, row as rowOf } from "./marks.js";
 import { numeral, word } from "./words.js";
 
 const WIDE = 320;
@@ -13,6 +13,25 @@ const BELOW = 20;
 const HANDLE = 3.5;
 
 /** @typedef {Array<[number, number]>} Points */
+
+/**
+ * A row of what is said, with a piece of the line that it is about.
+ * @param {import("./marks.js").Whose} whose
+ * @param {string} name
+ * @param {string} value
+ */
+const row = (whose, name, value) => {
+  const made = rowOf(whose, name, value);
+  const piece = svgElement("svg", { viewBox: "0 0 24 12", class: "swatch piece", "aria-hidden": "true" });
+  piece.append(
+    whose === "twenty"
+      ? svgElement("path", { d: "M0 1H24V11H0Z", class: "area" })
+      : svgElement("path", { d: "M0 6H24", class: `curve of-${whose}` }),
+  );
+  if (whose === "guess") piece.append(svgElement("circle", { cx: 12, cy: 6, r: HANDLE, class: "handle" }));
+  made.querySelector(".swatch")?.replaceWith(piece);
+  return made;
+};
 
 /** @type {import("./reveal.js").Picture} */
 export const curves = ({ guess, run, twenty }) => {

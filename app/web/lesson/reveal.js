@@ -190,7 +190,7 @@ export const isPictured = (card) => {
 export const showReveal = (card) => {
   const found = revealOf(card);
   // Before there is anything to tell it is there, but not to be seen: what is told is heard then.
-  const reveal = found?.ready || isPictured(card) ? found : null;
+  const reveal = found?.ready || isPictured(card) || card?.ask?.locked ? found : null;
   const ask = reveal?.asked ?? card?.ask ?? null;
   revealNode.classList.toggle("unseen", !reveal);
   if (!reveal) {

@@ -222,4 +222,6 @@ export const word = (key, ...parts) => {
 
 /** A number as it is written there. @param {number} number @param {number} [digits] behind the point */
 export const numeral = (number, digits = 0) =>
-  number.toLocaleString(root.lang === "de" ? "de-DE" : "en-US", { maximumFractionDigits: digits });
+  number
+    .toLocaleString(root.lang === "de" ? "de-DE" : "en-US", { maximumFractionDigits: digits })
+    .replace("-", "−");
