@@ -35,7 +35,7 @@ WHICH = Question("way/1", "direction", "Which way?", tuple((way, way) for way in
 WHERE = Question("cone/2", "sectors", "Where?", tuple((octant, octant) for octant in OCTANTS))
 WHEN = Question("ring/4", "moment", "When?", low=0, high=48_000)
 CARD = Card("way/1", "Which way round?", 1, 7, "Which <b>way</b>?")
-OUTCOME = {"html": "That way.", "run": WAYS[1], "twenty": {"n": 20, "counts": {WAYS[1]: 20}}}
+OUTCOME = {"run": WAYS[1], "twenty": {"n": 20, "counts": {WAYS[1]: 20}}}
 
 
 class Taught(Shown):
@@ -188,7 +188,7 @@ def test_what_is_asked_belongs_to_its_card(taught: Taught) -> None:
     taught.present(card=CARD._replace(id="way/3", at=3))
     taught.room.reveal()
     taught.room.come_out(WHICH.id, OUTCOME)
-    pupils.wait_for(lambda pupil: (pupil.parts["lesson"]["reveal"] or {}).get("html") != "")
+    pupils.wait_for(lambda pupil: (pupil.parts["lesson"]["reveal"] or {}).get("run") is not None)
     pupils.wait_for(lambda pupil: pupil.parts["lesson"]["ask"] is not None)
     taught.present(card=CARD._replace(id="way/4", at=4))
     pupils.wait_for(lambda pupil: pupil.parts["lesson"]["reveal"] is None)
