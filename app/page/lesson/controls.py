@@ -137,7 +137,7 @@ def controls_of(
     found = [
         *_transport(names, card, status, began),
         *_skills(names, card, status),
-        *_views(names, look.layer, look.frame),
+        *_views(names, card, look.layer, look.frame),
         *_others(names, card, status),
     ]
     if card.do is not None and not status.playing and not any(one.main for one in found):
@@ -215,15 +215,12 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
                 found.append(_button(f"add_skill.{skill}", label, wants, main=is_main))
     if has(names, "explore"):
         running = {episode.skill for episode in snapshot.control.running(snapshot.trial)}
-        asked = None if do is None or do.explore is None else do.skill
+        asked = _explored_by(card)
         for skill in present if len(present) > 1 else ():
-            if asked not in (None, skill):
+            if asked and skill not in asked:
                 continue
-            trials, chance = _EXPLORED
-            is_main = False
-            if do is not None and do.skill == skill and do.explore is not None:
-                trials, chance = do.explore.trials, do.explore.chance
-                is_main = not was_explored(skill, snapshot)
+            trials, chance = asked.get(skill, _EXPLORED)
+            is_main = skill in asked and not was_explored(skill, snapshot)
             if skill in running:
                 wants: Wanted = StopExploring(skill)
                 label = f"Stop exploring {plain(skill)}"
@@ -248,6 +245,17 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
     return found
 
 
+def _explored_by(card: Card) -> dict[str, tuple[int, float]]:
+    """The skills that a card has explored, each for how many trials and with which chance."""
+    do = card.do
+    given = () if do is None else (do, *(do.then or ()))
+    return {
+        one.skill: (one.explore.trials, one.explore.chance)
+        for one in given
+        if one.skill is not None and one.explore is not None
+    }
+
+
 def was_explored(skill: str, snapshot: Snapshot) -> bool:
     """Whether somebody has had a skill explored."""
     return any(
@@ -260,8 +268,9 @@ def was_explored(skill: str, snapshot: Snapshot) -> bool:
 # --- What is seen --------------------------------------------------------------------------------
 
 
-def _views(names: frozenset[str], layer: str, frame: int) -> list[Control]:
+def _views(names: frozenset[str], card: Card, layer: str, frame: int) -> list[Control]:
     found: list[Control] = []
+    races = card.do is not None and card.do.command == "race"
     keys = layers_of(names)
     if len(keys) > 1:
         options = tuple((key, LAYERS[key].title) for key in keys)
@@ -273,7 +282,7 @@ def _views(names: frozenset[str], layer: str, frame: int) -> list[Control]:
         wants = {name: Headings(one) for name, one in FRAMES.items()}
         found.append(Control("headings", "Headings", "choice", wants, now, options))
     if has(names, "side"):
-        found.append(_button("side", "Runs side by side", OpenSide()))
+        found.append(_button("side", "Runs side by side", OpenSide(), main=races))
     if has(names, "watch"):
         found.append(_button("watch", "Watch a hunt", Watch()))
     return found

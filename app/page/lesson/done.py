@@ -24,6 +24,7 @@ from app.live.requests import (
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.results.service import Service
+from app.words.numbers import counted
 from sim.spec import WorldSpec
 from sim.world import cell_at
 
@@ -77,6 +78,17 @@ class Doings:
         new = [Looked(one, step) for one in opened if one not in known]
         if new and len(self._opened) < _MOST:
             self._opened, self._made = (*self._opened, *new), None
+
+    @property
+    def experiment(self) -> str | None:
+        """How far an experiment is that is being run, in words; None if none is."""
+        standing = self._service.standing
+        if standing is None or not standing.running:
+            return None
+        progress = standing.progress
+        if progress is None:
+            return "The experiment begins …"
+        return f"{progress.done:,} of {counted(progress.total, 'run')} are made …"
 
     def deeds(self) -> Deeds:
         """All of it, with the race and the experiment that there are; it is the same object until

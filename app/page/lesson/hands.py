@@ -305,7 +305,13 @@ class Hands:
             start = story.took.start
             return f"It learns up to trial {start:,}, where this begins; it is in trial {trial:,} …"
         until = self._desk.goes_on_to(story)
-        return None if until is None else learning_in_words(until, trial)
+        if until is not None:
+            return learning_in_words(until, trial)
+        do = sitting.card.do
+        is_waited_for = do is not None and do.command == "experiment"
+        if is_waited_for and sitting.index not in story.passed:
+            return self._desk.doings.experiment
+        return None
 
     def branch_off(self, sitting: Sitting, live: Status) -> None:
         """Have the branch be live that was made at the moment before, and the card begin anew."""
