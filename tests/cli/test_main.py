@@ -530,7 +530,8 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
     ),
     (
         ["bench", "--scrub", "--load", "2"],
-        "--page, --load, --audience, --own, --scrub and --side exclude each other; allowed: one of them",
+        "--page, --load, --audience, --own, --scrub and --side exclude each other; allowed: one of"
+        " them",
     ),
 )
 
