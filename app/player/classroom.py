@@ -69,8 +69,8 @@ class Classroom(Protocol):
 
         Args:
             card: its id.
-            outcome: ``{"html", "run", "twenty"}`` as a card's ``reveal`` has them
-                (``app/web/lesson``). It may be told again.
+            outcome: ``{"run", "twenty"}`` as a card's ``reveal`` has them (``app/web/lesson``). It
+                may be told again.
         """
         ...
 

@@ -384,3 +384,19 @@ def test_an_audience_whose_port_is_busy_is_told(opened: list[dict[str, Any]]) ->
         assert main.main(["lab", "--no-journal", "--audience", place]) == 0
         with pytest.raises(UsageError, match="cannot be listened on"):
             opened_stand(opened[0])
+
+
+def test_a_lesson_is_begun_with_or_all_is_said_that_is_wrong_with_it(
+    here: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["lab", "--lesson", "the_cone"]) == 0
+    (call,) = opened
+    assert call["lesson"].name == "the_cone"
+    assert told(capsys) == ""
+    (here / "bad.yaml").write_text("title: [1]\n", encoding="utf-8")
+    assert main.main(["lab", "--lesson", "bad.yaml"]) == 2
+    message = told(capsys)
+    assert "title" in message
+    assert "steps" in message
+    assert main.main(["lab", "--lesson", "the_coen"]) == 2
+    assert "the_cone" in told(capsys)

@@ -24,9 +24,9 @@ MOMENT: dict[str, Any] = {"line": 0, "step": 0, "trial": 0, "live": True}
 class Shown:
     """A lab with an audience, to which the test shows what a presenter sees."""
 
-    def __init__(self, folder: Path, trial: int = 40) -> None:
+    def __init__(self, folder: Path, trial: int = 40, sessions: Path | None = None) -> None:
         # Its page knows of no audience, so nobody presents but the test.
-        self.live = LiveLab(preset_of(), 20_000.0, folder)
+        self.live = LiveLab(preset_of(), 20_000.0, folder, sessions=sessions)
         self.audience = Audience(self.live.session.past_of, "127.0.0.1", 0)
         self.pages: list[Page] = []
         if trial:

@@ -26,7 +26,7 @@ from app.lessons.twenty import Twenty
 from app.live.requests import Pause, Request, RunTo, Tell, TrialOnce
 from app.live.session import Session
 from app.live.status import Status
-from app.live.story import Act, Passed, Revealed, Story, WentToCard
+from app.live.story import Act, LongText, Passed, Revealed, Story, WentToCard
 from app.page.lesson.done import Doings
 from app.page.lesson.learn import Library, request_to_begin
 from app.results.service import Service
@@ -284,7 +284,7 @@ class Desk:
             right = list(asked.key) if isinstance(asked.key, tuple) else asked.key
             given = answer_of(asked, value_of(story.answers[guess.card.id]))
             within = scored(asked, given, None, Spread(())).within
-            self.tell(story, Revealed(guess.card.id, json.dumps(right), within))
+            self.tell(story, Revealed(guess.card.id, LongText(json.dumps(right)), within))
             return
         if guess.card.transfer is not None or _is_beside(asked):
             # No live run answers this; the lesson's own does, where all is done as its cards say.
@@ -307,7 +307,7 @@ class Desk:
             spread = Spread(()) if known is None else known.of(guess.card.id)
             given = answer_of(asked, value_of(story.answers[guess.card.id]))
             within = scored(asked, given, answer, spread).within
-            self.tell(story, Revealed(guess.card.id, json.dumps(answer), within))
+            self.tell(story, Revealed(guess.card.id, LongText(json.dumps(answer)), within))
 
     def spread_of(self, sitting: Sitting, guess: Guess) -> Spread:
         """What twenty runs answer to a question, as far as they are there."""
