@@ -19,13 +19,13 @@ OCTANTS: Final = ("e", "ne", "n", "nw", "w", "sw", "s", "se")
 """From straight ahead on, counter-clockwise, as headings are numbered."""
 NAMES: Final[Mapping[str, str]] = {
     "e": "ahead",
-    "ne": "ahead, on the left",
-    "n": "on the left",
-    "nw": "behind, on the left",
+    "ne": "ahead left",
+    "n": "left flank",
+    "nw": "behind left",
     "w": "behind",
-    "sw": "behind, on the right",
-    "s": "on the right",
-    "se": "ahead, on the right",
+    "sw": "behind right",
+    "s": "right flank",
+    "se": "ahead right",
 }
 """What people call them, on the card of a lesson (``app/web/lesson/words.js``) as well."""
 

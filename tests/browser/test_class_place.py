@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ViewportSize, expect
+from playwright.sync_api import Browser, BrowserContext, Locator, ViewportSize, expect
 
 from app.player.classroom import Classroom, Question
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
@@ -42,7 +42,7 @@ class Seat:
         return part.bounding_box()
 
     @property
-    def flag(self) -> Any:
+    def flag(self) -> Locator:
         """Its guess on the bar."""
         return self.page.get_by_role("slider", name="Your guess: at which trial")
 
