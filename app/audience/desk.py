@@ -41,6 +41,10 @@ class Desk:
         """Whether there may be something to paint."""
         self.is_behind = False
         """Whether some page may not have been sent all that there is."""
+        self.shown_s = -10.0
+        """When it was painted last because somebody had done something."""
+        self.made_s = 0.0
+        """What it has taken to make it again, of a processor."""
         self.due_s = 0.0
         self.pace = Turnstile(_BYTES_PER_S, _BYTES_AT_ONCE)
         self.came_to: tuple[int, float] | None = None

@@ -188,8 +188,8 @@ def seatless_part() -> bytes:
 
 
 def _nothing_but(notice: str, whose: str = "") -> bytes:
-    told = {"whose": whose, "busy": "", "notice": notice, "playing": False, "controls": []}
-    return part("own", told)
+    told = {"whose": whose, "busy": "", "notice": notice, "playing": False}
+    return part("own", {**told, "controls": ()})
 
 
 def _told(control: str, own: Own) -> Iterator[dict[str, Any]]:

@@ -38,7 +38,7 @@ from learners.commands import CommandError
 
 LEARNING_SHARE: Final = 0.35
 """Of one processor, for the steps of all of them."""
-MAKING_SHARE: Final = 0.7
+MAKING_SHARE: Final = 0.5
 """The same for those that are made again, for whom somebody waits."""
 PAINTING_SHARE: Final = 0.25
 """The same for boards that nobody has asked for by doing something."""
@@ -59,6 +59,10 @@ _MOST_OWED_S: Final = 0.3
 """What is owed beyond this is forgiven, so that there are no bursts."""
 _SLICE_STEPS: Final = 50_000
 """Made at once by one that is made again: some two milliseconds."""
+ASKED_S: Final = 0.15
+"""Between two pictures of one board at least, where somebody does something."""
+_MOST_DEBT_S: Final = 0.5
+"""What painting may be behind its share, for those who do something."""
 _PAINT_S: Final = 0.25
 """Between two pictures of one board at least, while nobody does anything."""
 _IDLE_S: Final = 0.5
@@ -287,7 +291,21 @@ class Owners:
             self._do(desk, tap)
             touched[seat] = desk
         for desk in touched.values():
+            self._show_soon(desk, offer)
+
+    def _show_soon(self, desk: Desk, offer: Offer) -> None:
+        """Show what came of a tap: at once, but of one that taps and taps the picture comes later,
+        and so it does where more is tapped than can be painted."""
+        now_s = time.perf_counter()
+        if now_s - desk.shown_s >= ASKED_S and self._paint_s - now_s < _MOST_DEBT_S:
+            began_s = time.thread_time()
             self._show(desk, offer, asked=True)
+            wait_s = self._painting.wait_s(now_s, time.thread_time() - began_s)
+            self._paint_s = max(self._paint_s, now_s + wait_s)
+            desk.shown_s = now_s
+        elif desk.own is not None:
+            self._stand(desk, offer, desk.own)
+            self._send_missing(desk)
 
     def _do(self, desk: Desk, tap: Tap) -> None:
         assert desk.own is not None
@@ -305,8 +323,8 @@ class Owners:
         on_their_way = [
             desk for desk in self._desks.values() if desk.own is not None and desk.own.is_on_its_way
         ]
-        # For whoever has done something already, most is at stake.
-        on_their_way.sort(key=lambda desk: not desk.held)
+        # Whoever has had little made again comes first: nobody can keep the others waiting.
+        on_their_way.sort(key=lambda desk: desk.made_s)
         for desk in on_their_way:
             while (now_s := time.perf_counter()) >= self._make_s:
                 if self._tapped:
@@ -358,7 +376,10 @@ class Owners:
             desk.notice = _BROKEN
             desk.begin(desk.beginning)
         desk.is_stale = True
-        return budget.wait_s(time.perf_counter(), time.thread_time() - began_s)
+        took_s = time.thread_time() - began_s
+        if budget is self._making:
+            desk.made_s += took_s
+        return budget.wait_s(time.perf_counter(), took_s)
 
     # What is seen of it
 

@@ -188,7 +188,7 @@ class Poll:
                 return dict(NOTHING_ASKED)
             reveal = None
             if self._is_revealed:
-                came_out = self._outcome or {"html": "", "run": None, "twenty": None}
+                came_out = self._outcome or {"run": None, "twenty": None}
                 reveal = {**came_out, **self._shown()}
             return {
                 "ask": {

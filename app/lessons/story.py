@@ -5,11 +5,14 @@ All of this is pure.
 """
 
 import json
+from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 from app.documents.lesson_cards import CONTROLS, Card
 from app.documents.lesson_questions import Asked
 from app.documents.lesson_spec import LessonSpec
+from app.lessons.kept import answer_from
+from app.lessons.predictions import answer_of
 from app.live.story import Given, Stories, Story
 
 ALL: Final = "all"
@@ -51,6 +54,34 @@ def layers_of(names: frozenset[str]) -> tuple[str, ...]:
     """Keys of the layers that there are, in the order of the list of controls."""
     keys = (name.removeprefix("layer.") for name in CONTROLS if name.startswith("layer."))
     return tuple(key for key in keys if has(names, f"layer.{key}"))
+
+
+def sound(story: Story, spec: LessonSpec) -> Story:
+    """The same without answers that are none to what the lesson asks: anybody may have written the
+    session that it was kept in."""
+    questions = {card.id: spec.question_of(card) for card in spec.steps}
+    answers = {
+        question: kept
+        for question, given in story.answers.items()
+        if (kept := _sound_answer(given, questions.get(question))) is not None
+    }
+    return story if answers == story.answers else replace(story, answers=answers)
+
+
+def _sound_answer(given: Given, asked: Asked | None) -> Given | None:
+    if asked is None:
+        return None
+    try:
+        answer_of(asked, json.loads(given.value))
+    except (ValueError, RecursionError):
+        return None
+    if given.shown is None:
+        return given
+    try:
+        answer_from(json.loads(given.shown))
+    except (ValueError, RecursionError):
+        return replace(given, shown=None, is_within=None)
+    return given
 
 
 # --- Questions -----------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
+from app.live.story import MOST_CARDS
 from app.live.written import SessionError, Written, read_data, with_sums, without_sums
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, ScheduleSpec
@@ -43,6 +44,9 @@ _MOST: Final = {
     "step": MOST_STEPS,
     "trial": MAX_TRIALS,
     "until_trial": MAX_TRIALS,
+    "start": MAX_TRIALS,
+    "card": MOST_CARDS,
+    "confidence": 100,
 }
 """What the numbers of a record may be at most."""
 

@@ -15,7 +15,7 @@ from app.live.places import Place
 from learners.commands import CommandError
 
 LongText = NewType("LongText", str)
-"""The text of a file: up to :data:`MOST_TEXT` characters."""
+"""The text of a file, or a whole curve: up to :data:`MOST_TEXT` characters."""
 MOST_TEXT: Final = 64 * 1024
 MOST_CARDS: Final = 40
 MOST_STORIES: Final = 16
@@ -93,8 +93,8 @@ class Revealed:
     """The run has come to where it answers a question."""
 
     question: str
-    value: str
-    """What it answers, as JSON."""
+    value: LongText
+    """What it answers, as JSON; a curve has many points."""
     is_within: bool | None
     """Whether the guess lies in the spread of runs; None if that says nothing."""
 
@@ -132,7 +132,7 @@ def check(record: TookLesson | Act) -> None:
     """
     for part in fields(record):
         value = getattr(record, part.name)
-        most = MOST_TEXT if part.name == "text" else MOST_CHARACTERS
+        most = MOST_TEXT if part.type is LongText else MOST_CHARACTERS
         if isinstance(value, str) and len(value) > most:
             raise CommandError(f"{part.name} has at most {most:,} characters")
 

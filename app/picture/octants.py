@@ -19,15 +19,15 @@ OCTANTS: Final = ("e", "ne", "n", "nw", "w", "sw", "s", "se")
 """From straight ahead on, counter-clockwise, as headings are numbered."""
 NAMES: Final[Mapping[str, str]] = {
     "e": "ahead",
-    "ne": "ahead left",
-    "n": "left flank",
-    "nw": "behind left",
+    "ne": "ahead, on the left",
+    "n": "on the left",
+    "nw": "behind, on the left",
     "w": "behind",
-    "sw": "behind right",
-    "s": "right flank",
-    "se": "ahead right",
+    "sw": "behind, on the right",
+    "s": "on the right",
+    "se": "ahead, on the right",
 }
-"""What people call them."""
+"""What people call them, on the card of a lesson (``app/web/lesson/words.js``) as well."""
 
 _WIDE: Final = math.pi / 4
 _ARC_POINTS: Final = 17

@@ -46,6 +46,11 @@ NOTHING_FOUND: Final[Mapping[str, Any]] = {"class": None, "before": None, "few":
 class Classroom(Protocol):
     """A class, for who presents. Methods may be called from any thread."""
 
+    @property
+    def n_seats(self) -> int:
+        """How many seats have a page that is open."""
+        ...
+
     def ask(self, question: Question) -> None:
         """Ask something; what was answered before is forgotten."""
         ...
@@ -64,8 +69,8 @@ class Classroom(Protocol):
 
         Args:
             card: its id.
-            outcome: ``{"html", "run", "twenty"}`` as a card's ``reveal`` has them
-                (``app/web/lesson``). It may be told again.
+            outcome: ``{"run", "twenty"}`` as a card's ``reveal`` has them (``app/web/lesson``). It
+                may be told again.
         """
         ...
 

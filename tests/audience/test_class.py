@@ -21,7 +21,7 @@ from app.picture.octants import OCTANTS
 from app.player.classroom import Card, Question
 from learners.kernel.state import digest
 from learners.run import replay
-from tests.audience.test_audience import Shown, hostile_texts
+from tests.support.audiences import Shown, hostile_texts
 from tests.support.classes import Pupils, cookies_of
 from tests.support.live import SEED
 from tests.support.server import get_path
@@ -35,14 +35,14 @@ WHICH = Question("way/1", "direction", "Which way?", tuple((way, way) for way in
 WHERE = Question("cone/2", "sectors", "Where?", tuple((octant, octant) for octant in OCTANTS))
 WHEN = Question("ring/4", "moment", "When?", low=0, high=48_000)
 CARD = Card("way/1", "Which way round?", 1, 7, "Which <b>way</b>?")
-OUTCOME = {"html": "That way.", "run": WAYS[1], "twenty": {"n": 20, "counts": {WAYS[1]: 20}}}
+OUTCOME = {"run": WAYS[1], "twenty": {"n": 20, "counts": {WAYS[1]: 20}}}
 
 
 class Taught(Shown):
     """A lab with a class, to which the test shows what a presenter sees."""
 
-    def __init__(self, folder: Path, code: str | None = None) -> None:
-        super().__init__(folder)
+    def __init__(self, folder: Path, code: str | None = None, sessions: Path | None = None) -> None:
+        super().__init__(folder, sessions=sessions)
         self.audience.close()
         self.audience = Audience(
             self.live.session.past_of, "127.0.0.1", 0, code=code, is_class=True
@@ -188,7 +188,8 @@ def test_what_is_asked_belongs_to_its_card(taught: Taught) -> None:
     taught.present(card=CARD._replace(id="way/3", at=3))
     taught.room.reveal()
     taught.room.come_out(WHICH.id, OUTCOME)
-    pupils.wait_for(lambda pupil: (pupil.parts["lesson"]["reveal"] or {}).get("html") != "")
+    nothing = {"run": None}
+    pupils.wait_for(lambda pupil: (pupil.parts["lesson"]["reveal"] or nothing)["run"] is not None)
     pupils.wait_for(lambda pupil: pupil.parts["lesson"]["ask"] is not None)
     taught.present(card=CARD._replace(id="way/4", at=4))
     pupils.wait_for(lambda pupil: pupil.parts["lesson"]["reveal"] is None)
@@ -315,7 +316,11 @@ def test_no_log_and_no_journal_says_who_they_are(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.DEBUG)
-    taught = Taught(tmp_path, code=CODE)
+    sessions = tmp_path / "sessions"
+    taught = Taught(tmp_path, CODE, sessions)
+    taught.live.ask()
+    (journal,) = sessions.iterdir()
+    written = journal.read_bytes()
     port = taught.audience.watchers.port
     try:
         for guess in ("wrong1", "wrong2", "wrong3"):
@@ -334,6 +339,8 @@ def test_no_log_and_no_journal_says_who_they_are(
             lambda pupil: pupil is pupils.all[0] or pupil.parts["lesson"]["reveal"] is not None
         )
         taught.room.end()
+        taught.live.ask()
+        assert journal.read_bytes() == written
     finally:
         taught.close()
     # What the test's own pages log is theirs.

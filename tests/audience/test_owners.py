@@ -124,6 +124,31 @@ def test_a_tap_is_done_and_shown() -> None:
         assert "seat 2, triangle" in them.part(other)["whose"]
 
 
+def test_whoever_taps_and_taps_is_told_what_came_of_it_and_painted_later(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    painted: list[bool] = []
+    true_paint = own_view.OwnView.paint
+
+    def paint(view: own_view.OwnView, status: Status, asked: bool, now_s: float) -> None:
+        painted.append(asked)
+        true_paint(view, status, asked, now_s)
+
+    monkeypatch.setattr(own_view.OwnView, "paint", paint)
+    monkeypatch.setattr(owners, "ASKED_S", 1e9)
+    with group(start=20) as them:
+        (page,) = them.pages
+        them.until(lambda: "own_ground" in page.seen)
+        painted.clear()
+        for level in (0, 1, 2, 3, 4):
+            them.tap(page, SpeedOwn(level))
+            them.until(lambda level=level: control(them.part(page), "speed")["level"] == level)
+        assert True not in painted
+        first = page.seen["own_ground"]
+        them.tap(page, PlayOwn(True))
+        them.until(lambda: page.seen["own_ground"] != first)
+
+
 def test_only_what_is_offered_can_be_done() -> None:
     with group(start=20) as them:
         (page,) = them.pages

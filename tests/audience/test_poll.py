@@ -17,7 +17,7 @@ WHICH = Question("spread", "choice", "Which?", (("a", "A"), ("b", "<b>B</b>"), (
 WHERE = Question("where", "sectors", "Where?", tuple((name, name) for name in OCTANTS))
 HOW_MANY = Question("many", "number", "How many?", low=-1, high=100, unit="places")
 WHEN = Question("when", "moment", "When?", low=0, high=40_000)
-OUTCOME = {"html": "It went that way.", "run": "a", "twenty": {"n": 20, "counts": {"a": 20}}}
+OUTCOME = {"run": "a", "twenty": {"n": 20, "counts": {"a": 20}}}
 
 
 def seats(n: int) -> list[Seat]:
@@ -73,7 +73,7 @@ def test_of_fewer_than_five_nothing_is_ever_shown(n: int) -> None:
     poll.reveal()
     poll.come_out("spread", OUTCOME)
     reveal = poll.sent()["reveal"]
-    assert (reveal["class"], reveal["few"], reveal["html"]) == (None, True, OUTCOME["html"])
+    assert (reveal["class"], reveal["few"], reveal["run"]) == (None, True, OUTCOME["run"])
     assert poll.state("spread", True, who)["class"] is None
 
 
@@ -285,4 +285,4 @@ def test_the_same_outcome_is_told_once() -> None:
     for outcome in (OUTCOME, dict(OUTCOME)):
         poll.come_out("spread", outcome)
     assert len(told) == 3
-    assert poll.sent()["reveal"]["html"] == OUTCOME["html"]
+    assert poll.sent()["reveal"]["run"] == OUTCOME["run"]

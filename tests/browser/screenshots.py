@@ -4,12 +4,15 @@
 """
 
 import contextlib
+import io
 import re
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+from PIL import Image
 from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
 from app.documents import experiments, presets
@@ -23,6 +26,7 @@ from app.util.web_browser import find_chromium
 from learners.commands import SetSchedule
 from tests.support.browser import BROWSER_ARGS
 from tests.support.live import PATIENCE_S, SEED, LiveLab
+from tests.support.pupil import Pupil
 from tests.support.screen import VIEWPORT, Screen
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "pictures"
@@ -68,6 +72,13 @@ PAST_TRIAL = 13_000
 FORK_TRIAL = 11_900
 BRANCH_TRIAL = 17_000
 
+
+LESSON = ("lesson_predict", "lesson_reveal", "lesson_class")
+"""Pictures of a lesson: directions predicted, what came of them, and the question on a phone."""
+LESSON_TITLE = "The cone"
+LESSON_GUESS = (4, 5, 6)
+LESSON_SEEN = (3, 4, 5)
+"""Directions, counter-clockwise from straight ahead."""
 
 RACE = "race"
 """The picture of the thesis's four side by side."""
@@ -196,13 +207,92 @@ def take_replay() -> None:
         browser.close()
 
 
+def take_lesson(name: str) -> None:
+    """Take a picture of a lesson, in a lab of its own; a class is there where it is asked."""
+    is_of_class = name == LESSON[-1]
+    live = LiveLab(presets.load("timed"), 20_000.0, Path("results"), classroom=is_of_class)
+    live.dpr = 1.0
+    try:
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(
+                executable_path=find_chromium(), args=list(BROWSER_ARGS)
+            )
+            screen = Screen(browser.new_page(viewport=VIEWPORT))
+            screen.open(live)
+            screen.click("No, thanks")
+            pupil = Pupil(screen)
+            pupil.start(LESSON_TITLE)
+            pupil.go_on(1)
+            if is_of_class:
+                show_class(browser, live, pupil)
+            else:
+                predict(pupil, LESSON_GUESS)
+                pupil.card.locator(".sure").nth(1).click()
+                if name == LESSON[1]:
+                    pupil.primary.click()
+                    see_what_came(pupil)
+                take_small(screen, name)
+            browser.close()
+    finally:
+        live.close()
+
+
+def predict(pupil: Pupil, octants: Iterable[int]) -> None:
+    """Choose directions on the card."""
+    for octant in octants:
+        pupil.card.get_by_role("checkbox").nth(octant).click()
+
+
+def see_what_came(pupil: Pupil) -> None:
+    """Let it learn, and say what is to be seen."""
+    pupil.go_on(2)
+    pupil.primary.click()
+    pupil.go_on(3)
+    predict(pupil, LESSON_SEEN)
+    pupil.primary.click()
+    expect(pupil.card.get_by_text("20 other runs")).to_be_visible()
+    # The board has it a moment later.
+    pupil.page.wait_for_timeout(2 * PAUSE_MS)
+
+
+def show_class(browser: Browser, live: LiveLab, pupil: Pupil) -> None:
+    """Take the picture of a phone on which the class is asked what the card asks."""
+    assert live.audience is not None
+    page = browser.new_page(viewport=PHONE, device_scale_factor=1.5)
+    page.goto(live.audience.addresses[0])
+    pupil.button("Ask the class").click()
+    expect(page.get_by_role("checkbox").first).to_be_visible()
+    for octant in LESSON_GUESS:
+        page.get_by_role("checkbox").nth(octant).click()
+    page.wait_for_timeout(PAUSE_MS)
+    keep_small(page.screenshot(), LESSON[-1])
+    page.close()
+
+
+def take_small(screen: Screen, name: str) -> None:
+    """Take a picture of the whole page, in few colours."""
+    screen.page.mouse.move(0, 0)
+    screen.page.wait_for_timeout(PAUSE_MS)
+    keep_small(screen.page.screenshot(), name)
+
+
+def keep_small(picture: bytes, name: str) -> None:
+    """Keep a picture in no more colours than a page of text and a map have."""
+    image = Image.open(io.BytesIO(picture)).convert("RGB")
+    image = image.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    image.save(FOLDER / f"{name}.png", optimize=True)
+
+
 def main(names: list[str]) -> None:
     """Take these pictures."""
     FOLDER.mkdir(exist_ok=True)
     expect.set_options(timeout=PATIENCE_S * 1000)
     if REPLAY in names:
         take_replay()
-    if names == [REPLAY]:
+    for name in LESSON:
+        if name in names:
+            take_lesson(name)
+    if set(names) <= {REPLAY, *LESSON}:
         return
     # The page names the folder of the results: as it is called where somebody starts the lab.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
@@ -246,7 +336,7 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS, REPLAY]
+    known = [*MOMENTS, AUDIENCE, *WALKS, RACE, *RESULTS, REPLAY, *LESSON]
     wanted = sys.argv[1:] or known
     unknown = [name for name in wanted if name not in known]
     if unknown:

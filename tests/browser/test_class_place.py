@@ -30,10 +30,16 @@ class Seat:
 
     def tap_board(self, east: float, north: float) -> None:
         """Tap on the board, at a place in shares of its half."""
-        box = self.page.locator("#board").bounding_box()
-        assert box is not None
+        box = self._box("#board")
         x = box["x"] + box["width"] / 2 * (1 + east)
         self.page.mouse.click(x, box["y"] + box["height"] / 2 * (1 - north))
+
+    def _box(self, name: str) -> Any:
+        """Where something is once it is in view and rests there."""
+        part = self.page.locator(name).element_handle()
+        part.evaluate("node => node.scrollIntoView({block: 'center'})")
+        part.wait_for_element_state("stable")
+        return part.bounding_box()
 
     @property
     def flag(self) -> Any:
@@ -42,10 +48,7 @@ class Seat:
 
     def tap_bar(self, trial: int) -> None:
         """Tap on the bar at a trial."""
-        box = self.page.locator(".axis > .plot").bounding_box()
-        curve = self.page.locator(".curve > .plot").bounding_box()
-        assert box is not None
-        assert curve is not None
+        box, curve = self._box(".axis > .plot"), self._box(".curve > .plot")
         self.page.mouse.click(box["x"] + trial / TRIALS * box["width"], curve["y"] + 9)
 
 

@@ -203,6 +203,7 @@ def test_a_session_in_use_is_refused(
         (["--audience", ":8090"], "--audience: ':8090' is not allowed; allowed: an address of"),
         (["--audience", "0.0.0.0:x"], "--audience: 'x' is not allowed; allowed: a whole number"),
         (["--no-code"], "--no-code is about the code of --audience; allowed: with that"),
+        (["--own"], "--own is about those who look with --audience; allowed: with that"),
         (["--class"], "--class is about those who look with --audience; allowed: with that"),
         (["--sessions", "text/in"], "--sessions: 'text/in' cannot be written to: Not a directory"),
     ],
@@ -349,6 +350,8 @@ def opened_stand(call: dict[str, Any]) -> Audience:
         (["--audience", "0.0.0.0:0"], "0.0.0.0", True),
         (["--audience", "0.0.0.0:0", "--no-code"], "0.0.0.0", False),
         (["--audience", "127.0.0.1:0", "--class"], "127.0.0.1", True),
+        (["--audience", "127.0.0.1:0", "--own"], "127.0.0.1", False),
+        (["--audience", "127.0.0.1:0", "--class", "--own"], "127.0.0.1", True),
         (["--audience", "127.0.0.1:0", "--class", "--no-code"], "127.0.0.1", False),
     ],
 )
@@ -366,6 +369,7 @@ def test_an_audience_that_others_can_reach_is_asked_for_a_code(
     try:
         assert (stand.code is not None) == has_code
         assert (stand.classroom is not None) == ("--class" in words)
+        assert (stand.own is not None) == ("--own" in words)
         if stand.code is not None:
             assert len(stand.code) == (6 if "--class" in words else 9)
         assert stand.addresses[0] == f"http://127.0.0.1:{stand.watchers.port}"
@@ -380,3 +384,19 @@ def test_an_audience_whose_port_is_busy_is_told(opened: list[dict[str, Any]]) ->
         assert main.main(["lab", "--no-journal", "--audience", place]) == 0
         with pytest.raises(UsageError, match="cannot be listened on"):
             opened_stand(opened[0])
+
+
+def test_a_lesson_is_begun_with_or_all_is_said_that_is_wrong_with_it(
+    here: Path, opened: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["lab", "--lesson", "the_cone"]) == 0
+    (call,) = opened
+    assert call["lesson"].name == "the_cone"
+    assert told(capsys) == ""
+    (here / "bad.yaml").write_text("title: [1]\n", encoding="utf-8")
+    assert main.main(["lab", "--lesson", "bad.yaml"]) == 2
+    message = told(capsys)
+    assert "title" in message
+    assert "steps" in message
+    assert main.main(["lab", "--lesson", "the_coen"]) == 2
+    assert "the_cone" in told(capsys)

@@ -617,6 +617,7 @@ def test_the_lab_is_the_default(
             "log_level": 30,
             "opening": True,
             "opens_stand": None,
+            "lesson": None,
         }
     ]
 

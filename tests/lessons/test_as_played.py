@@ -3,20 +3,33 @@
 from typing import Final
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from app.documents.lesson_cards import Card
-from app.documents.lesson_grammar import MEASURE_NAMES, REGIONS, Reading, Window
+from app.documents.lesson_grammar import MEASURE_NAMES, REGIONS, Check, Reading, Window
 from app.documents.lessons import Lesson
 from app.lessons import canon
-from app.lessons.measures import AT_START, Began, View, measured, view_of, view_of_run
+from app.lessons.checks import Judge
+from app.lessons.measures import (
+    AT_START,
+    Began,
+    View,
+    began_at,
+    measured,
+    view_of,
+    view_of_run,
+)
 from app.lessons.referee import Line, Referee
-from app.live.past import Budget
+from app.live.moments import moment_at
+from app.live.past import Budget, Past
 from app.live.places import Place
 from app.live.requests import Branch, RunTo
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from learners.commands import Command, Explore, FollowSchedule, Introduce
-from learners.run import Run
+from learners.run import Run, replay
+from tests.support import lines
 from tests.support.circling import circling
 
 PATIENCE_S: Final = 60.0
@@ -174,3 +187,56 @@ def test_a_line_that_goes_another_way_is_looked_at_anew(lesson: Lesson) -> None:
     finally:
         referee.stop()
         session.stop()
+
+
+@settings(max_examples=40)
+@given(lines.scripts, st.integers(0, 2_000), st.sampled_from([0, 5, 60]))
+def test_a_moment_of_the_past_measures_what_the_run_did(
+    script: lines.Script, rest: int, entered: int
+) -> None:
+    """Whatever was done by hand: the player's view of a run, and a page's of its past."""
+    run = Run(lines.SPEC, lines.SEED)
+    past = Past(run, Budget(nearest_steps=100))
+    run.advance(max_steps=entered)
+    past.note(run)
+    began, seen = began_at(run), dict[int, list[object]]()
+    for steps, wish in [*script, (rest, 0)]:
+        lines.play(run, past, [(steps, wish)])
+        # At one step, the last that was given there is what holds.
+        seen[run.step] = measured_of(view_of_run(run, began=began))
+    for step, found in seen.items():
+        moment = moment_at(past, Place(0, step), "timed")
+        assert moment is not None
+        assert measured_of(view_of(moment, past, began=began)) == found
+
+
+@settings(max_examples=25)
+@given(lines.scripts, st.integers(0, 2_000), st.integers(1, 60), st.integers(0, 80))
+def test_a_verdict_is_that_of_the_run_looked_at_by_hand(
+    script: lines.Script, rest: int, ahead: int, known: int
+) -> None:
+    """Whatever was done: each moment that is to be looked at, of the run made from its journal."""
+    run = Run(lines.SPEC, lines.SEED)
+    past = Past(run, Budget(nearest_steps=100))
+    run.advance(max_steps=60)
+    began = began_at(run)
+    lines.play(run, past, script, rest)
+    check = Check.model_validate(
+        {"measure": "value_states", "above": known, "by": f"+{ahead}", "for": 2}
+    )
+    judging = Judge(check, began)
+    trial, step = began.trial, began.step
+    while True:
+        again = replay(lines.SPEC, lines.SEED, run.journal, step)
+        judging.look(view_of_run(again, began=began))
+        trial = judging.next_look(again.trial)
+        if step == run.step:
+            break
+        step = past.step_of_trial(trial) if trial <= run.trial else run.step
+    referee = Referee()
+    try:
+        referee.want("check", check, began, Line(0, past))
+        assert referee.settle(PATIENCE_S)
+        assert referee.verdict("check") == judging.verdict
+    finally:
+        referee.stop()

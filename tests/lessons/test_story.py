@@ -11,6 +11,7 @@ from app.lessons.story import (
     open_guesses,
     revealed_on,
     shown,
+    sound,
     sureness,
     sureness_in_words,
 )
@@ -124,3 +125,29 @@ def test_how_sure_people_were_is_counted_over_all_lessons(n_right: int) -> None:
     assert sureness(stories) == (Sureness(90, n_right, 2),)
     assert sureness_in_words(stories) == f"You said 90 %, you were right in {n_right} of 2."
     assert sureness_in_words(Stories()) == ""
+
+
+@pytest.mark.parametrize(
+    ("question", "value"),
+    [
+        ("guess", "perhaps"),
+        ("guess", '"perhaps"'),
+        ("guess", "[" * 900),
+        ("guess", '{"a": 1}'),
+        ("guess", "NaN"),
+        ("first", '"yes"'),
+        ("nobody asks", '"yes"'),
+    ],
+)
+def test_answers_that_are_none_are_left_out(question: str, value: str) -> None:
+    story = to(SEEN, *answered(question, value), *answered("seen", '"no"'))
+    assert set(sound(story, SPEC).answers) == {"seen"}
+
+
+def test_what_a_run_cannot_have_answered_is_left_out() -> None:
+    for shown_by_run in ("[", '{"a": 1}', '[["a"]]'):
+        story = to(SEEN, *answered("guess"), Revealed("guess", shown_by_run, True))
+        given = sound(story, SPEC).answers["guess"]
+        assert (given.shown, given.is_within, given.locked) == (None, None, True)
+    whole = to(SEEN, *answered("guess"), Revealed("guess", '"no"', True))
+    assert sound(whole, SPEC) is whole

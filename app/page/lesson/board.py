@@ -39,8 +39,8 @@ _FAINTEST, _STRONGEST = 0.1, 0.75
 _HEAT: Final = (0.14, 0.56)
 """From where to where the answers of a class are drawn, as shares of the radius of the board."""
 _PIXELS: Final = 480
-_HEAT_COLOUR: Final = ((178, 0, 104), (255, 120, 200))
-"""Of a class's answers, on a light page and on a dark one."""
+_HEAT_COLOUR: Final = ((192, 86, 0), (255, 169, 77))
+"""Of a class's answers, on a light page and on a dark one, as on the card."""
 _SMALL, _LARGE = 0.41, 0.5
 """Heights of words, in board units."""
 _NAMES_AT, _HEAT_AT = 0.74, 0.37
@@ -260,5 +260,5 @@ def _legend_of(asked: OctantsAsked) -> _Words:
     if asked.run is not None:
         words.append(("blue: this run", (-east, -north)))
     if asked.others is not None:
-        words.append(("pink: the class", (east, -north)))
+        words.append(("orange: the class", (east, -north)))
     return words

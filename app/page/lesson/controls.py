@@ -36,6 +36,9 @@ _FRAME_WORDS: Final = {
 }
 _SPEEDS: Final = (10.0, 200.0, 2_000.0, 20_000.0, 200_000.0)
 _SPEED_WORDS: Final = ("10 steps/s", "200", "2 k", "20 k", "200 k steps/s")
+_READ: Final = ("ask", "see", "why", "transfer")
+"""Cards on which nothing is done to the learner: what is asked and told there is about the run as
+it is."""
 _EXPLORED: Final = (2_000, 0.95)
 """Trials and chance where a card states none: as the thesis's schedule has for circling."""
 
@@ -198,6 +201,8 @@ def _transport(names: frozenset[str], card: Card, status: Status, began: int) ->
 
 
 def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
+    if card.kind in _READ:
+        return []
     snapshot, do = status.snapshot, card.do
     skills, present = snapshot.spec.learner.skills, snapshot.present
     found: list[Control] = []
@@ -210,7 +215,10 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
                 found.append(_button(f"add_skill.{skill}", label, wants, main=is_main))
     if has(names, "explore"):
         running = {episode.skill for episode in snapshot.control.running(snapshot.trial)}
+        asked = None if do is None or do.explore is None else do.skill
         for skill in present if len(present) > 1 else ():
+            if asked not in (None, skill):
+                continue
             trials, chance = _EXPLORED
             is_main = False
             if do is not None and do.skill == skill and do.explore is not None:
@@ -277,6 +285,8 @@ def _others(names: frozenset[str], card: Card, status: Status) -> list[Control]:
     if has(names, "experiments") and do is not None and do.command == "experiment" and do.name:
         label = f"Run the experiment {do.name.replace('_', ' ')}"
         found.append(_button("experiments", label, RunExperiment(do.name), main=True))
+    if card.kind in _READ:
+        return found
     if has(names, "undo"):
         newest = next(iter(undoable(status.snapshot.control.history)), None)
         why = "" if newest else "Nothing was done by hand yet."

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import Moment
@@ -21,12 +21,12 @@ from app.lessons.measures import Began
 from app.lessons.predictions import answer_of, scored
 from app.lessons.referee import Line, Referee
 from app.lessons.spread import Spread
-from app.lessons.story import Guess, card_of, index_of, open_guesses, value_of
+from app.lessons.story import Guess, card_of, index_of, open_guesses, sound, value_of
 from app.lessons.twenty import Twenty
 from app.live.requests import Pause, Request, RunTo, Tell, TrialOnce
 from app.live.session import Session
 from app.live.status import Status
-from app.live.story import Act, Passed, Revealed, Story, WentToCard
+from app.live.story import Act, LongText, Passed, Revealed, Story, WentToCard
 from app.page.lesson.done import Doings
 from app.page.lesson.learn import Library, request_to_begin
 from app.results.service import Service
@@ -102,6 +102,8 @@ class Desk:
         self._referee = Referee(wake)
         self._twenty = Twenty(wake, folder)
         self._first = first
+        self._sound: tuple[Story | None, Any] = (None, None)
+        """A story as it was kept, and without what makes no sense in its lesson."""
         self._goes_to: tuple[str, int, Moment] | None = None
         """A lesson, the card that comes next, and up to when is learned before that."""
         self._entered: tuple[str, int, Began | None] | None = None
@@ -123,8 +125,10 @@ class Desk:
         lesson = None if story is None else self.library.of(story)
         if story is None or lesson is None:
             return None
+        if self._sound[0] is not story:
+            self._sound = (story, sound(story, lesson.spec))
         has_run = any(line.number == story.took.run for line in live.lines)
-        return Sitting(lesson, story, has_run)
+        return Sitting(lesson, self._sound[1], has_run)
 
     def tell(self, story: Story, act: Act) -> None:
         """Have something done in a lesson, if it is still the one that is on."""
@@ -248,13 +252,15 @@ class Desk:
         now_s = time.perf_counter()
         is_due = now_s - self._looked_s >= _LOOK_S or not live.playing
         past = self._session.past_of(live.snapshot.generation)
-        if past is None:
+        began = sitting.began
+        if past is None or began is None or began.step > past.end_step:
+            # Anybody may have written the session that it was kept in.
             return
         line = Line(live.snapshot.generation, past, self.doings.deeds())
         if is_due:
             self._looked_s = now_s
-        card, began = sitting.card, sitting.began
-        if card.check is not None and began is not None and sitting.index not in story.passed:
+        card = sitting.card
+        if card.check is not None and sitting.index not in story.passed:
             key = ("check", story.took.run, story.name, sitting.index)
             if is_due:
                 self._referee.want(key, card.check, began, line)
@@ -270,7 +276,7 @@ class Desk:
     def _look_for_answer(self, guess: Guess, sitting: Sitting, line: Line, is_due: bool) -> None:
         story = sitting.story
         asked, began = guess.card.question, began_of(story, guess.place)
-        if asked is None or began is None:
+        if asked is None or began is None or began.step > line.past.end_step:
             return
         known = self._twenty.found(sitting.lesson)
         if asked.reveal is None:
@@ -278,7 +284,7 @@ class Desk:
             right = list(asked.key) if isinstance(asked.key, tuple) else asked.key
             given = answer_of(asked, value_of(story.answers[guess.card.id]))
             within = scored(asked, given, None, Spread(())).within
-            self.tell(story, Revealed(guess.card.id, json.dumps(right), within))
+            self.tell(story, Revealed(guess.card.id, LongText(json.dumps(right)), within))
             return
         if guess.card.transfer is not None or _is_beside(asked):
             # No live run answers this; the lesson's own does, where all is done as its cards say.
@@ -301,7 +307,7 @@ class Desk:
             spread = Spread(()) if known is None else known.of(guess.card.id)
             given = answer_of(asked, value_of(story.answers[guess.card.id]))
             within = scored(asked, given, answer, spread).within
-            self.tell(story, Revealed(guess.card.id, json.dumps(answer), within))
+            self.tell(story, Revealed(guess.card.id, LongText(json.dumps(answer)), within))
 
     def spread_of(self, sitting: Sitting, guess: Guess) -> Spread:
         """What twenty runs answer to a question, as far as they are there."""

@@ -123,7 +123,7 @@ class LessonPanel:
         assign(self._slot, "content", slot_html("lesson", self._frame_html + hint))
         state = {
             "list": listed(sitter.desk.library, live),
-            "fault": sitter.fault,
+            "fault": sitter.fault or self._unreadable(live),
             "free": sitter.is_free,
             "lesson": self._lesson(sitter.sitting, seen, live),
         }
@@ -131,6 +131,13 @@ class LessonPanel:
         if encoded != self._sent:
             self._sent = encoded
             self._channel.send("lesson", state)
+
+    def _unreadable(self, live: Status) -> str | None:
+        """That a lesson is on that this pounce cannot read; None if none is."""
+        is_unreadable = live.story is not None and self._sitter.sitting is None
+        return (
+            "The lesson of this session cannot be read by this pounce." if is_unreadable else None
+        )
 
     def take(self, message: Any) -> None:
         """Do what a hand did in the frame."""

@@ -52,8 +52,8 @@ def class_question(sitting: Sitting) -> Question | None:
 
 
 def outcome_of(reveal: Mapping[str, Any]) -> dict[str, Any]:
-    """Of what a card reveals, what is for everybody: not what the presenter guessed."""
-    return {name: reveal[name] for name in ("html", "run", "twenty")}
+    """Of what a card reveals, what is for everybody: words are about the presenter's own guess."""
+    return {name: reveal[name] for name in ("run", "twenty")}
 
 
 def _bounds(asked: Asked, trials: int) -> tuple[float, float]:

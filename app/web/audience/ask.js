@@ -22,7 +22,7 @@ import { word } from "./words.js";
  * }} Ask
  * @typedef {{id: string, title: string, at: number, n: number, html: string, language: string}} Card
  * @typedef {{
- *   html: string, run: any, twenty: any, class: any, before: any, few: boolean,
+ *   run: any, twenty: any, class: any, before: any, few: boolean,
  * }} Outcome
  * @typedef {{class: boolean, card: Card | null, ask: Ask | null, reveal: Outcome | null}} Lesson
  * @typedef {string | number | string[]} Value
@@ -134,7 +134,7 @@ const showAsk = (ask) => {
 /** @param {Ask | null} ask @param {Outcome | null} reveal */
 const showOutcome = (ask, reveal) => {
   if (!ask || !reveal) return showReveal(null);
-  const html = reveal.few ? `${reveal.html} <em>${word("few")}</em>` : reveal.html;
+  const html = reveal.few ? word("few") : "";
   const guess = mine?.answer ?? null;
   showReveal(/** @type {any} */ ({ id: `${ask.ballot}`, ask: asCard(ask), reveal: { ...reveal, html, ready: true, guess } }));
 };

@@ -20,7 +20,7 @@ const [RUN, BAND] = [0.2, 0.85];
 const [FROM, UNTIL] = [0.92, 0.985];
 /** The same of a class: what nobody chose, what all did, and from where to where that is drawn. */
 const [FAINTEST, STRONGEST] = [0.1, 0.75];
-const HEAT = { light: "rgb(178 0 104)", dark: "rgb(255 120 200)", from: 0.14, until: 0.56 };
+const HEAT = { light: "rgb(192 86 0)", dark: "rgb(255 169 77)", from: 0.14, until: 0.56 };
 /** Where names and numbers stand, and how high a line of them is, in board units. */
 const [NAMES_AT, SHARES_AT, NAME, SHARE] = [0.74, 0.37, 0.41, 0.5];
 const BLUE = { light: "rgb(0 50 170)", dark: "rgb(110 190 255)" };

@@ -240,6 +240,11 @@ const draw = () => {
   attribute(document.documentElement, "data-answered", !open && ask ? ask.kind : null);
   // Blocks have keys of their own; what else is not for the answer is not there (guess.css).
   for (const lane of document.querySelectorAll(".time .lanes > *")) lane.toggleAttribute("inert", open);
+  // Of a part of the run, what is looked at may be no moment.
+  const trial = state.moment?.trial ?? 0;
+  const isPart = ask?.kind === "sketch" && bar !== null;
+  const isElsewhere = isPart && (trial > bar.axis.end || trial < (bar.axis.start ?? 0));
+  document.querySelector(".time")?.toggleAttribute("data-elsewhere", isElsewhere);
   drawAsked(ask, bar, ask && (ask.kind === "moment" ? guess() : drawn()));
 };
 

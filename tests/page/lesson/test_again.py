@@ -11,9 +11,18 @@ from app.documents import lessons
 from app.live.journal import Journal
 from app.live.made_again import made_again
 from app.live.past import Budget
+from app.live.records import Began, Record
 from app.live.replayed import replayed
 from app.live.session import Session
-from app.live.written import read
+from app.live.story import (
+    Answered,
+    Committed,
+    LongText,
+    Revealed,
+    TookLesson,
+    WentToCard,
+)
+from app.live.written import Written, read
 from app.page.lesson import messages
 from app.page.lesson.learn import Library, request_to_begin
 from learners.kernel.state import digest
@@ -146,3 +155,32 @@ def test_what_has_become_of_a_lessons_file_is_said(tmp_path: Path, session: Sess
     # Whatever somebody else's session names is not looked for here.
     assert Library().news_of(story, is_shared=True) == ""
     assert gone.of(story) is not None
+
+
+_ANSWERS = ("perhaps", '"perhaps"', "[" * 900, '{"a": [1]}', "1e999", '"yes"')
+
+
+@pytest.mark.parametrize(
+    "text", [SMALL, "title: [", "x" * 2_000, SMALL.replace("+100", "+1 captures")]
+)
+def test_a_session_that_somebody_wrote_breaks_nothing(
+    gui: viser.GuiApi, person: Person, text: str
+) -> None:
+    lesson = small_lesson()
+    run = lesson.run_spec
+    took = TookLesson(0, "small", "/dev/zero", lesson.digest, LongText(text), "xx", 0, False, True)
+    records: list[Record] = [Began(0, "timed", run, 5), took, WentToCard(0, 7, 2**40, 9, 900)]
+    records += [WentToCard(card, 0, 0, 0, 0) for card in range(1, 8)]
+    for value in _ANSWERS:
+        records += [Answered(one, value) for one in ("guess", "seen", "add", "?")]
+    records += [Committed("guess", 90), Committed("seen", None), Revealed("guess", "[", True)]
+    for card in range(8):
+        written = Written(Path("one.pounce"), HEADER, (*records, WentToCard(card)), False, 0, "")
+        remade = made_again(written, Budget(), lambda *_: "branch")
+        session = small_session(made_again=remade.made)
+        session.start()
+        room = Room(session, gui)
+        for _ in range(3):
+            room.settle()
+        room.sitters[0].do(messages.Next(), messages.Rewind(), messages.Hint())
+        room.close()

@@ -131,7 +131,7 @@ def test_the_run_and_many_runs_and_a_class_are_drawn_into_one_picture(viewer: Vi
     viewer.ask(asked._replace(others={"w": 0.75, "e": 0.25}))
     heat = [int(fills.image[side // 2, column][3]) for column in (3 * side // 10, 7 * side // 10)]
     assert heat[0] > 1.5 * heat[1] > 0
-    assert {"75%", "25%", "0%", "pink: the class"} <= {*viewer.words}
+    assert {"75%", "25%", "0%", "orange: the class"} <= {*viewer.words}
     assert "blue: this run" not in viewer.words
     viewer.ask(asked)
     assert not fills.visible

@@ -9,6 +9,7 @@ from app.live.requests import GoBack, RunTo, TrialOnce
 from app.page.lesson import messages
 from app.page.lesson.controls import Control
 from app.page.lesson.learn import request_to_begin
+from app.page.time.messages import Sketch
 from learners.commands import Introduce
 from tests.support.lessons import PATIENCE_S, SMALL, Room, Sitter, small_lesson, small_session
 from tests.support.person import Person
@@ -310,4 +311,45 @@ def test_two_browsers_are_at_the_same_card(gui: viser.GuiApi, person: Person) ->
     assert one.card["ask"]["locked"]
     other.do(messages.Free())
     assert (one.state["free"], other.state["free"]) == (False, True)
+    room.close()
+
+
+def test_a_curve_that_was_drawn_is_told_with_the_run_and_stays_on_the_bar(
+    gui: viser.GuiApi, person: Person
+) -> None:
+    drawn = """  - ask: sketch
+    id: curve
+    text: "Draw the reward."
+    from: 250
+    to: 400
+    low: -50
+    high: 100
+    reveal: {reward: 50, at: 400}
+  - do: {command: run_to, at: 400}
+    id: goes
+    text: "Let it learn."
+    check: {measure: trial, above: 399}
+"""
+    cards = '      - text: "Zeichne."\n      - text: "Lerne."\n'
+    text = SMALL.replace("  - do: {command: introduce", f"{drawn}  - do: {{command: introduce")
+    text = text.replace('      - {text: "Lass ihn', f'{cards}      - {{text: "Lass ihn')
+    session = small_session()
+    session.start()
+    room = Room(session, gui, small_lesson(text))
+    sitter = room.sitters[0]
+    at_question(room, sitter)
+    sitter.do(messages.Answer("guess", "yes"), messages.Commit("guess", 90), messages.Next())
+    points = [(250 + 30 * place, 10.0) for place in range(6)]
+    sitter.answered(Sketch(tuple(points)))
+    sitter.do(messages.Commit("curve"), messages.Next())
+    assert sitter.on_bar.locked
+    assert sitter.on_bar.run == ()
+    sitter.do(messages.Use("run_to"))
+    room.until(lambda: sitter.card["check"]["verdict"] == "yes" and sitter.on_bar.run != ())
+    assert sitter.on_bar.run[-1][0] == 400
+    room.until(lambda: sitter.on_bar.band is not None)
+    assert sitter.card["reveal"]["ready"]
+    room.until(lambda: sitter.lesson["next"])
+    sitter.do(messages.Next())
+    assert sitter.on_bar is not None
     room.close()
