@@ -76,18 +76,13 @@ class Library:
             return offered
         return lesson_of(took)
 
-    def news_of(self, story: Story, is_shared: bool) -> str:
-        """What is to be said of the file of a lesson that is gone on with; "" if nothing is.
-
-        Args:
-            story: where somebody is in it.
-            is_shared: whether it came from elsewhere, and so did the name of its file.
-        """
+    def news_of(self, story: Story) -> str:
+        """What is to be said of the file of a lesson that is gone on with; "" if nothing is."""
         took = story.took
         offered = self.offered.get(took.name)
         if offered is not None:
             return "" if offered.digest == took.digest else _CHANGED
-        if not took.source or is_shared:
+        if not took.source:
             return ""
         key = (took.source, took.digest)
         if key not in self._sources:

@@ -160,7 +160,7 @@ class LessonPanel:
         busy = self._hands.busy(sitting, live)
         self._sitter.controls = self._all_controls(sitting, names, seen)
         is_last = index + 1 == len(spec.steps)
-        news = self._sitter.desk.library.news_of(story, live.is_shared)
+        news = self._sitter.desk.library.news_of(story)
         said = [news, sureness_in_words(live.stories) if is_last else ""]
         notes = card.notes if self._sitter.rooms.presents() else None
         return {

@@ -144,16 +144,14 @@ def test_what_has_become_of_a_lessons_file_is_said(tmp_path: Path, session: Sess
     session.wait_for(lambda status: status.story is not None, 30)
     story = session.status.story
     assert story is not None
-    assert Library().news_of(story, is_shared=False) == ""
+    assert Library().news_of(story) == ""
     path.write_text(SMALL.replace("A small one", "Another one"), encoding="utf-8")
-    assert "has changed" in Library().news_of(story, is_shared=False)
+    assert "has changed" in Library().news_of(story)
     changed = Library(lessons.load(str(path)))
-    assert "has changed" in changed.news_of(story, is_shared=False)
+    assert "has changed" in changed.news_of(story)
     path.unlink()
     gone = Library()
-    assert "is not there any more" in gone.news_of(story, is_shared=False)
-    # Whatever somebody else's session names is not looked for here.
-    assert Library().news_of(story, is_shared=True) == ""
+    assert "is not there any more" in gone.news_of(story)
     assert gone.of(story) is not None
 
 
