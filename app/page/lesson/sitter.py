@@ -154,7 +154,7 @@ class Sitter:
         asked = spec.in_language(story.language).steps[guess.place].question
         assert asked is not None
         spread = self.desk.spread_of(sitting, guess)
-        given, has_come = story.answers[guess.card.id], self.desk.has_come(guess)
+        given, has_come = story.answers[guess.card.id], self.desk.has_come(story, guess)
         is_waited_for = given.shown is not None or has_come or sitting.card.see is not None
         return Shown(guess, asked, given, spread, has_come) if is_waited_for else None
 
