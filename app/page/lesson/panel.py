@@ -210,7 +210,6 @@ class LessonPanel:
         card, n_hints = spec.steps[index], story.hints.get(index, 0)
         verdict = self._sitter.desk.verdict
         told = self._sitter.shown(sitting)
-        is_never = verdict is not None and verdict.state == "never"
         of_class = self._sitter.of_class(sitting, card.id if told is None else told.guess.card.id)
         return {
             "kind": card.kind,
@@ -221,6 +220,5 @@ class LessonPanel:
             "check": check_sent(card, index in story.passed, verdict),
             "hints": [str(html_of(hint)) for hint in card.hints[:n_hints]],
             "more_hints": n_hints < len(card.steps_of_help) and index not in story.passed,
-            "back": is_never and index not in story.passed and self._sitter.before is None,
             "busy": busy,
         }
