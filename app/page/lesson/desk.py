@@ -94,14 +94,14 @@ class Desk:
             first: a lesson that is to be on at once.
             folder: in which what twenty runs answer is kept; None for nowhere.
         """
-        self.library = Library(first)
+        self.library = Library()
         """The lessons that there are."""
         self.doings = Doings(session, service)
         """What was done on the card that is shown."""
         self._session, self._submit = session, submit
         self._referee = Referee(wake)
         self._twenty = Twenty(wake, folder)
-        self._first = first
+        self._first = None if first is None else self.library.offer(first)
         self._sound: tuple[Story | None, Any] = (None, None)
         """A story as it was kept, and without what makes no sense in its lesson."""
         self._goes_to: tuple[str, int, Moment] | None = None
