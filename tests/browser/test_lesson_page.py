@@ -125,6 +125,7 @@ def test_a_page_that_is_loaded_anew_is_at_the_same_card(shared: Shared, pupil: P
     pupil.start(TITLE)
     pupil.go_on(1)
     pupil.card.get_by_role("radio").first.check()
+    live.wait_for(lambda status: status.stories.on is not None and bool(status.stories.on.answers))
     page.reload()
     shared.screen.settle(live)
     root(page, "card")

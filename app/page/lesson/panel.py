@@ -83,7 +83,8 @@ class LessonPanel:
         self._slot = client.gui.add_html(slot_html("lesson", self._frame_html))
 
     def leave(self) -> None:
-        """Send nothing more, and take nothing."""
+        """Send nothing more, and take nothing; an answer that is being given is kept."""
+        self._sitter.tell_draft()
         self._channel.leave()
 
     @property
