@@ -111,6 +111,8 @@ class Desk:
         self._looked_s = -1.0
         self._found_s: dict[str, float] = {}
         """When it was known what the run answers, by question, while others are not there yet."""
+        self.is_answered = True
+        """Whether the session has answered all that it was asked before this frame."""
         self.verdict: Verdict | None = None
         """What the check of the card that is shown has come to; None if it has none, or not yet."""
 
@@ -190,6 +192,7 @@ class Desk:
             live: how the live run stands.
             is_answered: whether it has answered all that was asked; before, nothing is asked again.
         """
+        self.is_answered = is_answered
         first, self._first = self._first, None
         if first is not None:
             self._submit(request_to_begin(first, "", is_anew=False))
