@@ -112,6 +112,8 @@ class Desk:
         self._found_s: dict[tuple[int, str], float] = {}
         """When it was known what the run answers, by run and question, while others are not there
         yet."""
+        self.is_answered = True
+        """Whether the session has answered all that it was asked before this frame."""
         self.verdict: Verdict | None = None
         """What the check of the card that is shown has come to; None if it has none, or not yet."""
 
@@ -191,6 +193,7 @@ class Desk:
             live: how the live run stands.
             is_answered: whether it has answered all that was asked; before, nothing is asked again.
         """
+        self.is_answered = is_answered
         first, self._first = self._first, None
         if first is not None:
             self._submit(request_to_begin(first, "", is_anew=False))

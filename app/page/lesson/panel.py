@@ -41,8 +41,6 @@ _TELLS: Final = frozenset(
 """Controls that would tell what comes of it, while somebody is asked what they expect."""
 _IN_LESSON: Final = "<i hidden data-lesson-now></i>"
 """Has the page's script show the card, and no more than the lesson shows."""
-_SETTLED_S: Final = 0.4
-"""After so long an answer that is not changed any more is told to the session."""
 
 
 class LessonPanel:
@@ -119,8 +117,7 @@ class LessonPanel:
         self._dressing.update(sitting, seen.snapshot, look)
         if sitting is not None:
             self._hands.branch_off(sitting, live)
-        if sitter.draft is not None and now_s - sitter.draft.given_s >= _SETTLED_S:
-            sitter.tell_draft()
+        sitter.settle_draft(now_s)
         hint = "" if sitting is None else _IN_LESSON
         assign(self._slot, "content", slot_html("lesson", self._frame_html + hint))
         state = {

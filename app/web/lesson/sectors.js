@@ -21,6 +21,8 @@ export const sectors = (_, give) => {
   const toggle = (octant) => {
     const next = new Set(chosen);
     if (!next.delete(octant)) next.add(octant);
+    // The next click may come before this is drawn.
+    chosen = next;
     give(OCTANTS.filter((each) => next.has(each)));
   };
 
