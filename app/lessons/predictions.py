@@ -22,7 +22,7 @@ from typing import Any, Final, NamedTuple, cast
 import numpy as np
 
 from app.documents.lesson_grammar import OCTANTS
-from app.documents.lesson_questions import Asked
+from app.documents.lesson_questions import HANDLES, Asked
 from app.lessons.reveals import Answer
 from app.lessons.spread import Spread, points_of
 from app.words.numbers import counted
@@ -33,8 +33,6 @@ NEARLY_ALL: Final = 0.95
 """Share of the runs that a thing is true of, if nobody is to doubt it."""
 SOME: Final = 0.1
 """Share of the runs in which something happened, if it could as well have been this one."""
-HANDLES: Final = 6
-"""Of a sketch."""
 HANDLES_WITHIN: Final = 4
 """Of these, so many at least lie within what runs do, if the sketch does."""
 _MOST_REWARD: Final = 1e9

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import viser
 
+from app.documents.lesson_cards import Card
 from app.lessons.markup import html_of
 from app.lessons.story import is_locked, may_go_on, shown, sureness_in_words
 from app.live.status import Status
@@ -217,6 +218,14 @@ class LessonPanel:
             "reveal": class_sent(of_class) if told is None else reveal_sent(told, of_class),
             "check": check_sent(card, index in story.passed, verdict),
             "hints": [str(html_of(hint)) for hint in card.hints[:n_hints]],
-            "more_hints": n_hints < len(card.steps_of_help) and index not in story.passed,
+            "next_hint": None if index in story.passed else _next_hint(card, n_hints),
             "busy": busy,
         }
+
+
+def _next_hint(card: Card, n_hints: int) -> str | None:
+    """Whether one hint more says something, or does it; None if there is no more."""
+    left = len(card.steps_of_help) - n_hints
+    if left <= 0:
+        return None
+    return "does" if left == 1 and card.does_it else "says"

@@ -36,7 +36,7 @@ def told(sitter: Sitter) -> tuple[Any, ...]:
     lesson, card = sitter.lesson, sitter.card
     return (
         *(lesson[name] for name in ("at", "furthest", "show", "language", "next", "last")),
-        *(card[name] for name in ("kind", "id", "html", "ask", "hints", "more_hints", "reveal")),
+        *(card[name] for name in ("kind", "id", "html", "ask", "hints", "next_hint", "reveal")),
         [control["control"] for control in lesson["controls"]],
         None if card["check"] is None else card["check"]["verdict"],
     )
