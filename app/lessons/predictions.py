@@ -196,20 +196,25 @@ def _numbered(asked: Asked, answer: Answer, own: Answer, spread: Spread, runs: S
     assert all_of_them is not None
     assert isinstance(answer, int | float)
     within = all_of_them.low <= answer <= all_of_them.high
-    unit = "" if asked.ask == "moment" or asked.unit is None else f" {asked.unit}"
+    unit = "" if asked.ask == "moment" or asked.unit is None else asked.unit
     trial = "trial " if asked.ask == "moment" else ""
     said: list[str] = []
     if isinstance(own, int | float):
-        said.append(f"In this run: {trial}{_said(own)}{unit}.")
+        said.append(f"In this run: {trial}{_with_unit(own, unit)}.")
     elif own is None and asked.ask == "moment":
         said.append("In this run it has not come.")
     if band is not None:
         ends = f"{_said(band.low)} to {_said(band.high)}" if band.low < band.high else "always"
-        said.append(f"{counted(spread.n, 'run')}: {trial}{_said(band.median)}{unit} ({ends}).")
+        said.append(f"{counted(spread.n, 'run')}: {trial}{_with_unit(band.median, unit)} ({ends}).")
     missing = spread.n - spread.n_answered
     if missing and asked.ask == "moment":
         said.append(f"{_of_all(missing, spread).capitalize()} it never came.")
     return Scored(within, " ".join(said))
+
+
+def _with_unit(number: float, unit: str) -> str:
+    """A number of units; of one alone without the word, which lessons have in the plural."""
+    return _said(number) if number == 1 and unit.isalpha() else f"{_said(number)} {unit}".rstrip()
 
 
 def _said(number: float) -> str:
@@ -243,7 +248,8 @@ def _drawn(answer: Answer, runs: Spread) -> Scored:
         bool(lowest <= reward <= highest)
         for (_, reward), lowest, highest in zip(points, low, high, strict=True)
     )
-    said = f"{n} of your {len(points)} points lie within what {counted(runs.n, 'run')} did."
+    lie = "lies" if n == 1 else "lie"
+    said = f"{n} of your {len(points)} points {lie} within what {counted(runs.n, 'run')} did."
     return Scored(n >= HANDLES_WITHIN, said)
 
 

@@ -218,7 +218,7 @@ def sureness(stories: Stories) -> tuple[Sureness, ...]:
 def sureness_in_words(stories: Stories) -> str:
     """One line for the end of a lesson; empty where nobody said how sure they were."""
     parts = [
-        f"you said {one.percent} %, you were right in {one.right} of {one.n}"
+        f"when you said {one.percent}\u00a0%, you were right in {one.right} of {one.n}"
         for one in sureness(stories)
     ]
     text = "; ".join(parts)

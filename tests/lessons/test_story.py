@@ -123,7 +123,9 @@ def test_how_sure_people_were_is_counted_over_all_lessons(n_right: int) -> None:
         ):
             stories = stories.after(record)
     assert sureness(stories) == (Sureness(90, n_right, 2),)
-    assert sureness_in_words(stories) == f"You said 90 %, you were right in {n_right} of 2."
+    assert (
+        sureness_in_words(stories) == f"When you said 90\u00a0%, you were right in {n_right} of 2."
+    )
     assert sureness_in_words(Stories()) == ""
 
 

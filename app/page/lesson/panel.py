@@ -14,7 +14,7 @@ import viser
 
 from app.documents.lesson_cards import Card
 from app.lessons.markup import html_of
-from app.lessons.story import is_locked, may_go_on, shown, sureness_in_words
+from app.lessons.story import may_go_on, shown, sureness_in_words
 from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Inbox
@@ -36,9 +36,21 @@ from app.player.classroom import Card as CardTold
 from app.server.channels import Channels
 
 _TELLS: Final = frozenset(
-    {"play", "step", "trial", "add_skill", "explore", "freeze", "plan", "undo", "start_again"}
+    {
+        "play",
+        "step",
+        "trial",
+        "speed",
+        "add_skill",
+        "explore",
+        "freeze",
+        "plan",
+        "undo",
+        "start_again",
+    }
 )
-"""Controls that would tell what comes of it, while somebody is asked what they expect."""
+"""Controls that would tell what comes of it before it is asked for, or change what is asked about:
+they are there on cards on which something is to be done, until it is."""
 _IN_LESSON: Final = "<i hidden data-lesson-now></i>"
 """Has the page's script show the card, and no more than the lesson shows."""
 
@@ -91,6 +103,12 @@ class LessonPanel:
         """What an audience is told of the card that this browser sees; None if it sees none."""
         sitting = self._sitter.taught
         return None if sitting is None else card_told(sitting)
+
+    @property
+    def is_seen_closely(self) -> bool:
+        """Whether it is asked what is known, or told why: no hunt is to cover that."""
+        sitting = self._sitter.taught
+        return sitting is not None and sitting.card.kind in ("see", "why")
 
     def _opened(self) -> None:
         """The frame is there, or there again, and knows nothing."""
@@ -154,7 +172,8 @@ class LessonPanel:
         story, index = sitting.story, sitting.index
         spec = sitting.lesson.spec.in_language(story.language)
         names, card = shown(story, spec), spec.steps[index]
-        if card.question is not None and not is_locked(story, card.id) and not live.playing:
+        acts = card.kind == "free" or (card.kind == "do" and not may_go_on(story, spec))
+        if not acts and not live.playing:
             names -= _TELLS
         busy = self._hands.busy(sitting, live)
         self._sitter.controls = self._all_controls(sitting, names, seen)

@@ -54,7 +54,9 @@ def test_a_lesson_begins_with_its_run_at_the_trial_of_its_setup(room: Room, sitt
     assert sitter.lesson["at"] == 0
     assert sitter.card["html"] == "The predator learns to <b>hunt</b>."
     assert sitter.view.look.layer == "value"
-    assert [control["control"] for control in sitter.lesson["controls"]] == ["play", "speed"]
+    # What the run comes to is asked for before it goes on.
+    assert sitter.lesson["controls"] == []
+    assert "Space" not in sitter.lesson["keys"]
 
 
 def test_going_on_learns_first_what_the_card_says(room: Room, sitter: Sitter) -> None:
@@ -208,7 +210,7 @@ def test_why_looks_into_a_place_and_the_last_card_opens_all(room: Room, sitter: 
     assert not sitter.lesson["next"]
     assert "all" in sitter.lesson["show"]
     room.until(lambda: sitter.lesson["said"] != "")
-    assert sitter.lesson["said"] == "You said 90 %, you were right in 1 of 1."
+    assert sitter.lesson["said"] == "When you said 90\u00a0%, you were right in 1 of 1."
 
 
 def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
