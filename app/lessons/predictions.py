@@ -1,7 +1,7 @@
 """What people predict: an answer as it comes from a page, and how it compares with what came.
 
 Nobody loses to luck. What one run does is partly chance, so an answer is held against this run and
-twenty others that differ by their seeds alone: it is *within* what they do or not, and there is no
+twenty that differ by their seeds alone: it is *within* what they do or not, and there is no
 mark. What counts as within:
 
 - ``choice`` and ``direction``: what happened in this run, or in at least one of ten others;

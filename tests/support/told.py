@@ -187,7 +187,7 @@ STATES: Final[dict[str, dict[str, Any]]] = {
     ),
     "number": told(card("ask", "How many?", ask=asks("number", **_NUMBER, confidence=True))),
     "sectors": told(card("ask", "Where?", ask=asks("sectors", answer=["w", "nw"]))),
-    "moment": told(card("ask", "When?", ask=asks("moment", low=0, high=48_000))),
+    "moment": told(card("ask", "When?", ask=asks("moment", **{"from": 24_000, "to": 48_000}))),
     "sketch": told(card("ask", "What comes?", ask=asks("sketch", **_SKETCH))),
     "order": told(card("ask", "What matters most?", ask=asks("order", options=PARTS))),
     "direction revealed": _revealed(

@@ -31,12 +31,10 @@ _GONE: Final = (
 class Library:
     """The lessons. The render loop alone has to do with it."""
 
-    def __init__(self, own: Lesson | None = None) -> None:
-        """Have the shipped ones, and one's ``own``."""
+    def __init__(self) -> None:
+        """Have the shipped ones."""
         self._shipped: dict[str, Lesson] | None = None
         self._own: dict[str, Lesson] = {}
-        if own is not None and own.name not in lessons.shipped():
-            self.offer(own)
         self._sources: dict[tuple[str, str], str] = {}
         """By name and digest, what has become of a lesson's file."""
 
@@ -54,18 +52,21 @@ class Library:
         Raises:
             LessonError: it cannot be taught; with all that is wrong with it.
         """
-        lesson = lessons.parse(text, file_name)
-        if lesson.name in lessons.shipped():
-            lesson = replace(lesson, name=f"{lesson.name}_own")
-        self.offer(lesson)
-        return lesson
+        return self.offer(lessons.parse(text, file_name))
 
-    def offer(self, lesson: Lesson) -> None:
-        """Offer a lesson, in the place of an own one of its name."""
+    def offer(self, lesson: Lesson) -> Lesson:
+        """Offer a lesson, in the place of an own one of its name; returns it as it is offered: one
+        that is called as a shipped one is has another name."""
+        shipped = lessons.shipped()
+        if lesson.source in shipped:
+            return lesson
+        if lesson.name in shipped:
+            lesson = replace(lesson, name=f"{lesson.name}_own")
         self._own.pop(lesson.name, None)
         self._own[lesson.name] = lesson
         while len(self._own) > MOST_OWN:
             del self._own[next(iter(self._own))]
+        return lesson
 
     def of(self, story: Story) -> Lesson | None:
         """The lesson that somebody is in, as it was when it was begun; None if this pounce cannot
@@ -76,18 +77,13 @@ class Library:
             return offered
         return lesson_of(took)
 
-    def news_of(self, story: Story, is_shared: bool) -> str:
-        """What is to be said of the file of a lesson that is gone on with; "" if nothing is.
-
-        Args:
-            story: where somebody is in it.
-            is_shared: whether it came from elsewhere, and so did the name of its file.
-        """
+    def news_of(self, story: Story) -> str:
+        """What is to be said of the file of a lesson that is gone on with; "" if nothing is."""
         took = story.took
         offered = self.offered.get(took.name)
         if offered is not None:
             return "" if offered.digest == took.digest else _CHANGED
-        if not took.source or is_shared:
+        if not took.source:
             return ""
         key = (took.source, took.digest)
         if key not in self._sources:

@@ -52,8 +52,6 @@ _TELLS: Final = frozenset(
 they are there on cards on which something is to be done, until it is."""
 _IN_LESSON: Final = "<i hidden data-lesson-now></i>"
 """Has the page's script show the card, and no more than the lesson shows."""
-_SETTLED_S: Final = 0.4
-"""After so long an answer that is not changed any more is told to the session."""
 
 
 class LessonPanel:
@@ -95,7 +93,8 @@ class LessonPanel:
         self._slot = client.gui.add_html(slot_html("lesson", self._frame_html))
 
     def leave(self) -> None:
-        """Send nothing more, and take nothing."""
+        """Send nothing more, and take nothing; an answer that is being given is kept."""
+        self._sitter.tell_draft()
         self._channel.leave()
 
     @property
@@ -135,8 +134,7 @@ class LessonPanel:
         self._dressing.update(sitting, seen.snapshot, look)
         if sitting is not None:
             self._hands.branch_off(sitting, live)
-        if sitter.draft is not None and now_s - sitter.draft.given_s >= _SETTLED_S:
-            sitter.tell_draft()
+        sitter.settle_draft(now_s)
         hint = "" if sitting is None else _IN_LESSON
         assign(self._slot, "content", slot_html("lesson", self._frame_html + hint))
         state = {
@@ -179,7 +177,7 @@ class LessonPanel:
         busy = self._hands.busy(sitting, live)
         self._sitter.controls = self._all_controls(sitting, names, seen)
         is_last = index + 1 == len(spec.steps)
-        news = self._sitter.desk.library.news_of(story, live.is_shared)
+        news = self._sitter.desk.library.news_of(story)
         said = [news, sureness_in_words(live.stories) if is_last else ""]
         notes = card.notes if self._sitter.rooms.presents() else None
         return {
@@ -229,7 +227,6 @@ class LessonPanel:
         card, n_hints = spec.steps[index], story.hints.get(index, 0)
         verdict = self._sitter.desk.verdict
         told = self._sitter.shown(sitting)
-        is_never = verdict is not None and verdict.state == "never"
         of_class = self._sitter.of_class(sitting, card.id if told is None else told.guess.card.id)
         return {
             "kind": card.kind,
@@ -240,6 +237,5 @@ class LessonPanel:
             "check": check_sent(card, index in story.passed, verdict),
             "hints": [str(html_of(hint)) for hint in card.hints[:n_hints]],
             "more_hints": n_hints < len(card.steps_of_help) and index not in story.passed,
-            "back": is_never and index not in story.passed and self._sitter.before is None,
             "busy": busy,
         }

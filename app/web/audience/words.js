@@ -34,7 +34,7 @@ const WORDS = {
     diamond: "Raute",
     cross: "Kreuz",
     card: "{0}: Karte {1} von {2}",
-    waiting: "Fragen kommen hierher. Schau bis dahin auf das Brett.",
+    waiting: "Fragen kommen hierher. Schau bis dahin auf das Feld.",
     ended: "Die Klasse ist zu Ende, und alle Antworten sind vergessen.",
     noSeat: "Diese Seite hat keinen Platz und schaut nur zu: Sie braucht ihren Cookie und einen freien Platz.",
     takeSeat: "Platz nehmen",

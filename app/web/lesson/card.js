@@ -101,11 +101,13 @@ const showLanguages = ({ languages, language: chosen }) => {
 
 /** @param {Card} card */
 const commit = (card) => {
-  const answer = answerOf(card);
+  const { ask } = card;
   // The order that things stand in is an answer, though nobody has moved one.
-  if (card.ask?.kind === "order" && answer === null)
-    send({ do: "answer", id: card.id, value: card.ask.options.map(([value]) => value) });
-  send({ do: "commit", id: card.id, confidence: card.ask?.confidence ? sureOf(card) : null });
+  const asItStands = ask?.kind === "order" ? ask.options.map(([value]) => value) : null;
+  const answer = answerOf(card) ?? asItStands;
+  // What is committed is what is seen, though it may have been lost with a connection.
+  if (JSON.stringify(answer) !== JSON.stringify(ask?.answer)) send({ do: "answer", id: card.id, value: answer });
+  send({ do: "commit", id: card.id, confidence: ask?.confidence ? sureOf(card) : null });
 };
 
 /** The thing to do that stands below the card, if it is a single one. @param {Lesson} lesson */

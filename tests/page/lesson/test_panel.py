@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 import viser
 
-from app.live.requests import GoBack, RunTo, TrialOnce
+from app.live.requests import GoBack, Request, RunTo, TrialOnce
 from app.page.lesson import messages
 from app.page.lesson.controls import Control
 from app.page.lesson.learn import request_to_begin
@@ -90,6 +90,40 @@ def at_question(room: Room, sitter: Sitter) -> None:
     sitter.start()
     sitter.do(messages.Next())
     room.until(lambda: sitter.lesson["at"] == 1)
+
+
+def test_an_answer_stays_on_the_card_until_the_session_has_it(
+    room: Room, sitter: Sitter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.page.lesson.sitter._SETTLED_S", 0.0)
+    at_question(room, sitter)
+    waiting: list[Request] = []
+
+    def keep_waiting(request: Request, *_: object) -> int:
+        waiting.append(request)
+        return room.status.answered + 1
+
+    submit = room.session.submit
+    with monkeypatch.context() as patch:
+        patch.setattr(room.session, "submit", keep_waiting)
+        sitter.panel.take(messages.Answer("guess", "yes"))
+        for _ in range(3):
+            room.show()
+            assert sitter.card["ask"]["answer"] == "yes"
+    assert len(waiting) == 1
+    room.ticket = submit(waiting[0])
+    room.settle()
+    assert sitter.card["ask"]["answer"] == "yes"
+    # Committed later, from whichever browser, it is that.
+    sitter.do(messages.Commit("guess", 90))
+    assert sitter.card["ask"]["locked"]
+
+
+def test_a_commit_without_an_answer_is_said_to_be_none(room: Room, sitter: Sitter) -> None:
+    at_question(room, sitter)
+    sitter.do(messages.Commit("guess", 90))
+    assert not sitter.card["ask"]["locked"]
+    assert "has not come" in sitter.state["fault"]
 
 
 def at_deed(room: Room, sitter: Sitter) -> None:
@@ -188,10 +222,8 @@ def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
     began = story.began[2]
     room.submit(RunTo(460))
     room.until(lambda: sitter.card["check"]["verdict"] == "never")
-    assert sitter.card["back"]
     sitter.do(messages.Rewind())
     room.until(lambda: sitter.outlook.place == began.place)
-    assert not sitter.card["back"]
     assert sitter.card["busy"] is not None
     sitter.do(messages.Use("add_skill.avoid"))
     room.until(lambda: sitter.card["check"]["verdict"] == "yes")
