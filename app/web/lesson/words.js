@@ -1,6 +1,8 @@
 // @ts-check
 // What the card says of itself, in the language of its lesson; what a lesson says comes with it.
 
+import { numeralIn, phrase } from "../time/words.js";
+
 /** @type {Record<string, Record<string, string>>} */
 const WORDS = {
   en: {
@@ -106,7 +108,7 @@ const WORDS = {
     lessons: "Lektionen",
     lesson: "Lektion",
     free: "Alles öffnen",
-    freeHint: "Alle Felder und Tasten; ein Knopf führt zu dieser Karte zurück",
+    freeHint: "Alle Bereiche und Tasten; ein Knopf führt zu dieser Karte zurück",
     leave: "Lektion beenden",
     close: "Schließen",
     back: "Zurück",
@@ -135,11 +137,11 @@ const WORDS = {
     sure90: "sehr sicher",
     yourNumber: "Deine Zahl",
     trial: "Versuch",
-    onBar: "Klicke auf der Zeitleiste unter dem Brett auf den Moment, den du meinst.",
+    onBar: "Klicke auf der Leiste unter dem Feld auf den Moment, den du meinst.",
     orType: "Oder tippe einen Versuch:",
-    onBoard: "Klicke auf das Brett oder hier. Mehrere sind möglich.",
-    octants: "Teile des Bretts um die Beute, die nach rechts schaut",
-    drawOn: "Ziehe die sechs Griffe in der Kurve der Zeitleiste.",
+    onBoard: "Klicke auf das Feld oder hier. Mehrere sind möglich.",
+    octants: "Teile des Felds um die Beute, die nach rechts schaut",
+    drawOn: "Ziehe die sechs Griffe in der Kurve auf der Leiste.",
     typeIt: "Oder tippe sechs Belohnungen",
     rewardAt: "Belohnung bei Versuch {0}",
     putInOrder: "Bring sie in eine Reihenfolge, das Erste nach oben.",
@@ -148,11 +150,11 @@ const WORDS = {
     place: "{0}: Platz {1} von {2}",
     e: "vorn",
     ne: "vorn links",
-    n: "linke Flanke",
+    n: "linke Seite",
     nw: "hinten links",
     w: "hinten",
     sw: "hinten rechts",
-    s: "rechte Flanke",
+    s: "rechte Seite",
     se: "vorn rechts",
     none: "keine",
     wasSo: "Was herauskam",
@@ -177,7 +179,7 @@ const WORDS = {
     hints: "Hinweise",
     controls: "Was du tun kannst",
     inspect: "Dieser Ort",
-    notes: "Notizen für die Lehrperson",
+    notes: "Notizen für die Lehrkraft",
     vote: "Die Klasse",
     join: "Mitmachen mit",
     at: "auf",
@@ -215,13 +217,7 @@ export const setLanguage = (language) => {
  * @param {string} key
  * @param {...unknown} parts what stands in the places of {0}, {1}, ...
  */
-export const word = (key, ...parts) => {
-  const text = WORDS[root.lang]?.[key] ?? WORDS.en[key] ?? key;
-  return text.replace(/\{(\d)\}/g, (_, place) => `${parts[Number(place)]}`);
-};
+export const word = (key, ...parts) => phrase(WORDS, root.lang, key, parts);
 
 /** A number as it is written there. @param {number} number @param {number} [digits] behind the point */
-export const numeral = (number, digits = 0) =>
-  number
-    .toLocaleString(root.lang === "de" ? "de-DE" : "en-US", { maximumFractionDigits: digits })
-    .replace("-", "−");
+export const numeral = (number, digits = 0) => numeralIn(root.lang, number, digits);
