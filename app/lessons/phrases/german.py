@@ -38,7 +38,7 @@ GERMAN: Final = Language(
             " Lektion weiter."
         ),
         "busy.start": (
-            "Er lernt bis Versuch {start}, wo es losgeht, und ist jetzt in Versuch {trial} …"
+            "Er lernt bis Versuch {start}, dort geht es los; jetzt ist er in Versuch {trial} …"
         ),
         "busy.learns": "Er lernt weiter bis Versuch {until} und ist jetzt in Versuch {trial} …",
         "busy.catches.one": "Es geht Versuch für Versuch weiter, noch {n} Fang …",
@@ -53,7 +53,7 @@ GERMAN: Final = Language(
         "check.not_yet": "Noch nicht.",
         "check.until": "Noch nicht; Zeit ist bis Versuch {until}.",
         "reveal.ahead": "Was daraus wird, ist noch nicht bekannt: So weit ist der Lauf noch nicht.",
-        "reveal.twenty": "Zum Vergleich werden zwanzig Läufe gerechnet; {n} sind schon da …",
+        "reveal.twenty": "Zum Vergleich werden zwanzig Läufe gerechnet, fertig sind davon {n} …",
         "score.no_answer": "Darauf hat kein Lauf eine Antwort.",
         "score.key": "Richtig ist: {what}.",
         "score.own": "In diesem Lauf: {what}.",
@@ -70,12 +70,12 @@ GERMAN: Final = Language(
         "score.wrong.one": "{n} deiner Richtungen blieb leer.",
         "score.wrong.more": "{n} deiner Richtungen blieben leer.",
         "score.no_curve": "Die Kurve ist noch nicht bekannt.",
-        "score.points.one": "{k} deiner {points} Punkte liegen da, wo {n} Lauf war.",
-        "score.points.more": "{k} deiner {points} Punkte liegen da, wo {n} Läufe waren.",
+        "score.points.one": "{k} deiner {points} Punkte liegen im Bereich von {n} Lauf.",
+        "score.points.more": "{k} deiner {points} Punkte liegen im Bereich von {n} Läufen.",
         "score.no_pairs": "Bei keinen zweien davon sind sich die Läufe einig.",
         "score.pairs.one": "Bei {n} Paar sind sich die Läufe einig, {k} davon hast du richtig.",
         "score.pairs.more": "Bei {n} Paaren sind sich die Läufe einig, {k} davon hast du richtig.",
-        "sure": "Du warst dir zu {percent} % sicher und lagst in {k} von {n} Fällen richtig.",
+        "sure": "Du warst dir zu {percent} % sicher und lagst {k} von {n} Mal richtig.",
         # Controls.
         "control.play": "Lernen lassen",
         "control.pause": "Anhalten",

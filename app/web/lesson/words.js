@@ -158,7 +158,7 @@ const WORDS = {
     se: "vorn rechts",
     none: "keine",
     wasSo: "Was herauskam",
-    wereSure: "Du warst zu {0} % sicher.",
+    wereSure: "Du warst dir zu {0} % sicher.",
     guess: "erwartet",
     saw: "gesehen",
     run: "dieser Lauf",
