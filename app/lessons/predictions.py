@@ -1,7 +1,7 @@
 """What people predict: an answer as it comes from a page, and how it compares with what came.
 
 Nobody loses to luck. What one run does is partly chance, so an answer is held against this run and
-twenty others that differ by their seeds alone: it is *within* what they do or not, and there is no
+twenty that differ by their seeds alone: it is *within* what they do or not, and there is no
 mark. What counts as within:
 
 - ``choice`` and ``direction``: what happened in this run, or in at least one of ten others;
@@ -22,7 +22,7 @@ from typing import Any, Final, NamedTuple, cast
 import numpy as np
 
 from app.documents.lesson_grammar import OCTANTS
-from app.documents.lesson_questions import Asked
+from app.documents.lesson_questions import HANDLES, Asked
 from app.lessons.reveals import Answer
 from app.lessons.spread import Spread, points_of
 from app.lessons.words import IN_ENGLISH, Words
@@ -32,8 +32,6 @@ NEARLY_ALL: Final = 0.95
 """Share of the runs that a thing is true of, if nobody is to doubt it."""
 SOME: Final = 0.1
 """Share of the runs in which something happened, if it could as well have been this one."""
-HANDLES: Final = 6
-"""Of a sketch."""
 HANDLES_WITHIN: Final = 4
 """Of these, so many at least lie within what runs do, if the sketch does."""
 _MOST_REWARD: Final = 1e9
@@ -223,10 +221,12 @@ def _numbered(asked: Asked, answer: Answer, own: Answer, spread: Spread, words: 
 
 
 def _measured(asked: Asked, number: float, words: Words) -> str:
-    """A number that was asked for, with its unit."""
+    """A number that was asked for, with its unit; of one alone without the word, which lessons have
+    in the plural."""
     if asked.ask == "moment":
         return words.say("trial", trial=number)
-    return f"{words.number(number)} {asked.unit or ''}".rstrip()
+    unit = "" if asked.unit is None or (number == 1 and asked.unit.isalpha()) else asked.unit
+    return f"{words.number(number)} {unit}".rstrip()
 
 
 def _sectors(answer: Answer, own: Answer, spread: Spread, words: Words) -> Scored:
@@ -253,7 +253,8 @@ def _drawn(answer: Answer, runs: Spread, words: Words) -> Scored:
         bool(lowest <= reward <= highest)
         for (_, reward), lowest, highest in zip(points, low, high, strict=True)
     )
-    said = words.counted("score.points", runs.n, k=n, points=len(points))
+    key = "score.point" if n == 1 else "score.points"
+    said = words.counted(key, runs.n, k=n, points=len(points))
     return Scored(n >= HANDLES_WITHIN, said)
 
 

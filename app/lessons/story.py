@@ -93,11 +93,6 @@ def question_of(card: Card) -> str | None:
     return card.id if card.question is not None or card.see is not None else None
 
 
-def asked_by(card: Card, spec: LessonSpec) -> Asked | None:
-    """What a card asks, be it what an earlier one asked."""
-    return spec.question_of(card)
-
-
 def is_locked(story: Story, question: str | None) -> bool:
     """Whether the answer to a question stands."""
     given = None if question is None else story.answers.get(question)

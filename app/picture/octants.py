@@ -13,10 +13,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from app.documents.lesson_grammar import OCTANTS
 from app.picture.theme import Colour
-
-OCTANTS: Final = ("e", "ne", "n", "nw", "w", "sw", "s", "se")
-"""From straight ahead on, counter-clockwise, as headings are numbered."""
 
 _WIDE: Final = math.pi / 4
 _ARC_POINTS: Final = 17

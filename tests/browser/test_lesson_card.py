@@ -108,7 +108,11 @@ def test_a_choice_is_made_by_keyboard_and_committed_with_how_sure_one_is(taught:
     expect(page.locator("footer .why")).to_have_text("Say how sure you are.")
     page.get_by_role("radio", name="90 %").check()
     commit.click()
-    assert taught.said == [{"do": "commit", "id": "a_ask", "confidence": 90}]
+    # What was chosen comes with it: it may have been lost with a connection.
+    assert taught.said == [
+        {"do": "answer", "id": "a_ask", "value": "counter"},
+        {"do": "commit", "id": "a_ask", "confidence": 90},
+    ]
     taught.hear(STATES["committed"])
     for radio in page.get_by_role("radio").all():
         expect(radio).to_be_disabled()
@@ -116,6 +120,19 @@ def test_a_choice_is_made_by_keyboard_and_committed_with_how_sure_one_is(taught:
     # Who has pressed the button still has it.
     expect(page.locator("footer .primary")).to_be_focused()
     expect(page.locator("footer .why")).to_contain_text("It learns on to trial 8,000")
+
+
+def test_an_answer_is_not_forgotten_while_the_lab_says_nothing_of_it(taught: Taught) -> None:
+    taught.page.clock.install()
+    taught.open()
+    taught.hear(STATES["direction"])
+    chosen = taught.page.get_by_role("radio", name="Clockwise", exact=True)
+    chosen.check()
+    taught.page.get_by_role("radio", name="90 %").check()
+    taught.page.clock.run_for(60_000)
+    expect(chosen).to_be_checked()
+    button(taught, "Commit").click()
+    assert [message["do"] for message in taught.said] == ["answer", "answer", "commit"]
 
 
 def test_a_number_is_typed_or_pushed_and_stays_within_bounds(taught: Taught) -> None:
@@ -150,7 +167,11 @@ def test_parts_of_the_board_are_chosen_by_click_and_by_key(taught: Taught) -> No
 def test_moments_and_curves_can_be_typed(taught: Taught) -> None:
     taught.hear(STATES["moment"])
     field = taught.page.get_by_label("Trial", exact=True)
-    field.fill("24000")
+    field.fill("24500")
+    field.press("Tab")
+    assert answer_of(taught) == 24_500
+    # Of what is asked about no moment lies before.
+    field.fill("100")
     field.press("Tab")
     assert answer_of(taught) == 24_000
     taught.hear(STATES["sketch"])

@@ -376,7 +376,11 @@ def of_experiment(name: str, quantity: str) -> str:
         ),
         ("{ask: order, text: A, options: [a, b], key: [a, a]}", "allowed: a list of all of a, b"),
         (
-            "{ask: sketch, text: A, from: 5, to: 9, key: 3}",
+            "{ask: sketch, text: A, from: 5, to: 9, reveal: {reward: 9}}",
+            "steps.0.to: value 9: leaves no trial for each handle; allowed: from 10 on",
+        ),
+        (
+            "{ask: sketch, text: A, from: 5, to: 10, key: 3}",
             "steps.0.key: value 3: is not among the answers",
         ),
         (

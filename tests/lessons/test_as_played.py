@@ -182,7 +182,9 @@ def test_a_line_that_goes_another_way_is_looked_at_anew(lesson: Lesson) -> None:
         assert run.state == "yes"
         assert found.state in ("yes", "never")
         assert found != run
-        referee.forget("circle")
+        referee.keep(["circle"])
+        assert referee.verdict("circle") == found
+        referee.keep([])
         assert referee.verdict("circle") is None
     finally:
         referee.stop()

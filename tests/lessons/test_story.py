@@ -126,7 +126,7 @@ def test_how_sure_people_were_is_counted_over_all_lessons(n_right: int) -> None:
     assert sureness(stories) == (Sureness(90, n_right, 2),)
     assert (
         sureness_in_words(stories, IN_ENGLISH)
-        == f"You said 90 %, you were right in {n_right} of 2."
+        == f"When you said 90\u00a0%, you were right in {n_right} of 2."
     )
     assert sureness_in_words(Stories(), IN_ENGLISH) == ""
 

@@ -70,12 +70,14 @@ ENGLISH: Final = Language(
         "score.wrong.one": "{n} octant of yours stayed without.",
         "score.wrong.more": "{n} octants of yours stayed without.",
         "score.no_curve": "The curve is not known so far.",
+        "score.point.one": "{k} of your {points} points lies within what {n} run did.",
+        "score.point.more": "{k} of your {points} points lies within what {n} runs did.",
         "score.points.one": "{k} of your {points} points lie within what {n} run did.",
         "score.points.more": "{k} of your {points} points lie within what {n} runs did.",
         "score.no_pairs": "Runs do not agree on any two of these.",
         "score.pairs.one": "Of {n} pair that runs agree on, {k} are as you said.",
         "score.pairs.more": "Of {n} pairs that runs agree on, {k} are as you said.",
-        "sure": "You said {percent} %, you were right in {k} of {n}.",
+        "sure": "When you said {percent}\u00a0%, you were right in {k} of {n}.",
         # Controls.
         "control.play": "Play",
         "control.pause": "Pause",
@@ -118,6 +120,7 @@ ENGLISH: Final = Language(
         "fault.unreadable": "The lesson of this session cannot be read by this pounce.",
         "fault.no_lesson": "That lesson is not here any more",
         "fault.not_whole": "The file has not come whole; choose it again",
+        "fault.no_answer": "Your answer has not come here; give it again, and commit it then",
         "fault.too_large": "The file is too large; allowed: at most {n} bytes",
         "fault.added": "“{title}” is in the list now.",
         # The printed sheet.

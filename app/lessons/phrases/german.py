@@ -70,12 +70,14 @@ GERMAN: Final = Language(
         "score.wrong.one": "{n} deiner Richtungen blieb leer.",
         "score.wrong.more": "{n} deiner Richtungen blieben leer.",
         "score.no_curve": "Die Kurve ist noch nicht bekannt.",
+        "score.point.one": "{k} deiner {points} Punkte liegt im Bereich von {n} Lauf.",
+        "score.point.more": "{k} deiner {points} Punkte liegt im Bereich von {n} Läufen.",
         "score.points.one": "{k} deiner {points} Punkte liegen im Bereich von {n} Lauf.",
         "score.points.more": "{k} deiner {points} Punkte liegen im Bereich von {n} Läufen.",
         "score.no_pairs": "Bei keinen zweien davon sind sich die Läufe einig.",
         "score.pairs.one": "Bei {n} Paar sind sich die Läufe einig, {k} davon hast du richtig.",
         "score.pairs.more": "Bei {n} Paaren sind sich die Läufe einig, {k} davon hast du richtig.",
-        "sure": "Du warst dir zu {percent} % sicher und lagst {k} von {n} Mal richtig.",
+        "sure": "Du warst dir zu {percent}\u00a0% sicher und lagst {k} von {n} Mal richtig.",
         # Controls.
         "control.play": "Lernen lassen",
         "control.pause": "Anhalten",
@@ -118,6 +120,7 @@ GERMAN: Final = Language(
         "fault.unreadable": "Die Lektion dieser Sitzung kann dieses pounce nicht lesen.",
         "fault.no_lesson": "Diese Lektion gibt es hier nicht mehr",
         "fault.not_whole": "Die Datei ist nicht vollständig angekommen; wähle sie noch einmal",
+        "fault.no_answer": "Deine Antwort kam nicht an; gib sie noch einmal und lege dich fest",
         "fault.too_large": "Die Datei ist zu groß; erlaubt sind höchstens {n} Byte",
         "fault.added": "„{title}“ steht jetzt in der Liste.",
         # The printed sheet.

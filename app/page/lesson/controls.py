@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 from app.documents.lesson_cards import Card
+from app.lessons.doing import EXPLORED
 from app.lessons.story import has, layers_of
 from app.lessons.words import Words
 from app.live.requests import Pause, Play, Request, RunTo, SetSpeed, StepOnce, TrialOnce
@@ -40,8 +41,6 @@ _SPEEDS: Final = (10.0, 200.0, 2_000.0, 20_000.0, 200_000.0)
 _READ: Final = ("ask", "see", "why", "transfer")
 """Cards on which nothing is done to the learner: what is asked and told there is about the run as
 it is."""
-_EXPLORED: Final = (2_000, 0.95)
-"""Trials and chance where a card states none: as the thesis's schedule has for circling."""
 
 
 class Layer(NamedTuple):
@@ -227,7 +226,7 @@ def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> 
         for skill in present if len(present) > 1 else ():
             if asked and skill not in asked:
                 continue
-            trials, chance = asked.get(skill, _EXPLORED)
+            trials, chance = asked.get(skill, EXPLORED)
             is_main = skill in asked and not was_explored(skill, snapshot)
             if skill in running:
                 wants: Wanted = StopExploring(skill)

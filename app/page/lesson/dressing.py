@@ -20,10 +20,10 @@ from app.page.lesson.controls import FRAMES
 from app.page.lesson.desk import Sitting
 from app.page.lesson.done import opened_at
 from app.page.lesson.hands import Hands
-from app.page.lesson.marked import place_in
+from app.page.lesson.marked import heading_known, place_in
 from app.page.lesson.sitter import Sitter
 from app.page.lesson.told import bar_asked, octants_asked
-from app.picture.look import Look, heading_shown
+from app.picture.look import FOLDED, Look, heading_shown
 
 
 class Dressing:
@@ -39,6 +39,8 @@ class Dressing:
         """That is looked into."""
         self._of: object = None
         """Of which cell and moment it is said where the value comes from."""
+        self._is_turned = False
+        """Whether one heading is shown, since all of them as one would not show what is known."""
         self.inspected: str | None = None
         """Where the value of that cell comes from, as HTML; None if none is looked into."""
 
@@ -55,6 +57,9 @@ class Dressing:
         heading = heading_shown(look, snapshot.heading)
         region, self._hands.region = self._hands.region, None
         if region is not None:
+            if look.frame == FOLDED:
+                heading = heading_known(region, snapshot)
+                self._turn(heading)
             self._look_into(place_in(region, snapshot, heading), snapshot, heading)
         self._say_why(snapshot, heading)
         self._put_questions(*self._questions(sitting))
@@ -96,10 +101,19 @@ class Dressing:
             return
         self._rooms.outlook.walk.go_live()
         self._rooms.inspection.look_into(None)
+        if self._is_turned:
+            self._is_turned = False
+            self._rooms.view.show(None, FOLDED)
         self._dressed = self._cell = self._of = self.inspected = None
         self._hands.leave_card()
 
     # What is looked into
+
+    def _turn(self, heading: int) -> None:
+        """Show one heading alone, if another one than that of all as one is to be looked into."""
+        if heading != 0:
+            self._is_turned = True
+            self._rooms.view.show(None, heading)
 
     def _look_into(self, cell: tuple[int, int], snapshot: Snapshot, heading: int) -> None:
         self._cell, self._of = cell, None

@@ -211,6 +211,8 @@ class Hands:
         asked = sitting.lesson.spec.question_of(card)
         if message.id != question_of(card) or asked is None:
             return
+        if self._sitter.draft_of(sitting) is None and message.id not in sitting.story.answers:
+            raise RefusedError(self._words.say("fault.no_answer"))
         self._sitter.tell_draft()
         confidence = message.confidence if asked.confidence and card.see is None else None
         self._sitter.tell(sitting, Committed(message.id, confidence))

@@ -72,6 +72,18 @@ def cells_of(region: str, world: WorldSpec, heading: int) -> np.ndarray:
     return turned.ravel().take(raster(world).states).reshape(world.size, world.size)
 
 
+def heading_known(region: str, snapshot: Snapshot) -> int:
+    """A heading of the prey for which something in a region is worth something: east if it is one,
+    or if there is none."""
+    world = snapshot.spec.world
+    states = raster(world).states
+    for heading, known in enumerate(snapshot.value):
+        cells = cells_of(region, world, heading)
+        if (cells & (known.ravel().take(states).reshape(cells.shape) > 0)).any():
+            return heading
+    return 0
+
+
 def place_in(region: str, snapshot: Snapshot, heading: int) -> tuple[int, int]:
     """A cell of a region that is good to be looked into: one with a value if there is any, from
     where hunts begin if it can be, and in the midst of those.

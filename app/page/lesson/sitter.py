@@ -29,6 +29,8 @@ from app.util.texts import for_terminal
 
 _MOST_FAULT: Final = 2_000
 """Characters of what is said to be wrong."""
+_SETTLED_S: Final = 0.4
+"""After so long an answer that is not changed any more is told to the session."""
 
 
 class Rooms(NamedTuple):
@@ -52,12 +54,14 @@ class Rooms(NamedTuple):
 
 
 class Draft(NamedTuple):
-    """An answer that is being given, and that the session has not been told."""
+    """An answer that is being given, and that the session does not know yet."""
 
     question: str
     value: str
     """As JSON."""
     given_s: float
+    is_told: bool = False
+    """Whether the session has been told, whose answer takes a moment."""
 
 
 class Sitter:
@@ -134,11 +138,24 @@ class Sitter:
         self.desk.tell(sitting.story, act)
 
     def tell_draft(self) -> None:
-        """Have the answer be kept that is being given."""
-        draft, self.draft = self.draft, None
-        sitting = self.sitting
-        if draft is not None and sitting is not None:
-            self.tell(sitting, Answered(draft.question, draft.value))
+        """Have the answer be kept that is being given.
+
+        It is shown until the session has it: else the card would be without an answer for a moment,
+        in which nothing can be committed.
+        """
+        draft, sitting = self.draft, self.sitting
+        if draft is None or draft.is_told or sitting is None:
+            return
+        self.draft = draft._replace(is_told=True)
+        self.tell(sitting, Answered(draft.question, draft.value))
+
+    def settle_draft(self, now_s: float) -> None:
+        """Have the answer be kept that is being given, once it is not changed any more."""
+        draft = self.draft
+        if draft is not None and draft.is_told and self.desk.is_answered:
+            self.draft = None
+        elif draft is not None and now_s - draft.given_s >= _SETTLED_S:
+            self.tell_draft()
 
     def say(self, text: str) -> None:
         """Say in the card what could not be done, or what was."""
@@ -161,7 +178,7 @@ class Sitter:
         asked = spec.in_language(story.language).steps[guess.place].question
         assert asked is not None
         spread = self.desk.spread_of(sitting, guess)
-        given, has_come = story.answers[guess.card.id], self.desk.has_come(guess)
+        given, has_come = story.answers[guess.card.id], self.desk.has_come(story, guess)
         is_waited_for = given.shown is not None or has_come or sitting.card.see is not None
         return Shown(guess, asked, given, spread, has_come) if is_waited_for else None
 

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from app.charts.bar.model import View
-from app.page.time.messages import HANDLES, Guess, Sketch
+from app.documents.lesson_questions import HANDLES
+from app.page.time.messages import Guess, Sketch
 
 Points = tuple[tuple[int, float], ...]
 """Trials and rewards."""

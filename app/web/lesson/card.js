@@ -41,8 +41,8 @@ page.innerHTML = `
     <button type="button" class="primary"></button>
   </footer>`;
 const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (page.querySelector(name));
-const inspect = element("section", "inspect");
-inspect.append(element("h2", ""), element("div", "pounce"));
+const inspect = element("details", "inspect");
+inspect.append(element("summary", ""), element("div", "pounce"));
 const notes = document.createElement("details");
 notes.className = "notes";
 notes.append(element("summary", ""), element("div", ""));
@@ -101,11 +101,13 @@ const showLanguages = ({ languages, language: chosen }) => {
 
 /** @param {Card} card */
 const commit = (card) => {
-  const answer = answerOf(card);
+  const { ask } = card;
   // The order that things stand in is an answer, though nobody has moved one.
-  if (card.ask?.kind === "order" && answer === null)
-    send({ do: "answer", id: card.id, value: card.ask.options.map(([value]) => value) });
-  send({ do: "commit", id: card.id, confidence: card.ask?.confidence ? sureOf(card) : null });
+  const asItStands = ask?.kind === "order" ? ask.options.map(([value]) => value) : null;
+  const answer = answerOf(card) ?? asItStands;
+  // What is committed is what is seen, though it may have been lost with a connection.
+  if (JSON.stringify(answer) !== JSON.stringify(ask?.answer)) send({ do: "answer", id: card.id, value: answer });
+  send({ do: "commit", id: card.id, confidence: ask?.confidence ? sureOf(card) : null });
 };
 
 /** The thing to do that stands below the card, if it is a single one. @param {Lesson} lesson */

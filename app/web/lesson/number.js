@@ -90,16 +90,16 @@ export const number = ({ low, high, unit }, give) => {
 };
 
 /** @type {import("./ask.js").Maker} */
-export const moment = ({ low, high }, give) => {
+export const moment = ({ from, to }, give) => {
   const node = element("div", "moment");
   node.append(element("p", "where", word("onBar")));
   const label = element("label", "typed");
-  const field = numberField(word("trial"), low ?? 0, high);
+  const field = numberField(word("trial"), from ?? 0, to);
   field.step = "1";
   label.append(element("span", "", word("orType")), field);
   node.append(label);
   field.addEventListener("change", () => {
-    const value = typed(field, low ?? 0, high);
+    const value = typed(field, from ?? 0, to);
     if (value !== null) give(Math.round(value));
   });
   return { node, show: (answer) => write(field, answer) };

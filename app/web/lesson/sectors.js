@@ -1,8 +1,9 @@
 // @ts-check
 // Parts of the board, chosen on a compass: what a click on the board does as well.
 
+import { OCTANTS } from "../player/octants.js";
 import { element } from "../time/dom.js";
-import { OCTANTS, RADII, compass, svgElement, wedge } from "./compass.js";
+import { RADII, compass, svgElement, wedge } from "./compass.js";
 import { word } from "./words.js";
 
 /** @type {import("./ask.js").Maker} */
@@ -20,6 +21,8 @@ export const sectors = (_, give) => {
   const toggle = (octant) => {
     const next = new Set(chosen);
     if (!next.delete(octant)) next.add(octant);
+    // The next click may come before this is drawn.
+    chosen = next;
     give(OCTANTS.filter((each) => next.has(each)));
   };
 

@@ -22,7 +22,7 @@ import { send, sendNewest } from "../player/pipe.js";
  * @typedef {{verdict: "yes" | "not yet" | "never", html: string}} Check
  * @typedef {{
  *   kind: string, id: string, html: string, ask: Ask | null, reveal: Reveal | null,
- *   check: Check | null, hints: string[], more_hints: boolean, busy: string | null,
+ *   check: Check | null, hints: string[], next_hint: "says" | "does" | null, busy: string | null,
  * }} Card
  * @typedef {{
  *   control: string, label: string, kind: "button" | "toggle" | "slider" | "choice", value: any,
@@ -55,10 +55,13 @@ export const lessonShown = () => (state.listing || state.told?.free ? null : (st
 
 // --- What was chosen here --------------------------------------------------------------------------
 
-/** After so long what the lab says is true, whatever was chosen here. */
+/** After so long what the lab says is true, if it has said anything else since, or what is wrong. */
 const PATIENCE_MS = 1_500;
 
-/** What has been chosen of each card. @type {Map<string, {answer: Answer, at: number}>} */
+/**
+ * What has been chosen of each card; `before` is what the lab said then, as JSON.
+ * @type {Map<string, {answer: Answer, before: string, at: number}>}
+ */
 const drafts = new Map();
 /** How sure somebody is, by cards: the lab is told with the answer. @type {Map<string, number>} */
 const sure = new Map();
@@ -71,8 +74,11 @@ export const answerOf = (card) => {
   const { ask } = card;
   const draft = drafts.get(keyOf(card));
   if (!ask || !draft) return ask?.answer ?? null;
-  const isSettled = ask.locked || JSON.stringify(ask.answer) === JSON.stringify(draft.answer);
-  if (!isSettled && performance.now() - draft.at < PATIENCE_MS) return draft.answer;
+  const told = JSON.stringify(ask.answer);
+  const isSettled = ask.locked || told === JSON.stringify(draft.answer);
+  // A lab that has much to do may take long to hear of it.
+  const isOnItsWay = told === draft.before && !state.told?.fault;
+  if (!isSettled && (isOnItsWay || performance.now() - draft.at < PATIENCE_MS)) return draft.answer;
   drafts.delete(keyOf(card));
   return ask.answer;
 };
@@ -84,7 +90,7 @@ export const answerOf = (card) => {
  * @param {boolean} [isDragged] whether another one comes in a moment
  */
 export const giveAnswer = (card, answer, isDragged = false) => {
-  drafts.set(keyOf(card), { answer, at: performance.now() });
+  drafts.set(keyOf(card), { answer, before: JSON.stringify(card.ask?.answer ?? null), at: performance.now() });
   (isDragged ? sendNewest : send)({ do: "answer", id: card.id, value: answer });
   changed();
 };

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 from string import Formatter
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import pytest
 import viser
@@ -54,7 +54,7 @@ steps:
     id: add
     text: "Lass ihn weggehen lernen."
     unlock: [add_skill, explore, freeze, start_again]
-    check: {present: avoid, by: +2000}
+    check: {all: [{present: avoid, by: +2000}, {command: explore}, {command: stop_exploring}]}
     hints: ["Schau unter die Karte.", "Drücke auf den Knopf.", {do: true}]
   - do: {command: run_to, at: +50}
     id: on
@@ -137,9 +137,10 @@ def test_nothing_that_a_german_lesson_says_is_english(room: Room) -> None:
     _go_on(room, sitter)
     sitter.do(messages.Use("play"))
     sitter.do(messages.Use("play"))
-    sitter.do(messages.Use("add_skill.avoid"))
+    for control in ("add_skill.avoid", "explore.avoid", "explore.avoid"):
+        room.until(lambda control=control: control in _controls_of(sitter))
+        sitter.do(messages.Use(control))
     room.until(lambda: sitter.lesson["next"])
-    sitter.do(messages.Use("explore.avoid"))
     _go_on(room, sitter)
     sitter.do(messages.Use("run_to"))
     room.until(lambda: sitter.lesson["next"])
@@ -165,7 +166,13 @@ def test_who_changes_the_language_is_told_all_in_that(room: Room) -> None:
     assert sitter.on_board.language == "en"
 
 
-def _guess(room: Room, sitter: Sitter, question: str, answer: Any, sure: int | None) -> None:
+def _controls_of(sitter: Sitter) -> set[str]:
+    return {control["control"] for control in sitter.lesson["controls"]}
+
+
+def _guess(
+    room: Room, sitter: Sitter, question: str, answer: Any, sure: Literal[90] | None
+) -> None:
     """Guess, go on to what was seen, and on to the next card once it is told what came of it."""
     sitter.do(messages.Answer(question, answer), messages.Commit(question, sure))
     _go_on(room, sitter)

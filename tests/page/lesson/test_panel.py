@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 import viser
 
-from app.live.requests import GoBack, RunTo, TrialOnce
+from app.live.requests import GoBack, Request, RunTo, TrialOnce
 from app.page.lesson import messages
 from app.page.lesson.controls import Control
 from app.page.lesson.learn import request_to_begin
@@ -54,7 +54,9 @@ def test_a_lesson_begins_with_its_run_at_the_trial_of_its_setup(room: Room, sitt
     assert sitter.lesson["at"] == 0
     assert sitter.card["html"] == "The predator learns to <b>hunt</b>."
     assert sitter.view.look.layer == "value"
-    assert [control["control"] for control in sitter.lesson["controls"]] == ["play", "speed"]
+    # What the run comes to is asked for before it goes on.
+    assert sitter.lesson["controls"] == []
+    assert "Space" not in sitter.lesson["keys"]
 
 
 def test_going_on_learns_first_what_the_card_says(room: Room, sitter: Sitter) -> None:
@@ -90,6 +92,40 @@ def at_question(room: Room, sitter: Sitter) -> None:
     room.until(lambda: sitter.lesson["at"] == 1)
 
 
+def test_an_answer_stays_on_the_card_until_the_session_has_it(
+    room: Room, sitter: Sitter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.page.lesson.sitter._SETTLED_S", 0.0)
+    at_question(room, sitter)
+    waiting: list[Request] = []
+
+    def keep_waiting(request: Request, *_: object) -> int:
+        waiting.append(request)
+        return room.status.answered + 1
+
+    submit = room.session.submit
+    with monkeypatch.context() as patch:
+        patch.setattr(room.session, "submit", keep_waiting)
+        sitter.panel.take(messages.Answer("guess", "yes"))
+        for _ in range(3):
+            room.show()
+            assert sitter.card["ask"]["answer"] == "yes"
+    assert len(waiting) == 1
+    room.ticket = submit(waiting[0])
+    room.settle()
+    assert sitter.card["ask"]["answer"] == "yes"
+    # Committed later, from whichever browser, it is that.
+    sitter.do(messages.Commit("guess", 90))
+    assert sitter.card["ask"]["locked"]
+
+
+def test_a_commit_without_an_answer_is_said_to_be_none(room: Room, sitter: Sitter) -> None:
+    at_question(room, sitter)
+    sitter.do(messages.Commit("guess", 90))
+    assert not sitter.card["ask"]["locked"]
+    assert "has not come" in sitter.state["fault"]
+
+
 def at_deed(room: Room, sitter: Sitter) -> None:
     at_question(room, sitter)
     sitter.do(messages.Answer("guess", "yes"), messages.Commit("guess", 90), messages.Next())
@@ -119,15 +155,15 @@ def test_a_control_that_is_not_shown_does_nothing(room: Room, sitter: Sitter) ->
 
 def test_hints_come_one_by_one_and_the_last_does_it(room: Room, sitter: Sitter) -> None:
     at_deed(room, sitter)
-    assert (sitter.card["hints"], sitter.card["more_hints"]) == ([], True)
+    assert (sitter.card["hints"], sitter.card["next_hint"]) == ([], "says")
     sitter.do(messages.Hint())
     assert sitter.card["hints"] == ["Look below the card."]
     sitter.do(messages.Hint())
-    assert len(sitter.card["hints"]) == 2
+    assert (len(sitter.card["hints"]), sitter.card["next_hint"]) == (2, "does")
     assert "avoid" not in room.status.snapshot.present
     sitter.do(messages.Hint())
     room.until(lambda: sitter.card["check"]["verdict"] == "yes")
-    assert not sitter.card["more_hints"]
+    assert sitter.card["next_hint"] is None
     assert "avoid" in room.status.snapshot.present
 
 
@@ -174,7 +210,7 @@ def test_why_looks_into_a_place_and_the_last_card_opens_all(room: Room, sitter: 
     assert not sitter.lesson["next"]
     assert "all" in sitter.lesson["show"]
     room.until(lambda: sitter.lesson["said"] != "")
-    assert sitter.lesson["said"] == "You said 90 %, you were right in 1 of 1."
+    assert sitter.lesson["said"] == "When you said 90\u00a0%, you were right in 1 of 1."
 
 
 def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
@@ -186,10 +222,8 @@ def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
     began = story.began[2]
     room.submit(RunTo(460))
     room.until(lambda: sitter.card["check"]["verdict"] == "never")
-    assert sitter.card["back"]
     sitter.do(messages.Rewind())
     room.until(lambda: sitter.outlook.place == began.place)
-    assert not sitter.card["back"]
     assert sitter.card["busy"] is not None
     sitter.do(messages.Use("add_skill.avoid"))
     room.until(lambda: sitter.card["check"]["verdict"] == "yes")
