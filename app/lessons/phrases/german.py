@@ -82,7 +82,7 @@ GERMAN: Final = Language(
         "control.play": "Lernen lassen",
         "control.pause": "Anhalten",
         "control.over": "Dieser Lauf hat alle seine Versuche hinter sich.",
-        "control.run_to": "Bis Versuch {trial} lernen lassen",
+        "control.run_to": "Lernen bis Versuch {trial}",
         "control.runs_to": "Auf dem Weg zu Versuch {trial} …",
         "control.is_there": "Dieser Versuch ist schon erreicht.",
         "control.on_its_way": "Er ist auf dem Weg dahin.",
