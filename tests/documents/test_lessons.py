@@ -180,7 +180,8 @@ def test_checks_are_made_of_checks() -> None:
     check = lesson(DONE.replace("measure: trial, above: 9", text)).spec.steps[0].check
     assert isinstance(check, Check)
     assert (check.reading, check.by) == (None, Moment(90, True))
-    first, second = check.all_of or ()
+    assert check.all_of is not None
+    first, second = check.all_of
     assert first.reading == Reading("present", "avoid")
     assert second.not_so is not None
     assert (second.not_so.operators, second.not_so.holds_for) == ({"below": 0.5}, 20)

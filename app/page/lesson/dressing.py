@@ -60,7 +60,9 @@ class Dressing:
             if look.frame == FOLDED:
                 heading = heading_known(region, snapshot)
                 self._turn(heading)
-            self._look_into(place_in(region, snapshot, heading), snapshot, heading)
+            place = place_in(region, snapshot, heading)
+            if place is not None:
+                self._look_into(place, snapshot, heading)
         self._say_why(snapshot, heading)
         self._put_questions(*self._questions(sitting))
 

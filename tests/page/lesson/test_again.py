@@ -185,7 +185,11 @@ def test_a_session_that_somebody_wrote_breaks_nothing(
     records += [WentToCard(card, 0, 0, 0, 0) for card in range(1, 8)]
     for value in _ANSWERS:
         records += [Answered(one, value) for one in ("guess", "seen", "add", "?")]
-    records += [Committed("guess", 90), Committed("seen", None), Revealed("guess", "[", True)]
+    records += [
+        Committed("guess", 90),
+        Committed("seen", None),
+        Revealed("guess", LongText("["), True),
+    ]
     for card in range(8):
         written = Written(Path("one.pounce"), HEADER, (*records, WentToCard(card)), False, 0, "")
         remade = made_again(written, Budget(), lambda *_: "branch")

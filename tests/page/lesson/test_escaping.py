@@ -53,8 +53,9 @@ texts:
 def room(gui: viser.GuiApi, person: Person) -> Iterator[Room]:
     session = small_session()
     session.start()
-    yield Room(session, gui, small_lesson(HOSTILE, "bait"))
-    session.stop()
+    room = Room(session, gui, small_lesson(HOSTILE, "bait"))
+    yield room
+    room.close()
 
 
 def as_markup(lesson: dict[str, Any]) -> Iterator[str]:
