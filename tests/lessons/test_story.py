@@ -15,6 +15,7 @@ from app.lessons.story import (
     sureness,
     sureness_in_words,
 )
+from app.lessons.words import IN_ENGLISH
 from app.live.story import (
     Act,
     Answered,
@@ -124,9 +125,10 @@ def test_how_sure_people_were_is_counted_over_all_lessons(n_right: int) -> None:
             stories = stories.after(record)
     assert sureness(stories) == (Sureness(90, n_right, 2),)
     assert (
-        sureness_in_words(stories) == f"When you said 90\u00a0%, you were right in {n_right} of 2."
+        sureness_in_words(stories, IN_ENGLISH)
+        == f"When you said 90\u00a0%, you were right in {n_right} of 2."
     )
-    assert sureness_in_words(Stories()) == ""
+    assert sureness_in_words(Stories(), IN_ENGLISH) == ""
 
 
 @pytest.mark.parametrize(

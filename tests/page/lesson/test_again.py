@@ -8,6 +8,7 @@ import pytest
 import viser
 
 from app.documents import lessons
+from app.lessons.words import IN_ENGLISH
 from app.live.journal import Journal
 from app.live.made_again import made_again
 from app.live.past import Budget
@@ -144,15 +145,15 @@ def test_what_has_become_of_a_lessons_file_is_said(tmp_path: Path, session: Sess
     session.wait_for(lambda status: status.story is not None, 30)
     story = session.status.story
     assert story is not None
-    assert Library().news_of(story) == ""
+    assert Library().news_of(story, IN_ENGLISH) == ""
     path.write_text(SMALL.replace("A small one", "Another one"), encoding="utf-8")
-    assert "has changed" in Library().news_of(story)
+    assert "has changed" in Library().news_of(story, IN_ENGLISH)
     changed = Library()
     changed.offer(lessons.load(str(path)))
-    assert "has changed" in changed.news_of(story)
+    assert "has changed" in changed.news_of(story, IN_ENGLISH)
     path.unlink()
     gone = Library()
-    assert "is not there any more" in gone.news_of(story)
+    assert "is not there any more" in gone.news_of(story, IN_ENGLISH)
     assert gone.of(story) is not None
 
 
