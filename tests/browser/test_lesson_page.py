@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from tests.support.access import AXE, FINDINGS
 from tests.support.live import LiveLab
-from tests.support.pupil import Pupil
+from tests.support.pupil import STOPS, Pupil
 from tests.support.screen import Shared
 
 TITLE = "Which way round?"
@@ -19,10 +19,6 @@ SIZES = {
     "a phone": (390, 844),
 }
 # What is to be seen and is a stop of the keyboard, but for words that are explained and frames.
-STOPS = """() => [...document.querySelectorAll("*")].filter(node => node.tabIndex >= 0
-        && node.checkVisibility({ visibilityProperty: true }) && node.getClientRects().length
-        && !node.matches("iframe, [role=term]"))
-    .map(node => node.textContent.trim() || node.outerHTML.slice(0, 80))"""
 BOXES = """() => [".board", ".lesson"].map(part => {
     const box = document.querySelector(`#pounce-stage ${part}`).getBoundingClientRect();
     return [box.left, box.top, box.right, box.bottom];
