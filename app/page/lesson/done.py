@@ -55,11 +55,14 @@ class Doings:
         """A race, and how far it was when it was last looked at."""
         self._experiments: dict[str, dict[str, Columns]] = {}
         self._n_results = (-1, -1)
+        self._former = service.standing
+        """The experiment that there was when the card was entered, as it stood then."""
         self._made: Deeds | None = None
 
     def begin(self) -> None:
         """Another card is shown: nothing has been done on it."""
         self._done, self._opened, self._made = (), (), None
+        self._former = self._service.standing
 
     def note_request(self, request: Request, step: int) -> None:
         """Something was asked for when so many steps were made."""
@@ -113,6 +116,9 @@ class Doings:
         standing = self._service.standing
         if standing is None:
             return
+        if self._former is None or standing.gatherer is not self._former.gatherer:
+            # From wherever in the page it was begun.
+            self.note("experiment", self._session.status.snapshot.step)
         runs = standing.gatherer.gathering().runs
         key = (id(standing.gatherer), len(runs))
         if key == self._n_results:
