@@ -35,6 +35,7 @@ from app.page.time.messages import Sketch
 from app.page.time.walk import WalkError
 from app.player.classroom import Classroom
 from app.server.callbacks import RefusedError
+from learners.commands import Command
 
 BACK_TO_RUN: Final = "back_to_run"
 """The control that has the lesson's run be on the board."""
@@ -53,6 +54,9 @@ class Hands:
         """In which a place is to be looked into with the next moment."""
         self._parts: list[str] = []
         """Of a file that is being sent."""
+        self._given: set[str] = set()
+        """Controls by which a command was given that has not been answered yet: pressed twice, they
+        give it once."""
         self._to_be_live: int | None = None
         """A line with which the card begins anew, once that is live."""
 
@@ -164,7 +168,9 @@ class Hands:
                 if control == BACK_TO_RUN and found is not None:
                     again = request_to_begin(sitting.lesson, story.language, is_anew=False)
                     self._take_lesson(again, live)
-                elif found is not None:
+                elif found is not None and control not in self._given:
+                    if isinstance(found, Command):
+                        self._given.add(control)
                     self._use(found, sitting)
             case _:
                 classroom = self._sitter.class_shown
@@ -315,7 +321,14 @@ class Hands:
             return self._desk.doings.experiment
         return None
 
-    def branch_off(self, sitting: Sitting, live: Status) -> None:
+    def settle(self, sitting: Sitting | None, live: Status) -> None:
+        """See what has come of what was done."""
+        if self._desk.is_answered:
+            self._given.clear()
+        if sitting is not None:
+            self._branch_off(sitting, live)
+
+    def _branch_off(self, sitting: Sitting, live: Status) -> None:
         """Have the branch be live that was made at the moment before, and the card begin anew."""
         place = self._rooms.outlook.place
         if place is not None:

@@ -114,8 +114,7 @@ class LessonPanel:
             sitter.is_free = False
         sitting = sitter.taught
         self._dressing.update(sitting, seen.snapshot, look)
-        if sitting is not None:
-            self._hands.branch_off(sitting, live)
+        self._hands.settle(sitting, live)
         sitter.settle_draft(now_s)
         hint = "" if sitting is None else _IN_LESSON
         assign(self._slot, "content", slot_html("lesson", self._frame_html + hint))

@@ -131,8 +131,11 @@ class Sitter:
         self.desk.tell(sitting.story, act)
 
     def tell_draft(self) -> None:
-        """Have the answer be kept that is being given. It is shown as that until the session has it:
-        else the card would be without an answer for a moment, in which nothing can be committed."""
+        """Have the answer be kept that is being given.
+
+        It is shown until the session has it: else the card would be without an answer for a moment,
+        in which nothing can be committed.
+        """
         draft, sitting = self.draft, self.sitting
         if draft is None or draft.is_told or sitting is None:
             return
