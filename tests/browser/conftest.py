@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
+from app.live.requests import LeaveLesson
 from app.server import admission, pace
 from learners.spec import RunSpec
 from tests.support.costs import try_for_a_moment
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
+from tests.support.pupil import Pupil
 from tests.support.screen import (
     VIEWPORT,
     Begin,
@@ -218,3 +220,16 @@ def begin_two(stage: Stage, shared: Shared) -> BeginTwo:
     Tests of a file that want it stand one after the other: it is closed for all others.
     """
     return stage.begin_two
+
+
+@pytest.fixture
+def pupil(shared: Shared, begin: Begin) -> Iterator[Pupil]:
+    """Somebody in front of a page on which no lesson is; none is left when they have gone."""
+    live, screen = begin()
+    pupil = Pupil(screen)
+    yield pupil
+    live.ask(LeaveLesson())
+    if pupil.learn.get_attribute("aria-pressed") == "true":
+        pupil.button("Close").click()
+    expect(screen.page.locator("html:not([data-lesson])")).to_have_count(1)
+    screen.page.set_viewport_size(VIEWPORT)

@@ -1,22 +1,17 @@
 """A lesson in the lab's page: the card beside the board, and nothing but what it names."""
 
 import re
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.live.requests import LeaveLesson, SetSpeed
-from app.live.worker import FULL_SPEED
 from tests.support.access import AXE, FINDINGS
 from tests.support.live import LiveLab
 from tests.support.pupil import Pupil
-from tests.support.screen import VIEWPORT, Begin, Shared
+from tests.support.screen import Shared
 
 TITLE = "Which way round?"
-SHOWN_AT = 8_000
-"""Trial at which it tells what came of the first guess."""
 SIZES = {
     "a laptop": (1366, 768),
     "a projector": (1024, 768),
@@ -39,19 +34,6 @@ FITS = """() => {
     return Math.abs(slot.width - seen.width) < 1 && Math.abs(slot.height - seen.height) < 1
         && Math.abs(camera.aspect - slot.width / slot.height) < 0.01;
 }"""
-
-
-@pytest.fixture
-def pupil(shared: Shared, begin: Begin) -> Iterator[Pupil]:
-    """Somebody in front of a page on which no lesson is; none is left when they have gone."""
-    live, screen = begin()
-    pupil = Pupil(screen)
-    yield pupil
-    live.ask(LeaveLesson())
-    if pupil.learn.get_attribute("aria-pressed") == "true":
-        pupil.button("Close").click()
-    expect(screen.page.locator("html:not([data-lesson])")).to_have_count(1)
-    screen.page.set_viewport_size(VIEWPORT)
 
 
 def root(page: Page, state: str) -> None:
@@ -139,39 +121,6 @@ def test_a_page_that_is_loaded_anew_is_at_the_same_card(shared: Shared, pupil: P
         pupil.learn.click()
     pupil.card.get_by_role("button", name=re.compile(f"^Go on at card 2: {TITLE[:5]}")).click()
     pupil.expect_card(1)
-
-
-@pytest.mark.parametrize("first", [True, False])
-def test_a_lesson_is_played_to_its_end_whatever_one_expects(
-    shared: Shared, pupil: Pupil, first: bool
-) -> None:
-    live = shared.live
-    pupil.start(TITLE)
-    live.ask(SetSpeed(FULL_SPEED))
-    n = pupil.card.locator(".dots button").count()
-    kinds: list[str] = []
-    for place in range(n):
-        if place:
-            pupil.go_on(place)
-        kinds.append(pupil.kind)
-        if pupil.kind in ("ask", "see", "transfer"):
-            pupil.answer(first)
-        if pupil.kind in ("see", "transfer"):
-            expect(pupil.card.locator(".reveal .picture")).not_to_be_empty()
-            said = pupil.card.locator(".reveal").inner_text()
-            assert "you expected" in said
-            assert "this run" in said
-        if pupil.kind == "do":
-            pupil.be_helped()
-            if not live.ask().playing:
-                pupil.button("Play").click()
-            # So far the guess was about.
-            live.wait_for(lambda status: status.snapshot.trial >= SHOWN_AT)
-    assert kinds == ["say", "ask", "do", "see", "why", "transfer", "free"]
-    expect(pupil.page.locator("html")).to_have_attribute("data-lesson", "open")
-    expect(pupil.primary).to_have_text("Finish")
-    pupil.primary.click()
-    expect(pupil.card.get_by_role("heading", name="Lessons")).to_be_visible()
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -1,13 +1,23 @@
 """Whoever is taken through a lesson, in a page of the lab: by what is on the card, and no more."""
 
 import re
+from typing import Any
 
 from playwright.sync_api import Frame, FrameLocator, Locator, expect
 
+from app.documents.lesson_grammar import OCTANTS
+from app.documents.lesson_questions import Asked
+from app.lessons.markup import plain_of
+from tests.support.live import LiveLab
 from tests.support.screen import Screen
 
 FRAME = "iframe.pounce-lesson"
+SIDE = "iframe.pounce-side"
 _MOST_HINTS = 3
+_MOST_PRESSES = 60
+_AGAIN_AND_AGAIN = ("One trial",)
+"""What stays as it is when it is pressed."""
+_PRESS = "(node, label) => node.textContent === label && (node.click(), true)"
 
 
 class Pupil:
@@ -83,9 +93,102 @@ class Pupil:
         self.primary.click()
         expect(self.primary).not_to_have_text("Commit")
 
-    def _type(self, field: Locator, number: int) -> None:
-        field.fill(f"{number}")
+    def give(self, asked: Asked, value: Any) -> None:
+        """Answer what a card asks by hand, as its kind of question wants it; not committed yet.
+
+        Args:
+            asked: the question.
+            value: the answer, as JSON has it.
+        """
+        place = self.card.locator(".asked")
+        match asked.ask:
+            case "choice" | "direction":
+                place.locator(".choice", has=self.page.locator(f'input[value="{value}"]')).click()
+            case "sectors":
+                for octant, part in zip(OCTANTS, place.get_by_role("checkbox").all(), strict=True):
+                    if (part.get_attribute("aria-checked") == "true") != (octant in value):
+                        part.press("Space")
+            case "order":
+                self._put_in_order([plain_of(dict(asked.choices)[each]) for each in value])
+            case "sketch":
+                place.locator("summary").click()
+                fields = place.get_by_role("spinbutton").all()
+                for field, (_, reward) in zip(fields, value, strict=True):
+                    self._type(field, round(reward))
+            case _:
+                self._type(place.get_by_role("spinbutton"), value)
+
+    def _put_in_order(self, labels: list[str]) -> None:
+        for place, label in enumerate(labels):
+            items = self.card.locator(".order li > span")
+            for _ in range(items.all_inner_texts().index(label) - place):
+                self.button(f"Move {label} up").click()
+            expect(items.nth(place)).to_have_text(label)
+
+    def commit(self, sure: int) -> None:
+        """Let the answer stand; of 0 to 2, how sure one is, where that is asked."""
+        if self.card.locator(".sure").first.is_visible():
+            self.card.locator(".sure").nth(sure).click()
+        expect(self.primary).to_have_text("Commit")
+        expect(self.primary).not_to_have_attribute("aria-disabled", "true")
+        self.primary.click()
+        expect(self.card.locator(".asked.locked-in")).to_have_count(1)
+
+    @property
+    def controls(self) -> list[str]:
+        """What the card has to be used, by what stands on it; without what stands below it."""
+        return [
+            label.strip()
+            for label in self.card.locator(
+                ".controls button, .controls legend, .controls label > span:first-child"
+            ).all_inner_texts()
+        ]
+
+    def expect_revealed(self) -> Locator:
+        """Wait until it is told what came out."""
+        reveal = self.card.locator(".reveal:not(.unseen)")
+        expect(reveal.locator(".picture")).not_to_be_empty()
+        return reveal
+
+    def _type(self, field: Locator, number: float) -> None:
+        field.fill(f"{number:.10g}")
         field.press("Tab")
+
+    def press(self, live: LiveLab) -> bool:
+        """Press what stands below the card, if that does what is asked for; whether it does."""
+        label = self.primary.inner_text()
+        if label == "Next" or self.primary.get_attribute("aria-disabled") == "true":
+            return False
+        before = live.session.status.snapshot.trial
+        # In one go: it may become what leads on to the next card.
+        if self.primary.evaluate(_PRESS, label):
+            if label in _AGAIN_AND_AGAIN:
+                live.wait_for(lambda status: status.snapshot.trial > before)
+            else:
+                expect(self.primary).not_to_have_text(label)
+        return True
+
+    def do_it(self, live: LiveLab) -> None:
+        """Do what the card asks for, with what stands below it; with hints where nothing does."""
+        if not self.press(live):
+            self.be_helped()
+        ready = self.card.locator("footer .primary:not([aria-disabled])")
+        for _ in range(_MOST_PRESSES):
+            expect(ready).to_have_count(1)
+            if ready.inner_text() == "Next":
+                return
+            self.press(live)
+        raise AssertionError(self.primary.inner_text())
+
+    def race(self) -> None:
+        """Open runs side by side, race four, and let them learn."""
+        self.primary.click()
+        side = self.page.frame_locator(SIDE)
+        side.get_by_role("button", name="Race the thesis's four").first.click()
+        side.get_by_role("button", name="Play", exact=True).click()
+        expect(self.primary).to_have_text("Next")
+        expect(self.primary).not_to_have_attribute("aria-disabled", "true")
+        side.get_by_role("button", name="Back to one board").click()
 
     def be_helped(self) -> None:
         """Take all hints, of which the last one does what is to be done."""
