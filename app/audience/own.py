@@ -22,6 +22,7 @@ from app.audience.taps import (
     Tap,
     TrialOwn,
 )
+from app.lessons.doing import EXPLORED
 from app.live import snapshot
 from app.live.snapshot import Snapshot
 from app.live.status import Status
@@ -44,9 +45,6 @@ MOST_COMMANDS: Final = 200
 MOST_TRIALS: Final = 100_000
 """That one learner has, whatever its preset has."""
 FREEZE_TRIALS: Final = 300
-EXPLORED_TRIALS: Final = 2_000
-EXPLORED_CHANCE: Final = 0.95
-"""Where the schedule says nothing of a skill: as the thesis has it for the first that joins."""
 
 
 @dataclass(frozen=True)
@@ -267,4 +265,4 @@ class Own:
         for episode in self.run.spec.schedule.episodes:
             if episode.skill == skill:
                 return episode.duration, episode.probability
-        return EXPLORED_TRIALS, EXPLORED_CHANCE
+        return EXPLORED

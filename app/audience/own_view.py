@@ -94,7 +94,7 @@ class OwnView:
         self._world = ""
         self._ground_of: object = None
         self._over_of: object = None
-        self._words_of: object = None
+        self._words_of: tuple[object, bool] = (None, False)
         self._over_s = self._words_s = -10.0
 
     def is_of(self, status: Status) -> bool:
@@ -102,8 +102,13 @@ class OwnView:
         return (
             self._ground_of is status.snapshot
             and self._over_of is status.snapshot
-            and self._words_of == (id(status.snapshot), status.playing)
+            and self._said(status)
         )
+
+    def _said(self, status: Status) -> bool:
+        """Whether the words are of how it stands."""
+        moment, playing = self._words_of
+        return moment is status.snapshot and playing == status.playing
 
     def paint(self, status: Status, asked: bool, now_s: float) -> None:
         """Make those parts anew that are others by now.
@@ -123,9 +128,8 @@ class OwnView:
             self._ground_of = moment
             board = ground_sent(moment, look, Extras(), rests=not status.playing)
             self.parts["own_ground"] = part("own_ground", {"board": board})
-        words_of = (id(moment), status.playing)
-        if self._words_of != words_of and (asked or now_s - self._words_s >= WORDS_S):
-            self._words_of, self._words_s = words_of, now_s
+        if not self._said(status) and (asked or now_s - self._words_s >= WORDS_S):
+            self._words_of, self._words_s = (moment, status.playing), now_s
             self.parts["own_words"] = part("own_words", _words(status, look))
         # Lines take longer to find than all the rest: whoever taps sees them a moment later.
         is_due = not status.playing or now_s - self._over_s >= OVER_S

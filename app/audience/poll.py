@@ -131,6 +131,9 @@ class Poll:
             if not seat.is_taken:
                 return False
             if found is not None:
+                # Whose seat was given to somebody else counts no more: one answer a seat there is.
+                for gone in [other for other in answers if not other.is_taken]:
+                    del answers[gone]
                 answers[seat] = found
             elif value != () or answers.pop(seat, None) is None:
                 return False

@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from app.documents.experiment_spec import Settings
 from app.documents.lesson_grammar import (
-    COMMANDS,
     LAYERS,
     MAX_STEPS,
     MOMENTS,
@@ -212,11 +211,6 @@ class Do(Spec):
     def _goes_together(self) -> Self:
         _go_together(self)
         return self
-
-    @property
-    def is_of_learner(self) -> bool:
-        """Whether it is a command to the learner, and not something with runs."""
-        return self.command in COMMANDS
 
 
 # --- Cards ---------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from app.documents import presets
 from app.documents.faults import fault_of, faults_of, without_nulls
 from app.documents.lesson_fits import misfits
 from app.documents.lesson_spec import LessonSpec
-from app.documents.sources import Shipped, called
+from app.documents.sources import STDIN, Shipped, called
 from app.documents.tree import (
     MAX_SHOWN,
     Key,
@@ -74,7 +74,8 @@ class Lesson:
     text: bytes
     """The file as it was given."""
     source: str
-    """How it was named, where it can be named again; empty if it was given as a text."""
+    """How it was named, where it can be named again; empty if it was given as a text, or came by
+    standard input."""
     digest: str
     """Equal for lessons that say the same of the same run, however their files are laid out and
     whatever evidence there is."""
@@ -96,7 +97,9 @@ def load(name_or_path: str) -> Lesson:
     except UnusableError as error:
         problem = PresetProblem(called(name_or_path), error.line, "", None, error.message)
         raise LessonError([problem]) from None
-    return _parsed(found.data, found.label, found.folder, as_text(name_or_path))
+    # Standard input can be read but once.
+    named = "" if name_or_path == STDIN else as_text(name_or_path)
+    return _parsed(found.data, found.label, found.folder, named)
 
 
 def parse(data: bytes | str, source: str, folder: Path | None = None) -> Lesson:

@@ -3,6 +3,8 @@
 Both who plays a lesson without a page and the last hint, which does it, go by this.
 """
 
+from typing import Final
+
 from app.documents.lesson_cards import Do, Given
 from learners.commands import (
     Command,
@@ -15,6 +17,10 @@ from learners.commands import (
     StopExploring,
 )
 from learners.control import Control
+
+EXPLORED: Final = (2_000, 0.95)
+"""Trials and chance where nothing says how a skill is explored: as the thesis's schedule has it for
+the first that joins."""
 
 
 def commands_of(do: Do | Given, control: Control) -> tuple[Command, ...]:

@@ -9,7 +9,7 @@ touched, and what has been looked at is not looked at again.
 
 import logging
 import threading
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Collection, Hashable
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
@@ -130,10 +130,11 @@ class Referee:
                 return False, None
             return looker.is_over, looker.answer
 
-    def forget(self, key: Hashable) -> None:
-        """Look for it no longer."""
+    def keep(self, keys: Collection[Hashable]) -> None:
+        """Look for nothing else any more: what is followed holds a run, and all of its line."""
         with self._changed:
-            self._followed.pop(key, None)
+            for key in self._followed.keys() - set(keys):
+                del self._followed[key]
 
     def settle(self, timeout_s: float) -> bool:
         """Wait until all that is known has been looked at; returns whether it has been."""
@@ -173,7 +174,7 @@ class Referee:
 
     def _follow(self, key: Hashable, one: _Followed) -> None:
         """Look at all that is known of its line and has not been looked at."""
-        if one.looker.is_over:
+        if one.looker.is_over and self._still_is(one):
             return
         before = self.verdict(key), self.answer(key)
         try:
@@ -182,7 +183,8 @@ class Referee:
         except Exception:
             # It is found out by whoever looks on the page: nothing is said there of a check.
             log.exception("a lesson's check cannot be looked at")
-            self.forget(key)
+            with self._changed:
+                self._followed.pop(key, None)
         if (self.verdict(key), self.answer(key)) != before:
             self._told()
 
@@ -211,6 +213,14 @@ class Referee:
             if at_end:
                 return False
         return True
+
+    def _still_is(self, one: _Followed) -> bool:
+        """Whether what has been looked at is on the line, or that has gone another way since."""
+        run = one.run
+        if run is None or one.line.past.take_on(run, run.step):
+            return True
+        self._anew(one)
+        return False
 
     def _anew(self, one: _Followed) -> None:
         """The line has gone another way: what was seen of the old one may never have been."""

@@ -17,7 +17,6 @@ An answer is what people's answers are compared with, by the kind of the questio
 It is None where there is nothing to find: a ring that never closed, a race that was never run.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Final, TypeAlias
 
@@ -25,6 +24,7 @@ from app.documents.lesson_grammar import OCTANTS, Moment
 from app.documents.lesson_questions import Asked
 from app.lessons.checks import Deadline, holds
 from app.lessons.measures import MEASURES, Began, Found, View, measured
+from app.words.numbers import tick_step
 
 Answer: TypeAlias = "str | float | tuple[str, ...] | tuple[tuple[float, float], ...] | None"
 """An answer as plain values."""
@@ -35,7 +35,6 @@ FAR_LOOKS_EVERY: Final = 200
 """Trials from one to the next where it is not known until when it will be looked for."""
 SKETCH_POINTS: Final = 60
 """Points of a curve, at most."""
-_WIDTHS: Final = (1, 2, 5)
 
 
 class Watch:
@@ -63,7 +62,7 @@ class Watch:
         self._operators = dict(reveal.operators) if reveal else {}
         self._every = FAR_LOOKS_EVERY
         if self.trial is not None:
-            self._every = round_width((self.trial - began.trial) / MOMENT_LOOKS)
+            self._every = round(tick_step(began.trial, self.trial, MOMENT_LOOKS, least=1))
         is_share = reveal is not None and MEASURES[reveal.reading.name].unit == "%"
         self._scale = 100.0 if is_share else 1.0
         self.answer: Answer = None
@@ -160,13 +159,5 @@ def varies(asked: Asked) -> bool:
 def sketch_trials(asked: Asked) -> Sequence[int]:
     """Trials at which a curve that is to be sketched is known, from the first to the last."""
     first, end = asked.first or 0, asked.end or 0
-    every = round_width((end - first) / SKETCH_POINTS)
+    every = round(tick_step(first, end, SKETCH_POINTS, least=1))
     return [*range(first, end, every), end]
-
-
-def round_width(width: float) -> int:
-    """The least of 1, 2 and 5 times a power of ten that is not less."""
-    if width <= 1:
-        return 1
-    power = 10 ** math.floor(math.log10(width))
-    return next(n * power for n in (*_WIDTHS, 10) if n * power >= width)

@@ -26,18 +26,7 @@ from app.live.records import (
     Unmarked,
     WentLive,
 )
-from app.live.story import (
-    Answered,
-    Committed,
-    Hinted,
-    LeftLesson,
-    Passed,
-    Revealed,
-    Spoke,
-    Stories,
-    TookLesson,
-    WentToCard,
-)
+from app.live.story import Stories, TookLesson
 from app.live.written import DamagedError, Written
 from learners.commands import Command, CommandError, SetParameter, Undo
 from learners.kernel.state import digest
@@ -225,16 +214,7 @@ class _Making:
                 family.do(record)
             case TookLesson():
                 self._take_lesson(record)
-            case (
-                LeftLesson()
-                | WentToCard()
-                | Answered()
-                | Committed()
-                | Revealed()
-                | Passed()
-                | Hinted()
-                | Spoke()
-            ):
+            case _:
                 self._stories = self._stories.after(record)
 
     def _take_lesson(self, record: TookLesson) -> None:

@@ -6,17 +6,7 @@ Runs are meant by their numbers (:class:`app.live.places.Place`).
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from app.live.story import (
-    Answered,
-    Committed,
-    Hinted,
-    LeftLesson,
-    Passed,
-    Revealed,
-    Spoke,
-    TookLesson,
-    WentToCard,
-)
+from app.live.story import Act, LeftLesson, TookLesson
 from learners.commands import Command
 from learners.spec import RunSpec
 
@@ -131,13 +121,7 @@ Record = (
     | Unmarked
     | TookLesson
     | LeftLesson
-    | WentToCard
-    | Answered
-    | Committed
-    | Revealed
-    | Passed
-    | Hinted
-    | Spoke
+    | Act
 )
 
 

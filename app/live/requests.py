@@ -217,7 +217,7 @@ class TakeLesson:
 
     name: str
     source: str
-    """Where its file was found, as messages call it."""
+    """How its file was named; empty if it came without one."""
     digest: str
     """Of its text."""
     text: LongText

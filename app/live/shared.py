@@ -11,12 +11,12 @@ import binascii
 import re
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Final
 
 from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
-from app.live.story import MOST_CARDS
+from app.live.story import MOST_CARDS, TookLesson
 from app.live.written import SessionError, Written, read_data, with_sums, without_sums
 from learners.commands import SetSchedule
 from learners.spec import MAX_TRIALS, ScheduleSpec
@@ -134,7 +134,13 @@ def read_shared(path: Path, data: bytes) -> Written:
         fault = _fault(record)
         if fault is not None:
             raise SessionError(f"{path}: line {place + 2}, {fault}")
-    return written
+    return replace(written, records=tuple(map(_without_source, written.records)))
+
+
+def _without_source(record: Record) -> Record:
+    """A record that names no file: presets of a lesson are looked for beside its file, and nobody
+    else is to say which files of this machine are read."""
+    return replace(record, source="") if isinstance(record, TookLesson) else record
 
 
 def _too_large(path: Path) -> SessionError:

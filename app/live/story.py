@@ -37,7 +37,7 @@ class TookLesson:
     """In which it is: a line that began by itself."""
     name: str
     source: str
-    """Where its file was found, as messages call it."""
+    """How its file was named; empty if it came without one, or in a session from elsewhere."""
     digest: str
     """Of its text."""
     text: LongText

@@ -203,7 +203,8 @@ class Browser:
     @property
     def look(self) -> Look:
         """How this browser wants to see the board."""
-        return self.readings.view.look._replace(hunts=not self._hunts.is_watching)
+        is_covered = self._hunts.is_watching or self.lesson.is_seen_closely
+        return self.readings.view.look._replace(hunts=not is_covered)
 
     def _experiment(self, name: str) -> None:
         """Run an experiment, and show what comes of it."""

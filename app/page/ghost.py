@@ -109,6 +109,8 @@ class GhostWatch:
         number = snapshot.generation
         if last is not None and number not in self._before and last.generation != number:
             is_new = status.opened is None and last.generation < number
+            # A lesson begins with questions that a curve which went on for longer would answer.
+            is_new &= status.story is None or status.story.furthest > 0
             self._before[number] = self._behind_new(last) if is_new else None
             for old in list(self._before)[:-_MOST_RUNS]:
                 del self._before[old]

@@ -106,8 +106,16 @@ def _not_now(status: Status) -> Markup | str:
 
 
 def readings_html(snapshot: Snapshot) -> str:
-    """The few numbers that stand beside the board, and whether exploration is forced."""
-    return _numbers(_row(_main_numbers(snapshot)), _forced(snapshot))
+    """The few numbers that stand beside the board, and whether exploration is forced.
+
+    What a lesson alone has to be read is among them: of the first places, most lie under the prey
+    or on one another.
+    """
+    known = f"{int((snapshot.value > 0).sum()):,} of {snapshot.value.size:,}"
+    places = _Number("Places worth something", known, "For each of the prey's headings")
+    return _numbers(
+        _row(_main_numbers(snapshot)), _forced(snapshot), _row([places], "small places")
+    )
 
 
 def _numbers(*rows: Markup | str) -> str:

@@ -149,10 +149,6 @@ class Access:
         """A token as it is compared."""
         return re.sub(r"[\s-]", "", token).lower() if self._words.typed else token
 
-    def forget_guesses(self) -> None:
-        """Forget from where wrong tokens came."""
-        self._guesses.forget()
-
     def welcome(self, request: Request, port: int) -> Response:
         """Hand out the cookie, and lead to the same page without the token in its address.
 
@@ -194,19 +190,18 @@ class _Guesses:
         return len(wrong) >= self._most and time.monotonic() - since_s < WINDOW_S
 
     def note(self, address: str, given: str) -> None:
-        since_s, wrong = self._wrong.get(address, (time.monotonic(), set()))
-        if time.monotonic() - since_s >= WINDOW_S:
+        now_s = time.monotonic()
+        since_s, wrong = self._wrong.get(address, (now_s, set()))
+        if now_s - since_s >= WINDOW_S:
             self._wrong.pop(address, None)
-            since_s, wrong = time.monotonic(), set()
+            since_s, wrong = now_s, set()
         # A token that was tried before is no further guess.
         wrong.add(hashlib.sha256(given.encode("utf-8", "surrogateescape")).digest())
         self._wrong[address] = (since_s, wrong)
-        old_s = time.monotonic() - WINDOW_S
+        # This address is the last, and not old: there is always a first.
+        old_s = now_s - WINDOW_S
         while len(self._wrong) > _MAX_ADDRESSES or next(iter(self._wrong.values()))[0] < old_s:
             self._wrong.popitem(last=False)
-
-    def forget(self) -> None:
-        self._wrong.clear()
 
 
 def _are_same(one: str, other: str) -> bool:

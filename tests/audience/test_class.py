@@ -301,8 +301,8 @@ def test_when_it_ends_everything_of_it_is_forgotten(taught: Taught) -> None:
         assert not any(way.encode() in kept for way in WAYS)
     # Nothing in this program has an answer any more, nor what could tell seats from each other.
     gc.collect()
-    assert [one for one in gc.get_objects() if isinstance(one, Ballot)] == []
-    seats = [one for one in gc.get_objects() if isinstance(one, Seat)]
+    assert [one for one in gc.get_objects() if type(one) is Ballot] == []
+    seats = [one for one in gc.get_objects() if type(one) is Seat]
     assert {(seat.number, seat.shape, seat.is_taken) for seat in seats} <= {(0, "", False)}
     # Their cookies are nobody's; with a new one they are somebody else.
     pupils.close()

@@ -66,6 +66,16 @@ def test_nothing_is_shown_before_it_is_revealed() -> None:
     assert poll.sent()["reveal"] is None
 
 
+def test_a_seat_that_was_given_to_somebody_else_counts_no_more() -> None:
+    poll, who = poll_of(), seats(6)
+    answered(poll, who[:5], *"aaaab")
+    # As :meth:`Seats.sit` has it, for who comes when all seats are taken.
+    who[4].clear()
+    answered(poll, who[5:], "c")
+    poll.reveal()
+    assert poll.sent()["reveal"]["class"] == {"n": 5, "counts": {"a": 4, "b": 0, "c": 1}}
+
+
 @pytest.mark.parametrize("n", [0, 1, FEWEST - 1])
 def test_of_fewer_than_five_nothing_is_ever_shown(n: int) -> None:
     poll, who = poll_of(), seats(n)

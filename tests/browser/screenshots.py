@@ -250,7 +250,7 @@ def see_what_came(pupil: Pupil) -> None:
     pupil.go_on(3)
     predict(pupil, LESSON_SEEN)
     pupil.primary.click()
-    expect(pupil.card.get_by_text("20 other runs")).to_be_visible()
+    expect(pupil.card.get_by_text("20 runs")).to_be_visible()
     # The board has it a moment later.
     pupil.page.wait_for_timeout(2 * PAUSE_MS)
 

@@ -31,6 +31,7 @@ from app.live.shared import (
     read_link,
     read_shared,
 )
+from app.live.story import LongText, TookLesson
 from app.live.worker import FULL_SPEED
 from app.live.written import (
     SessionError,
@@ -325,6 +326,18 @@ def test_a_key_that_is_there_twice_is_refused() -> None:
     twice = with_sums(lines.replace(b'"step":1', b'"step":1,"step":2'))
     with pytest.raises(SessionError, match="line 3 is not JSON"):
         read_shared(NAME, twice)
+
+
+def test_no_session_from_elsewhere_names_a_file_of_this_machine() -> None:
+    took = TookLesson(
+        0, "mine", "/home/me/mine.yaml", "1", LongText("title: A"), "en", 0, True, True
+    )
+    data = whole(HEADER, (BEGAN, took))
+    assert read_data(NAME, data).records[1] == took
+    (_, found) = read_shared(NAME, data).records
+    assert found == replace(took, source="")
+    (_, found) = read_link(code_of(data)).records
+    assert found == replace(took, source="")
 
 
 def test_texts_are_shown_and_not_obeyed() -> None:

@@ -7,7 +7,7 @@ and answers are looked for by the referee's thread, and twenty runs are made in 
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -23,6 +23,7 @@ from app.lessons.referee import Line, Referee
 from app.lessons.spread import Spread
 from app.lessons.story import Guess, card_of, index_of, open_guesses, sound, value_of
 from app.lessons.twenty import Twenty
+from app.lessons.words import Words, words_of
 from app.live.requests import Pause, Request, RunTo, Tell, TrialOnce
 from app.live.session import Session
 from app.live.status import Status
@@ -49,6 +50,11 @@ class Sitting:
     story: Story
     has_run: bool
     """Whether its run is on the board."""
+
+    @property
+    def words(self) -> Words:
+        """What is said around the lesson's own texts, in the language that is read."""
+        return words_of(self.story.language)
 
     @property
     def card(self) -> Card:
@@ -94,14 +100,14 @@ class Desk:
             first: a lesson that is to be on at once.
             folder: in which what twenty runs answer is kept; None for nowhere.
         """
-        self.library = Library(first)
+        self.library = Library()
         """The lessons that there are."""
         self.doings = Doings(session, service)
         """What was done on the card that is shown."""
         self._session, self._submit = session, submit
         self._referee = Referee(wake)
         self._twenty = Twenty(wake, folder)
-        self._first = first
+        self._first = None if first is None else self.library.offer(first)
         self._sound: tuple[Story | None, Any] = (None, None)
         """A story as it was kept, and without what makes no sense in its lesson."""
         self._goes_to: tuple[str, int, Moment] | None = None
@@ -109,8 +115,9 @@ class Desk:
         self._entered: tuple[str, int, Began | None] | None = None
         """The lesson, the card, and where it was entered, of which things are looked for."""
         self._looked_s = -1.0
-        self._found_s: dict[str, float] = {}
-        """When it was known what the run answers, by question, while others are not there yet."""
+        self._found_s: dict[tuple[int, str], float] = {}
+        """When it was known what the run answers, by run and question, while others are not there
+        yet."""
         self.is_answered = True
         """Whether the session has answered all that it was asked before this frame."""
         self.verdict: Verdict | None = None
@@ -200,6 +207,7 @@ class Desk:
         sitting = self.sitting(live)
         if sitting is None:
             self.verdict = self._goes_to = None
+            self._referee.keep(())
             self._twenty.leave()
         elif is_answered:
             self._twenty.want(sitting.lesson)
@@ -262,9 +270,10 @@ class Desk:
         line = Line(live.snapshot.generation, past, self.doings.deeds())
         if is_due:
             self._looked_s = now_s
-        card = sitting.card
+        card, wanted = sitting.card, list[Hashable]()
         if card.check is not None and sitting.index not in story.passed:
-            key = ("check", story.took.run, story.name, sitting.index)
+            key = ("check", line.number, story.name, sitting.index, began)
+            wanted.append(key)
             if is_due:
                 self._referee.want(key, card.check, began, line)
             self.verdict = self._referee.verdict(key)
@@ -274,14 +283,19 @@ class Desk:
                     # What comes next is about this moment.
                     self._submit(Pause())
         for guess in open_guesses(story, spec):
-            self._look_for_answer(guess, sitting, line, is_due)
+            key = ("answer", line.number, story.name, guess.place)
+            wanted.append(key)
+            self._look_for_answer(guess, sitting, line, is_due, key)
+        self._referee.keep(wanted)
 
-    def _look_for_answer(self, guess: Guess, sitting: Sitting, line: Line, is_due: bool) -> None:
+    def _look_for_answer(
+        self, guess: Guess, sitting: Sitting, line: Line, is_due: bool, key: Hashable
+    ) -> None:
         story = sitting.story
         asked, began = guess.card.question, began_of(story, guess.place)
         if asked is None or began is None or began.step > line.past.end_step:
             return
-        known = self._twenty.found(sitting.lesson)
+        known, question = self._twenty.found(sitting.lesson), (story.took.run, guess.card.id)
         if asked.reveal is None:
             # What is right hangs on no run.
             right = list(asked.key) if isinstance(asked.key, tuple) else asked.key
@@ -294,19 +308,18 @@ class Desk:
             is_over = known is not None and guess.card.id in known.own
             answer = None if known is None else known.own.get(guess.card.id)
         else:
-            key = ("answer", story.took.run, story.name, guess.place)
             run = guess.card.run
             until = None if run is None or run.captures is not None else run.after(began.trial)
             if is_due:
                 self._referee.want(key, asked, began, line, until)
             is_over, answer = self._referee.answer(key)
         if not is_over:
-            self._found_s.pop(guess.card.id, None)
+            self._found_s.pop(question, None)
             return
-        found_s = self._found_s.setdefault(guess.card.id, time.perf_counter())
+        found_s = self._found_s.setdefault(question, time.perf_counter())
         is_late = time.perf_counter() - found_s > _PATIENCE_S
         if (known is not None and known.is_whole) or is_late:
-            del self._found_s[guess.card.id]
+            del self._found_s[question]
             spread = Spread(()) if known is None else known.of(guess.card.id)
             given = answer_of(asked, value_of(story.answers[guess.card.id]))
             within = scored(asked, given, answer, spread).within
@@ -317,9 +330,9 @@ class Desk:
         known = self._twenty.found(sitting.lesson)
         return Spread(()) if known is None else known.of(guess.card.id)
 
-    def has_come(self, guess: Guess) -> bool:
+    def has_come(self, story: Story, guess: Guess) -> bool:
         """Whether the run has come to where it answers a guess of which is not told yet."""
-        return guess.card.id in self._found_s
+        return (story.took.run, guess.card.id) in self._found_s
 
 
 def _is_beside(asked: Asked) -> bool:

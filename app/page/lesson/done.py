@@ -9,6 +9,7 @@ from app.documents.lesson_grammar import Opened
 from app.explain.cell import sensed
 from app.lessons.measures import Columns, Deeds, Done, Looked, Racing
 from app.lessons.regions import masks
+from app.lessons.words import Words
 from app.live.race import Race
 from app.live.requests import (
     AddMark,
@@ -24,7 +25,6 @@ from app.live.requests import (
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.results.service import Service
-from app.words.numbers import counted
 from sim.spec import WorldSpec
 from sim.world import cell_at
 
@@ -82,16 +82,15 @@ class Doings:
         if new and len(self._opened) < _MOST:
             self._opened, self._made = (*self._opened, *new), None
 
-    @property
-    def experiment(self) -> str | None:
+    def experiment(self, words: Words) -> str | None:
         """How far an experiment is that is being run, in words; None if none is."""
         standing = self._service.standing
         if standing is None or not standing.running:
             return None
         progress = standing.progress
         if progress is None:
-            return "The experiment begins …"
-        return f"{progress.done:,} of {counted(progress.total, 'run')} are made …"
+            return words.say("busy.experiment")
+        return words.counted("busy.experiment_runs", progress.total, done=progress.done)
 
     def deeds(self) -> Deeds:
         """All of it, with the race and the experiment that there are; it is the same object until

@@ -20,10 +20,10 @@ from app.page.lesson.controls import FRAMES
 from app.page.lesson.desk import Sitting
 from app.page.lesson.done import opened_at
 from app.page.lesson.hands import Hands
-from app.page.lesson.marked import place_in
+from app.page.lesson.marked import heading_known, place_in
 from app.page.lesson.sitter import Sitter
 from app.page.lesson.told import bar_asked, octants_asked
-from app.picture.look import Look, heading_shown
+from app.picture.look import FOLDED, Look, heading_shown
 
 
 class Dressing:
@@ -39,6 +39,8 @@ class Dressing:
         """That is looked into."""
         self._of: object = None
         """Of which cell and moment it is said where the value comes from."""
+        self._is_turned = False
+        """Whether one heading is shown, since all of them as one would not show what is known."""
         self.inspected: str | None = None
         """Where the value of that cell comes from, as HTML; None if none is looked into."""
 
@@ -55,7 +57,12 @@ class Dressing:
         heading = heading_shown(look, snapshot.heading)
         region, self._hands.region = self._hands.region, None
         if region is not None:
-            self._look_into(place_in(region, snapshot, heading), snapshot, heading)
+            if look.frame == FOLDED:
+                heading = heading_known(region, snapshot)
+                self._turn(heading)
+            place = place_in(region, snapshot, heading)
+            if place is not None:
+                self._look_into(place, snapshot, heading)
         self._say_why(snapshot, heading)
         self._put_questions(*self._questions(sitting))
 
@@ -96,10 +103,19 @@ class Dressing:
             return
         self._rooms.outlook.walk.go_live()
         self._rooms.inspection.look_into(None)
+        if self._is_turned:
+            self._is_turned = False
+            self._rooms.view.show(None, FOLDED)
         self._dressed = self._cell = self._of = self.inspected = None
         self._hands.leave_card()
 
     # What is looked into
+
+    def _turn(self, heading: int) -> None:
+        """Show one heading alone, if another one than that of all as one is to be looked into."""
+        if heading != 0:
+            self._is_turned = True
+            self._rooms.view.show(None, heading)
 
     def _look_into(self, cell: tuple[int, int], snapshot: Snapshot, heading: int) -> None:
         self._cell, self._of = cell, None
@@ -140,8 +156,8 @@ class Dressing:
             if of_class is not None:
                 counts = of_class["counts"].items()
                 shares = {octant: count / of_class["n"] for octant, count in counts}
-            return octants_asked(given, locked, own, spread, shares), None
-        return None, bar_asked(asked, question, given, locked, own, spread)
+            return octants_asked(given, locked, own, spread, shares, story.language), None
+        return None, bar_asked(asked, question, given, locked, own, spread, story.language)
 
     def _on_bar(self, sitting: Sitting, guess: Guess | None) -> Any:
         """A guess that stands on the bar, with what came of it as far as that is known."""
@@ -152,7 +168,8 @@ class Dressing:
             return None
         own = run_value_of(given)
         spread = Spread(()) if given.shown is None else self._sitter.desk.spread_of(sitting, guess)
-        return bar_asked(guess.card.question, guess.card.id, value_of(given), True, own, spread)
+        asked, language = guess.card.question, sitting.story.language
+        return bar_asked(asked, guess.card.id, value_of(given), True, own, spread, language)
 
     def _put_questions(self, board: Any, bar: Any) -> None:
         if board != self._asked[0]:

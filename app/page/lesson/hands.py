@@ -8,6 +8,7 @@ from app.documents.lessons import LessonError
 from app.documents.tree import MAX_BYTES, PresetError
 from app.lessons.predictions import answer_of
 from app.lessons.story import is_locked, may_go_on, question_of
+from app.lessons.words import Words
 from app.live.requests import LeaveLesson, MakeLive, TakeLesson
 from app.live.status import Status
 from app.live.story import Committed, Hinted, Spoke, WentToCard
@@ -39,10 +40,6 @@ from learners.commands import Command
 
 BACK_TO_RUN: Final = "back_to_run"
 """The control that has the lesson's run be on the board."""
-_OTHER_RUN: Final = "Another run is on the board than this lesson's."
-_BEFORE: Final = (
-    "This is the moment before. What you do here makes a branch, and the lesson goes on with that."
-)
 
 
 class Hands:
@@ -65,6 +62,10 @@ class Hands:
         sitter = self._sitter
         sitter.draft = sitter.fault = sitter.before = None
         self.region = self._to_be_live = None
+
+    @property
+    def _words(self) -> Words:
+        return self._sitter.words
 
     # What comes from the frame
 
@@ -102,7 +103,7 @@ class Hands:
             # What was begun is gone on with as it was then.
             lesson = library.of(story) or lesson
         if lesson is None:
-            raise RefusedError("that lesson is not here any more")
+            raise RefusedError(self._words.say("fault.no_lesson"))
         language = message.language or (story.language if story is not None else "")
         self._take_lesson(request_to_begin(lesson, language, message.again), live)
 
@@ -126,19 +127,19 @@ class Hands:
             self._parts = []
         if message.part != len(self._parts) or message.part >= message.parts:
             self._parts = []
-            raise RefusedError("the file has not come whole; choose it again")
+            raise RefusedError(self._words.say("fault.not_whole"))
         self._parts.append(message.text)
         if len(self._parts) < message.parts:
             return
         text, self._parts = "".join(self._parts), []
         if len(text.encode(errors="replace")) > MAX_BYTES:
-            raise RefusedError(f"the file is too large; allowed: at most {MAX_BYTES:,} bytes")
+            raise RefusedError(self._words.say("fault.too_large", n=MAX_BYTES))
         try:
             lesson = self._desk.library.add(text, message.name)
         except LessonError as error:
             self._sitter.say("\n".join(map(str, error.problems)))
             return
-        self._sitter.say(f"“{lesson.spec.title}” is in the list now.")
+        self._sitter.say(self._words.say("fault.added", title=lesson.spec.title))
 
     def _do_in(self, message: Any, sitting: Sitting, live: Status) -> None:
         """Do something in the lesson that is on."""
@@ -217,7 +218,7 @@ class Hands:
         if message.id != question_of(card) or asked is None:
             return
         if self._sitter.draft_of(sitting) is None and message.id not in sitting.story.answers:
-            raise RefusedError("your answer has not come here; give it again, and commit it then")
+            raise RefusedError(self._words.say("fault.no_answer"))
         self._sitter.tell_draft()
         confidence = message.confidence if asked.confidence and card.see is None else None
         self._sitter.tell(sitting, Committed(message.id, confidence))
@@ -304,21 +305,20 @@ class Hands:
 
     def busy(self, sitting: Sitting, live: Status) -> str | None:
         """What the card waits for, in words; None if it waits for nothing."""
-        story, trial = sitting.story, live.snapshot.trial
+        story, trial, words = sitting.story, live.snapshot.trial, sitting.words
         if not sitting.has_run:
-            return _OTHER_RUN
+            return words.say("busy.other_run")
         if self._sitter.before is not None:
-            return _BEFORE
+            return words.say("busy.before")
         if sitting.began is None:
-            start = story.took.start
-            return f"It learns up to trial {start:,}, where this begins; it is in trial {trial:,} …"
+            return words.say("busy.start", start=story.took.start, trial=trial)
         until = self._desk.goes_on_to(story)
         if until is not None:
-            return learning_in_words(until, trial)
+            return learning_in_words(until, trial, words)
         do = sitting.card.do
         is_waited_for = do is not None and do.command == "experiment"
         if is_waited_for and sitting.index not in story.passed:
-            return self._desk.doings.experiment
+            return self._desk.doings.experiment(words)
         return None
 
     def settle(self, sitting: Sitting | None, live: Status) -> None:

@@ -8,9 +8,10 @@ from typing import Any, Final
 from app.documents import lessons
 from app.documents.lessons import Lesson, LessonError
 from app.lessons.taken import lesson_of
+from app.lessons.words import Words
 from app.live.requests import StartAgain, TakeLesson
 from app.live.status import Status
-from app.live.story import LongText, Story
+from app.live.story import LongText, Story, TookLesson
 from app.page.lesson.controls import StartLessonAgain
 from learners.spec import RunSpec
 
@@ -18,25 +19,17 @@ MOST_OWN: Final = 8
 """Lessons beside the shipped ones; of more, the oldest go."""
 PLAIN_SPEED: Final = 20_000.0
 """Steps per second where a lesson states none."""
-_CHANGED: Final = (
-    "This lesson's file has changed since you began it. You go on with the lesson as it was; from"
-    " the beginning it is the new one."
-)
-_GONE: Final = (
-    "This lesson's file is not there any more, or cannot be read. You go on with the lesson as it"
-    " was when you began it."
-)
+_CHANGED: Final = "news.changed"
+_GONE: Final = "news.gone"
 
 
 class Library:
     """The lessons. The render loop alone has to do with it."""
 
-    def __init__(self, own: Lesson | None = None) -> None:
-        """Have the shipped ones, and one's ``own``."""
+    def __init__(self) -> None:
+        """Have the shipped ones."""
         self._shipped: dict[str, Lesson] | None = None
         self._own: dict[str, Lesson] = {}
-        if own is not None and own.name not in lessons.shipped():
-            self.offer(own)
         self._sources: dict[tuple[str, str], str] = {}
         """By name and digest, what has become of a lesson's file."""
 
@@ -54,18 +47,21 @@ class Library:
         Raises:
             LessonError: it cannot be taught; with all that is wrong with it.
         """
-        lesson = lessons.parse(text, file_name)
-        if lesson.name in lessons.shipped():
-            lesson = replace(lesson, name=f"{lesson.name}_own")
-        self.offer(lesson)
-        return lesson
+        return self.offer(lessons.parse(text, file_name))
 
-    def offer(self, lesson: Lesson) -> None:
-        """Offer a lesson, in the place of an own one of its name."""
+    def offer(self, lesson: Lesson) -> Lesson:
+        """Offer a lesson, in the place of an own one of its name; returns it as it is offered: one
+        that is called as a shipped one is has another name."""
+        shipped = lessons.shipped()
+        if lesson.source in shipped:
+            return lesson
+        if lesson.name in shipped:
+            lesson = replace(lesson, name=f"{lesson.name}_own")
         self._own.pop(lesson.name, None)
         self._own[lesson.name] = lesson
         while len(self._own) > MOST_OWN:
             del self._own[next(iter(self._own))]
+        return lesson
 
     def of(self, story: Story) -> Lesson | None:
         """The lesson that somebody is in, as it was when it was begun; None if this pounce cannot
@@ -76,18 +72,16 @@ class Library:
             return offered
         return lesson_of(took)
 
-    def news_of(self, story: Story, is_shared: bool) -> str:
-        """What is to be said of the file of a lesson that is gone on with; "" if nothing is.
+    def news_of(self, story: Story, words: Words) -> str:
+        """What is to be said of the file of a lesson that is gone on with; "" if nothing is."""
+        news = self._news_of(story.took)
+        return words.say(news) if news else ""
 
-        Args:
-            story: where somebody is in it.
-            is_shared: whether it came from elsewhere, and so did the name of its file.
-        """
-        took = story.took
+    def _news_of(self, took: TookLesson) -> str:
         offered = self.offered.get(took.name)
         if offered is not None:
             return "" if offered.digest == took.digest else _CHANGED
-        if not took.source or is_shared:
+        if not took.source:
             return ""
         key = (took.source, took.digest)
         if key not in self._sources:

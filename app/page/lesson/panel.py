@@ -12,8 +12,9 @@ from typing import Any, Final
 
 import viser
 
+from app.documents.lesson_cards import Card
 from app.lessons.markup import html_of
-from app.lessons.story import is_locked, may_go_on, shown, sureness_in_words
+from app.lessons.story import may_go_on, shown, sureness_in_words
 from app.live.status import Status
 from app.page import keys
 from app.page.inbox import Inbox
@@ -35,9 +36,21 @@ from app.player.classroom import Card as CardTold
 from app.server.channels import Channels
 
 _TELLS: Final = frozenset(
-    {"play", "step", "trial", "add_skill", "explore", "freeze", "plan", "undo", "start_again"}
+    {
+        "play",
+        "step",
+        "trial",
+        "speed",
+        "add_skill",
+        "explore",
+        "freeze",
+        "plan",
+        "undo",
+        "start_again",
+    }
 )
-"""Controls that would tell what comes of it, while somebody is asked what they expect."""
+"""Controls that would tell what comes of it before it is asked for, or change what is asked about:
+they are there on cards on which something is to be done, until it is."""
 _IN_LESSON: Final = "<i hidden data-lesson-now></i>"
 """Has the page's script show the card, and no more than the lesson shows."""
 
@@ -91,6 +104,12 @@ class LessonPanel:
         sitting = self._sitter.taught
         return None if sitting is None else card_told(sitting)
 
+    @property
+    def is_seen_closely(self) -> bool:
+        """Whether it is asked what is known, or told why: no hunt is to cover that."""
+        sitting = self._sitter.taught
+        return sitting is not None and sitting.card.kind in ("see", "why")
+
     def _opened(self) -> None:
         """The frame is there, or there again, and knows nothing."""
         self._sent = None
@@ -132,9 +151,7 @@ class LessonPanel:
     def _unreadable(self, live: Status) -> str | None:
         """That a lesson is on that this pounce cannot read; None if none is."""
         is_unreadable = live.story is not None and self._sitter.sitting is None
-        return (
-            "The lesson of this session cannot be read by this pounce." if is_unreadable else None
-        )
+        return self._sitter.words.say("fault.unreadable") if is_unreadable else None
 
     def take(self, message: Any) -> None:
         """Do what a hand did in the frame."""
@@ -152,13 +169,15 @@ class LessonPanel:
         story, index = sitting.story, sitting.index
         spec = sitting.lesson.spec.in_language(story.language)
         names, card = shown(story, spec), spec.steps[index]
-        if card.question is not None and not is_locked(story, card.id) and not live.playing:
+        acts = card.kind == "free" or (card.kind == "do" and not may_go_on(story, spec))
+        if not acts and not live.playing:
             names -= _TELLS
         busy = self._hands.busy(sitting, live)
         self._sitter.controls = self._all_controls(sitting, names, seen)
         is_last = index + 1 == len(spec.steps)
-        news = self._sitter.desk.library.news_of(story, live.is_shared)
-        said = [news, sureness_in_words(live.stories) if is_last else ""]
+        news = self._sitter.desk.library.news_of(story, sitting.words)
+        sure = sureness_in_words(live.stories, sitting.words) if is_last else ""
+        said = [news, sure]
         notes = card.notes if self._sitter.rooms.presents() else None
         return {
             "name": story.name,
@@ -186,7 +205,7 @@ class LessonPanel:
             return None
         told = self._sitter.shown(sitting)
         if told is not None and told.is_ready:
-            outcome = outcome_of(reveal_sent(told, NOTHING_FOUND))
+            outcome = outcome_of(reveal_sent(told, NOTHING_FOUND, sitting.words))
             classroom.come_out(key_of(sitting, told.guess.card.id), outcome)
         is_askable = class_question(sitting) is not None
         return classroom.state(key_of(sitting, sitting.card.id), is_askable)
@@ -196,10 +215,11 @@ class LessonPanel:
     ) -> tuple[Control, ...]:
         if not sitting.has_run:
             wants = {None: StartLessonAgain()}
-            return (Control(BACK_TO_RUN, "Back to the lesson's run", "button", wants, main=True),)
+            label = sitting.words.say("control.back_to_run")
+            return (Control(BACK_TO_RUN, label, "button", wants, main=True),)
         look = self._sitter.rooms.view.look
         began = 0 if sitting.began is None else sitting.began.trial
-        return controls_of(names, sitting.card, seen, began, look)
+        return controls_of(names, sitting.card, seen, began, look, sitting.words)
 
     def _card(self, sitting: Sitting, busy: str | None) -> dict[str, Any]:
         story, index = sitting.story, sitting.index
@@ -207,17 +227,25 @@ class LessonPanel:
         card, n_hints = spec.steps[index], story.hints.get(index, 0)
         verdict = self._sitter.desk.verdict
         told = self._sitter.shown(sitting)
-        is_never = verdict is not None and verdict.state == "never"
         of_class = self._sitter.of_class(sitting, card.id if told is None else told.guess.card.id)
         return {
             "kind": card.kind,
             "id": card.id,
             "html": str(html_of(card.words)),
             "ask": asked_sent(card, spec, story, self._sitter.draft_of(sitting)),
-            "reveal": class_sent(of_class) if told is None else reveal_sent(told, of_class),
-            "check": check_sent(card, index in story.passed, verdict),
+            "reveal": class_sent(of_class)
+            if told is None
+            else reveal_sent(told, of_class, sitting.words),
+            "check": check_sent(card, index in story.passed, verdict, sitting.words),
             "hints": [str(html_of(hint)) for hint in card.hints[:n_hints]],
-            "more_hints": n_hints < len(card.steps_of_help) and index not in story.passed,
-            "back": is_never and index not in story.passed and self._sitter.before is None,
+            "next_hint": None if index in story.passed else _next_hint(card, n_hints),
             "busy": busy,
         }
+
+
+def _next_hint(card: Card, n_hints: int) -> str | None:
+    """Whether one hint more says something, or does it; None if there is no more."""
+    left = len(card.steps_of_help) - n_hints
+    if left <= 0:
+        return None
+    return "does" if left == 1 and card.does_it else "says"

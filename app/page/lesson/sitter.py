@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 import viser
 
 from app.lessons.story import is_locked, question_of, revealed_on
+from app.lessons.words import Words, words_of
 from app.live.requests import Request
 from app.live.status import Status
 from app.live.story import Act, Answered
@@ -112,6 +113,12 @@ class Sitter:
         return None if self.is_free else self.sitting
 
     @property
+    def words(self) -> Words:
+        """What is said around a lesson's own texts, in the language of the one that is on."""
+        story = None if self.live is None else self.live.story
+        return words_of("en" if story is None else story.language)
+
+    @property
     def class_shown(self) -> Classroom | None:
         """The class that this browser presents to; None if there is none, or another one does."""
         return self.rooms.classroom if self.rooms.presents() else None
@@ -171,7 +178,7 @@ class Sitter:
         asked = spec.in_language(story.language).steps[guess.place].question
         assert asked is not None
         spread = self.desk.spread_of(sitting, guess)
-        given, has_come = story.answers[guess.card.id], self.desk.has_come(guess)
+        given, has_come = story.answers[guess.card.id], self.desk.has_come(story, guess)
         is_waited_for = given.shown is not None or has_come or sitting.card.see is not None
         return Shown(guess, asked, given, spread, has_come) if is_waited_for else None
 

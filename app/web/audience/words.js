@@ -1,6 +1,8 @@
 // @ts-check
 // What the page of a class says of itself, in the language of the lesson.
 
+import { phrase } from "../time/words.js";
+
 /** @type {Record<string, Record<string, string>>} */
 const WORDS = {
   en: {
@@ -34,7 +36,7 @@ const WORDS = {
     diamond: "Raute",
     cross: "Kreuz",
     card: "{0}: Karte {1} von {2}",
-    waiting: "Fragen kommen hierher. Schau bis dahin auf das Brett.",
+    waiting: "Fragen kommen hierher. Schau bis dahin auf das Feld.",
     ended: "Die Klasse ist zu Ende, und alle Antworten sind vergessen.",
     noSeat: "Diese Seite hat keinen Platz und schaut nur zu: Sie braucht ihren Cookie und einen freien Platz.",
     takeSeat: "Platz nehmen",
@@ -53,7 +55,4 @@ const WORDS = {
  * @param {string} key
  * @param {...unknown} parts what stands in the places of {0}, {1}, ...
  */
-export const word = (key, ...parts) => {
-  const text = WORDS[document.documentElement.lang]?.[key] ?? WORDS.en[key] ?? key;
-  return text.replace(/\{(\d)\}/g, (_, place) => `${parts[Number(place)]}`);
-};
+export const word = (key, ...parts) => phrase(WORDS, document.documentElement.lang, key, parts);

@@ -41,8 +41,8 @@ page.innerHTML = `
     <button type="button" class="primary"></button>
   </footer>`;
 const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (page.querySelector(name));
-const inspect = element("section", "inspect");
-inspect.append(element("h2", ""), element("div", "pounce"));
+const inspect = element("details", "inspect");
+inspect.append(element("summary", ""), element("div", "pounce"));
 const notes = document.createElement("details");
 notes.className = "notes";
 notes.append(element("summary", ""), element("div", ""));

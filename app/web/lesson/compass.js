@@ -1,9 +1,9 @@
 // @ts-check
 // The eight parts of the board round the prey, as it lies there: the prey in the middle looks east.
 
+import { OCTANTS } from "../player/octants.js";
+
 const SVG = "http://www.w3.org/2000/svg";
-/** Counter-clockwise from what the prey has ahead. */
-export const OCTANTS = ["e", "ne", "n", "nw", "w", "sw", "s", "se"];
 const HALF = Math.PI / OCTANTS.length;
 const SIZE = 100;
 /** Between parts, so that one sees where they end. */

@@ -80,7 +80,9 @@ export const line = (reveal, { unit }) => {
     svg.append(svgElement("path", { d: SHAPES[whose], class: `of-${whose}`, transform: `translate(${left} ${top})` }));
   }
   const list = document.createElement("dl");
-  const withUnit = (/** @type {string} */ text) => (unit ? `${text} ${unit}` : text);
+  // Lessons have the word in the plural.
+  const withUnit = (/** @type {string} */ text) =>
+    !unit || (text === "1" && /^\p{L}+$/u.test(unit)) ? text : `${text} ${unit}`;
   if (isNumber(guess)) list.append(row("guess", nameOf("guess"), withUnit(numeral(guess, 1))));
   if (isNumber(saw)) list.append(row("saw", nameOf("saw"), withUnit(numeral(saw, 1))));
   if (isNumber(run)) list.append(row("run", nameOf("run"), withUnit(numeral(run, 1))));

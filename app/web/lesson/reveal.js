@@ -3,8 +3,9 @@
 // told right or wrong by it: a run is one of many.
 
 import { put } from "../player/html.js";
+import { OCTANTS } from "../player/octants.js";
 import { element, write } from "../time/dom.js";
-import { OCTANTS, RADII, compass, middle, svgElement, wedge } from "./compass.js";
+import { RADII, compass, middle, svgElement, wedge } from "./compass.js";
 import { curves } from "./curves.js";
 import { line } from "./line.js";
 import { MANY, nameOf, row, swatch } from "./marks.js";

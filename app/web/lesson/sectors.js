@@ -1,8 +1,9 @@
 // @ts-check
 // Parts of the board, chosen on a compass: what a click on the board does as well.
 
+import { OCTANTS } from "../player/octants.js";
 import { element } from "../time/dom.js";
-import { OCTANTS, RADII, compass, svgElement, wedge } from "./compass.js";
+import { RADII, compass, svgElement, wedge } from "./compass.js";
 import { word } from "./words.js";
 
 /** @type {import("./ask.js").Maker} */

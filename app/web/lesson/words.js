@@ -1,6 +1,8 @@
 // @ts-check
 // What the card says of itself, in the language of its lesson; what a lesson says comes with it.
 
+import { numeralIn, phrase } from "../time/words.js";
+
 /** @type {Record<string, Record<string, string>>} */
 const WORDS = {
   en: {
@@ -14,7 +16,6 @@ const WORDS = {
     next: "Next",
     finish: "Finish",
     commit: "Commit",
-    commitHint: "After that your answer stays as it is",
     language: "Language",
     cards: "Cards of the lesson",
     card: "Card {0} of {1}",
@@ -46,7 +47,6 @@ const WORDS = {
     putInOrder: "Put them in order, the first on top.",
     up: "Move {0} up",
     down: "Move {0} down",
-    place: "{0}: place {1} of {2}",
     e: "ahead",
     ne: "ahead left",
     n: "left flank",
@@ -61,15 +61,14 @@ const WORDS = {
     guess: "you expected",
     saw: "you saw",
     run: "this run",
-    twenty: "{0} other runs",
+    twenty: "{0} runs",
     before: "the class at first ({0})",
     class: "the class ({0})",
     rings: "Rings, from within:",
     ofRuns: "{0} of {1}",
-    twentyWait: "Other runs are still being made.",
+    twentyWait: "The twenty runs are still being made.",
     range: "{0} to {1}",
     atPlace: "{0} of {1} there",
-    drawn: "as drawn",
     check: "How far you are",
     yes: "Done.",
     rewind: "Go back to before",
@@ -77,7 +76,7 @@ const WORDS = {
     doIt: "Do it for me",
     hints: "Hints",
     controls: "What you can do",
-    inspect: "This place",
+    inspect: "The line on the board, in numbers",
     notes: "Notes for the teacher",
     vote: "The class",
     join: "Join with",
@@ -106,14 +105,13 @@ const WORDS = {
     lessons: "Lektionen",
     lesson: "Lektion",
     free: "Alles öffnen",
-    freeHint: "Alle Felder und Tasten; ein Knopf führt zu dieser Karte zurück",
+    freeHint: "Alle Bedienfelder und Tasten; ein Knopf führt zu dieser Karte zurück",
     leave: "Lektion beenden",
     close: "Schließen",
     back: "Zurück",
     next: "Weiter",
     finish: "Fertig",
     commit: "Festlegen",
-    commitHint: "Danach bleibt deine Antwort, wie sie ist",
     language: "Sprache",
     cards: "Karten der Lektion",
     card: "Karte {0} von {1}",
@@ -135,40 +133,38 @@ const WORDS = {
     sure90: "sehr sicher",
     yourNumber: "Deine Zahl",
     trial: "Versuch",
-    onBar: "Klicke auf der Zeitleiste unter dem Brett auf den Moment, den du meinst.",
+    onBar: "Klicke auf der Leiste unter dem Feld auf den Moment, den du meinst.",
     orType: "Oder tippe einen Versuch:",
-    onBoard: "Klicke auf das Brett oder hier. Mehrere sind möglich.",
-    octants: "Teile des Bretts um die Beute, die nach rechts schaut",
-    drawOn: "Ziehe die sechs Griffe in der Kurve der Zeitleiste.",
+    onBoard: "Klicke auf das Feld oder hier. Mehrere sind möglich.",
+    octants: "Teile des Felds um die Beute, die nach rechts schaut",
+    drawOn: "Ziehe die sechs Griffe in der Kurve auf der Leiste.",
     typeIt: "Oder tippe sechs Belohnungen",
     rewardAt: "Belohnung bei Versuch {0}",
     putInOrder: "Bring sie in eine Reihenfolge, das Erste nach oben.",
     up: "{0} nach oben",
     down: "{0} nach unten",
-    place: "{0}: Platz {1} von {2}",
     e: "vorn",
     ne: "vorn links",
-    n: "linke Flanke",
+    n: "linke Seite",
     nw: "hinten links",
     w: "hinten",
     sw: "hinten rechts",
-    s: "rechte Flanke",
+    s: "rechte Seite",
     se: "vorn rechts",
     none: "keine",
     wasSo: "Was herauskam",
-    wereSure: "Du warst zu {0} % sicher.",
+    wereSure: "Du warst dir zu {0} % sicher.",
     guess: "erwartet",
     saw: "gesehen",
     run: "dieser Lauf",
-    twenty: "{0} andere Läufe",
+    twenty: "{0} Läufe",
     before: "die Klasse zuerst ({0})",
     class: "die Klasse ({0})",
     rings: "Ringe, von innen:",
     ofRuns: "{0} von {1}",
-    twentyWait: "Andere Läufe werden noch gerechnet.",
+    twentyWait: "Die zwanzig Läufe werden noch gerechnet.",
     range: "{0} bis {1}",
     atPlace: "{0} von {1} dort",
-    drawn: "wie gezeichnet",
     check: "Wie weit du bist",
     yes: "Geschafft.",
     rewind: "Zurück zu davor",
@@ -176,8 +172,8 @@ const WORDS = {
     doIt: "Mach es für mich",
     hints: "Hinweise",
     controls: "Was du tun kannst",
-    inspect: "Dieser Ort",
-    notes: "Notizen für die Lehrperson",
+    inspect: "Die Linie auf dem Feld, in Zahlen",
+    notes: "Notizen für die Lehrkraft",
     vote: "Die Klasse",
     join: "Mitmachen mit",
     at: "auf",
@@ -215,13 +211,7 @@ export const setLanguage = (language) => {
  * @param {string} key
  * @param {...unknown} parts what stands in the places of {0}, {1}, ...
  */
-export const word = (key, ...parts) => {
-  const text = WORDS[root.lang]?.[key] ?? WORDS.en[key] ?? key;
-  return text.replace(/\{(\d)\}/g, (_, place) => `${parts[Number(place)]}`);
-};
+export const word = (key, ...parts) => phrase(WORDS, root.lang, key, parts);
 
 /** A number as it is written there. @param {number} number @param {number} [digits] behind the point */
-export const numeral = (number, digits = 0) =>
-  number
-    .toLocaleString(root.lang === "de" ? "de-DE" : "en-US", { maximumFractionDigits: digits })
-    .replace("-", "−");
+export const numeral = (number, digits = 0) => numeralIn(root.lang, number, digits);

@@ -1,7 +1,7 @@
 // @ts-check
 // What is asked on the bar: at which trial something will be, or how the curve will go. As long as that is
-// open the bar is for the answer alone; afterwards guess, run and other runs are in one picture. Who gives
-// pointers to it, and who hears of answers, is the page's own matter (asks.js, ../audience/moment.js).
+// open the bar is for the answer alone; afterwards guess, run and twenty runs are in one picture. Who gives
+// pointers to it, and who hears of answers, is the page's own matter (asks.js, ../audience/place.js).
 
 import { roundest, shareOfTrial, trialAt } from "./axis.js";
 import { heightOf } from "./curve.js";

@@ -54,7 +54,9 @@ def test_a_lesson_begins_with_its_run_at_the_trial_of_its_setup(room: Room, sitt
     assert sitter.lesson["at"] == 0
     assert sitter.card["html"] == "The predator learns to <b>hunt</b>."
     assert sitter.view.look.layer == "value"
-    assert [control["control"] for control in sitter.lesson["controls"]] == ["play", "speed"]
+    # What the run comes to is asked for before it goes on.
+    assert sitter.lesson["controls"] == []
+    assert "Space" not in sitter.lesson["keys"]
 
 
 def test_going_on_learns_first_what_the_card_says(room: Room, sitter: Sitter) -> None:
@@ -153,15 +155,15 @@ def test_a_control_that_is_not_shown_does_nothing(room: Room, sitter: Sitter) ->
 
 def test_hints_come_one_by_one_and_the_last_does_it(room: Room, sitter: Sitter) -> None:
     at_deed(room, sitter)
-    assert (sitter.card["hints"], sitter.card["more_hints"]) == ([], True)
+    assert (sitter.card["hints"], sitter.card["next_hint"]) == ([], "says")
     sitter.do(messages.Hint())
     assert sitter.card["hints"] == ["Look below the card."]
     sitter.do(messages.Hint())
-    assert len(sitter.card["hints"]) == 2
+    assert (len(sitter.card["hints"]), sitter.card["next_hint"]) == (2, "does")
     assert "avoid" not in room.status.snapshot.present
     sitter.do(messages.Hint())
     room.until(lambda: sitter.card["check"]["verdict"] == "yes")
-    assert not sitter.card["more_hints"]
+    assert sitter.card["next_hint"] is None
     assert "avoid" in room.status.snapshot.present
 
 
@@ -208,7 +210,7 @@ def test_why_looks_into_a_place_and_the_last_card_opens_all(room: Room, sitter: 
     assert not sitter.lesson["next"]
     assert "all" in sitter.lesson["show"]
     room.until(lambda: sitter.lesson["said"] != "")
-    assert sitter.lesson["said"] == "You said 90 %, you were right in 1 of 1."
+    assert sitter.lesson["said"] == "When you said 90\u00a0%, you were right in 1 of 1."
 
 
 def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
@@ -220,10 +222,8 @@ def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
     began = story.began[2]
     room.submit(RunTo(460))
     room.until(lambda: sitter.card["check"]["verdict"] == "never")
-    assert sitter.card["back"]
     sitter.do(messages.Rewind())
     room.until(lambda: sitter.outlook.place == began.place)
-    assert not sitter.card["back"]
     assert sitter.card["busy"] is not None
     sitter.do(messages.Use("add_skill.avoid"))
     room.until(lambda: sitter.card["check"]["verdict"] == "yes")
