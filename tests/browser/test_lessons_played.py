@@ -30,9 +30,7 @@ PATIENCE_S = 180.0
 """For twenty runs of a lesson, where nobody has made them before."""
 SEEDS = 2
 """Of an experiment that a card has run: what it asks for is so with any seed."""
-BLAME = re.compile(
-    r"\b(wrong|incorrect|correct|mistakes?|fail\w*|score\w*)\b", re.IGNORECASE
-)
+BLAME = re.compile(r"\b(wrong|incorrect|correct|mistakes?|fail\w*|score\w*)\b", re.IGNORECASE)
 """Words that nobody is to read who was only unlucky, or has guessed."""
 ON_BAR = ("bar", "curve", "scrub", "plan", "marks")
 """Controls that have the time bar be there."""
