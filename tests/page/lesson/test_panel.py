@@ -36,7 +36,7 @@ def test_all_lessons_are_listed_before_one_is_on(sitter: Sitter) -> None:
     listed = {lesson["name"]: lesson for lesson in sitter.state["list"]}
     assert listed["small"] == {
         "name": "small",
-        "title": "A small one",
+        "titles": {"en": "A small one", "de": "Eine kleine"},
         "minutes": 4,
         "needs": [],
         "languages": ["en", "de"],
