@@ -56,7 +56,11 @@ class Verdict(NamedTuple):
             case "never":
                 return "This can no longer come true in this run."
             case _:
-                return "Not yet." if self.until is None else f"Not yet; until trial {self.until:,}."
+                return (
+                    "Not yet."
+                    if self.until is None
+                    else f"Not yet. There is time until trial {self.until:,}."
+                )
 
 
 class Judge:

@@ -139,6 +139,9 @@ def controls_of(
         *_views(names, card, look.layer, look.frame),
         *_others(names, card, status),
     ]
+    if any(one.main and one.control.startswith(("add_skill.", "explore.")) for one in found):
+        # Whoever lets it learn before it is given what the card asks for has missed that.
+        found = [one for one in found if one.control != "play" or status.playing]
     if card.do is not None and not status.playing and not any(one.main for one in found):
         # All that the card asks for has been given: what is left is to let it learn.
         found = [replace(one, main=one.control == "play") for one in found]
@@ -206,8 +209,9 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
     skills, present = snapshot.spec.learner.skills, snapshot.present
     found: list[Control] = []
     if has(names, "add_skill"):
+        added = _added_by(card)
         for skill in skills:
-            if skill not in present:
+            if skill not in present and (not added or skill in added):
                 is_main = do is not None and (do.command, do.skill) == ("introduce", skill)
                 wants = introduction_of(snapshot, skill)
                 label = f"Add {plain(skill)} now"
@@ -242,6 +246,13 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
         on = snapshot.control.schedule_on
         found.append(_toggle("plan", "Follow schedule", on, follow))
     return found
+
+
+def _added_by(card: Card) -> set[str]:
+    """The skills that a card has added."""
+    do = card.do
+    given = () if do is None else (do, *(do.then or ()))
+    return {one.skill for one in given if one.command == "introduce" and one.skill is not None}
 
 
 def _explored_by(card: Card) -> dict[str, tuple[int, float]]:
