@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import Moment
@@ -17,6 +17,9 @@ from app.lessons.story import Guess, question_of, value_of
 from app.live.story import Given, Story
 from app.page.lesson.told import sent_spread
 from app.util.html import escaped
+
+_NOT_ON_BOARD: Final = "The board still shows the run from before."
+"""Where a question is about another run than the one that goes on."""
 
 
 class Shown(NamedTuple):
@@ -98,6 +101,8 @@ def reveal_sent(shown: Shown, of_class: Mapping[str, Any]) -> dict[str, Any]:
         }
     answer = answer_of(shown.asked, guess)
     words = scored(shown.asked, answer, answer_from(shown.own), shown.spread).words
+    if shown.guess.card.transfer is not None:
+        words = f"{words} {_NOT_ON_BOARD}"
     return {
         "ready": True,
         "asked": asked,
