@@ -14,6 +14,8 @@ MAX_WORDS: Final = 45
 """Of a card, in any language."""
 MAX_TEXT: Final = 1_000
 MAX_OPTIONS: Final = 8
+HANDLES: Final = 6
+"""Of a curve that is sketched."""
 
 # --- Texts ---------------------------------------------------------------------------------------
 
@@ -162,13 +164,18 @@ class Asked(Spec):
         lacking = [name for name in needed if ends[name] is None]
         if lacking:
             return [Problem((name,), ..., "is missing; allowed: a number") for name in lacking]
-        return [
+        problems = [
             Problem((after,), ends[after], f"must be more than {before}, {ends[before]}")
             for before, after in (("low", "high"), ("from", "to"))
             if (low := ends[before]) is not None
             and (high := ends[after]) is not None
             and high <= low
         ]
+        first, end = self.first or 0, self.end or 0
+        if self.ask == "sketch" and not problems and end - first < HANDLES - 1:
+            message = f"leaves no trial for each handle; allowed: from {first + HANDLES - 1} on"
+            problems.append(Problem(("to",), end, message))
+        return problems
 
     def _wrong_reveal(self) -> list[Problem]:
         if self.reveal is None:

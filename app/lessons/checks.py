@@ -24,6 +24,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 from app.documents.lesson_grammar import Check, Moment, Reading
 from app.lessons.measures import MEASURES, Began, Found, View, is_settled, measured
+from app.lessons.words import Words
 from sim.world import CAPTURE
 
 CLOSE_LOOKS: Final = 100
@@ -47,20 +48,17 @@ class Verdict(NamedTuple):
     until: int | None = None
     """Trial by whose start it has to come true; None if there is no such, or it is not known."""
 
-    @property
-    def words(self) -> str:
+    def in_words(self, words: Words) -> str:
         """In a sentence, which gives nothing away of what is asked for."""
         match self.state:
             case "yes":
-                return f"Yes, in trial {self.trial:,}."
+                return words.say("check.yes", trial=self.trial)
             case "never":
-                return "This can no longer come true in this run."
+                return words.say("check.never")
+            case _ if self.until is not None:
+                return words.say("check.until", until=self.until)
             case _:
-                return (
-                    "Not yet."
-                    if self.until is None
-                    else f"Not yet. There is time until trial {self.until:,}."
-                )
+                return words.say("check.not_yet")
 
 
 class Judge:

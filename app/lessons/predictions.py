@@ -22,19 +22,16 @@ from typing import Any, Final, NamedTuple, cast
 import numpy as np
 
 from app.documents.lesson_grammar import OCTANTS
-from app.documents.lesson_questions import Asked
+from app.documents.lesson_questions import HANDLES, Asked
 from app.lessons.reveals import Answer
 from app.lessons.spread import Spread, points_of
-from app.words.numbers import counted
-from app.words.plain import joined_by_and
+from app.lessons.words import IN_ENGLISH, Words
 from learners.spec import MAX_TRIALS
 
 NEARLY_ALL: Final = 0.95
 """Share of the runs that a thing is true of, if nobody is to doubt it."""
 SOME: Final = 0.1
 """Share of the runs in which something happened, if it could as well have been this one."""
-HANDLES: Final = 6
-"""Of a sketch."""
 HANDLES_WITHIN: Final = 4
 """Of these, so many at least lie within what runs do, if the sketch does."""
 _MOST_REWARD: Final = 1e9
@@ -125,7 +122,9 @@ class Scored(NamedTuple):
     """A sentence or two on what came, with a capital and a full stop."""
 
 
-def scored(asked: Asked, answer: Answer, own: Answer, spread: Spread) -> Scored:
+def scored(
+    asked: Asked, answer: Answer, own: Answer, spread: Spread, words: Words = IN_ENGLISH
+) -> Scored:
     """How an answer compares with this run and others.
 
     Args:
@@ -133,23 +132,24 @@ def scored(asked: Asked, answer: Answer, own: Answer, spread: Spread) -> Scored:
         answer: what was predicted.
         own: what this run answers; None if it has no answer.
         spread: what others do; of no runs while they are not known.
+        words: in which it is told.
     """
     if asked.key is not None and answer is not None:
-        return _by_key(asked, answer)
+        return _by_key(asked, answer, words)
     runs = spread if own is None else Spread((own, *spread.answers))
     if answer is None or not runs.n_answered:
-        return Scored(None, "No run has an answer to this.")
+        return Scored(None, words.say("score.no_answer"))
     match asked.ask:
         case "choice" | "direction":
-            return _chosen(asked, answer, own, spread)
+            return _chosen(asked, answer, own, spread, words)
         case "number" | "moment":
-            return _numbered(asked, answer, own, spread, runs)
+            return _numbered(asked, answer, own, spread, words)
         case "sectors":
-            return _sectors(answer, own, spread)
+            return _sectors(answer, own, spread, words)
         case "order":
-            return _ordered(asked, answer, own, spread)
+            return _ordered(asked, answer, own, spread, words)
         case _:
-            return _drawn(answer, runs)
+            return _drawn(answer, runs, words)
 
 
 def is_right(asked: Asked, answer: Answer) -> bool:
@@ -163,67 +163,73 @@ def is_right(asked: Asked, answer: Answer) -> bool:
     return key == answer
 
 
-def _by_key(asked: Asked, answer: Answer) -> Scored:
+def _by_key(asked: Asked, answer: Answer, words: Words) -> Scored:
     key = asked.key
     if isinstance(key, tuple):
-        said = joined_by_and([_label(asked, str(value)) for value in key])
+        said = words.listed([_label(asked, str(value), words) for value in key])
+    elif isinstance(key, int | float):
+        said = words.written(f"{key:g}")
     else:
-        said = f"{key:g}" if isinstance(key, int | float) else _label(asked, str(key))
-    return Scored(is_right(asked, answer), f"It is {said}.")
+        said = _label(asked, str(key), words)
+    return Scored(is_right(asked, answer), words.say("score.key", what=said))
 
 
-def _label(asked: Asked, value: str) -> str:
+def _label(asked: Asked, value: str, words: Words) -> str:
+    if asked.ask == "sectors":
+        return words.octant(value)
     return dict(asked.choices).get(value, value)
 
 
-def _of_all(n: int, spread: Spread) -> str:
-    return f"in {n} of {counted(spread.n, 'run')}"
-
-
-def _chosen(asked: Asked, answer: Answer, own: Answer, spread: Spread) -> Scored:
+def _chosen(asked: Asked, answer: Answer, own: Answer, spread: Spread, words: Words) -> Scored:
     n = spread.counts.get(str(answer), 0)
     within = answer == own or (n > 0 and n >= SOME * spread.n)
     said: list[str] = []
     if own is not None:
-        said.append(f"In this run: {_label(asked, str(own))}.")
+        said.append(words.say("score.own", what=_label(asked, str(own), words)))
     if spread.n:
         ranked = sorted(spread.counts.items(), key=lambda item: -item[1])
-        each = [f"{_label(asked, value)} {_of_all(count, spread)}" for value, count in ranked]
-        said.append(f"Over all: {joined_by_and(each)}.")
+        each = [
+            f"{_label(asked, value, words)} {words.counted('in_of', spread.n, k=count)}"
+            for value, count in ranked
+        ]
+        said.append(words.say("score.all", what=words.listed(each)))
     return Scored(within, " ".join(said))
 
 
-def _numbered(asked: Asked, answer: Answer, own: Answer, spread: Spread, runs: Spread) -> Scored:
-    band, all_of_them = spread.band, runs.band
+def _numbered(asked: Asked, answer: Answer, own: Answer, spread: Spread, words: Words) -> Scored:
+    band = spread.band
+    all_of_them = (spread if own is None else Spread((own, *spread.answers))).band
     assert all_of_them is not None
     assert isinstance(answer, int | float)
     within = all_of_them.low <= answer <= all_of_them.high
-    unit = "" if asked.ask == "moment" or asked.unit is None else asked.unit
-    trial = "trial " if asked.ask == "moment" else ""
     said: list[str] = []
     if isinstance(own, int | float):
-        said.append(f"In this run: {trial}{_with_unit(own, unit)}.")
+        said.append(words.say("score.own", what=_measured(asked, own, words)))
     elif own is None and asked.ask == "moment":
-        said.append("In this run it has not come.")
+        said.append(words.say("score.own_never"))
     if band is not None:
-        ends = f"{_said(band.low)} to {_said(band.high)}" if band.low < band.high else "always"
-        said.append(f"{counted(spread.n, 'run')}: {trial}{_with_unit(band.median, unit)} ({ends}).")
+        ends = words.say("score.always")
+        if band.low < band.high:
+            ends = words.say("score.range", low=band.low, high=band.high)
+        runs = words.counted("runs", spread.n)
+        median = _measured(asked, band.median, words)
+        said.append(words.say("score.spread", runs=runs, what=median, range=ends))
     missing = spread.n - spread.n_answered
     if missing and asked.ask == "moment":
-        said.append(f"{_of_all(missing, spread).capitalize()} it never came.")
+        said.append(words.counted("score.never", spread.n, k=missing))
     return Scored(within, " ".join(said))
 
 
-def _with_unit(number: float, unit: str) -> str:
-    """A number of units; of one alone without the word, which lessons have in the plural."""
-    return _said(number) if number == 1 and unit.isalpha() else f"{_said(number)} {unit}".rstrip()
+def _measured(asked: Asked, number: float, words: Words) -> str:
+    """A number that was asked for, with its unit; of one alone without the word, which lessons have
+    in the plural."""
+    if asked.ask == "moment":
+        return words.say("trial", trial=number)
+    unit = "" if asked.unit is None or (number == 1 and asked.unit.isalpha()) else asked.unit
+    return f"{words.number(number)} {unit}".rstrip()
 
 
-def _said(number: float) -> str:
-    return f"{number:,.0f}" if abs(number) >= 10 or number == round(number) else f"{number:.2g}"
-
-
-def _sectors(answer: Answer, own: Answer, spread: Spread) -> Scored:
+def _sectors(answer: Answer, own: Answer, spread: Spread, words: Words) -> Scored:
     chosen = {str(item) for item in answer} if isinstance(answer, tuple) else set[str]()
     in_own = {str(item) for item in own} if isinstance(own, tuple) else None
     n_runs = spread.n_answered + (in_own is not None)
@@ -232,40 +238,37 @@ def _sectors(answer: Answer, own: Answer, spread: Spread) -> Scored:
         n = spread.counts.get(octant, 0) + (in_own is not None and octant in in_own)
         missed += n >= NEARLY_ALL * n_runs and octant not in chosen
         wrong += n <= (1 - NEARLY_ALL) * n_runs and octant in chosen
-    said = "Every octant that runs agree on is as you said."
-    if missed or wrong:
-        parts = [f"you left out {counted(missed, 'octant')}"] * (missed > 0)
-        parts += [f"{counted(wrong, 'octant')} of yours stayed without"] * (wrong > 0)
-        said = f"{'; '.join(parts).capitalize()}."
-    return Scored(not missed and not wrong, said)
+    said = [words.counted("score.missed", missed)] * (missed > 0)
+    said += [words.counted("score.wrong", wrong)] * (wrong > 0)
+    return Scored(not said, " ".join(said or [words.say("score.octants")]))
 
 
-def _drawn(answer: Answer, runs: Spread) -> Scored:
+def _drawn(answer: Answer, runs: Spread, words: Words) -> Scored:
     curve, points = runs.curve, points_of(answer)
     if curve is None or not points:
-        return Scored(None, "The curve is not known so far.")
+        return Scored(None, words.say("score.no_curve"))
     trials = [trial for trial, _ in points]
     low, high = np.interp(trials, curve.at, curve.low), np.interp(trials, curve.at, curve.high)
     n = sum(
         bool(lowest <= reward <= highest)
         for (_, reward), lowest, highest in zip(points, low, high, strict=True)
     )
-    lie = "lies" if n == 1 else "lie"
-    said = f"{n} of your {len(points)} points {lie} within what {counted(runs.n, 'run')} did."
+    key = "score.point" if n == 1 else "score.points"
+    said = words.counted(key, runs.n, k=n, points=len(points))
     return Scored(n >= HANDLES_WITHIN, said)
 
 
-def _ordered(asked: Asked, answer: Answer, own: Answer, spread: Spread) -> Scored:
+def _ordered(asked: Asked, answer: Answer, own: Answer, spread: Spread, words: Words) -> Scored:
     order = [str(item) for item in answer] if isinstance(answer, tuple) else []
     runs = spread if spread.n else Spread((own,))
     pairs = [(one, other) for place, one in enumerate(order) for other in order[place + 1 :]]
     sure = [pair for pair in pairs if abs(runs.share_before(*pair) - 0.5) >= NEARLY_ALL - 0.5]
     wrong = [pair for pair in sure if runs.share_before(*pair) < 0.5]
     if not sure:
-        return Scored(True, "Runs do not agree on any two of these.")
-    said = f"Of {counted(len(sure), 'pair')} that runs agree on, {len(sure) - len(wrong)} are as "
-    said += "you said."
+        return Scored(True, words.say("score.no_pairs"))
+    said: list[str] = []
     if isinstance(own, tuple):
-        labels = [_label(asked, str(value)) for value in own]
-        said = f"In this run: {', '.join(labels)}. {said}"
-    return Scored(not wrong, said)
+        labels = [_label(asked, str(value), words) for value in own]
+        said.append(words.say("score.own", what=", ".join(labels)))
+    said.append(words.counted("score.pairs", len(sure), k=len(sure) - len(wrong)))
+    return Scored(not wrong, " ".join(said))

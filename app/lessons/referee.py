@@ -174,7 +174,7 @@ class Referee:
 
     def _follow(self, key: Hashable, one: _Followed) -> None:
         """Look at all that is known of its line and has not been looked at."""
-        if one.looker.is_over:
+        if one.looker.is_over and self._still_is(one):
             return
         before = self.verdict(key), self.answer(key)
         try:
@@ -213,6 +213,14 @@ class Referee:
             if at_end:
                 return False
         return True
+
+    def _still_is(self, one: _Followed) -> bool:
+        """Whether what has been looked at is on the line, or that has gone another way since."""
+        run = one.run
+        if run is None or one.line.past.take_on(run, run.step):
+            return True
+        self._anew(one)
+        return False
 
     def _anew(self, one: _Followed) -> None:
         """The line has gone another way: what was seen of the old one may never have been."""

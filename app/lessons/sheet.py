@@ -18,8 +18,8 @@ from app.lessons.canon import play
 from app.lessons.markup import html_of, plain_of
 from app.lessons.reveals import Answer
 from app.lessons.shared import Shared
-from app.lessons.sheet_words import Words, words_of
 from app.lessons.spread import Spread, points_of
+from app.lessons.words import Words, words_of
 from app.live.snapshot import take
 from app.picture.layer import Extras
 from app.picture.look import Look
@@ -150,22 +150,23 @@ class _Sheet:
 
     def _about(self) -> str:
         setup = self._spec.setup
-        return self._words.about.format(
+        return self._words.say(
+            "sheet.about",
             minutes=self._spec.minutes,
             preset=setup.preset,
-            seed=setup.seed,
-            trial=self._words.number(setup.start),
+            seed=str(setup.seed),
+            trial=setup.start,
         )
 
     # Questions
 
     def _card(self, n: int, card: Card) -> Markup:
-        head = element("h2", f"{n}. {self._words.verbs[card.kind]}")
+        head = element("h2", f"{n}. {self._words.say(f'sheet.{card.kind}')}")
         parts: list[Markup] = [head]
         if card.why is None:
             parts.append(element("p", html_of(card.words)) if card.words else Markup(""))
         else:
-            parts.append(element("p", self._words.own_words))
+            parts.append(element("p", self._words.say("sheet.own_words")))
         if card.question is not None:
             parts.append(self._room(card.question))
         elif card.see is not None:
@@ -194,23 +195,28 @@ class _Sheet:
                     element("li", joined([element("span", "", class_="place"), label]))
                     for _, label in asked.choices
                 ]
-                parts += [element("p", words.number_them), element("ul", joined(places))]
+                parts += [
+                    element("p", words.say("sheet.number_them")),
+                    element("ul", joined(places)),
+                ]
             case "number":
                 unit = plain_of(asked.unit or "")
                 blank = element("span", "", class_="blank")
                 parts.append(element("p", joined([blank, unit], " ")))
             case "sectors":
-                parts += [element("p", words.shade), figures.compass(words.shade)]
+                shade = words.say("sheet.shade")
+                parts += [element("p", shade), figures.compass(shade)]
             case "moment":
-                first, end = self._ends(asked)
-                parts += [element("p", words.mark), self._strip(words.mark, first, end, ())]
+                mark, (first, end) = words.say("sheet.mark"), self._ends(asked)
+                parts += [element("p", mark), self._strip(mark, first, end, ())]
             case "sketch":
-                parts += [element("p", words.draw), self._frame(words.draw, asked)]
+                draw = words.say("sheet.draw")
+                parts += [element("p", draw), self._frame(draw, asked)]
             case _:
                 pass
         if asked.confidence and is_first:
             chances = [element("li", f"{chance} %") for chance in (50, 70, 90)]
-            sure = element("span", words.sure)
+            sure = element("span", words.say("sheet.sure"))
             boxes = element("ul", joined(chances), class_="boxes sure")
             parts.append(element("div", joined([sure, boxes]), class_="confidence"))
         return joined(parts)
@@ -219,7 +225,7 @@ class _Sheet:
         board = self._found.boards.get(card.id)
         if board is None:
             return Markup("")
-        caption = self._words.board.format(trial=self._words.number(board.trial))
+        caption = self._words.say("sheet.board", trial=board.trial)
         content = joined([board.picture, element("figcaption", caption)])
         return element("figure", content, class_="board")
 
@@ -227,8 +233,11 @@ class _Sheet:
 
     def _answers_head(self) -> list[Markup]:
         words = self._words
-        said = words.answers_of.format(n=self._found.n, seed=self._spec.setup.seed)
-        return [element("h1", words.answers.format(title=self._spec.title)), element("p", said)]
+        said = words.say("sheet.answers_of", n=self._found.n, seed=str(self._spec.setup.seed))
+        return [
+            element("h1", words.say("sheet.answers", title=self._spec.title)),
+            element("p", said),
+        ]
 
     def _answer(self, n: int, card: Card) -> Markup:
         parts: list[Markup] = []
@@ -239,11 +248,11 @@ class _Sheet:
         if card.kind == "see":
             parts.append(self._board_of(card))
         if card.notes is not None:
-            note = joined([element("b", self._words.note), html_of(card.notes)], " ")
+            note = joined([element("b", self._words.say("sheet.note")), html_of(card.notes)], " ")
             parts.append(element("p", note, class_="note"))
         if not parts:
             return Markup("")
-        head = element("h2", f"{n}. {self._words.verbs[card.kind]}")
+        head = element("h2", f"{n}. {self._words.say(f'sheet.{card.kind}')}")
         return element("section", joined([head, *parts]), class_="card")
 
     def _outcome(self, card: Card) -> Markup:
@@ -255,23 +264,25 @@ class _Sheet:
             return element("p", element("b", self._said(asked, asked.key)))
         parts: list[Markup] = []
         if asked.ask != "sketch":
-            parts.append(element("p", f"{words.this_run}: {self._said(asked, own)}"))
+            parts.append(element("p", f"{words.say('sheet.this_run')}: {self._said(asked, own)}"))
         match asked.ask:
             case "choice" | "direction" | "order":
                 parts.append(element("p", self._counted(asked, spread)))
             case "number" | "moment" if spread.band is not None:
                 low, median, high = (self._number(asked, value) for value in spread.band)
-                said = words.from_to.format(n=spread.n_answered, low=low, median=median, high=high)
+                said = words.say(
+                    "sheet.from_to", n=spread.n_answered, low=low, median=median, high=high
+                )
                 parts.append(element("p", said))
                 if asked.ask == "moment":
                     first, end = self._ends(asked)
                     parts.append(self._strip(said, first, end, spread.numbers))
             case "sectors":
-                said = words.octants.format(n=spread.n)
+                said = words.say("sheet.octants", n=spread.n)
                 by_octant = figures.octants_of(spread)
                 parts += [element("p", said), figures.compass(said, by_octant, spread.n)]
             case "sketch":
-                said = words.band.format(n=spread.n)
+                said = words.say("sheet.band", n=spread.n)
                 parts += [element("p", said), self._frame(said, asked, own, spread)]
             case _:
                 pass
@@ -281,10 +292,10 @@ class _Sheet:
         """An answer in words."""
         labels = dict(asked.choices)
         if answer is None:
-            return self._words.nothing
+            return self._words.say("sheet.nothing")
         if asked.ask == "sectors":
-            names = [self._words.octant_names[str(name)] for name in _texts(answer)]
-            return ", ".join(names) or self._words.nothing
+            names = [self._words.octant(str(name)) for name in _texts(answer)]
+            return ", ".join(names) or self._words.say("sheet.nothing")
         if isinstance(answer, int | float):
             return self._number(asked, float(answer))
         between = "; " if asked.ask == "order" else ", "
@@ -297,16 +308,16 @@ class _Sheet:
             {answer: given.count(answer) for answer in given}.items(), key=lambda item: -item[1]
         )
         said = "; ".join(
-            f"{self._words.in_runs.format(k=count, n=spread.n)}: {self._said(asked, answer)}"
+            f"{self._words.say('sheet.in_runs', k=count, n=spread.n)}: {self._said(asked, answer)}"
             for answer, count in counts[:4]
         )
-        return said or self._words.nothing
+        return said or self._words.say("sheet.nothing")
 
     def _number(self, asked: Asked, value: float) -> str:
         unit = plain_of(asked.unit or "")
         if asked.ask == "moment":
-            return self._words.trial.format(trial=self._words.number(value))
-        return f"{self._words.number(value)} {unit}".rstrip()
+            return self._words.say("trial", trial=self._words.rounded(value))
+        return f"{self._words.rounded(value)} {unit}".rstrip()
 
     def _ends(self, asked: Asked) -> tuple[int, int]:
         start = self._spec.setup.start
@@ -314,7 +325,7 @@ class _Sheet:
         return first, asked.end or first + 10_000
 
     def _strip(self, about: str, first: int, end: int, marks: Sequence[float]) -> Markup:
-        shown = {trial: self._words.number(trial) for trial in figures.trial_marks(first, end)}
+        shown = {trial: self._words.rounded(trial) for trial in figures.trial_marks(first, end)}
         return figures.strip(about, first, end, shown, marks)
 
     def _frame(
@@ -324,8 +335,8 @@ class _Sheet:
         return figures.frame(
             about,
             asked,
-            {trial: self._words.number(trial) for trial in trials},
-            {reward: self._words.number(reward) for reward in figures.reward_marks(asked)},
+            {trial: self._words.rounded(trial) for trial in trials},
+            {reward: self._words.rounded(reward) for reward in figures.reward_marks(asked)},
             points_of(own),
             None if spread is None else spread.curve,
         )

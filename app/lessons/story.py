@@ -13,6 +13,7 @@ from app.documents.lesson_questions import Asked
 from app.documents.lesson_spec import LessonSpec
 from app.lessons.kept import answer_from
 from app.lessons.predictions import answer_of
+from app.lessons.words import Words
 from app.live.story import Given, Stories, Story
 
 ALL: Final = "all"
@@ -215,11 +216,8 @@ def sureness(stories: Stories) -> tuple[Sureness, ...]:
     )
 
 
-def sureness_in_words(stories: Stories) -> str:
-    """One line for the end of a lesson; empty where nobody said how sure they were."""
-    parts = [
-        f"when you said {one.percent}\u00a0%, you were right in {one.right} of {one.n}"
-        for one in sureness(stories)
-    ]
-    text = "; ".join(parts)
-    return f"{text[:1].upper()}{text[1:]}." if text else ""
+def sureness_in_words(stories: Stories, words: Words) -> str:
+    """A sentence each for the end of a lesson; empty where nobody said how sure they were."""
+    return " ".join(
+        words.say("sure", percent=one.percent, k=one.right, n=one.n) for one in sureness(stories)
+    )

@@ -8,25 +8,13 @@ edge of the board. A line between two of them meets no cell's middle but the pre
 
 import functools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from app.documents.lesson_grammar import OCTANTS
 from app.picture.theme import Colour
-
-NAMES: Final[Mapping[str, str]] = {
-    "e": "ahead",
-    "ne": "ahead left",
-    "n": "left flank",
-    "nw": "behind left",
-    "w": "behind",
-    "sw": "behind right",
-    "s": "right flank",
-    "se": "ahead right",
-}
-"""What people call them, on the card of a lesson (``app/web/lesson/words.js``) as well."""
 
 _WIDE: Final = math.pi / 4
 _ARC_POINTS: Final = 17

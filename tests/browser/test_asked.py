@@ -13,7 +13,7 @@ from playwright.sync_api import FrameLocator, Locator, expect
 from app.page.browser import Browser
 from app.page.lesson.board import OctantsAsked
 from app.page.time.asked import Band, MomentAsked, SketchAsked, handles_at
-from app.picture.octants import NAMES
+from app.picture.octants import OCTANTS
 from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import Begin, Screen, Shared
 
@@ -153,7 +153,7 @@ def test_octants_are_chosen_by_clicks_and_gone_with_the_question(desk: Desk) -> 
     desk.page.wait_for_function("() => window.__viserSceneTree.getState()['/asked/fills']")
     desk.ask_octants(None)
     desk.page.wait_for_function(_HAS_NOT, arg="/asked/guess")
-    assert set(NAMES) >= desk.heard[-1]
+    assert set(OCTANTS) >= desk.heard[-1]
 
 
 # --- A moment

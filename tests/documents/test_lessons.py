@@ -180,7 +180,8 @@ def test_checks_are_made_of_checks() -> None:
     check = lesson(DONE.replace("measure: trial, above: 9", text)).spec.steps[0].check
     assert isinstance(check, Check)
     assert (check.reading, check.by) == (None, Moment(90, True))
-    first, second = check.all_of or ()
+    assert check.all_of is not None
+    first, second = check.all_of
     assert first.reading == Reading("present", "avoid")
     assert second.not_so is not None
     assert (second.not_so.operators, second.not_so.holds_for) == ({"below": 0.5}, 20)
@@ -376,7 +377,11 @@ def of_experiment(name: str, quantity: str) -> str:
         ),
         ("{ask: order, text: A, options: [a, b], key: [a, a]}", "allowed: a list of all of a, b"),
         (
-            "{ask: sketch, text: A, from: 5, to: 9, key: 3}",
+            "{ask: sketch, text: A, from: 5, to: 9, reveal: {reward: 9}}",
+            "steps.0.to: value 9: leaves no trial for each handle; allowed: from 10 on",
+        ),
+        (
+            "{ask: sketch, text: A, from: 5, to: 10, key: 3}",
             "steps.0.key: value 3: is not among the answers",
         ),
         (

@@ -27,7 +27,7 @@ from app.live.places import Place
 from app.live.requests import Branch, RunTo
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
-from learners.commands import Command, Explore, FollowSchedule, Introduce
+from learners.commands import Command, Explore, FollowSchedule, FreezeSkills, Introduce
 from learners.run import Run, replay
 from tests.support import lines
 from tests.support.circling import circling
@@ -189,6 +189,35 @@ def test_a_line_that_goes_another_way_is_looked_at_anew(lesson: Lesson) -> None:
     finally:
         referee.stop()
         session.stop()
+
+
+def test_what_was_over_is_not_where_the_line_goes_another_way_from_before() -> None:
+    run = Run(lines.SPEC, lines.SEED)
+    past = Past(run, Budget(nearest_steps=100))
+    run.advance(max_steps=60)
+    past.note(run)
+    began, before = began_at(run), run.copy()
+    check = Check.model_validate({"command": "freeze_skills", "by": "+5"})
+    referee = Referee()
+
+    def state() -> str:
+        referee.want("check", check, began, Line(0, past))
+        assert referee.settle(PATIENCE_S)
+        verdict = referee.verdict("check")
+        assert verdict is not None
+        return verdict.state
+
+    try:
+        run.advance(until_trial=began.trial + 9)
+        past.note(run)
+        assert state() == "never"
+        before.apply(FreezeSkills(True))
+        past.note(before)
+        before.advance(until_trial=began.trial + 9)
+        past.note(before)
+        assert state() == "yes"
+    finally:
+        referee.stop()
 
 
 @settings(max_examples=40)

@@ -21,6 +21,7 @@ from app.lessons.checks import (
     judge,
 )
 from app.lessons.measures import Began, Deeds, Done, Looked, View, view_of_run
+from app.lessons.words import IN_ENGLISH
 from learners.commands import Explore, Introduce, Undo
 from learners.run import Run
 from sim.world import CAPTURE, FLIGHT
@@ -121,8 +122,8 @@ def test_it_says_when_it_came_true_and_until_when_it_may() -> None:
     asked = check(**KNOWN, above=3, by="+50")
     assert judge(asked, [at(110)], BEGAN) == Verdict("not yet", None, 150)
     assert judge(asked, [at(110), at(120, 4), at(149, 4)], BEGAN) == Verdict("yes", 120)
-    assert "150" in judge(asked, [], BEGAN).words
-    assert "no longer" in judge(asked, [at(150)], BEGAN).words
+    assert "150" in judge(asked, [], BEGAN).in_words(IN_ENGLISH)
+    assert "no longer" in judge(asked, [at(150)], BEGAN).in_words(IN_ENGLISH)
 
 
 def test_what_was_done_counts_from_its_moment_on() -> None:

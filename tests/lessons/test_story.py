@@ -15,6 +15,7 @@ from app.lessons.story import (
     sureness,
     sureness_in_words,
 )
+from app.lessons.words import IN_ENGLISH
 from app.live.story import (
     Act,
     Answered,
@@ -103,7 +104,7 @@ def test_guesses_wait_for_what_comes_of_them_once_they_stand() -> None:
     assert open_guesses(to(GUESS, Answered("guess", '"no"')), SPEC) == ()
     (guess,) = open_guesses(to(SEEN, *answered("guess"), *answered("seen")), SPEC)
     assert guess.card.id == "guess"
-    done = to(SEEN, *answered("guess"), Revealed("guess", '"no"', False))
+    done = to(SEEN, *answered("guess"), Revealed("guess", LongText('"no"'), False))
     assert open_guesses(done, SPEC) == ()
 
 
@@ -117,16 +118,17 @@ def test_how_sure_people_were_is_counted_over_all_lessons(n_right: int) -> None:
             *answered("a", confidence=90),
             *answered("b", confidence=50),
             *answered("c"),
-            Revealed("a", '"yes"', lesson < n_right),
-            Revealed("b", '"yes"', None),
-            Revealed("c", '"yes"', True),
+            Revealed("a", LongText('"yes"'), lesson < n_right),
+            Revealed("b", LongText('"yes"'), None),
+            Revealed("c", LongText('"yes"'), True),
         ):
             stories = stories.after(record)
     assert sureness(stories) == (Sureness(90, n_right, 2),)
     assert (
-        sureness_in_words(stories) == f"When you said 90\u00a0%, you were right in {n_right} of 2."
+        sureness_in_words(stories, IN_ENGLISH)
+        == f"When you said 90\u00a0%, you were right in {n_right} of 2."
     )
-    assert sureness_in_words(Stories()) == ""
+    assert sureness_in_words(Stories(), IN_ENGLISH) == ""
 
 
 @pytest.mark.parametrize(
@@ -148,8 +150,8 @@ def test_answers_that_are_none_are_left_out(question: str, value: str) -> None:
 
 def test_what_a_run_cannot_have_answered_is_left_out() -> None:
     for shown_by_run in ("[", '{"a": 1}', '[["a"]]'):
-        story = to(SEEN, *answered("guess"), Revealed("guess", shown_by_run, True))
+        story = to(SEEN, *answered("guess"), Revealed("guess", LongText(shown_by_run), True))
         given = sound(story, SPEC).answers["guess"]
         assert (given.shown, given.is_within, given.locked) == (None, None, True)
-    whole = to(SEEN, *answered("guess"), Revealed("guess", '"no"', True))
+    whole = to(SEEN, *answered("guess"), Revealed("guess", LongText('"no"'), True))
     assert sound(whole, SPEC) is whole

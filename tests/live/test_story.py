@@ -96,8 +96,8 @@ def test_an_answer_can_be_changed_until_it_is_committed() -> None:
     story = told(Answered("a", "1"), Answered("a", "2"), Committed("a", 70), Answered("a", "3"))
     assert story.answers == {"a": Given("2", 70, locked=True)}
     assert after(story, Committed("a", 90)) is story
-    assert told(Answered("a", "1"), Revealed("a", "1", True)).answers["a"].shown is None
-    shown = after(story, Revealed("a", "5", False))
+    assert told(Answered("a", "1"), Revealed("a", LongText("1"), True)).answers["a"].shown is None
+    shown = after(story, Revealed("a", LongText("5"), False))
     assert shown.answers == {"a": Given("2", 70, locked=True, shown="5", is_within=False)}
 
 

@@ -53,7 +53,7 @@ ACTS: Final[tuple[Act, ...]] = (
     Answered("where", '["e"]'),
     Committed("where", 70),
     Committed("why", None),
-    Revealed("where", '["nw"]', False),
+    Revealed("where", LongText('["nw"]'), False),
     *(Passed(1), Passed(9), Hinted(0), Hinted(1), Spoke("de")),
 )
 """What may be done in a lesson, whether or not it makes sense there."""

@@ -11,13 +11,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import viser
 
+from app.lessons.words import Words, words_of
 from app.live.snapshot import Snapshot
 from app.page.scene.parts import Parts, Viewer, Writing
 from app.page.widgets import assign
 from app.picture import octants
 from app.picture.frames import rim
 from app.picture.look import ALL, Look, heading_shown
-from app.picture.octants import NAMES, OCTANTS, Fill
+from app.picture.octants import OCTANTS, Fill
 from app.picture.outlines import BOARD_UNITS, lifted, segments
 from app.picture.theme import Theme
 
@@ -69,6 +70,13 @@ class OctantsAsked(NamedTuple):
     """So many."""
     others: Mapping[str, float] | None = None
     """Of each, what share of a class chose it."""
+    language: str = "en"
+    """In which it is asked."""
+
+    @property
+    def words(self) -> Words:
+        """Of the language in which it is asked."""
+        return words_of(self.language)
 
     @property
     def is_open(self) -> bool:
@@ -233,8 +241,8 @@ def _names_of(asked: OctantsAsked, heading: int, radius: float) -> _Words:
 
     def text(octant: str) -> str:
         if asked.twenty is None:
-            return NAMES[octant]
-        return f"{asked.twenty.get(octant, 0)} of {asked.runs}"
+            return asked.words.octant(octant)
+        return asked.words.say("board.k_of_n", k=asked.twenty.get(octant, 0), n=asked.runs)
 
     return [(text(o), octants.middle(o, _NAMES_AT * radius, heading)) for o in OCTANTS]
 
@@ -244,21 +252,24 @@ def _shares_of(asked: OctantsAsked, heading: int, radius: float) -> _Words:
     if asked.others is None:
         return []
     return [
-        (f"{asked.others.get(o, 0.0):.0%}", octants.middle(o, _HEAT_AT * radius, heading))
+        (
+            asked.words.percent(asked.others.get(o, 0.0)),
+            octants.middle(o, _HEAT_AT * radius, heading),
+        )
         for o in OCTANTS
     ]
 
 
 def _legend_of(asked: OctantsAsked) -> _Words:
     """What is what, in the corners that a round board leaves."""
-    east, north = _LEGEND_AT
+    (east, north), say = _LEGEND_AT, asked.words.say
     words: _Words = []
     if asked.guess:
-        words.append(("outlined: your guess", (-east, north)))
+        words.append((say("board.guess"), (-east, north)))
     if asked.twenty is not None:
-        words.append((f"numbers: of {asked.runs} runs", (east, north)))
+        words.append((say("board.numbers", n=asked.runs), (east, north)))
     if asked.run is not None:
-        words.append(("blue: this run", (-east, -north)))
+        words.append((say("board.run"), (-east, -north)))
     if asked.others is not None:
-        words.append(("orange: the class", (east, -north)))
+        words.append((say("board.class"), (east, -north)))
     return words

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import Moment
@@ -14,12 +14,10 @@ from app.lessons.markup import html_of
 from app.lessons.predictions import answer_of, scored
 from app.lessons.spread import Spread
 from app.lessons.story import Guess, question_of, value_of
+from app.lessons.words import Words
 from app.live.story import Given, Story
 from app.page.lesson.told import sent_spread
 from app.util.html import escaped
-
-_NOT_ON_BOARD: Final = "The board still shows the run from before."
-"""Where a question is about another run than the one that goes on."""
 
 
 class Shown(NamedTuple):
@@ -84,7 +82,7 @@ def _question_sent(asked: Asked, given: Given | None, value: Any) -> dict[str, A
     }
 
 
-def reveal_sent(shown: Shown, of_class: Mapping[str, Any]) -> dict[str, Any]:
+def reveal_sent(shown: Shown, of_class: Mapping[str, Any], words: Words) -> dict[str, Any]:
     """What is told of a guess, and of what a class answered, ``{"class", "before"}``."""
     answered = {"class": of_class["class"], "before": of_class["before"]}
     guess = value_of(shown.given)
@@ -93,20 +91,20 @@ def reveal_sent(shown: Shown, of_class: Mapping[str, Any]) -> dict[str, Any]:
         return {
             "ready": False,
             "asked": asked,
-            "html": _waiting_in_words(shown),
+            "html": _waiting_in_words(shown, words),
             "guess": guess,
             "run": None,
             "twenty": None,
             **answered,
         }
     answer = answer_of(shown.asked, guess)
-    words = scored(shown.asked, answer, answer_from(shown.own), shown.spread).words
+    said = [scored(shown.asked, answer, answer_from(shown.own), shown.spread, words).words]
     if shown.guess.card.transfer is not None:
-        words = f"{words} {_NOT_ON_BOARD}"
+        said.append(words.say("reveal.other_run"))
     return {
         "ready": True,
         "asked": asked,
-        "html": str(escaped(words)),
+        "html": str(escaped(" ".join(said))),
         "guess": guess,
         "run": shown.own,
         "twenty": sent_spread(shown.asked, shown.spread),
@@ -129,28 +127,28 @@ def class_sent(of_class: Mapping[str, Any]) -> dict[str, Any] | None:
     }
 
 
-def _waiting_in_words(shown: Shown) -> str:
+def _waiting_in_words(shown: Shown, words: Words) -> str:
     """What is waited for until it is told what came of a guess."""
     if not shown.has_come:
-        return "What came of it is not known yet: the run has not come so far."
-    n = shown.spread.n
-    return f"Twenty runs are made to compare this one with; {n} are there so far …"
+        return words.say("reveal.ahead")
+    return words.say("reveal.twenty", n=shown.spread.n)
 
 
-def check_sent(card: Card, is_passed: bool, verdict: Verdict | None) -> dict[str, Any] | None:
+def check_sent(
+    card: Card, is_passed: bool, verdict: Verdict | None, words: Words
+) -> dict[str, Any] | None:
     """What has become of what a card asks to be done; None if it asks for nothing."""
     if card.check is None:
         return None
     if is_passed:
-        return {"verdict": "yes", "html": "Done."}
+        return {"verdict": "yes", "html": words.say("check.done")}
     if verdict is None:
-        return {"verdict": "not yet", "html": "Not yet."}
-    return {"verdict": verdict.state, "html": str(escaped(verdict.words))}
+        return {"verdict": "not yet", "html": words.say("check.not_yet")}
+    return {"verdict": verdict.state, "html": str(escaped(verdict.in_words(words)))}
 
 
-def learning_in_words(until: Moment, trial: int) -> str:
+def learning_in_words(until: Moment, trial: int, words: Words) -> str:
     """That the learner learns on before the next card."""
     if until.captures is not None:
-        catches = "catch" if until.captures == 1 else "catches"
-        return f"It goes on, one trial at a time, for {until.captures:,} {catches} …"
-    return f"It learns on to trial {until.trials:,}; it is in trial {trial:,} …"
+        return words.counted("busy.catches", until.captures)
+    return words.say("busy.learns", until=until.trials, trial=trial)

@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 from app.documents.lesson_cards import Card
 from app.lessons.doing import EXPLORED
 from app.lessons.story import has, layers_of
+from app.lessons.words import Words
 from app.live.requests import Pause, Play, Request, RunTo, SetSpeed, StepOnce, TrialOnce
 from app.live.snapshot import Snapshot
 from app.live.status import Status
@@ -31,12 +32,12 @@ from learners.spec import RunSpec
 FRAMES: Final[Mapping[str, int]] = {"turned": FOLDED, "all": ALL, "trial": OF_TRIAL}
 """What headings are shown, as lessons call it."""
 _FRAME_WORDS: Final = {
-    "turned": "All as one, prey looks right",
-    "all": "All headings, side by side",
-    "trial": "As in the running trial",
+    "turned": "control.turned",
+    "all": "control.all",
+    "trial": "control.as_in_trial",
 }
+"""What is said of each."""
 _SPEEDS: Final = (10.0, 200.0, 2_000.0, 20_000.0, 200_000.0)
-_SPEED_WORDS: Final = ("10 steps/s", "200", "2 k", "20 k", "200 k steps/s")
 _READ: Final = ("ask", "see", "why", "transfer")
 """Cards on which nothing is done to the learner: what is asked and told there is about the run as
 it is."""
@@ -122,7 +123,7 @@ class Control:
 
 
 def controls_of(
-    names: frozenset[str], card: Card, status: Status, began: int, look: Look
+    names: frozenset[str], card: Card, status: Status, began: int, look: Look, words: Words
 ) -> tuple[Control, ...]:
     """All that there are.
 
@@ -132,12 +133,13 @@ def controls_of(
         status: what is true for the browser.
         began: trial in which the card was entered.
         look: how the browser sees the board.
+        words: in which they are named.
     """
     found = [
-        *_transport(names, card, status, began),
-        *_skills(names, card, status),
-        *_views(names, card, look.layer, look.frame),
-        *_others(names, card, status),
+        *_transport(names, card, status, began, words),
+        *_skills(names, card, status, words),
+        *_views(names, card, look, words),
+        *_others(names, card, status, words),
     ]
     if any(one.main and one.control.startswith(("add_skill.", "explore.")) for one in found):
         # Whoever lets it learn before it is given what the card asks for has missed that.
@@ -171,38 +173,44 @@ def _toggle(control: str, label: str, on: bool, wants: Mapping[bool, Wanted]) ->
 # --- Going on ------------------------------------------------------------------------------------
 
 
-def _transport(names: frozenset[str], card: Card, status: Status, began: int) -> list[Control]:
+def _transport(
+    names: frozenset[str], card: Card, status: Status, began: int, words: Words
+) -> list[Control]:
     found: list[Control] = []
-    over = "This run has had all its trials." if status.finished else ""
+    over = words.say("control.over") if status.finished else ""
     command = None if card.do is None else card.do.command
     if has(names, "play"):
-        label, wants = ("Pause", Pause()) if status.playing else ("Play", Play())
+        key, wants = ("pause", Pause()) if status.playing else ("play", Play())
+        label = words.say(f"control.{key}")
         found.append(_button("play", label, wants, over, command == "play"))
     do = card.do
     if do is not None and do.command == "run_to" and do.at is not None:
         until = do.at.after(began)
         is_there = status.snapshot.trial >= until
-        why = over or ("That trial has come." if is_there else "")
+        why = over or (words.say("control.is_there") if is_there else "")
         goes = status.runs_to is not None
-        label = f"On the way to trial {until:,} …" if goes else f"Run to trial {until:,}"
-        why = "It is on its way." if goes else why
+        label = words.say("control.runs_to" if goes else "control.run_to", trial=until)
+        why = words.say("control.on_its_way") if goes else why
         found.append(_button("run_to", label, RunTo(until), why, main=not is_there))
     if has(names, "step"):
-        found.append(_button("step", "One step", StepOnce(), over, command == "step"))
+        label = words.say("control.step")
+        found.append(_button("step", label, StepOnce(), over, command == "step"))
     if has(names, "trial"):
-        found.append(_button("trial", "One trial", TrialOnce(), over, command == "trial"))
+        label = words.say("control.trial")
+        found.append(_button("trial", label, TrialOnce(), over, command == "trial"))
     if has(names, "speed"):
         nearest = min(_SPEEDS, key=lambda speed: abs(speed - status.speed))
-        options = tuple(zip(_SPEEDS, _SPEED_WORDS, strict=True))
+        options = tuple((speed, words.say("control.speed_of", n=speed)) for speed in _SPEEDS)
+        label = words.say("control.speed")
         wants = {speed: SetSpeed(speed) for speed in _SPEEDS}
-        found.append(Control("speed", "Speed", "slider", wants, nearest, options))
+        found.append(Control("speed", label, "slider", wants, nearest, options))
     return found
 
 
 # --- Skills --------------------------------------------------------------------------------------
 
 
-def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
+def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> list[Control]:
     if card.kind in _READ:
         return []
     snapshot, do = status.snapshot, card.do
@@ -214,7 +222,7 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
             if skill not in present and (not added or skill in added):
                 is_main = do is not None and (do.command, do.skill) == ("introduce", skill)
                 wants = introduction_of(snapshot, skill)
-                label = f"Add {plain(skill)} now"
+                label = words.say("control.add_skill", skill=plain(skill))
                 found.append(_button(f"add_skill.{skill}", label, wants, main=is_main))
     if has(names, "explore"):
         running = {episode.skill for episode in snapshot.control.running(snapshot.trial)}
@@ -226,25 +234,30 @@ def _skills(names: frozenset[str], card: Card, status: Status) -> list[Control]:
             is_main = skill in asked and not was_explored(skill, snapshot)
             if skill in running:
                 wants: Wanted = StopExploring(skill)
-                label = f"Stop exploring {plain(skill)}"
+                label = words.say("control.stop_exploring", skill=plain(skill))
                 is_main = do is not None and (do.command, do.skill) == ("stop_exploring", skill)
             else:
                 wants = Explore(skill, trials, chance)
-                label = f"Explore {plain(skill)}: {trials:,} trials at {chance:.0%}"
+                label = words.say(
+                    "control.explore",
+                    skill=plain(skill),
+                    trials=trials,
+                    chance=words.percent(chance),
+                )
             found.append(_button(f"explore.{skill}", label, wants, main=is_main))
     if has(names, "freeze"):
         control = snapshot.control
         frozen = {on: FreezeSelection(on) for on in (True, False)}
-        found.append(
-            _toggle("freeze.selection", "Freeze selection", control.selection_frozen, frozen)
-        )
+        label = words.say("control.freeze_selection")
+        found.append(_toggle("freeze.selection", label, control.selection_frozen, frozen))
         if skills:
             still = {on: FreezeSkills(on) for on in (True, False)}
-            found.append(_toggle("freeze.skills", "Freeze skills", control.skills_frozen, still))
+            label = words.say("control.freeze_skills")
+            found.append(_toggle("freeze.skills", label, control.skills_frozen, still))
     if has(names, "plan") and skills:
         follow = {on: FollowSchedule(on) for on in (True, False)}
         on = snapshot.control.schedule_on
-        found.append(_toggle("plan", "Follow schedule", on, follow))
+        found.append(_toggle("plan", words.say("control.plan"), on, follow))
     return found
 
 
@@ -278,39 +291,42 @@ def was_explored(skill: str, snapshot: Snapshot) -> bool:
 # --- What is seen --------------------------------------------------------------------------------
 
 
-def _views(names: frozenset[str], card: Card, layer: str, frame: int) -> list[Control]:
+def _views(names: frozenset[str], card: Card, look: Look, words: Words) -> list[Control]:
     found: list[Control] = []
     races = card.do is not None and card.do.command == "race"
     keys = layers_of(names)
     if len(keys) > 1:
         options = tuple((key, LAYERS[key].title) for key in keys)
         wants: Mapping[Any, Wanted] = {key: Layer(key) for key in keys}
-        found.append(Control("layer", "Layer", "choice", wants, layer, options))
+        label = words.say("control.layer")
+        found.append(Control("layer", label, "choice", wants, look.layer, options))
     if has(names, "headings"):
-        now = next((name for name, one in FRAMES.items() if one == frame), "turned")
-        options = tuple(_FRAME_WORDS.items())
+        now = next((name for name, one in FRAMES.items() if one == look.frame), "turned")
+        options = tuple((name, words.say(key)) for name, key in _FRAME_WORDS.items())
+        label = words.say("control.headings")
         wants = {name: Headings(one) for name, one in FRAMES.items()}
-        found.append(Control("headings", "Headings", "choice", wants, now, options))
+        found.append(Control("headings", label, "choice", wants, now, options))
     if has(names, "side"):
-        found.append(_button("side", "Runs side by side", OpenSide(), main=races))
+        found.append(_button("side", words.say("control.side"), OpenSide(), main=races))
     if has(names, "watch"):
-        found.append(_button("watch", "Watch a hunt", Watch()))
+        found.append(_button("watch", words.say("control.watch"), Watch()))
     return found
 
 
-def _others(names: frozenset[str], card: Card, status: Status) -> list[Control]:
+def _others(names: frozenset[str], card: Card, status: Status, words: Words) -> list[Control]:
     found: list[Control] = []
     do = card.do
     if has(names, "experiments") and do is not None and do.command == "experiment" and do.name:
-        label = f"Run the experiment {do.name.replace('_', ' ')}"
+        label = words.say("control.experiment", name=do.name.replace("_", " "))
         found.append(_button("experiments", label, RunExperiment(do.name), main=True))
     if card.kind in _READ:
         return found
     if has(names, "undo"):
         newest = next(iter(undoable(status.snapshot.control.history)), None)
-        why = "" if newest else "Nothing was done by hand yet."
+        why = "" if newest else words.say("control.nothing_done")
         wants = Undo(0 if newest is None else newest.number)
-        found.append(_button("undo", "Take back the last change", wants, why))
+        found.append(_button("undo", words.say("control.undo"), wants, why))
     if has(names, "start_again"):
-        found.append(_button("start_again", "Start this run again", StartLessonAgain()))
+        label = words.say("control.start_again")
+        found.append(_button("start_again", label, StartLessonAgain()))
     return found

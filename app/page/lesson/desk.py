@@ -24,6 +24,7 @@ from app.lessons.referee import Line, Referee
 from app.lessons.spread import Spread
 from app.lessons.story import Guess, card_of, index_of, open_guesses, sound, value_of
 from app.lessons.twenty import Twenty
+from app.lessons.words import Words, words_of
 from app.live.requests import Pause, Request, RunTo, Tell, TrialOnce
 from app.live.session import Session
 from app.live.status import Status
@@ -50,6 +51,11 @@ class Sitting:
     story: Story
     has_run: bool
     """Whether its run is on the board."""
+
+    @property
+    def words(self) -> Words:
+        """What is said around the lesson's own texts, in the language that is read."""
+        return words_of(self.story.language)
 
     @property
     def card(self) -> Card:

@@ -9,6 +9,7 @@ from app.documents.lesson_grammar import Opened
 from app.explain.cell import sensed
 from app.lessons.measures import Columns, Deeds, Done, Looked, Racing
 from app.lessons.regions import masks
+from app.lessons.words import Words
 from app.live.race import Race
 from app.live.requests import (
     AddMark,
@@ -24,7 +25,6 @@ from app.live.requests import (
 from app.live.session import Session
 from app.live.snapshot import Snapshot
 from app.results.service import Service
-from app.words.numbers import counted
 from sim.spec import WorldSpec
 from sim.world import cell_at
 
@@ -55,11 +55,14 @@ class Doings:
         """A race, and how far it was when it was last looked at."""
         self._experiments: dict[str, dict[str, Columns]] = {}
         self._n_results = (-1, -1)
+        self._former = service.standing
+        """The experiment that there was when the card was entered, as it stood then."""
         self._made: Deeds | None = None
 
     def begin(self) -> None:
         """Another card is shown: nothing has been done on it."""
         self._done, self._opened, self._made = (), (), None
+        self._former = self._service.standing
 
     def note_request(self, request: Request, step: int) -> None:
         """Something was asked for when so many steps were made."""
@@ -79,16 +82,15 @@ class Doings:
         if new and len(self._opened) < _MOST:
             self._opened, self._made = (*self._opened, *new), None
 
-    @property
-    def experiment(self) -> str | None:
+    def experiment(self, words: Words) -> str | None:
         """How far an experiment is that is being run, in words; None if none is."""
         standing = self._service.standing
         if standing is None or not standing.running:
             return None
         progress = standing.progress
         if progress is None:
-            return "The experiment begins …"
-        return f"{progress.done:,} of {counted(progress.total, 'run')} are made …"
+            return words.say("busy.experiment")
+        return words.counted("busy.experiment_runs", progress.total, done=progress.done)
 
     def deeds(self) -> Deeds:
         """All of it, with the race and the experiment that there are; it is the same object until
@@ -113,6 +115,9 @@ class Doings:
         standing = self._service.standing
         if standing is None:
             return
+        if self._former is None or standing.gatherer is not self._former.gatherer:
+            # From wherever in the page it was begun.
+            self.note("experiment", self._session.status.snapshot.step)
         runs = standing.gatherer.gathering().runs
         key = (id(standing.gatherer), len(runs))
         if key == self._n_results:

@@ -60,7 +60,9 @@ class Dressing:
             if look.frame == FOLDED:
                 heading = heading_known(region, snapshot)
                 self._turn(heading)
-            self._look_into(place_in(region, snapshot, heading), snapshot, heading)
+            place = place_in(region, snapshot, heading)
+            if place is not None:
+                self._look_into(place, snapshot, heading)
         self._say_why(snapshot, heading)
         self._put_questions(*self._questions(sitting))
 
@@ -154,8 +156,8 @@ class Dressing:
             if of_class is not None:
                 counts = of_class["counts"].items()
                 shares = {octant: count / of_class["n"] for octant, count in counts}
-            return octants_asked(given, locked, own, spread, shares), None
-        return None, bar_asked(asked, question, given, locked, own, spread)
+            return octants_asked(given, locked, own, spread, shares, story.language), None
+        return None, bar_asked(asked, question, given, locked, own, spread, story.language)
 
     def _on_bar(self, sitting: Sitting, guess: Guess | None) -> Any:
         """A guess that stands on the bar, with what came of it as far as that is known."""
@@ -166,7 +168,8 @@ class Dressing:
             return None
         own = run_value_of(given)
         spread = Spread(()) if given.shown is None else self._sitter.desk.spread_of(sitting, guess)
-        return bar_asked(guess.card.question, guess.card.id, value_of(given), True, own, spread)
+        asked, language = guess.card.question, sitting.story.language
+        return bar_asked(asked, guess.card.id, value_of(given), True, own, spread, language)
 
     def _put_questions(self, board: Any, bar: Any) -> None:
         if board != self._asked[0]:

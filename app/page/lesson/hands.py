@@ -8,6 +8,7 @@ from app.documents.lessons import LessonError
 from app.documents.tree import MAX_BYTES, PresetError
 from app.lessons.predictions import answer_of
 from app.lessons.story import is_locked, may_go_on, question_of
+from app.lessons.words import Words
 from app.live.requests import LeaveLesson, MakeLive, TakeLesson
 from app.live.status import Status
 from app.live.story import Committed, Hinted, Spoke, WentToCard
@@ -35,13 +36,10 @@ from app.page.time.messages import Sketch
 from app.page.time.walk import WalkError
 from app.player.classroom import Classroom
 from app.server.callbacks import RefusedError
+from learners.commands import Command
 
 BACK_TO_RUN: Final = "back_to_run"
 """The control that has the lesson's run be on the board."""
-_OTHER_RUN: Final = "Another run is on the board than this lesson's."
-_BEFORE: Final = (
-    "This is the moment before. What you do here makes a branch, and the lesson goes on with that."
-)
 
 
 class Hands:
@@ -53,6 +51,9 @@ class Hands:
         """In which a place is to be looked into with the next moment."""
         self._parts: list[str] = []
         """Of a file that is being sent."""
+        self._given: set[str] = set()
+        """Controls by which a command was given that has not been answered yet: pressed twice, they
+        give it once."""
         self._to_be_live: int | None = None
         """A line with which the card begins anew, once that is live."""
 
@@ -61,6 +62,10 @@ class Hands:
         sitter = self._sitter
         sitter.draft = sitter.fault = sitter.before = None
         self.region = self._to_be_live = None
+
+    @property
+    def _words(self) -> Words:
+        return self._sitter.words
 
     # What comes from the frame
 
@@ -98,7 +103,7 @@ class Hands:
             # What was begun is gone on with as it was then.
             lesson = library.of(story) or lesson
         if lesson is None:
-            raise RefusedError("that lesson is not here any more")
+            raise RefusedError(self._words.say("fault.no_lesson"))
         language = message.language or (story.language if story is not None else "")
         self._take_lesson(request_to_begin(lesson, language, message.again), live)
 
@@ -122,19 +127,19 @@ class Hands:
             self._parts = []
         if message.part != len(self._parts) or message.part >= message.parts:
             self._parts = []
-            raise RefusedError("the file has not come whole; choose it again")
+            raise RefusedError(self._words.say("fault.not_whole"))
         self._parts.append(message.text)
         if len(self._parts) < message.parts:
             return
         text, self._parts = "".join(self._parts), []
         if len(text.encode(errors="replace")) > MAX_BYTES:
-            raise RefusedError(f"the file is too large; allowed: at most {MAX_BYTES:,} bytes")
+            raise RefusedError(self._words.say("fault.too_large", n=MAX_BYTES))
         try:
             lesson = self._desk.library.add(text, message.name)
         except LessonError as error:
             self._sitter.say("\n".join(map(str, error.problems)))
             return
-        self._sitter.say(f"“{lesson.spec.title}” is in the list now.")
+        self._sitter.say(self._words.say("fault.added", title=lesson.spec.title))
 
     def _do_in(self, message: Any, sitting: Sitting, live: Status) -> None:
         """Do something in the lesson that is on."""
@@ -164,7 +169,9 @@ class Hands:
                 if control == BACK_TO_RUN and found is not None:
                     again = request_to_begin(sitting.lesson, story.language, is_anew=False)
                     self._take_lesson(again, live)
-                elif found is not None:
+                elif found is not None and control not in self._given:
+                    if isinstance(found, Command):
+                        self._given.add(control)
                     self._use(found, sitting)
             case _:
                 classroom = self._sitter.class_shown
@@ -211,7 +218,7 @@ class Hands:
         if message.id != question_of(card) or asked is None:
             return
         if self._sitter.draft_of(sitting) is None and message.id not in sitting.story.answers:
-            raise RefusedError("your answer has not come here; give it again, and commit it then")
+            raise RefusedError(self._words.say("fault.no_answer"))
         self._sitter.tell_draft()
         confidence = message.confidence if asked.confidence and card.see is None else None
         self._sitter.tell(sitting, Committed(message.id, confidence))
@@ -298,24 +305,30 @@ class Hands:
 
     def busy(self, sitting: Sitting, live: Status) -> str | None:
         """What the card waits for, in words; None if it waits for nothing."""
-        story, trial = sitting.story, live.snapshot.trial
+        story, trial, words = sitting.story, live.snapshot.trial, sitting.words
         if not sitting.has_run:
-            return _OTHER_RUN
+            return words.say("busy.other_run")
         if self._sitter.before is not None:
-            return _BEFORE
+            return words.say("busy.before")
         if sitting.began is None:
-            start = story.took.start
-            return f"It learns up to trial {start:,}, where this begins; it is in trial {trial:,} …"
+            return words.say("busy.start", start=story.took.start, trial=trial)
         until = self._desk.goes_on_to(story)
         if until is not None:
-            return learning_in_words(until, trial)
+            return learning_in_words(until, trial, words)
         do = sitting.card.do
         is_waited_for = do is not None and do.command == "experiment"
         if is_waited_for and sitting.index not in story.passed:
-            return self._desk.doings.experiment
+            return self._desk.doings.experiment(words)
         return None
 
-    def branch_off(self, sitting: Sitting, live: Status) -> None:
+    def settle(self, sitting: Sitting | None, live: Status) -> None:
+        """See what has come of what was done."""
+        if self._desk.is_answered:
+            self._given.clear()
+        if sitting is not None:
+            self._branch_off(sitting, live)
+
+    def _branch_off(self, sitting: Sitting, live: Status) -> None:
         """Have the branch be live that was made at the moment before, and the card begin anew."""
         place = self._rooms.outlook.place
         if place is not None:

@@ -8,9 +8,10 @@ from typing import Any, Final
 from app.documents import lessons
 from app.documents.lessons import Lesson, LessonError
 from app.lessons.taken import lesson_of
+from app.lessons.words import Words
 from app.live.requests import StartAgain, TakeLesson
 from app.live.status import Status
-from app.live.story import LongText, Story
+from app.live.story import LongText, Story, TookLesson
 from app.page.lesson.controls import StartLessonAgain
 from learners.spec import RunSpec
 
@@ -18,14 +19,8 @@ MOST_OWN: Final = 8
 """Lessons beside the shipped ones; of more, the oldest go."""
 PLAIN_SPEED: Final = 20_000.0
 """Steps per second where a lesson states none."""
-_CHANGED: Final = (
-    "This lesson's file has changed since you began it. You go on with the lesson as it was; from"
-    " the beginning it is the new one."
-)
-_GONE: Final = (
-    "This lesson's file is not there any more, or cannot be read. You go on with the lesson as it"
-    " was when you began it."
-)
+_CHANGED: Final = "news.changed"
+_GONE: Final = "news.gone"
 
 
 class Library:
@@ -77,9 +72,12 @@ class Library:
             return offered
         return lesson_of(took)
 
-    def news_of(self, story: Story) -> str:
+    def news_of(self, story: Story, words: Words) -> str:
         """What is to be said of the file of a lesson that is gone on with; "" if nothing is."""
-        took = story.took
+        news = self._news_of(story.took)
+        return words.say(news) if news else ""
+
+    def _news_of(self, took: TookLesson) -> str:
         offered = self.offered.get(took.name)
         if offered is not None:
             return "" if offered.digest == took.digest else _CHANGED

@@ -84,7 +84,7 @@ def heading_known(region: str, snapshot: Snapshot) -> int:
     return 0
 
 
-def place_in(region: str, snapshot: Snapshot, heading: int) -> tuple[int, int]:
+def place_in(region: str, snapshot: Snapshot, heading: int) -> tuple[int, int] | None:
     """A cell of a region that is good to be looked into: one with a value if there is any, from
     where hunts begin if it can be, and in the midst of those.
 
@@ -94,7 +94,8 @@ def place_in(region: str, snapshot: Snapshot, heading: int) -> tuple[int, int]:
         heading: where the prey looks.
 
     Returns:
-        Its column and row.
+        Its column and row; None if sensors are so coarse, or the board so small, that the region
+        has none.
     """
     world = snapshot.spec.world
     cells = cells_of(region, world, heading)
@@ -103,9 +104,10 @@ def place_in(region: str, snapshot: Snapshot, heading: int) -> tuple[int, int]:
     middle = world.size // 2
     away = np.hypot(x - middle, y - middle)
     starts = away <= world.start_radius[1] * world.scale
-    chosen = next(
-        part for part in (cells & (value > 0) & starts, cells & (value > 0), cells) if part.any()
-    )
+    better = (cells & (value > 0) & starts, cells & (value > 0), cells)
+    chosen = next((part for part in better if part.any()), None)
+    if chosen is None:
+        return None
     rows, columns = np.nonzero(chosen)
     off = np.hypot(rows - rows.mean(), columns - columns.mean())
     nearest = int(off.argmin())

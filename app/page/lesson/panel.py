@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import viser
 
+from app.documents.lesson_cards import Card
 from app.lessons.markup import html_of
 from app.lessons.story import may_go_on, shown, sureness_in_words
 from app.live.status import Status
@@ -132,8 +133,7 @@ class LessonPanel:
             sitter.is_free = False
         sitting = sitter.taught
         self._dressing.update(sitting, seen.snapshot, look)
-        if sitting is not None:
-            self._hands.branch_off(sitting, live)
+        self._hands.settle(sitting, live)
         sitter.settle_draft(now_s)
         hint = "" if sitting is None else _IN_LESSON
         assign(self._slot, "content", slot_html("lesson", self._frame_html + hint))
@@ -151,9 +151,7 @@ class LessonPanel:
     def _unreadable(self, live: Status) -> str | None:
         """That a lesson is on that this pounce cannot read; None if none is."""
         is_unreadable = live.story is not None and self._sitter.sitting is None
-        return (
-            "The lesson of this session cannot be read by this pounce." if is_unreadable else None
-        )
+        return self._sitter.words.say("fault.unreadable") if is_unreadable else None
 
     def take(self, message: Any) -> None:
         """Do what a hand did in the frame."""
@@ -177,8 +175,9 @@ class LessonPanel:
         busy = self._hands.busy(sitting, live)
         self._sitter.controls = self._all_controls(sitting, names, seen)
         is_last = index + 1 == len(spec.steps)
-        news = self._sitter.desk.library.news_of(story)
-        said = [news, sureness_in_words(live.stories) if is_last else ""]
+        news = self._sitter.desk.library.news_of(story, sitting.words)
+        sure = sureness_in_words(live.stories, sitting.words) if is_last else ""
+        said = [news, sure]
         notes = card.notes if self._sitter.rooms.presents() else None
         return {
             "name": story.name,
@@ -206,7 +205,7 @@ class LessonPanel:
             return None
         told = self._sitter.shown(sitting)
         if told is not None and told.is_ready:
-            outcome = outcome_of(reveal_sent(told, NOTHING_FOUND))
+            outcome = outcome_of(reveal_sent(told, NOTHING_FOUND, sitting.words))
             classroom.come_out(key_of(sitting, told.guess.card.id), outcome)
         is_askable = class_question(sitting) is not None
         return classroom.state(key_of(sitting, sitting.card.id), is_askable)
@@ -216,10 +215,11 @@ class LessonPanel:
     ) -> tuple[Control, ...]:
         if not sitting.has_run:
             wants = {None: StartLessonAgain()}
-            return (Control(BACK_TO_RUN, "Back to the lesson's run", "button", wants, main=True),)
+            label = sitting.words.say("control.back_to_run")
+            return (Control(BACK_TO_RUN, label, "button", wants, main=True),)
         look = self._sitter.rooms.view.look
         began = 0 if sitting.began is None else sitting.began.trial
-        return controls_of(names, sitting.card, seen, began, look)
+        return controls_of(names, sitting.card, seen, began, look, sitting.words)
 
     def _card(self, sitting: Sitting, busy: str | None) -> dict[str, Any]:
         story, index = sitting.story, sitting.index
@@ -233,9 +233,19 @@ class LessonPanel:
             "id": card.id,
             "html": str(html_of(card.words)),
             "ask": asked_sent(card, spec, story, self._sitter.draft_of(sitting)),
-            "reveal": class_sent(of_class) if told is None else reveal_sent(told, of_class),
-            "check": check_sent(card, index in story.passed, verdict),
+            "reveal": class_sent(of_class)
+            if told is None
+            else reveal_sent(told, of_class, sitting.words),
+            "check": check_sent(card, index in story.passed, verdict, sitting.words),
             "hints": [str(html_of(hint)) for hint in card.hints[:n_hints]],
-            "more_hints": n_hints < len(card.steps_of_help) and index not in story.passed,
+            "next_hint": None if index in story.passed else _next_hint(card, n_hints),
             "busy": busy,
         }
+
+
+def _next_hint(card: Card, n_hints: int) -> str | None:
+    """Whether one hint more says something, or does it; None if there is no more."""
+    left = len(card.steps_of_help) - n_hints
+    if left <= 0:
+        return None
+    return "does" if left == 1 and card.does_it else "says"

@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 import viser
 
 from app.lessons.story import is_locked, question_of, revealed_on
+from app.lessons.words import Words, words_of
 from app.live.requests import Request
 from app.live.status import Status
 from app.live.story import Act, Answered
@@ -110,6 +111,12 @@ class Sitter:
     def taught(self) -> Sitting | None:
         """The lesson that this browser is in; None if there is none, or it is free of it."""
         return None if self.is_free else self.sitting
+
+    @property
+    def words(self) -> Words:
+        """What is said around a lesson's own texts, in the language of the one that is on."""
+        story = None if self.live is None else self.live.story
+        return words_of("en" if story is None else story.language)
 
     @property
     def class_shown(self) -> Classroom | None:

@@ -47,7 +47,12 @@ def _order(answer: Answer) -> tuple[Any, ...]:
 
 
 def octants_asked(
-    guess: Any, locked: bool, own: Any, spread: Spread, others: dict[str, float] | None
+    guess: Any,
+    locked: bool,
+    own: Any,
+    spread: Spread,
+    others: dict[str, float] | None,
+    language: str,
 ) -> OctantsAsked:
     """What the board is asked, and shows.
 
@@ -57,6 +62,7 @@ def octants_asked(
         own: what this run answers, where that is to be seen.
         spread: what several do, where that is to be seen; of none where it is not.
         others: what share of a class chose each.
+        language: in which it is told.
     """
     return OctantsAsked(
         guess=frozenset(guess or ()),
@@ -65,11 +71,18 @@ def octants_asked(
         twenty=dict(spread.counts) if spread.n else None,
         runs=spread.n or _RUNS,
         others=others,
+        language=language,
     )
 
 
 def bar_asked(
-    asked: Asked, question: str, guess: Any, locked: bool, own: Any, spread: Spread
+    asked: Asked,
+    question: str,
+    guess: Any,
+    locked: bool,
+    own: Any,
+    spread: Spread,
+    language: str,
 ) -> OnBar | None:
     """What the time bar is asked, and shows; None of a question that is not answered there."""
     if asked.ask == "moment":
@@ -82,6 +95,7 @@ def bar_asked(
             spread.n or _RUNS,
             asked.first or 0,
             asked.end,
+            language,
         )
     if asked.ask != "sketch":
         return None
@@ -94,4 +108,5 @@ def bar_asked(
         locked,
         () if own is None else tuple((int(t), float(r)) for t, r in points_of(answer_from(own))),
         None if curve is None else Band(tuple(map(int, curve.at)), curve.low, curve.high),
+        language,
     )

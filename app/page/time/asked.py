@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from app.charts.bar.model import View
-from app.page.time.messages import HANDLES, Guess, Sketch
+from app.documents.lesson_questions import HANDLES
+from app.page.time.messages import Guess, Sketch
 
 Points = tuple[tuple[int, float], ...]
 """Trials and rewards."""
@@ -37,6 +38,8 @@ class MomentAsked(NamedTuple):
     """No trial before this one can be guessed."""
     last: int | None = None
     """Nor one after this; None for the last of the bar."""
+    language: str = "en"
+    """In which it is asked."""
 
     @property
     def view(self) -> None:
@@ -48,6 +51,7 @@ class MomentAsked(NamedTuple):
         return {
             "kind": "moment",
             "id": self.id,
+            "language": self.language,
             "from": self.first,
             "to": self.last,
             "guess": self.guess,
@@ -80,6 +84,8 @@ class SketchAsked(NamedTuple):
     """How it went in this run, once that is to be seen."""
     band: Band | None = None
     """How it went in others, once that is to be seen."""
+    language: str = "en"
+    """In which it is asked."""
 
     @property
     def view(self) -> View:
@@ -95,6 +101,7 @@ class SketchAsked(NamedTuple):
         return {
             "kind": "sketch",
             "id": self.id,
+            "language": self.language,
             "from": self.first,
             "to": self.last,
             "at": handles_at(self.first, self.last),

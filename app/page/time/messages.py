@@ -10,6 +10,7 @@ import msgspec
 from msgspec import Meta
 
 from app.analysis.estimates import Axis
+from app.documents.lesson_questions import HANDLES
 from app.live.lines import MOST_CHARACTERS
 from app.page.time.walk import Unit
 
@@ -26,8 +27,6 @@ Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Rate = Annotated[float, Meta(ge=0.0, le=1e6)]
 Reward = Annotated[float, Meta(ge=-1e6, le=1e6)]
 """Of a trial."""
-HANDLES: Final = 6
-"""Points of a curve that is drawn by hand."""
 
 
 class _Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):

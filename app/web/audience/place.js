@@ -45,6 +45,7 @@ export const showInPlace = (ask, answer, reveal, give) => {
   askOnBar({
     kind: "moment",
     id: `${ask.ballot}`,
+    language: ask.language,
     from: ask.low,
     to: ask.high,
     guess: typeof answer === "number" ? answer : null,

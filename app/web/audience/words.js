@@ -1,6 +1,8 @@
 // @ts-check
 // What the page of a class says of itself, in the language of the lesson.
 
+import { phrase } from "../time/words.js";
+
 /** @type {Record<string, Record<string, string>>} */
 const WORDS = {
   en: {
@@ -53,7 +55,4 @@ const WORDS = {
  * @param {string} key
  * @param {...unknown} parts what stands in the places of {0}, {1}, ...
  */
-export const word = (key, ...parts) => {
-  const text = WORDS[document.documentElement.lang]?.[key] ?? WORDS.en[key] ?? key;
-  return text.replace(/\{(\d)\}/g, (_, place) => `${parts[Number(place)]}`);
-};
+export const word = (key, ...parts) => phrase(WORDS, document.documentElement.lang, key, parts);

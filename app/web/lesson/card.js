@@ -55,6 +55,8 @@ const heading = part("h1");
 const primary = part(".primary");
 /** Which card has been shown, so that a new one is begun at its heading. */
 let shown = "";
+/** What the button said on which the first of several quick clicks fell. */
+let pressed = "";
 
 /** A card is free by its name alone where all is open. @param {Card} card */
 const kindOf = (card) => (card.kind === "free" ? "freely" : card.kind);
@@ -202,10 +204,12 @@ whenChanged(() => {
   begin(lesson);
 });
 
-primary.addEventListener("click", () => {
+primary.addEventListener("click", ({ detail }) => {
   const lesson = lessonShown();
   const what = lesson && primaryOf(lesson);
-  if (what?.isOn) what.act();
+  if (detail <= 1) pressed = what?.text ?? "";
+  // With a double click nobody means what the button has become by the first one.
+  if (what?.isOn && what.text === pressed) what.act();
 });
 part(".back").addEventListener("click", () => send({ do: "back" }));
 part(".free").addEventListener("click", () => send({ do: "free" }));

@@ -8,9 +8,6 @@ import { word } from "./words.js";
 
 /** @typedef {import("./state.js").Card} Card */
 
-/** The last hint of three does it. */
-const BEFORE_LAST = 2;
-
 export const checkNode = element("section", "check");
 checkNode.innerHTML = `
   <p class="verdict" role="status"></p>
@@ -23,8 +20,8 @@ part(".hint").addEventListener("click", () => send({ do: "hint" }));
 /** @param {Card | null} card */
 export const showCheck = (card) => {
   const check = card?.check ?? null;
-  const { hints = [], more_hints = false } = card ?? {};
-  checkNode.hidden = !check && !hints.length && !more_hints;
+  const { hints = [], next_hint = null } = card ?? {};
+  checkNode.hidden = !check && !hints.length && !next_hint;
   const verdict = part(".verdict");
   verdict.dataset.verdict = check?.verdict ?? "";
   verdict.hidden = !check;
@@ -35,6 +32,6 @@ export const showCheck = (card) => {
   while (list.children.length > hints.length) list.lastChild?.remove();
   hints.forEach((html, at) => put(list.children[at] ?? list.appendChild(document.createElement("li")), html));
   const more = part(".hint");
-  more.hidden = !more_hints || (check !== null && check.verdict !== "not yet");
-  write(more, word(hints.length < BEFORE_LAST ? "hint" : "doIt"));
+  more.hidden = !next_hint || (check !== null && check.verdict !== "not yet");
+  write(more, word(next_hint === "does" ? "doIt" : "hint"));
 };

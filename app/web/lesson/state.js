@@ -22,7 +22,7 @@ import { send, sendNewest } from "../player/pipe.js";
  * @typedef {{verdict: "yes" | "not yet" | "never", html: string}} Check
  * @typedef {{
  *   kind: string, id: string, html: string, ask: Ask | null, reveal: Reveal | null,
- *   check: Check | null, hints: string[], more_hints: boolean, busy: string | null,
+ *   check: Check | null, hints: string[], next_hint: "says" | "does" | null, busy: string | null,
  * }} Card
  * @typedef {{
  *   control: string, label: string, kind: "button" | "toggle" | "slider" | "choice", value: any,

@@ -1,6 +1,8 @@
 // @ts-check
 // What the card says of itself, in the language of its lesson; what a lesson says comes with it.
 
+import { numeralIn, phrase } from "../time/words.js";
+
 /** @type {Record<string, Record<string, string>>} */
 const WORDS = {
   en: {
@@ -131,11 +133,11 @@ const WORDS = {
     sure90: "sehr sicher",
     yourNumber: "Deine Zahl",
     trial: "Versuch",
-    onBar: "Klicke auf der Zeitleiste unter dem Feld auf den Moment, den du meinst.",
+    onBar: "Klicke auf der Leiste unter dem Feld auf den Moment, den du meinst.",
     orType: "Oder tippe einen Versuch:",
     onBoard: "Klicke auf das Feld oder hier. Mehrere sind möglich.",
     octants: "Teile des Felds um die Beute, die nach rechts schaut",
-    drawOn: "Ziehe die sechs Griffe in der Kurve der Zeitleiste.",
+    drawOn: "Ziehe die sechs Griffe in der Kurve auf der Leiste.",
     typeIt: "Oder tippe sechs Belohnungen",
     rewardAt: "Belohnung bei Versuch {0}",
     putInOrder: "Bring sie in eine Reihenfolge, das Erste nach oben.",
@@ -151,7 +153,7 @@ const WORDS = {
     se: "vorn rechts",
     none: "keine",
     wasSo: "Was herauskam",
-    wereSure: "Du warst zu {0} % sicher.",
+    wereSure: "Du warst dir zu {0} % sicher.",
     guess: "erwartet",
     saw: "gesehen",
     run: "dieser Lauf",
@@ -171,7 +173,7 @@ const WORDS = {
     hints: "Hinweise",
     controls: "Was du tun kannst",
     inspect: "Die Linie auf dem Feld, in Zahlen",
-    notes: "Notizen für die Lehrperson",
+    notes: "Notizen für die Lehrkraft",
     vote: "Die Klasse",
     join: "Mitmachen mit",
     at: "auf",
@@ -209,13 +211,7 @@ export const setLanguage = (language) => {
  * @param {string} key
  * @param {...unknown} parts what stands in the places of {0}, {1}, ...
  */
-export const word = (key, ...parts) => {
-  const text = WORDS[root.lang]?.[key] ?? WORDS.en[key] ?? key;
-  return text.replace(/\{(\d)\}/g, (_, place) => `${parts[Number(place)]}`);
-};
+export const word = (key, ...parts) => phrase(WORDS, root.lang, key, parts);
 
 /** A number as it is written there. @param {number} number @param {number} [digits] behind the point */
-export const numeral = (number, digits = 0) =>
-  number
-    .toLocaleString(root.lang === "de" ? "de-DE" : "en-US", { maximumFractionDigits: digits })
-    .replace("-", "−");
+export const numeral = (number, digits = 0) => numeralIn(root.lang, number, digits);

@@ -4,9 +4,10 @@
 
 import { shareOfTrial, trialAt } from "./axis.js";
 import { heightOf } from "./curve.js";
-import { attribute, element, grouped, keep, percent, write } from "./dom.js";
+import { attribute, element, keep, percent, write } from "./dom.js";
 import "./draw.js";
 import { state } from "./state.js";
+import { numeralIn, wordOf } from "./words.js";
 
 /** @typedef {import("./state.js").Bar} Bar */
 /** @typedef {import("./state.js").Point} Point */
@@ -35,7 +36,7 @@ over.innerHTML = `
   <div class="others"></div>
   <div class="pole run" hidden><i></i><b></b></div>
   <div class="pole mine"><i></i>
-    <div class="flag" role="slider" tabindex="0" aria-label="Your guess: at which trial"></div>
+    <div class="flag" role="slider" tabindex="0"></div>
   </div>`;
 rows.append(over);
 const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (over.querySelector(name));
@@ -44,7 +45,7 @@ export const flag = part(".flag");
 const sketch = element("div", "sketch");
 sketch.hidden = true;
 sketch.innerHTML = `<svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" aria-hidden="true"></svg>
-  <div class="knots" role="group" aria-label="Your curve: six points"></div>`;
+  <div class="knots" role="group"></div>`;
 curve.append(sketch);
 const picture = /** @type {SVGElement} */ (sketch.querySelector("svg"));
 /** The points of a curve, from left to right. */
@@ -95,20 +96,21 @@ const drawMoment = (ask, bar, at) => {
   pole.hidden = at === null && ask.locked;
   pole.classList.toggle("none", at === null);
   placePole(pole, shareOfTrial(axis, at ?? standing(ask, bar)));
-  write(flag, at === null ? "?" : `your guess: ${grouped(at)}`);
+  write(flag, at === null ? "?" : wordOf(ask, "yours", at));
+  attribute(flag, "aria-label", wordOf(ask, "flag"));
   attribute(flag, "tabindex", isOpen ? "0" : null);
   attribute(flag, "aria-disabled", isOpen ? null : "true");
   const [first, last] = ends(ask, bar);
   attribute(flag, "aria-valuemin", `${first}`);
   attribute(flag, "aria-valuemax", `${last}`);
   attribute(flag, "aria-valuenow", `${at ?? standing(ask, bar)}`);
-  attribute(flag, "aria-valuetext", at === null ? "no guess yet" : `trial ${grouped(at)}`);
+  attribute(flag, "aria-valuetext", at === null ? wordOf(ask, "noneYet") : wordOf(ask, "trial", at));
   drawBeyond(ask, bar);
   const run = part(".pole.run");
   run.hidden = ask.run === null;
   if (ask.run !== null) {
     placePole(run, shareOfTrial(axis, ask.run));
-    write(run.lastElementChild ?? run, `this run: ${grouped(ask.run)}`);
+    write(run.lastElementChild ?? run, wordOf(ask, "runAt", ask.run));
   }
   drawOthers(ask, bar);
   tell(momentWords(ask, at));
@@ -164,17 +166,18 @@ const drawOthers = ({ twenty }, { axis }) => {
  * @param {number | null} at
  * @returns {Array<[string, string]>}
  */
-const momentWords = ({ locked, run, twenty, runs }, at) => {
-  if (!locked && at === null)
-    return [["", "When will it be? Click on the bar, or move the flag with the arrow keys."]];
+const momentWords = (ask, at) => {
+  const { locked, run, twenty, runs } = ask;
+  if (!locked && at === null) return [["", wordOf(ask, "when")]];
   /** @type {Array<[string, string]>} */
-  const words = [["mine", at === null ? "You gave no guess" : `Your guess: trial ${grouped(at)}`]];
-  if (!locked) words.push(["", "It can be moved until you commit."]);
-  if (run !== null) words.push(["run", `This run: trial ${grouped(run)}`]);
+  const words = [["mine", at === null ? wordOf(ask, "noGuess") : wordOf(ask, "guess", at)]];
+  if (!locked) words.push(["", wordOf(ask, "movable")]);
+  if (run !== null) words.push(["run", wordOf(ask, "run", run)]);
   if (twenty.length) {
-    const [low, high] = [Math.min(...twenty), Math.max(...twenty)];
-    const many = twenty.length === runs ? `${runs} runs` : `${twenty.length} of ${runs} runs`;
-    words.push(["others", `${many}: trial ${grouped(low)} to ${grouped(high)}`]);
+    const range = [Math.min(...twenty), Math.max(...twenty)];
+    const isAll = twenty.length === runs;
+    const many = isAll ? [runs] : [twenty.length, runs];
+    words.push(["others", wordOf(ask, isAll ? "runs" : "someRuns", ...many, ...range)]);
   }
   return words;
 };
@@ -214,16 +217,18 @@ const drawSketch = (ask, bar, answer) => {
         return path;
       }),
   );
-  drawKnots(points, bar, !ask.locked);
+  attribute(knots, "aria-label", wordOf(ask, "curve"));
+  drawKnots(ask, points, bar);
   tell(sketchWords(ask, answer));
 };
 
 /**
+ * @param {SketchAsked} ask
  * @param {Point[]} points
  * @param {Bar} bar
- * @param {boolean} isOpen
  */
-const drawKnots = (points, { axis, rewards }, isOpen) => {
+const drawKnots = (ask, points, { axis, rewards }) => {
+  const isOpen = !ask.locked;
   const up = heightOf(rewards);
   keep(
     knots,
@@ -242,33 +247,29 @@ const drawKnots = (points, { axis, rewards }, isOpen) => {
       knot.style.bottom = percent(up(reward));
       attribute(knot, "tabindex", isOpen ? "0" : null);
       attribute(knot, "aria-disabled", isOpen ? null : "true");
-      attribute(knot, "aria-label", `Reward at trial ${grouped(trial)}`);
+      attribute(knot, "aria-label", wordOf(ask, "rewardAt", trial));
       attribute(knot, "aria-valuemin", `${rewards[0]}`);
       attribute(knot, "aria-valuemax", `${rewards[1]}`);
       attribute(knot, "aria-valuenow", `${Math.round(reward)}`);
-      attribute(knot, "aria-valuetext", `reward ${signed(reward)}`);
-      write(knot.children[0], signed(reward));
+      attribute(knot, "aria-valuetext", wordOf(ask, "reward", reward));
+      write(knot.children[0], numeralIn(ask.language, Math.round(reward)));
     },
   );
 };
-
-/** @param {number} reward */
-const signed = (reward) => grouped(reward).replace("-", "−");
 
 /**
  * @param {SketchAsked} ask
  * @param {Point[] | null} answer
  * @returns {Array<[string, string]>}
  */
-const sketchWords = ({ from, to, locked, run, band }, answer) => {
-  const span = `from trial ${grouped(from)} to ${grouped(to)}`;
-  if (!locked && !answer)
-    return [["", `How will reward go ${span}? Drag the six points, or draw across them.`]];
+const sketchWords = (ask, answer) => {
+  const { from, to, locked, run, band } = ask;
+  if (!locked && !answer) return [["", wordOf(ask, "how", from, to)]];
   /** @type {Array<[string, string]>} */
-  const words = [["mine", answer ? "Your guess" : "You drew nothing"]];
-  if (!locked) words.push(["", "It can be changed until you commit."]);
-  if (run.length) words.push(["run", "This run"]);
-  if (band) words.push(["others", "Where twenty runs went"]);
+  const words = [["mine", wordOf(ask, answer ? "drawn" : "notDrawn")]];
+  if (!locked) words.push(["", wordOf(ask, "changeable")]);
+  if (run.length) words.push(["run", wordOf(ask, "thisRun")]);
+  if (band) words.push(["others", wordOf(ask, "band")]);
   return words;
 };
 
@@ -302,6 +303,7 @@ export const drawAsked = (ask, bar, answer) => {
   over.hidden = !isThere || ask.kind !== "moment";
   sketch.hidden = !isThere || ask.kind !== "sketch";
   if (!isThere) return;
+  for (const place of [told, over, sketch]) place.lang = ask.language;
   if (ask.kind === "moment") drawMoment(ask, bar, /** @type {number | null} */ (answer));
   else drawSketch(ask, bar, /** @type {Point[] | null} */ (answer));
 };

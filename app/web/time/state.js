@@ -59,11 +59,11 @@ import { drawing } from "../player/drawing.js";
  * what is of other runs is there once it may be seen. Points are trials and rewards.
  * @typedef {[number, number]} Point
  * @typedef {{
- *   kind: "moment", id: string, from: number, to: number | null, guess: number | null, locked: boolean,
+ *   kind: "moment", id: string, language: string, from: number, to: number | null, guess: number | null, locked: boolean,
  *   run: number | null, twenty: number[], runs: number,
  * }} MomentAsked
  * @typedef {{
- *   kind: "sketch", id: string, from: number, to: number, at: number[], handles: Point[] | null,
+ *   kind: "sketch", id: string, language: string, from: number, to: number, at: number[], handles: Point[] | null,
  *   locked: boolean, run: Point[], band: {at: number[], low: number[], high: number[]} | null,
  * }} SketchAsked `at` has the trials of the handles, which are null as long as nothing was drawn
  *

@@ -8,6 +8,7 @@ import pytest
 import viser
 
 from app.documents import lessons
+from app.lessons.words import IN_ENGLISH
 from app.live.journal import Journal
 from app.live.made_again import made_again
 from app.live.past import Budget
@@ -36,7 +37,7 @@ def told(sitter: Sitter) -> tuple[Any, ...]:
     lesson, card = sitter.lesson, sitter.card
     return (
         *(lesson[name] for name in ("at", "furthest", "show", "language", "next", "last")),
-        *(card[name] for name in ("kind", "id", "html", "ask", "hints", "more_hints", "reveal")),
+        *(card[name] for name in ("kind", "id", "html", "ask", "hints", "next_hint", "reveal")),
         [control["control"] for control in lesson["controls"]],
         None if card["check"] is None else card["check"]["verdict"],
     )
@@ -144,15 +145,15 @@ def test_what_has_become_of_a_lessons_file_is_said(tmp_path: Path, session: Sess
     session.wait_for(lambda status: status.story is not None, 30)
     story = session.status.story
     assert story is not None
-    assert Library().news_of(story) == ""
+    assert Library().news_of(story, IN_ENGLISH) == ""
     path.write_text(SMALL.replace("A small one", "Another one"), encoding="utf-8")
-    assert "has changed" in Library().news_of(story)
+    assert "has changed" in Library().news_of(story, IN_ENGLISH)
     changed = Library()
     changed.offer(lessons.load(str(path)))
-    assert "has changed" in changed.news_of(story)
+    assert "has changed" in changed.news_of(story, IN_ENGLISH)
     path.unlink()
     gone = Library()
-    assert "is not there any more" in gone.news_of(story)
+    assert "is not there any more" in gone.news_of(story, IN_ENGLISH)
     assert gone.of(story) is not None
 
 
@@ -184,7 +185,11 @@ def test_a_session_that_somebody_wrote_breaks_nothing(
     records += [WentToCard(card, 0, 0, 0, 0) for card in range(1, 8)]
     for value in _ANSWERS:
         records += [Answered(one, value) for one in ("guess", "seen", "add", "?")]
-    records += [Committed("guess", 90), Committed("seen", None), Revealed("guess", "[", True)]
+    records += [
+        Committed("guess", 90),
+        Committed("seen", None),
+        Revealed("guess", LongText("["), True),
+    ]
     for card in range(8):
         written = Written(Path("one.pounce"), HEADER, (*records, WentToCard(card)), False, 0, "")
         remade = made_again(written, Budget(), lambda *_: "branch")

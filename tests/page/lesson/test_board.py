@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import viser
 
+from app.lessons.words import IN_ENGLISH
 from app.live import snapshot
 from app.page.lesson.board import BoardAsk, OctantsAsked
 from app.picture.look import ALL, Look
-from app.picture.octants import NAMES, OCTANTS, middle, octant_at
+from app.picture.octants import OCTANTS, middle, octant_at
 from app.picture.theme import DARK
 from app.server.server import close_server, open_server
 from learners.run import Run
@@ -77,7 +78,7 @@ def test_as_long_as_nothing_is_asked_nothing_is_drawn_and_clicks_mean_what_they_
 @pytest.mark.parametrize("octant", OCTANTS)
 def test_a_click_chooses_an_octant_and_another_takes_it_back(viewer: Viewer, octant: str) -> None:
     viewer.ask(OctantsAsked())
-    assert viewer.words == list(NAMES.values())
+    assert viewer.words == [IN_ENGLISH.octant(octant) for octant in OCTANTS]
     assert viewer.board.take_place(middle(octant, 3.0), MOMENT, LOOK)
     assert viewer.heard == [{octant}]
     viewer.ask(OctantsAsked(viewer.heard[-1]))
@@ -127,7 +128,7 @@ def test_the_run_and_many_runs_and_a_class_are_drawn_into_one_picture(viewer: Vi
     assert fills.image[north_west][3] > 0
     assert fills.image[west][3] == 0
     assert {"20 of 20", "7 of 20", "0 of 20", "blue: this run"} <= {*viewer.words}
-    assert not {*NAMES.values()} & {*viewer.words}
+    assert not {IN_ENGLISH.octant(octant) for octant in OCTANTS} & {*viewer.words}
     viewer.ask(asked._replace(others={"w": 0.75, "e": 0.25}))
     heat = [int(fills.image[side // 2, column][3]) for column in (3 * side // 10, 7 * side // 10)]
     assert heat[0] > 1.5 * heat[1] > 0

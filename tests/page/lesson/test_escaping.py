@@ -53,8 +53,9 @@ texts:
 def room(gui: viser.GuiApi, person: Person) -> Iterator[Room]:
     session = small_session()
     session.start()
-    yield Room(session, gui, small_lesson(HOSTILE, "bait"))
-    session.stop()
+    room = Room(session, gui, small_lesson(HOSTILE, "bait"))
+    yield room
+    room.close()
 
 
 def as_markup(lesson: dict[str, Any]) -> Iterator[str]:
@@ -81,7 +82,7 @@ def test_no_card_has_markup_of_the_file(room: Room, language: str) -> None:
             answer = "yes" if asked["kind"] == "choice" else 4
             name = sitter.card["id"]
             sitter.do(messages.Answer(name, answer), messages.Commit(name, None))
-        if sitter.card["more_hints"]:
+        if sitter.card["next_hint"]:
             sitter.do(messages.Hint(), messages.Hint())
             assert len(sitter.card["hints"]) == 2
         shown = list(as_markup(sitter.lesson))

@@ -149,15 +149,15 @@ def test_a_control_that_is_not_shown_does_nothing(room: Room, sitter: Sitter) ->
 
 def test_hints_come_one_by_one_and_the_last_does_it(room: Room, sitter: Sitter) -> None:
     at_deed(room, sitter)
-    assert (sitter.card["hints"], sitter.card["more_hints"]) == ([], True)
+    assert (sitter.card["hints"], sitter.card["next_hint"]) == ([], "says")
     sitter.do(messages.Hint())
     assert sitter.card["hints"] == ["Look below the card."]
     sitter.do(messages.Hint())
-    assert len(sitter.card["hints"]) == 2
+    assert (len(sitter.card["hints"]), sitter.card["next_hint"]) == (2, "does")
     assert "avoid" not in room.status.snapshot.present
     sitter.do(messages.Hint())
     room.until(lambda: sitter.card["check"]["verdict"] == "yes")
-    assert not sitter.card["more_hints"]
+    assert sitter.card["next_hint"] is None
     assert "avoid" in room.status.snapshot.present
 
 

@@ -56,6 +56,7 @@ def test_the_frame_is_told_what_is_new_once() -> None:
     assert told["ask"] == {
         "kind": "moment",
         "id": "closed",
+        "language": "en",
         "from": 0,
         "to": None,
         "guess": None,
