@@ -190,7 +190,6 @@ class Pupil:
         self.primary.click()
         side = self.page.frame_locator(SIDE)
         side.get_by_role("button", name="Race the thesis's four").first.click()
-        side.get_by_role("button", name="Play", exact=True).click()
         expect(self.primary).to_have_text("Next")
         expect(self.primary).not_to_have_attribute("aria-disabled", "true")
         side.get_by_role("button", name="Back to one board").click()

@@ -277,7 +277,10 @@ class SidePanel:
                 pass
 
     def _start(self, entries: list[Entry]) -> None:
-        start = requests.StartRace(tuple(entries), speed=FIRST_SPEED)
+        status = self._session.status
+        # A lesson says how fast runs are to learn, as it may wait for millions of steps.
+        speed = FIRST_SPEED if status.story is None else max(status.speed, FIRST_SPEED)
+        start = requests.StartRace(tuple(entries), speed=speed)
         self._session.submit(start, self._sight.say)
 
     def _four(self) -> list[Entry]:

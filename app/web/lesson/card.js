@@ -114,7 +114,8 @@ const commit = (card) => {
 
 /** The thing to do that stands below the card, if it is a single one. @param {Lesson} lesson */
 const mainOf = ({ card, controls, next }) => {
-  const isOver = next || card.check?.verdict === "never";
+  // What is waited for at the moment before is that it be done there.
+  const isOver = next || (card.check?.verdict === "never" && !card.busy);
   if (isOver || (card.ask && !card.ask.locked)) return null;
   const main = controls.filter((control) => control.main && control.kind === "button");
   return main.length === 1 ? main[0] : null;
