@@ -194,6 +194,11 @@ whenChanged(() => {
   write(/** @type {Element} */ (inspect.firstElementChild), word("inspect"));
   put(/** @type {Element} */ (inspect.lastElementChild), lesson.inspect ?? "");
   showVote(lesson.vote);
+  // What came out is seen on the projector without scrolling; before that, what the class is asked.
+  if (card.reveal ? revealNode.nextSibling !== voteNode : voteNode.nextSibling !== askNode) {
+    if (card.reveal) revealNode.after(voteNode);
+    else askNode.before(voteNode);
+  }
   notes.hidden = !lesson.notes;
   write(/** @type {Element} */ (notes.firstElementChild), word("notes"));
   put(/** @type {Element} */ (notes.lastElementChild), lesson.notes ?? "");
