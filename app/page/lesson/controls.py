@@ -141,6 +141,9 @@ def controls_of(
         *_views(names, card, look, words),
         *_others(names, card, status, words),
     ]
+    if card.do is not None and card.do.command == "fork" and status.behind is None:
+        # First one goes back: what is done at the end of the run makes no branch.
+        return tuple(replace(one, main=False) for one in found)
     if card.do is not None and not status.playing and not any(one.main for one in found):
         # All that the card asks for has been given: what is left is to let it learn.
         found = [replace(one, main=one.control == "play") for one in found]
