@@ -158,6 +158,8 @@ const changed = () => {
 document.addEventListener("pounce-lesson", (event) => {
   told = /** @type {CustomEvent<Told>} */ (event).detail;
   isAbsent = false;
+  // Who has finished one sees the list, also where the page came up in it.
+  if (told?.where === "in") isWanted = true;
   changed();
 });
 document.addEventListener("pounce-lesson-close", () => {

@@ -1,8 +1,10 @@
 // @ts-check
 // Where the results of an experiment lie: beside the board in a wide window, in the place of the left
-// panel, else over the board; never over the controls. The lab draws them for the room they have.
+// panel, else over the board; never over the controls, nor over the card of a lesson. The lab draws
+// them for the room they have.
 
 import { taken } from "./docks.js";
+import { lessonRoom } from "./lesson.js";
 
 const WIDE = matchMedia("(min-width: 1800px)");
 /** Narrower than this the curve and the timeline stay in sight. */
@@ -47,7 +49,7 @@ export const placeResults = () => {
   const scale = Number(getComputedStyle(root).getPropertyValue("--stage-scale")) || 1;
   const beside = resultsRoom();
   const zoom = beside ? Math.max(scale * SMALLER, 1) : scale;
-  const end = beside || innerWidth - taken("right");
+  const end = beside || innerWidth - taken("right") - lessonRoom();
   const start = beside ? 0 : Math.max(Math.min(taken("left"), end - LEAST_PX * scale), 0);
   const footer = document.querySelector("#pounce-stage[data-shape=column] footer");
   const bar = LOW.matches ? footer?.getBoundingClientRect().top : undefined;

@@ -141,6 +141,9 @@ def controls_of(
         *_views(names, card, look, words),
         *_others(names, card, status, words),
     ]
+    if card.do is not None and card.do.command == "fork" and status.behind is None:
+        # First one goes back: what is done at the end of the run makes no branch.
+        return tuple(replace(one, main=False) for one in found)
     if any(one.main and one.control.startswith(("add_skill.", "explore.")) for one in found):
         # Whoever lets it learn before it is given what the card asks for has missed that.
         found = [one for one in found if one.control != "play" or status.playing]

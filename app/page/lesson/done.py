@@ -18,7 +18,6 @@ from app.live.requests import (
     Request,
     RunTo,
     StartAgain,
-    StartRace,
     StepOnce,
     TrialOnce,
 )
@@ -35,7 +34,6 @@ _NAMES: Final[tuple[tuple[type[object], str], ...]] = (
     (RunTo, "run_to"),
     (AddMark, "mark"),
     (StartAgain, "start_again"),
-    (StartRace, "race"),
     (Branch, "fork"),
 )
 """What requests are called in lessons."""
@@ -55,14 +53,14 @@ class Doings:
         """A race, and how far it was when it was last looked at."""
         self._experiments: dict[str, dict[str, Columns]] = {}
         self._n_results = (-1, -1)
-        self._former = service.standing
-        """The experiment that there was when the card was entered, as it stood then."""
+        self._former = (session.race, service.standing)
+        """The race and the experiment that there were when the card was entered, as they stood."""
         self._made: Deeds | None = None
 
     def begin(self) -> None:
         """Another card is shown: nothing has been done on it."""
         self._done, self._opened, self._made = (), (), None
-        self._former = self._service.standing
+        self._former = (self._session.race, self._service.standing)
 
     def note_request(self, request: Request, step: int) -> None:
         """Something was asked for when so many steps were made."""
@@ -109,13 +107,17 @@ class Doings:
         if stand == self._raced:
             return
         self._raced, self._made = stand, None
+        if race is not None and race is not self._former[0]:
+            # The page with runs side by side asks the session by itself.
+            self.note("race", self._session.status.snapshot.step)
         self._race = () if race is None else tuple(_racing(race))
 
     def _look_at_results(self) -> None:
         standing = self._service.standing
         if standing is None:
             return
-        if self._former is None or standing.gatherer is not self._former.gatherer:
+        former = self._former[1]
+        if former is None or standing.gatherer is not former.gatherer:
             # From wherever in the page it was begun.
             self.note("experiment", self._session.status.snapshot.step)
         runs = standing.gatherer.gathering().runs
