@@ -92,7 +92,10 @@ class GhostWatch:
         """
         snapshot = status.snapshot
         self._note(status)
-        if is_changed_by_hand(snapshot.control.history):
+        if status.story is not None:
+            # A curve that went on for longer would answer what a lesson asks.
+            self.latest = None
+        elif is_changed_by_hand(snapshot.control.history):
             self.latest = self._own(snapshot)
         else:
             self.latest = self._before.get(snapshot.generation)
@@ -109,8 +112,6 @@ class GhostWatch:
         number = snapshot.generation
         if last is not None and number not in self._before and last.generation != number:
             is_new = status.opened is None and last.generation < number
-            # A lesson begins with questions that a curve which went on for longer would answer.
-            is_new &= status.story is None or status.story.furthest > 0
             self._before[number] = self._behind_new(last) if is_new else None
             for old in list(self._before)[:-_MOST_RUNS]:
                 del self._before[old]

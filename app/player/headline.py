@@ -111,8 +111,9 @@ def readings_html(snapshot: Snapshot) -> str:
     What a lesson alone has to be read is among them: of the first places, most lie under the prey
     or on one another.
     """
-    known = f"{int((snapshot.value > 0).sum()):,} of {snapshot.value.size:,}"
-    places = _Number("Places worth something", known, "For each of the prey's headings")
+    known = f"{int((snapshot.value > 0).sum()):,}"
+    hint = f"Of {snapshot.value.size:,}, for each heading of the prey"
+    places = _Number("Places worth something", known, hint)
     return _numbers(
         _row(_main_numbers(snapshot)), _forced(snapshot), _row([places], "small places")
     )

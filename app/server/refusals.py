@@ -29,11 +29,13 @@ def refuse(
     """The answer to a request that is refused; `form` is HTML that may help a person."""
     if "text/html" not in request.headers.get("Accept", ""):
         return connection.respond(refusal.status, refusal.words + "\n")
+    # Who has only to type a code has done nothing wrong.
+    title = "A code, please" if form else refusal.status.phrase
     document = (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8" />'
         '<meta name="viewport" content="width=device-width, initial-scale=1" />'
-        f"<title>{refusal.status.phrase}</title><style>{_STYLE}</style></head>"
-        f"<body><h1>{refusal.status.phrase}</h1><p>{escaped(refusal.words)}</p>{form}"
+        f"<title>{title}</title><style>{_STYLE}</style></head>"
+        f"<body><h1>{title}</h1><p>{escaped(refusal.words)}</p>{form}"
         "</body></html>\n"
     )
     headers = Headers({"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"})

@@ -6,9 +6,11 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
+from app.live.requests import Tell
+from app.live.story import WentToCard
 from tests.support.access import AXE, FINDINGS
 from tests.support.live import LiveLab
-from tests.support.pupil import Pupil
+from tests.support.pupil import STOPS, Pupil
 from tests.support.screen import Shared
 
 TITLE = "Which way round?"
@@ -19,10 +21,6 @@ SIZES = {
     "a phone": (390, 844),
 }
 # What is to be seen and is a stop of the keyboard, but for words that are explained and frames.
-STOPS = """() => [...document.querySelectorAll("*")].filter(node => node.tabIndex >= 0
-        && node.checkVisibility({ visibilityProperty: true }) && node.getClientRects().length
-        && !node.matches("iframe, [role=term]"))
-    .map(node => node.textContent.trim() || node.outerHTML.slice(0, 80))"""
 BOXES = """() => [".board", ".lesson"].map(part => {
     const box = document.querySelector(`#pounce-stage ${part}`).getBoundingClientRect();
     return [box.left, box.top, box.right, box.bottom];
@@ -59,12 +57,18 @@ def test_whatever_a_lesson_does_not_name_is_gone_and_comes_back(
     assert live.ask().snapshot.control == before.control
     assert live.look_of().layer == "value"
     page.keyboard.press("2")
-    # This one is named.
+    assert live.look_of().layer == "value"
+    # This one is named, and is there on a card with something to do.
+    story = live.session.status.story
+    assert story is not None
+    live.session.submit(Tell(WentToCard(1), story.name))
+    live.session.submit(Tell(WentToCard(2), story.name))
+    pupil.expect_card(2)
+    expect(page.locator("html")).to_have_attribute("data-lesson-keys", re.compile("Space"))
     page.keyboard.press("Space")
     live.wait_for(lambda status: status.playing)
     page.keyboard.press("Space")
     live.wait_for(lambda status: not status.playing)
-    assert live.look_of().layer == "value"
     pupil.button("Open everything").click()
     expect(page.locator("[data-dock-region=right]")).to_be_visible()
     page.keyboard.press("2")
@@ -74,7 +78,7 @@ def test_whatever_a_lesson_does_not_name_is_gone_and_comes_back(
     pupil.learn.click()
     root(page, "card")
     expect(page.locator("[data-dock-region=right]")).to_be_hidden()
-    pupil.expect_card(0)
+    pupil.expect_card(2)
 
 
 @pytest.mark.parametrize("name", SIZES)

@@ -20,9 +20,8 @@ from app.lessons.twenty import Spreads, Twenty
 from app.live.requests import SetSpeed
 from app.live.worker import FULL_SPEED
 from app.page.lesson import does
-from tests.browser.test_lesson_page import STOPS
 from tests.support.live import LiveLab
-from tests.support.pupil import Pupil
+from tests.support.pupil import STOPS, Pupil
 from tests.support.screen import Shared
 
 RELOADED = "which_way_round"

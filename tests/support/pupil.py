@@ -12,6 +12,11 @@ from tests.support.live import LiveLab
 from tests.support.screen import Screen
 
 FRAME = "iframe.pounce-lesson"
+STOPS = """() => [...document.querySelectorAll("*")].filter(node => node.tabIndex >= 0
+        && node.checkVisibility({ visibilityProperty: true }) && node.getClientRects().length
+        && !node.matches("iframe, [role=term]"))
+    .map(node => node.textContent.trim() || node.outerHTML.slice(0, 80))"""
+"""Where the keyboard comes to in a page, by what is written there."""
 SIDE = "iframe.pounce-side"
 _MOST_HINTS = 3
 _MOST_PRESSES = 60

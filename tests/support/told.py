@@ -75,8 +75,8 @@ def told(shown: dict[str, Any] | None, **what: Any) -> dict[str, Any]:
     }
     listed = [
         _listed("where_value_comes_from", "Where value comes from", 4, at=None),
-        _listed("the_cone", "The cone", 5, needs=["Where value comes from"], at=6),
-        _listed("which_way_round", "Which way round?", 6, needs=["The cone"], at=3),
+        _listed("the_cone", "The cone", 5, needs=[{"en": "Where value comes from"}], at=6),
+        _listed("which_way_round", "Which way round?", 6, needs=[{"en": "The cone"}], at=3),
         _listed("all_at_once", "All at once?", 8, at=None, languages=["en"]),
     ]
     return {
@@ -92,7 +92,7 @@ def told(shown: dict[str, Any] | None, **what: Any) -> dict[str, Any]:
 def _listed(name: str, title: str, minutes: int, **what: Any) -> dict[str, Any]:
     return {
         "name": name,
-        "title": title,
+        "titles": {"en": title},
         "minutes": minutes,
         "needs": [],
         "languages": ["en", "de"],

@@ -98,11 +98,13 @@ def reveal_sent(shown: Shown, of_class: Mapping[str, Any], words: Words) -> dict
             **answered,
         }
     answer = answer_of(shown.asked, guess)
-    found = scored(shown.asked, answer, answer_from(shown.own), shown.spread, words)
+    said = [scored(shown.asked, answer, answer_from(shown.own), shown.spread, words).words]
+    if shown.guess.card.transfer is not None:
+        said.append(words.say("reveal.other_run"))
     return {
         "ready": True,
         "asked": asked,
-        "html": str(escaped(found.words)),
+        "html": str(escaped(" ".join(said))),
         "guess": guess,
         "run": shown.own,
         "twenty": sent_spread(shown.asked, shown.spread),

@@ -144,6 +144,9 @@ def controls_of(
     if card.do is not None and card.do.command == "fork" and status.behind is None:
         # First one goes back: what is done at the end of the run makes no branch.
         return tuple(replace(one, main=False) for one in found)
+    if any(one.main and one.control.startswith(("add_skill.", "explore.")) for one in found):
+        # Whoever lets it learn before it is given what the card asks for has missed that.
+        found = [one for one in found if one.control != "play" or status.playing]
     if card.do is not None and not status.playing and not any(one.main for one in found):
         # All that the card asks for has been given: what is left is to let it learn.
         found = [replace(one, main=one.control == "play") for one in found]
@@ -217,8 +220,9 @@ def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> 
     skills, present = snapshot.spec.learner.skills, snapshot.present
     found: list[Control] = []
     if has(names, "add_skill"):
+        added = _added_by(card)
         for skill in skills:
-            if skill not in present:
+            if skill not in present and (not added or skill in added):
                 is_main = do is not None and (do.command, do.skill) == ("introduce", skill)
                 wants = introduction_of(snapshot, skill)
                 label = words.say("control.add_skill", skill=plain(skill))
@@ -258,6 +262,13 @@ def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> 
         on = snapshot.control.schedule_on
         found.append(_toggle("plan", words.say("control.plan"), on, follow))
     return found
+
+
+def _added_by(card: Card) -> set[str]:
+    """The skills that a card has added."""
+    do = card.do
+    given = () if do is None else (do, *(do.then or ()))
+    return {one.skill for one in given if one.command == "introduce" and one.skill is not None}
 
 
 def _explored_by(card: Card) -> dict[str, tuple[int, float]]:

@@ -15,6 +15,7 @@ from typing import Any, Final
 from app.documents.lesson_cards import Card
 from app.documents.lesson_grammar import Moment
 from app.documents.lesson_questions import Asked
+from app.documents.lesson_spec import LessonSpec
 from app.documents.lessons import Lesson
 from app.lessons.checks import Verdict
 from app.lessons.measures import Began
@@ -283,6 +284,8 @@ class Desk:
                     # What comes next is about this moment.
                     self._submit(Pause())
         for guess in open_guesses(story, spec):
+            if _is_undone(guess, story, spec):
+                continue
             key = ("answer", line.number, story.name, guess.place)
             wanted.append(key)
             self._look_for_answer(guess, sitting, line, is_due, key)
@@ -333,6 +336,15 @@ class Desk:
     def has_come(self, story: Story, guess: Guess) -> bool:
         """Whether the run has come to where it answers a guess of which is not told yet."""
         return (story.took.run, guess.card.id) in self._found_s
+
+
+def _is_undone(guess: Guess, story: Story, spec: LessonSpec) -> bool:
+    """Whether something is still to be done that was asked for after a guess: what a run comes to
+    without that is no answer, and somebody may yet go back to before."""
+    asked_for = range(guess.place, min(story.furthest + 1, len(spec.steps)))
+    return any(
+        spec.steps[place].check is not None and place not in story.passed for place in asked_for
+    )
 
 
 def _is_beside(asked: Asked) -> bool:

@@ -133,7 +133,7 @@ def start_of(spec: RunSpec, preset: str, seed: int) -> StartAgain:
 def listed(library: Library, status: Status) -> list[dict[str, Any]]:
     """What there is to choose from, as the frame shows it."""
     offered = library.offered
-    titles = {name: lesson.spec.title for name, lesson in offered.items()}
+    titles = {name: _titles(lesson) for name, lesson in offered.items()}
     found: list[dict[str, Any]] = []
     for name, lesson in offered.items():
         story = status.stories.of(name)
@@ -141,12 +141,18 @@ def listed(library: Library, status: Status) -> list[dict[str, Any]]:
         found.append(
             {
                 "name": name,
-                "title": spec.title,
+                "titles": titles[name],
                 "minutes": spec.minutes,
-                "needs": [titles.get(need, need) for need in spec.needs],
+                "needs": [titles.get(need, {"en": need}) for need in spec.needs],
                 "languages": list(spec.languages),
                 "at": None if story is None else story.card,
                 "n": len(spec.steps),
             }
         )
     return found
+
+
+def _titles(lesson: Lesson) -> dict[str, str]:
+    """What a lesson is called, by language; its own comes first."""
+    spec = lesson.spec
+    return {language: spec.in_language(language).title for language in spec.languages}

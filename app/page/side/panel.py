@@ -278,7 +278,7 @@ class SidePanel:
 
     def _start(self, entries: list[Entry]) -> None:
         status = self._session.status
-        # A lesson states how fast runs are to learn: what it waits for may be millions of steps.
+        # A lesson says how fast runs are to learn, as it may wait for millions of steps.
         speed = FIRST_SPEED if status.story is None else max(status.speed, FIRST_SPEED)
         start = requests.StartRace(tuple(entries), speed=speed)
         self._session.submit(start, self._sight.say)

@@ -147,6 +147,8 @@ const show = () => {
   section.hidden = !told.class && !card;
   showSeat(seatPlace, told.class ? seat : null);
   showCard(card);
+  // What is going on, in words, is what a card asks for.
+  part("sentence").hidden = card !== null;
   showAsk(isSeated || (ask && !ask.open) ? ask : null);
   showOutcome(ask, reveal);
   const asked = isSeated ? ask : null;

@@ -61,7 +61,7 @@ on("said", ({ html, caption, described }) => {
   clearTimeout(timer);
   const aloud = () => {
     saidAt = performance.now();
-    part("told").textContent = part("sentence").textContent;
+    part("told").textContent = part("sentence").hidden ? "" : part("sentence").textContent;
   };
   timer = setTimeout(aloud, Math.max(saidAt + SAID_MS - performance.now(), 0));
 });

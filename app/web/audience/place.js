@@ -35,7 +35,8 @@ export const showInPlace = (ask, answer, reveal, give) => {
     const names = Object.fromEntries(OCTANTS.map((octant) => [octant, word(octant)]));
     if (canGive) open = { chosen: guess, give };
     const shares = sharesOf(reveal?.class);
-    const asked = { guess, locked: !canGive, run: reveal?.run ?? null, shares, names };
+    const percent = (/** @type {number} */ share) => word("percent", Math.round(100 * share));
+    const asked = { guess, locked: !canGive, run: reveal?.run ?? null, shares, names, percent };
     board.above((context, place, sent) => drawOctants(context, place, sent, board.heading ?? 0, asked));
   } else board.above(null);
   canvas.toggleAttribute("data-asked", open !== null);

@@ -114,7 +114,8 @@ const commit = (card) => {
 
 /** The thing to do that stands below the card, if it is a single one. @param {Lesson} lesson */
 const mainOf = ({ card, controls, next }) => {
-  const isOver = next || card.check?.verdict === "never";
+  // What is waited for at the moment before is that it be done there.
+  const isOver = next || (card.check?.verdict === "never" && !card.busy);
   if (isOver || (card.ask && !card.ask.locked)) return null;
   const main = controls.filter((control) => control.main && control.kind === "button");
   return main.length === 1 ? main[0] : null;
@@ -193,6 +194,11 @@ whenChanged(() => {
   write(/** @type {Element} */ (inspect.firstElementChild), word("inspect"));
   put(/** @type {Element} */ (inspect.lastElementChild), lesson.inspect ?? "");
   showVote(lesson.vote);
+  // What came out is seen on the projector without scrolling; before that, what the class is asked.
+  if (card.reveal ? revealNode.nextSibling !== voteNode : voteNode.nextSibling !== askNode) {
+    if (card.reveal) revealNode.after(voteNode);
+    else askNode.before(voteNode);
+  }
   notes.hidden = !lesson.notes;
   write(/** @type {Element} */ (notes.firstElementChild), word("notes"));
   put(/** @type {Element} */ (notes.lastElementChild), lesson.notes ?? "");

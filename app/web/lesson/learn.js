@@ -63,13 +63,17 @@ const button = (text, kind, title, act) => {
   return made;
 };
 
+/** In the language that the list is in, if the lesson has it. @param {Listed["titles"]} titles */
+const titleOf = (titles) => titles[document.documentElement.lang] ?? Object.values(titles)[0];
+
 /** @param {Listed} listed */
 const item = (listed) => {
-  const { name, title, minutes, needs, languages, at, n } = listed;
+  const { name, titles, minutes, needs, languages, at, n } = listed;
+  const title = titleOf(titles);
   const made = element("li", "");
   const about = [word("minutes", minutes), word("cardsOf", n), ...(languages.length > 1 ? [languages.map(word).join(", ")] : [])];
   made.append(element("h2", "", title), element("p", "facts", about.join(" · ")));
-  if (needs.length) made.append(element("p", "needs", word("needs", needs.join(", "))));
+  if (needs.length) made.append(element("p", "needs", word("needs", needs.map(titleOf).join(", "))));
   const ways = element("div", "ways");
   if (state.told?.lesson?.name === name) {
     const back = button(word("here"), "primary", title, () => {

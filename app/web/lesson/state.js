@@ -39,9 +39,10 @@ import { send, sendNewest } from "../player/pipe.js";
  *   vote: Vote | null,
  * }} Lesson
  * @typedef {{
- *   name: string, title: string, minutes: number, needs: string[], languages: string[],
+ *   name: string, titles: Titles, minutes: number, needs: Titles[], languages: string[],
  *   at: number | null, n: number,
  * }} Listed
+ * @typedef {Record<string, string>} Titles of one lesson, by language; its own comes first
  * @typedef {{list: Listed[], fault: string | null, free: boolean, lesson: Lesson | null}} Told
  */
 

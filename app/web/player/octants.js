@@ -29,6 +29,7 @@ const BLUE = { light: "rgb(0 50 170)", dark: "rgb(110 190 255)" };
  * @typedef {{
  *   guess: string[], locked: boolean, run: string[] | null,
  *   shares: Record<string, number> | null, names: Record<string, string>,
+ *   percent: (share: number) => string,
  * }} Asked `run` is what it came to, and `shares` how many of a class chose each, once that may be seen
  */
 
@@ -82,7 +83,7 @@ const hatch = (context, place, apart) => {
  * @param {number} heading where the prey looks
  * @param {Asked} asked
  */
-export const drawOctants = (context, place, sent, heading, { guess, locked, run, shares, names }) => {
+export const drawOctants = (context, place, sent, heading, { guess, locked, run, shares, names, percent }) => {
   const { theme } = sent;
   if (!theme) return;
   const unit = unitOf(place);
@@ -144,7 +145,7 @@ export const drawOctants = (context, place, sent, heading, { guess, locked, run,
     const [east, north] = [Math.cos(angles[index]) * cells, Math.sin(angles[index]) * cells];
     if (!locked) drawWord(context, place, sent, [names[octant], NAMES_AT * east, NAMES_AT * north], NAME);
     if (!shares) return;
-    const share = `${Math.round(100 * (shares[octant] ?? 0))}%`;
+    const share = percent(shares[octant] ?? 0);
     drawWord(context, place, sent, [share, SHARES_AT * east, SHARES_AT * north], SHARE);
   });
   context.restore();

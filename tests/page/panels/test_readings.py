@@ -183,7 +183,7 @@ def test_the_clock_says_whose_steps_it_counts() -> None:
 def test_what_matters_first_is_read_on_the_stage_too() -> None:
     taken = moment(recent=Endings(captures=3, flights=4, timeouts=5), recent_reward=8.25)
     assert Page(headline.readings_html(taken)).text == (
-        f"Trial {taken.trial} Success 25% Reward 8.2"
+        f"Trial {taken.trial} Success 25% Reward 8.2 Places worth something 0"
     )
 
 
