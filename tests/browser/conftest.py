@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
-from app.live.requests import LeaveLesson
+from app.live.requests import EndRace, LeaveLesson
 from app.server import admission, pace
 from learners.spec import RunSpec
 from tests.support.costs import try_for_a_moment
@@ -224,11 +224,13 @@ def begin_two(stage: Stage, shared: Shared) -> BeginTwo:
 
 @pytest.fixture
 def pupil(shared: Shared, begin: Begin) -> Iterator[Pupil]:
-    """Somebody in front of a page on which no lesson is; none is left when they have gone."""
+    """Somebody in front of a page on which no lesson is; none is left when they have gone, nor
+    what ran side by side for one."""
     live, screen = begin()
     pupil = Pupil(screen)
     yield pupil
     live.ask(LeaveLesson())
+    live.ask(EndRace())
     if pupil.learn.get_attribute("aria-pressed") == "true":
         pupil.button("Close").click()
     expect(screen.page.locator("html:not([data-lesson])")).to_have_count(1)

@@ -216,6 +216,10 @@ def test_what_can_no_longer_come_true_can_be_done_at_the_moment_before(
     began = story.began[2]
     room.submit(RunTo(460))
     room.until(lambda: sitter.card["check"]["verdict"] == "never")
+    # A run in which what was asked for was not done is no answer to the guess before it.
+    spoilt = room.status.story
+    assert spoilt is not None
+    assert spoilt.answers["guess"].shown is None
     sitter.do(messages.Rewind())
     room.until(lambda: sitter.outlook.place == began.place)
     assert sitter.card["busy"] is not None
