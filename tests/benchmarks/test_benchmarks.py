@@ -193,7 +193,7 @@ def test_what_an_audience_costs_is_measured(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(page, "SECONDS", 0.01)
     for name, value in (("ROUNDS", 1), ("CLICKS", 2)):
         monkeypatch.setattr(load, name, value)
-    for name, value in (("TRIALS", 300), ("READ_S", 0.5)):
+    for name, value in (("TRIALS", 300), ("READ_S", 2.0)):
         monkeypatch.setattr(audience, name, value)
     spec = presets.load("timed")
     found = audience.measure_audience(spec, "timed", {"timed": spec}, 3, 1, lambda _: None)
