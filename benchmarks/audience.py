@@ -9,7 +9,6 @@ import functools
 import json
 import statistics
 import subprocess
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -19,6 +18,7 @@ from app.live.requests import Play, StartAgain
 from app.live.session import Session
 from app.player.classroom import Question
 from benchmarks.audience_client import OPTIONS
+from benchmarks.clients import clients
 from benchmarks.load import clicks, percentile
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate, wait_until
 from learners.spec import MAX_TRIALS, RunSpec
@@ -105,25 +105,9 @@ def _watchers_of(
     audience: Audience, n_watchers: int, *words: str
 ) -> Iterator[subprocess.Popen[str]]:
     """The process of so many watchers, once all of them look."""
-    readers = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "benchmarks.audience_client",
-            str(audience.watchers.port),
-            str(n_watchers),
-            *words,
-        ],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
+    with clients("audience_client", audience.watchers.port, n_watchers, *words) as readers:
         wait_until(lambda: audience.n_watchers == n_watchers, f"{n_watchers} watchers did not come")
         yield readers
-    finally:
-        readers.kill()
-        readers.communicate()
     wait_until(lambda: audience.n_watchers == 0, "watchers that have left are still there")
 
 

@@ -8,7 +8,6 @@ compared with that while nobody looks, in turns in the same process.
 import json
 import statistics
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from typing import Any
 from app.audience.audience import Audience
 from app.live.requests import Play, StartAgain
 from app.live.session import Session
+from benchmarks.clients import clients
 from benchmarks.load import percentile
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate, wait_until
 from learners.spec import MAX_TRIALS, RunSpec
@@ -80,28 +80,13 @@ def measure_own(
 @contextmanager
 def _phones_of(audience: Audience, n_seats: int) -> Iterator[subprocess.Popen[str]]:
     """The process of so many phones, once each has a learner that learns."""
-    phones = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "benchmarks.own_client",
-            str(audience.watchers.port),
-            str(n_seats),
-        ],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
 
     def learning() -> int:
         return 0 if audience.own is None else audience.own.playing
 
-    try:
+    with clients("own_client", audience.watchers.port, n_seats) as phones:
         wait_until(lambda: learning() == n_seats, f"{n_seats} phones did not come")
         yield phones
-    finally:
-        phones.kill()
-        phones.communicate()
     wait_until(lambda: audience.n_watchers == 0, "phones that have left are still there")
     # Their learners are no burden to what is measured next.
     assert audience.seats is not None

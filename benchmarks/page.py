@@ -6,7 +6,6 @@ same length without a page, measured right before and after in the same process.
 
 import statistics
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -18,6 +17,7 @@ from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from app.page.lab import Lab
 from app.player.presented import Stand
+from benchmarks.clients import clients
 from learners.run import Run
 from learners.spec import RunSpec
 
@@ -85,26 +85,11 @@ def clients_of(lab: Lab, n_clients: int) -> Iterator[subprocess.Popen[str]]:
         TimeoutError: they did not come in time.
     """
     before = len(lab.browsers)
-    readers = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "benchmarks.page_client",
-            str(lab.server.get_port()),
-            str(n_clients),
-        ],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
+    with clients("page_client", lab.server.get_port(), n_clients) as readers:
         wait_until(
             lambda: len(lab.browsers) == before + n_clients, f"{n_clients} clients did not connect"
         )
         yield readers
-    finally:
-        readers.kill()
-        readers.communicate()
     wait_until(lambda: len(lab.browsers) == before, "clients that have left are still there")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from app.audience.audience import Audience
 from app.live.requests import Pause, Play
@@ -13,9 +13,9 @@ from app.picture.look import Look
 from app.picture.theme import DARK
 from tests.support.access import AXE, FINDINGS
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
+from tests.support.phones import PHONE, Phones
 from tests.support.screen import VIEWPORT, Screen, picture
 
-PHONE: ViewportSize = {"width": 390, "height": 844}
 TRIAL = 120
 
 HAS_COLOURS = """colours => {
@@ -34,38 +34,12 @@ class Class:
 
     def __init__(self, live: LiveLab, presenter: Screen, browser: Browser) -> None:
         self.live, self.presenter, self.browser = live, presenter, browser
-        self._contexts: list[BrowserContext] = []
-        self.complaints: list[str] = []
+        self.phones = Phones(browser, self.audience)
 
     @property
     def audience(self) -> Audience:
         assert self.live.audience is not None
         return self.live.audience
-
-    def page(
-        self, viewport: ViewportSize = PHONE, dark: bool = False, address: str | None = None
-    ) -> Page:
-        """One more that looks."""
-        context = self.browser.new_context(
-            viewport=viewport,
-            color_scheme="dark" if dark else "light",
-            has_touch=viewport == PHONE,
-            device_scale_factor=2 if viewport == PHONE else 1,
-        )
-        self._contexts.append(context)
-        context.set_default_timeout(PATIENCE_S * 1000)
-        page = context.new_page()
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on(
-            "console",
-            lambda told: self.complaints.append(told.text) if told.type == "error" else None,
-        )
-        page.goto(address or self.audience.addresses[0])
-        return page
-
-    def leave(self) -> None:
-        while self._contexts:
-            self._contexts.pop().close()
 
 
 @pytest.fixture(scope="module")
@@ -89,8 +63,9 @@ def whole_class(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> I
 def lesson(whole_class: Class) -> Iterator[Class]:
     """The class, in which nobody looks yet; no page may log an error."""
     yield whole_class
-    whole_class.leave()
-    complaints, whole_class.complaints = whole_class.complaints, []
+    whole_class.phones.close()
+    complaints = whole_class.phones.complaints.copy()
+    whole_class.phones.complaints.clear()
     assert complaints == []
 
 
@@ -114,7 +89,7 @@ def sees(lesson: Class, page: Page, look: Look) -> None:
 
 @pytest.mark.parametrize("viewport", [PHONE, VIEWPORT])
 def test_it_shows_what_the_presenter_sees(lesson: Class, viewport: ViewportSize) -> None:
-    page = lesson.page(viewport)
+    page = lesson.phones.open(viewport)
     expect(page.locator("#title")).to_have_text("State value")
     expect(page.locator("#readings")).to_contain_text(f"{TRIAL}")
     expect(page.locator(".time .lane")).not_to_have_count(0)
@@ -130,7 +105,7 @@ def test_it_shows_what_the_presenter_sees(lesson: Class, viewport: ViewportSize)
 
 
 def test_it_goes_into_the_past_with_the_presenter(lesson: Class) -> None:
-    page = lesson.page()
+    page = lesson.phones.open()
     here = page.locator(".time .here")
     expect(here).to_have_text(f"{TRIAL}")
     lesson.presenter.tell("seek_trial", trial=70)
@@ -143,7 +118,7 @@ def test_it_goes_into_the_past_with_the_presenter(lesson: Class) -> None:
 
 
 def test_what_goes_on_goes_on_there(lesson: Class) -> None:
-    page = lesson.page()
+    page = lesson.phones.open()
     expect(page.locator("#readings")).to_contain_text("Trial")
     lesson.live.ask(Play())
     status = lesson.live.wait_for(lambda status: status.snapshot.trial >= TRIAL + 200)
@@ -154,7 +129,7 @@ def test_what_goes_on_goes_on_there(lesson: Class) -> None:
 
 
 def test_a_dark_device_has_a_dark_board(lesson: Class) -> None:
-    page = lesson.page(dark=True)
+    page = lesson.phones.open(dark=True)
     look = lesson.live.look_of()._replace(theme=DARK)
     sees(lesson, page, look)
     ground = picture(page.screenshot())[-1, 0]
@@ -174,7 +149,7 @@ def look_around(page: Page) -> None:
 
 @pytest.mark.parametrize("viewport", [PHONE, VIEWPORT])
 def test_one_can_look_around_and_come_back(lesson: Class, viewport: ViewportSize) -> None:
-    page, other = lesson.page(viewport), lesson.page(viewport)
+    page, other = lesson.phones.open(viewport), lesson.phones.open(viewport)
     look_around(page)
     page.get_by_role("combobox", name="Layer").select_option(label="First reach")
     expect(page.locator("#title")).to_have_text("First reach")
@@ -191,7 +166,7 @@ def test_one_can_look_around_and_come_back(lesson: Class, viewport: ViewportSize
 def test_one_begins_with_what_the_presenter_shows_and_has_it_in_view_with_the_buttons(
     lesson: Class,
 ) -> None:
-    page = lesson.page(PHONE)
+    page = lesson.phones.open(PHONE)
     lesson.presenter.page.keyboard.press("3")
     try:
         expect(page.locator("#title")).to_have_text("Chosen skill")
@@ -208,7 +183,7 @@ def test_one_begins_with_what_the_presenter_shows_and_has_it_in_view_with_the_bu
 
 
 def test_a_finger_on_the_curve_goes_to_that_moment(lesson: Class) -> None:
-    page = lesson.page()
+    page = lesson.phones.open()
     here = page.locator(".time .here")
     expect(here).not_to_be_empty()
     now = here.text_content()
@@ -231,7 +206,7 @@ def test_a_finger_on_the_curve_goes_to_that_moment(lesson: Class) -> None:
 
 
 def test_all_of_it_can_be_done_by_keys(lesson: Class) -> None:
-    page = lesson.page(VIEWPORT)
+    page = lesson.phones.open(VIEWPORT)
     look_around(page)
     handle = page.get_by_role("slider", name="Moment that is shown")
     handle.focus()
@@ -252,7 +227,7 @@ def test_all_of_it_can_be_done_by_keys(lesson: Class) -> None:
 @pytest.mark.parametrize("around", [False, True])
 @pytest.mark.parametrize("dark", [False, True])
 def test_the_checker_finds_nothing(lesson: Class, dark: bool, around: bool) -> None:
-    page = lesson.page(dark=dark)
+    page = lesson.phones.open(dark=dark)
     expect(page.locator(".time .lane")).not_to_have_count(0)
     if around:
         look_around(page)
@@ -264,7 +239,7 @@ def test_the_checker_finds_nothing(lesson: Class, dark: bool, around: bool) -> N
 
 
 def test_what_one_touches_is_large_enough(lesson: Class) -> None:
-    page = lesson.page()
+    page = lesson.phones.open()
     look_around(page)
     for part in page.locator("button:visible, select:visible").all():
         if part.evaluate("node => !node.closest('.time')"):
@@ -274,7 +249,7 @@ def test_what_one_touches_is_large_enough(lesson: Class) -> None:
 
 
 def test_words_are_explained(lesson: Class) -> None:
-    page = lesson.page()
+    page = lesson.phones.open()
     term = page.locator("#readings .term").first
     term.tap()
     expect(page.get_by_role("tooltip")).to_contain_text("hunt")
@@ -295,7 +270,7 @@ def test_the_presenter_reads_where_it_is_and_another_can_take_over(lesson: Class
         second = Screen(context.new_page())
         second.open(lesson.live)
         second.choose("Layer", "Policy flow")
-        page = lesson.page()
+        page = lesson.phones.open()
         expect(page.locator("#title")).to_have_text("State value")
         second.turn_to("File")
         second.click("Present from this browser")
@@ -312,7 +287,7 @@ def test_it_waits_and_comes_again(lesson: Class) -> None:
     past_of = lesson.live.session.past_of
     first = Audience(past_of, "127.0.0.1", 0)
     port = first.watchers.port
-    page = lesson.page(address=first.addresses[0])
+    page = lesson.phones.open(address=first.addresses[0])
     expect(page.locator("#waiting")).to_have_text(re.compile("^The presenter has not begun"))
     first.close()
     expect(page.locator("#connection")).to_have_text(re.compile("^The lab cannot be reached"))
@@ -328,14 +303,14 @@ def test_it_waits_and_comes_again(lesson: Class) -> None:
     finally:
         again.close()
     # Browsers log what could not be loaded.
-    lesson.leave()
-    lesson.complaints.clear()
+    lesson.phones.close()
+    lesson.phones.complaints.clear()
 
 
 def test_a_code_is_asked_for_and_typed(lesson: Class) -> None:
     guarded = Audience(lesson.live.session.past_of, "127.0.0.1", 0, code="abcd-efgh")
     try:
-        page = lesson.page(address=guarded.addresses[0])
+        page = lesson.phones.open(address=guarded.addresses[0])
         page.get_by_label("Code").fill("abcd-efgh")
         page.get_by_role("button", name="Enter").click()
         expect(page.locator("#waiting")).to_be_visible()
@@ -343,5 +318,5 @@ def test_a_code_is_asked_for_and_typed(lesson: Class) -> None:
     finally:
         guarded.close()
     # Browsers log what could not be loaded.
-    lesson.leave()
-    lesson.complaints.clear()
+    lesson.phones.close()
+    lesson.phones.complaints.clear()

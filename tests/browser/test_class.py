@@ -3,17 +3,17 @@
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from app.audience.audience import Audience
 from app.live.requests import LeaveLesson
 from tests.support.access import AXE, FINDINGS
 from tests.support.classes import Pupils
 from tests.support.live import PATIENCE_S, LiveLab, preset_of
+from tests.support.phones import Phones
 from tests.support.pupil import Pupil
 from tests.support.screen import Screen
 
-PHONE: ViewportSize = {"width": 390, "height": 844}
 LAPTOP: ViewportSize = {"width": 1366, "height": 768}
 TITLE = "The cone"
 ASKS = 1
@@ -32,10 +32,11 @@ class Class:
     """The presenter's browser, two phones, and all the others."""
 
     def __init__(self, live: LiveLab, presenter: Pupil, browser: Browser) -> None:
-        self.live, self.presenter, self._browser = live, presenter, browser
-        self._contexts: list[BrowserContext] = []
-        self.complaints: list[str] = []
-        self.phones = [self.phone(dark) for dark in (False, True)]
+        self.live, self.presenter = live, presenter
+        self.devices = Phones(browser, self.audience)
+        self.phones = [self.devices.open(dark=dark) for dark in (False, True)]
+        for phone in self.phones:
+            expect(phone.locator("#seat")).to_be_visible()
         self.others = Pupils(self.audience.watchers.port, N_SIMULATED)
 
     @property
@@ -43,30 +44,9 @@ class Class:
         assert self.live.audience is not None
         return self.live.audience
 
-    def phone(self, dark: bool = False) -> Page:
-        """One more that looks."""
-        context = self._browser.new_context(
-            viewport=PHONE,
-            color_scheme="dark" if dark else "light",
-            has_touch=True,
-            device_scale_factor=2,
-        )
-        self._contexts.append(context)
-        context.set_default_timeout(PATIENCE_S * 1000)
-        page = context.new_page()
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on(
-            "console",
-            lambda told: self.complaints.append(told.text) if told.type == "error" else None,
-        )
-        page.goto(self.audience.addresses[0])
-        expect(page.locator("#seat")).to_be_visible()
-        return page
-
     def leave(self) -> None:
         self.others.close()
-        while self._contexts:
-            self._contexts.pop().close()
+        self.devices.close()
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +64,7 @@ def taught(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterat
         taught.leave()
         live.ask(LeaveLesson())
         context.close()
-        assert taught.complaints == []
+        assert taught.devices.complaints == []
     finally:
         live.close()
 

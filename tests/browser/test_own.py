@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, expect
 
 from app.audience.audience import Audience
 from app.audience.own import Beginning, Own
@@ -12,8 +12,8 @@ from app.picture.look import Look
 from app.player.presented import Presented
 from tests.support.access import AXE, FINDINGS
 from tests.support.live import PATIENCE_S, preset_of
+from tests.support.phones import Phones
 
-PHONE: ViewportSize = {"width": 390, "height": 844}
 FITS = """() => document.documentElement.scrollWidth <= innerWidth"""
 LOW = """() => [...document.querySelectorAll("#own button, #own select, #own input")]
     .filter(node => node.checkVisibility() && node.getBoundingClientRect().height < 44)
@@ -39,18 +39,10 @@ def audience() -> Iterator[Audience]:
 
 @pytest.fixture
 def phone(browser: Browser, audience: Audience) -> Iterator[Page]:
-    context = browser.new_context(
-        viewport=PHONE, has_touch=True, device_scale_factor=2, color_scheme="dark"
-    )
-    context.set_default_timeout(PATIENCE_S * 1000)
-    page = context.new_page()
-    complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("console", lambda told: complaints.append(told.text) if told.type == "error" else None)
-    page.goto(audience.addresses[0])
-    yield page
-    context.close()
-    assert complaints == []
+    phones = Phones(browser, audience)
+    yield phones.open(dark=True)
+    phones.close()
+    assert phones.complaints == []
 
 
 def test_each_has_a_learner_to_play_with(phone: Page, audience: Audience) -> None:
