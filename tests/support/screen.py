@@ -283,8 +283,11 @@ class Screen:
         expect(self.field(label)).to_have_value(option)
 
     def check(self, label: str, checked: bool = True) -> None:
-        """Tick a box, or not."""
-        self.checkbox(label).set_checked(checked)
+        """Tick a box, or not; the page may take a moment to show it."""
+        box = self.checkbox(label)
+        if box.is_checked() != checked:
+            box.click()
+        expect(box).to_be_checked(checked=checked)
 
     def fill(self, label: str, text: object) -> None:
         """Type into a field, and finish that."""
