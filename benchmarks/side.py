@@ -34,6 +34,11 @@ _ARGUMENTS: Final = (
     "--disable-background-networking",
     "--no-first-run",
 )
+_HAS_BOARD: Final = """() => {
+    const cells = window.__viserSceneTree?.getState()["/board/cells"];
+    return cells?.message.props.colors.length > 0;
+}"""
+"""Drawn last of all: no key acts before a page is complete."""
 _IS_SHOWN: Final = f"() => window.pounceSide?.().length === {BOARDS}"
 _COUNT: Final = """seconds => new Promise(done => {
     const before = window.pounceSide();
@@ -92,7 +97,7 @@ def _measure(
     session: Session, lab: Lab, page: Any, repetitions: int, progress: Callable[[str], None]
 ) -> dict[str, float]:
     page.goto(lab.url, timeout=_PATIENCE_MS)
-    page.wait_for_selector("#pounce-stage .runs", timeout=_PATIENCE_MS)
+    page.wait_for_function(_HAS_BOARD, timeout=_PATIENCE_MS)
     shown: list[float] = []
     rates: list[float] = []
     alone: list[float] = []

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -18,6 +19,7 @@ from app.lessons.spread import points_of
 from app.lessons.story import question_of
 from app.lessons.twenty import Spreads, Twenty
 from app.live.requests import SetSpeed
+from app.live.story import Stories
 from app.live.worker import FULL_SPEED
 from app.page.lesson import does
 from tests.support.live import LiveLab
@@ -135,7 +137,22 @@ def expect_same_after_reload(shared: Shared, pupil: Pupil, place: int) -> None:
     # A control that has come later is the last of them until then.
     expect(text).to_contain_text(lines[-1], use_inner_text=True)
     assert sorted(text.inner_text().split("\n")) == lines
-    assert shared.live.session.status.stories == stories
+    now = shared.live.session.status.stories
+    assert now == _with_reveals_of(now, stories)
+
+
+def _with_reveals_of(now: Stories, before: Stories) -> Stories:
+    """As it was before, but for what the run has answered since then."""
+    story, later = before.on, now.on
+    assert story is not None
+    assert later is not None
+    answers = {
+        question: replace(given, shown=found.shown, is_within=found.is_within)
+        if given.shown is None and (found := later.answers.get(question)) is not None
+        else given
+        for question, given in story.answers.items()
+    }
+    return replace(before, kept=(*before.kept[:-1], replace(story, answers=answers)))
 
 
 def answered(live: LiveLab, question: str) -> Any:
