@@ -21,7 +21,8 @@ from benchmarks.audience_client import OPTIONS
 from benchmarks.clients import clients
 from benchmarks.load import clicks, percentile
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate, wait_until
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 
 READ_S = 5.0
 """For so long it is counted what the watchers are sent."""

@@ -16,7 +16,8 @@ from app.live.requests import StartAgain
 from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from app.results.service import Service
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 
 ROUNDS = 5
 MEASURED_S = 2.0

@@ -15,7 +15,8 @@ from app.live.requests import Play, StartAgain
 from app.live.session import Session
 from app.util.machine import resident_mb
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 
 ROUNDS, CLICKS = 4, 6
 """Rounds in each repetition, and clicks in each round."""

@@ -19,7 +19,8 @@ from app.live.session import Session
 from benchmarks.clients import clients
 from benchmarks.load import percentile
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate, wait_until
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 
 READ_S = 10.0
 """For so long they tap."""

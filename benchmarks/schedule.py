@@ -3,7 +3,9 @@
 import itertools
 from typing import NamedTuple
 
-from learners.spec import INTRODUCTION, EpisodeSpec, RunSpec
+from learners.names import INTRODUCTION
+from learners.schedule_spec import EpisodeSpec
+from learners.spec import RunSpec
 from sim.geometry import N_MOVES
 
 

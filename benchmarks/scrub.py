@@ -24,8 +24,9 @@ from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.util.machine import share_among_threads
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 STEPS = 10_000_000
 """Of the run, among which the moments lie."""

@@ -19,7 +19,8 @@ from app.live.session import Session
 from app.live.worker import FULL_SPEED
 from app.page.lab import Lab
 from app.util.web_browser import CHROMIUM_ADVICE, find_chromium
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 
 BOARDS: Final = 4
 TURN_S: Final = 3.0

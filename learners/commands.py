@@ -9,7 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from learners.spec import ScheduleSpec, SkillWeights
+from learners.schedule_spec import ScheduleSpec
+from learners.skill_spec import SkillWeights
 
 
 @dataclass(frozen=True)

@@ -29,9 +29,11 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.names import INTRODUCTION, MAX_TRIALS, MOVES
 from learners.parameters import PARAMETERS, with_value
+from learners.schedule_spec import SkillTimer
 from learners.skills import SKILLS
-from learners.spec import INTRODUCTION, MAX_TRIALS, MOVES, RunSpec, SkillTimer
+from learners.spec import RunSpec
 from sim.spec import ProblemsError
 
 _NO_TIMER = SkillTimer(at=MAX_TRIALS)

@@ -43,8 +43,9 @@ from learners.kernel.state import (
     with_option,
     with_room_for,
 )
+from learners.names import MAX_TRIALS, MOVES
 from learners.repeats import in_its_place
-from learners.spec import MAX_TRIALS, MOVES, RunSpec
+from learners.spec import RunSpec
 from sim import rng
 from sim.bits import U
 from sim.spec import WorldSpec

@@ -36,8 +36,9 @@ from learners.commands import (
     Introduce,
     StopExploring,
 )
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 
 MOST_COMMANDS: Final = 200

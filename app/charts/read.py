@@ -12,7 +12,8 @@ from app.experiments.record import Record
 from app.results import spread
 from app.results.read import Group, Reader, Trace
 from app.words.plain import plain
-from learners.spec import LearnerSpec, ScheduleSpec
+from learners.learner_spec import LearnerSpec
+from learners.schedule_spec import ScheduleSpec
 from sim import geometry
 from sim.spec import WorldSpec
 

@@ -177,7 +177,7 @@ def _recorded(command: Export, tell: "Tell") -> "Recorded":
 
     if _is_preset(command.session):
         from app.documents.sources import called
-        from learners.spec import MAX_TRIALS
+        from learners.names import MAX_TRIALS
         from sim.rng import MAX_SEED
 
         settings: list[str] = []

@@ -170,7 +170,7 @@ def _ends_a_number(part: str) -> bool:
 def _settings(command: Run) -> Sequence[str]:
     if command.trials is None:
         return command.set
-    from learners.spec import MAX_TRIALS
+    from learners.names import MAX_TRIALS
 
     trials = whole_number("--trials", command.trials, 1, MAX_TRIALS)
     return (*command.set, f"trials={trials}")

@@ -23,7 +23,8 @@ from app.documents.samples import Sample
 from app.documents.tree import Key, key_of
 from app.metrics import METRICS, NAMES
 from learners.measures import RECENT_TRIALS
-from learners.spec import MAX_TRIALS, RunSpec, Truth, did_you_mean
+from learners.names import MAX_TRIALS, Truth, did_you_mean
+from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 from sim.spec import Problem, ProblemsError, Spec
 

@@ -37,7 +37,8 @@ from app.documents.tree import (
     quoted,
 )
 from app.words import typed
-from learners.spec import RunSpec, did_you_mean, listed
+from learners.names import did_you_mean, listed
+from learners.spec import RunSpec
 from sim.spec import Problem, ProblemsError
 
 # --- What models allow ---------------------------------------------------------------------------

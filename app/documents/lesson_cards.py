@@ -33,7 +33,7 @@ from app.documents.lesson_questions import (
     n_words,
     readable,
 )
-from learners.spec import MAX_TRIALS, Rate, SkillName, Truth, did_you_mean, listed
+from learners.names import MAX_TRIALS, Rate, SkillName, Truth, did_you_mean, listed
 from sim.rng import MAX_SEED
 from sim.spec import Problem, ProblemsError, Spec
 

@@ -10,7 +10,8 @@ from app.documents.lesson_grammar import DIRECTIONS, SHAPES, Check, Compared, Mo
 from app.documents.lesson_questions import MAX_WORDS, Asked, n_words
 from app.documents.lesson_spec import LessonSpec, Texts, Words
 from app.metrics import NAMES
-from learners.spec import MAX_TRIALS, RunSpec, did_you_mean, listed
+from learners.names import MAX_TRIALS, did_you_mean, listed
+from learners.spec import RunSpec
 from sim.spec import Problem
 
 _CONTROLS_OF: Final[Mapping[str, str]] = {

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self, TypeGuard, 
 
 from pydantic import Field, PlainValidator, model_validator
 
-from learners.spec import MAX_TRIALS, SkillName, did_you_mean
+from learners.names import MAX_TRIALS, SkillName, did_you_mean
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 MAX_STEPS: Final = 20_000_000

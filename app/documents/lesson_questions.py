@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal, cast
 from pydantic import AfterValidator, Field, PlainValidator
 
 from app.documents.lesson_grammar import OCTANTS, Reveal
-from learners.spec import MAX_TRIALS, Truth, did_you_mean
+from learners.names import MAX_TRIALS, Truth, did_you_mean
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 MAX_WORDS: Final = 45

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from app.documents.experiment_spec import Settings
 from app.documents.lesson_cards import MAX_HINTS, Card, Controls
 from app.documents.lesson_questions import MAX_OPTIONS, Asked, Id, Label, Text, readable
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 from sim.rng import MAX_SEED
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from app.documents.tree import MAX_BYTES, MAX_NAME, UnusableError, printable
 from app.util.texts import as_path
-from learners.spec import did_you_mean
+from learners.names import did_you_mean
 
 STDIN: Final = "-"
 """Given in the place of a file, standard input."""

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.metrics.course import GreedyCurve
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 from sim.world import CAPTURE, TIMEOUT
 
 _LEVEL: Final = 3

@@ -25,8 +25,9 @@ from app.documents.experiments import Experiment
 from app.documents.variants import Variant
 from app.experiments.task import tasks_of
 from app.util.machine import available_cores
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 _BYTES_PER_RUN: Final = 8_000
 """Of a row with its settings, of what surrounds the arrays, and of the pictures of its value."""

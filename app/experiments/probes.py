@@ -12,8 +12,9 @@ import numpy as np
 from app.metrics.course import CURVE_HUNTS, Greedy, GreedyCurve, greedy_of
 from learners import measures
 from learners.kernel.state import tables
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 _NEVER = 2**62
 

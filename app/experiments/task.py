@@ -26,8 +26,9 @@ from app.metrics import measured, wants_greedy
 from app.metrics.course import Course, greedy_of
 from learners import behaviour, measures
 from learners.kernel.state import TRIAL_STEP, digest, tables
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 _SLICE_STEPS = 2_000_000
 """Steps between two looks at whether to stop: a twentieth of a second."""

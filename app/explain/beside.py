@@ -12,7 +12,8 @@ from app.util.html import element, joined
 from app.words.numbers import NONE, counted, shown_number
 from app.words.plain import joined_by_and, plain
 from learners import measures
-from learners.spec import MOVES, RunSpec
+from learners.names import MOVES
+from learners.spec import RunSpec
 
 _LEVEL: Final = 3.0
 """Rewards per trial no farther apart are level: a mean over the last trials is no surer."""

@@ -12,7 +12,7 @@ from app.words.plain import PARAMETER_NAMES, joined_by_and, plain, shortened
 from learners.commands import Command, Event
 from learners.control import Control, Episode, evolve
 from learners.parameters import PARAMETERS, value_of
-from learners.spec import EpisodeSpec, ScheduleSpec
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec
 
 MOST_CHARACTERS: Final = 40
 """Of a computed name."""

@@ -16,7 +16,7 @@ from app.words.plain import MOVE_NAMES, plain
 from learners import hunts
 from learners.hunts import Hunt, Policy
 from learners.kernel.state import NOT_REACHED
-from learners.spec import MOVES
+from learners.names import MOVES
 from sim.geometry import STAY
 from sim.world import CAPTURE, FLIGHT, READING_SHIFT, TIMEOUT, cell_at
 

@@ -16,7 +16,7 @@ from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import counted
 from app.words.plain import joined_by_and, named, plain
-from learners.spec import MOVES
+from learners.names import MOVES
 from sim import geometry
 from sim.spec import WorldSpec
 

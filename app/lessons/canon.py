@@ -34,8 +34,9 @@ from app.lessons.reveals import Answer, Watch, varies
 from app.lessons.shared import Shared, advance
 from learners.checkpoints import Checkpoint, Logs, logs_of
 from learners.commands import Command, CommandError, FollowSchedule
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 
 @dataclass

@@ -26,7 +26,7 @@ from app.documents.lesson_questions import HANDLES, Asked
 from app.lessons.reveals import Answer
 from app.lessons.spread import Spread, points_of
 from app.lessons.words import IN_ENGLISH, Words
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 
 NEARLY_ALL: Final = 0.95
 """Share of the runs that a thing is true of, if nobody is to doubt it."""

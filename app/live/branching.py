@@ -19,9 +19,9 @@ from app.live.records import MOST_COMMANDS
 from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.repeats import without_repeats
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 
 log = logging.getLogger(__name__)
 

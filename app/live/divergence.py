@@ -18,8 +18,8 @@ from app.live.past import Past
 from learners.commands import Command, CommandError
 from learners.control import Control
 from learners.kernel.state import CELL, TRAIL_LENGTH, LearnerState, n_options_of
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 from sim.geometry import MOVES
 from sim.world import board_xy
 

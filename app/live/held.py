@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from learners.commands import CommandError, Introduce
 from learners.control import is_still_wanted
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,9 @@ from app.live.story import Stories, TookLesson
 from app.live.written import DamagedError, Written
 from learners.commands import Command, CommandError, SetParameter, Undo
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 _SLICE: Final = 200_000
 """Steps between two moments at which it can be broken off."""

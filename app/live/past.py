@@ -32,8 +32,8 @@ from learners.checkpoints import Checkpoint, Logs, logs_of
 from learners.commands import Event
 from learners.control import Control
 from learners.kernel.state import LearnerState
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 
 MOST_BYTES: Final = 64_000_000
 """Of all checkpoints of a session, unless it is told otherwise."""

@@ -24,8 +24,9 @@ from app.live.records import (
 )
 from learners.commands import Command, CommandError
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 _SLICE: Final = 500_000
 """Steps between two moments at which it can be broken off."""

@@ -9,7 +9,8 @@ from app.live.racer import Entry
 from app.live.records import Journal
 from app.live.story import Act, LongText
 from learners.commands import Command
-from learners.spec import RunSpec, ScheduleSpec
+from learners.schedule_spec import ScheduleSpec
+from learners.spec import RunSpec
 
 
 @dataclass(frozen=True)

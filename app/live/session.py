@@ -55,8 +55,9 @@ from app.live.status import Status
 from app.live.tree import FromMoments, Grown, Ready, Tree
 from app.live.worker import FULL_SPEED, Reply, Worker
 from learners.kernel.state import TRIAL_STEP
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 
 _CURVE_S = 0.4
 

@@ -19,7 +19,8 @@ from app.live.records import Began, Branched, Gave, Record, Stood, WentLive
 from app.live.story import MOST_CARDS, TookLesson
 from app.live.written import SessionError, Written, read_data, with_sums, without_sums
 from learners.commands import SetSchedule
-from learners.spec import MAX_TRIALS, ScheduleSpec
+from learners.names import MAX_TRIALS
+from learners.schedule_spec import ScheduleSpec
 
 MOST_BYTES: Final = 256 * 2**10
 """Of a file; a whole session with some hundred commands has a tenth of it."""

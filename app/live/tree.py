@@ -58,7 +58,7 @@ from learners.commands import Command, CommandError, SetSchedule
 from learners.control import Control
 from learners.kernel.state import digest
 from learners.run import Run
-from learners.spec import ScheduleSpec
+from learners.schedule_spec import ScheduleSpec
 
 _STOOD_S: Final = 1.0
 """How often it is written down how far a run that goes on is."""

@@ -8,7 +8,7 @@ from app.picture.frames import UNTURNED, folds, in_frame
 from app.picture.look import Look
 from app.picture.theme import Theme
 from app.words.plain import MOVE_NAMES, plain
-from learners.spec import MOVES
+from learners.names import MOVES
 
 TIE = 1e-3
 """Options tie with the best that are worth less than it by no more than this share of it: about

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final, Literal, NamedTuple, Protocol
 
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 
 QuestionKind = Literal["choice", "number", "direction", "sectors", "moment"]
 

@@ -13,7 +13,8 @@ from app.live.snapshot import Snapshot
 from app.words.plain import plain
 from learners.commands import Event, Explore, Introduce, Undo
 from learners.control import Control, Episode, Introduction, evolve, timers_of
-from learners.spec import INTRODUCTION, MAX_TRIALS, RunSpec
+from learners.names import INTRODUCTION, MAX_TRIALS
+from learners.spec import RunSpec
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
 State = Literal["done", "running", "planned", "idle"]

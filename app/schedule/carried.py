@@ -8,8 +8,10 @@ from app.live.snapshot import Snapshot
 from app.schedule.blocks import FREEZES, NEVER, Block, blocks_of, described
 from app.words.plain import PARAMETER_NAMES, named
 from learners.commands import Remove, SetParameter
+from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.parameters import value_of
-from learners.spec import INTRODUCTION, MAX_TRIALS, EpisodeSpec, RunSpec, ScheduleSpec, SkillTimer
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer
+from learners.spec import RunSpec
 
 
 class Carried(NamedTuple):

@@ -7,7 +7,8 @@ from typing import Literal, NamedTuple
 from app.live.snapshot import Snapshot
 from app.schedule.blocks import NEVER, episode_id
 from app.words.plain import named, plain
-from learners.spec import INTRODUCTION, MAX_TRIALS, EpisodeSpec, ScheduleSpec, SkillTimer
+from learners.names import INTRODUCTION, MAX_TRIALS
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer
 
 
 class Now(NamedTuple):

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from learners.kernel import rows
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 from sim import rng
 from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS

@@ -37,7 +37,7 @@ from learners.commands import (
     Remove,
     SetParameter,
 )
-from learners.spec import SkillWeights
+from learners.skill_spec import SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 from tests.support.live import LiveLab, preset_of
 from tests.support.screen import Begin, Screen, arriving

@@ -39,7 +39,7 @@ from app.player.hunts import way_of
 from learners.commands import SetSchedule
 from learners.control import Episode
 from learners.run import Run
-from learners.spec import SkillTimer
+from learners.schedule_spec import SkillTimer
 from sim import geometry
 from sim.rng import MAX_SEED
 from tests.support.live import PATIENCE_S, LiveLab, preset_of

@@ -17,7 +17,7 @@ from app.live.places import Place
 from app.live.status import Status
 from app.page.time import messages
 from learners.commands import SetSchedule
-from learners.spec import EpisodeSpec, ScheduleSpec
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec
 from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import Begin, Screen, Shared
 

@@ -36,7 +36,8 @@ from learners.commands import (
     Undo,
 )
 from learners.parameters import PARAMETERS
-from learners.spec import ScheduleSpec, SkillWeights
+from learners.schedule_spec import ScheduleSpec
+from learners.skill_spec import SkillWeights
 from tests.support.pages import ROOT, rows_of
 
 EXAMPLES: tuple[Command, ...] = (

@@ -33,8 +33,9 @@ from app.experiments.task import Limits, made_run
 from app.metrics.course import Course
 from learners import measures
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
 from tests.support.costs import try_for_a_moment

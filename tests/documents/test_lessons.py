@@ -28,7 +28,7 @@ from app.documents.lessons import Lesson, LessonError, parse, shipped
 from app.documents.tree import PresetProblem
 from app.explain.shape import Shape
 from app.picture.layers import LAYERS as PAINTED
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 from tests.support.hostile_lessons import mutation
 
 LESSON = """

@@ -21,17 +21,12 @@ from app.documents import experiments, presets
 from app.documents.presets import dump, load, parse, shipped
 from app.documents.tree import PresetError
 from learners.kernel.rows import MAX_ACTIONS
+from learners.learner_spec import LearnerSpec
+from learners.names import MAX_TRIALS, SkillName
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer
+from learners.skill_spec import SkillWeights
 from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward
-from learners.spec import (
-    MAX_TRIALS,
-    EpisodeSpec,
-    LearnerSpec,
-    RunSpec,
-    ScheduleSpec,
-    SkillName,
-    SkillTimer,
-    SkillWeights,
-)
+from learners.spec import RunSpec
 from sim.spec import WorldSpec
 
 PAGE = Path(presets.__file__).parents[2] / "presets" / "README.md"

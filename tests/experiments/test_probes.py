@@ -14,8 +14,8 @@ from app.metrics import area_at, reward_at
 from app.metrics.course import greedy_of
 from learners import measures
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 
 SMALL = """
 presets: [{preset: standard_q, set: {world.size: 30, world.step_limit: 80}}]

@@ -22,8 +22,9 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, SkillWeights
+from learners.skill_spec import SkillWeights
 from tests.support.schedules import AVOID, AVOIDING, commands, driven, seen, small_run, to
 
 BACK = " End goes back to the live run, which is as it was."

@@ -26,8 +26,8 @@ from app.picture.shading import FARTHEST_STEPS
 from app.picture.theme import LIGHT
 from learners.commands import SetParameter
 from learners.hunts import Hunt, success_map
+from learners.names import MOVES
 from learners.run import Run
-from learners.spec import MOVES
 from sim.geometry import N_MOVES, STAY
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy
 from tests.support.person import words

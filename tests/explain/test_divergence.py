@@ -15,7 +15,7 @@ from learners.commands import (
 )
 from learners.control import Control
 from learners.run import Run
-from learners.spec import SkillWeights
+from learners.skill_spec import SkillWeights
 from sim.geometry import STAY
 from tests.support.lines import SEED, SPEC, play
 from tests.support.races import small

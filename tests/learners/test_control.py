@@ -37,7 +37,9 @@ from learners.control import (
     brought_by,
     evolve,
 )
-from learners.spec import MAX_TRIALS, EpisodeSpec, SkillTimer, SkillWeights
+from learners.names import MAX_TRIALS
+from learners.schedule_spec import EpisodeSpec, SkillTimer
+from learners.skill_spec import SkillWeights
 
 SPEC = presets.load(
     "timed",

@@ -46,9 +46,12 @@ from learners.kernel.state import (
     new_state,
     tables,
 )
+from learners.names import MAX_TRIALS
 from learners.run import Run, replay
+from learners.schedule_spec import ScheduleSpec, SkillTimer
+from learners.skill_spec import SkillWeights
 from learners.skills import LocalReward
-from learners.spec import MAX_TRIALS, RunSpec, ScheduleSpec, SkillTimer, SkillWeights
+from learners.spec import RunSpec
 from sim.world import CAPTURE, TIMEOUT, compile_world
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from app.live.divergence import Divergence, first_divergence, is_same
 from app.live.past import Budget, Past
 from learners.commands import CommandError, Explore, FreezeSelection, Introduce, SetParameter
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 from sim.world import board_xy
 from tests.support.lines import SEED, SPEC, Script, Wish, play, scripts, stands, tell
 from tests.support.races import small

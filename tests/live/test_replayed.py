@@ -26,8 +26,8 @@ from learners.commands import (
     Undo,
 )
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run, replay
-from learners.spec import MAX_TRIALS
 from tests.support.schedules import small_spec
 
 SPEC, SEED = small_spec(), 5

@@ -45,8 +45,10 @@ from learners.commands import (
     StopExploring,
 )
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run, replay
-from learners.spec import MAX_TRIALS, RunSpec, SkillTimer
+from learners.schedule_spec import SkillTimer
+from learners.spec import RunSpec
 
 PATIENCE_S = 30.0
 """How long to wait for what must happen; reaching it is a failure."""

@@ -52,7 +52,7 @@ from learners.commands import (
     Undo,
 )
 from learners.run import Run
-from learners.spec import EpisodeSpec
+from learners.schedule_spec import EpisodeSpec
 from tests.support.hostile import mutation, packed
 from tests.support.journals import HEADER
 from tests.support.lines import SEED, SPEC

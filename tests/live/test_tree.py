@@ -48,8 +48,8 @@ from app.live.status import Status
 from app.live.worker import FULL_SPEED
 from learners.commands import Command, FreezeSelection, FreezeSkills, Introduce, SetParameter, Undo
 from learners.kernel.state import digest
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 from tests.support import lines as made_up
 from tests.support.lines import SEED, SPEC
 

@@ -40,7 +40,7 @@ from app.util.html import escaped
 from app.words.numbers import of_any_size
 from app.words.plain import HEADING_NAMES
 from learners.run import Run
-from learners.spec import SkillWeights
+from learners.skill_spec import SkillWeights
 from sim import geometry
 from sim.geometry import MOVES, N_MOVES
 from sim.spec import N_HEADINGS

@@ -28,15 +28,10 @@ from learners.commands import (
     Undo,
 )
 from learners.kernel import rows
+from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.run import Run
-from learners.spec import (
-    INTRODUCTION,
-    MAX_TRIALS,
-    EpisodeSpec,
-    ScheduleSpec,
-    SkillTimer,
-    SkillWeights,
-)
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer
+from learners.skill_spec import SkillWeights
 from tests.support.schedules import (
     APPROACHING,
     AVOID,

@@ -43,7 +43,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
-from learners.spec import SkillWeights
+from learners.skill_spec import SkillWeights
 from sim.rng import MAX_SEED
 from tests.support.schedules import small_spec
 

@@ -23,7 +23,8 @@ from learners.commands import (
     Undo,
 )
 from learners.run import Run
-from learners.spec import SkillTimer, SkillWeights
+from learners.schedule_spec import SkillTimer
+from learners.skill_spec import SkillWeights
 
 SPEC = presets.load(
     "timed",

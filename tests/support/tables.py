@@ -12,8 +12,9 @@ import numpy as np
 
 from app.live import snapshot
 from app.live.snapshot import Snapshot
+from learners.names import MOVES
 from learners.run import Run
-from learners.spec import MOVES, RunSpec
+from learners.spec import RunSpec
 from sim.geometry import HEADINGS
 from sim.geometry import MOVES as WAYS
 

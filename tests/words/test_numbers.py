@@ -23,7 +23,7 @@ from app.words.numbers import (
     speed_in_words,
     ticks,
 )
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 
 ends = st.floats(-1e6, 1e6)
 spans = st.floats(1e-6, 1e6)

@@ -38,7 +38,8 @@ from learners.commands import (
     FreezeSkills,
     StopExploring,
 )
-from learners.spec import MAX_TRIALS, RunSpec
+from learners.names import MAX_TRIALS
+from learners.spec import RunSpec
 
 _NO_SKILL = "(no skill yet)"
 _OF_RESULTS = "a run of an experiment."

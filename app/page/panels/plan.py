@@ -21,7 +21,8 @@ from app.server.callbacks import RefusedError
 from app.util.html import escaped
 from app.words.plain import plain
 from learners.commands import SetSchedule
-from learners.spec import MAX_TRIALS, ScheduleSpec
+from learners.names import MAX_TRIALS
+from learners.schedule_spec import ScheduleSpec
 
 EARLIER: Final[Mapping[str, int]] = {
     "\N{MINUS SIGN}1,000": -1_000,

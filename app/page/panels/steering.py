@@ -28,9 +28,10 @@ from learners.commands import (
     SetParameter,
     Undo,
 )
+from learners.names import MAX_TRIALS, MOVES, SkillName
 from learners.parameters import value_of
+from learners.skill_spec import SkillWeights
 from learners.skills import SKILLS
-from learners.spec import MAX_TRIALS, MOVES, SkillName, SkillWeights
 
 DEFAULT_FREEZE_TRIALS: Final = 300
 """Freeze of a skill added by hand when the schedule has none for it: the thesis's."""

@@ -24,7 +24,7 @@ from app.page.widgets import CALM, Input, add_buttons, add_hints, assign
 from app.schedule.blocks import planned_joins
 from app.server.callbacks import RefusedError
 from app.words.numbers import counted, in_short
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 
 SPEEDS: Final = 7.0
 """Where the speed slider means as fast as it goes."""

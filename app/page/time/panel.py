@@ -28,7 +28,7 @@ from app.schedule import edits
 from app.server.callbacks import RefusedError
 from app.server.channels import Channels
 from learners.commands import SetSchedule
-from learners.spec import ScheduleSpec
+from learners.schedule_spec import ScheduleSpec
 
 _GONE: Final = "What you looked at is not there any more. This is the live run."
 _NOT_DONE: Final = "What you did while the branch was being made is not done."

@@ -18,8 +18,8 @@ from app.live import snapshot
 from app.live.places import LineSeen, Mark, Place
 from app.schedule.blocks import Block, Past, blocks_of
 from learners.commands import Command, Explore, FreezeSelection
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 from tests.support.curves import greedy_curve, learned
 from tests.support.schedules import (
     AVOID,

@@ -47,7 +47,8 @@ from learners.commands import (
     Undo,
 )
 from learners.run import Run
-from learners.spec import RunSpec, ScheduleSpec, SkillTimer
+from learners.schedule_spec import ScheduleSpec, SkillTimer
+from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 from tests.support.person import Person
 

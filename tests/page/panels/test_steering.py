@@ -26,8 +26,9 @@ from learners.commands import (
     SetParameter,
     Undo,
 )
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS, SkillWeights
+from learners.skill_spec import SkillWeights
 from tests.support.person import Person
 
 OWN = SkillWeights(approach=1.0)

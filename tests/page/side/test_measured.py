@@ -10,8 +10,8 @@ from app.live.racer import Entry
 from app.live.snapshot import Snapshot, take
 from app.page.side.measured import Apart, GreedyRuns
 from learners.commands import SetParameter
+from learners.names import MAX_TRIALS
 from learners.run import Run
-from learners.spec import MAX_TRIALS
 from tests.support.races import PATIENCE_S, SEED, alone, entry, racing, small
 
 TWO = (entry("standard_q"), entry("timed"))

@@ -21,7 +21,7 @@ from app.page.time.messages import (
     Seek,
     Sketch,
 )
-from learners.spec import MAX_TRIALS
+from learners.names import MAX_TRIALS
 
 SCRIPTS = Path(app.__file__).parent / "web" / "time"
 DECODER = msgspec.json.Decoder(FromFrame)

@@ -1,0 +1,105 @@
+"""Options and learning parameters, as a preset states them (section 4.2)."""
+
+from typing import Annotated, Final, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from learners.kernel.rows import MAX_ACTIONS
+from learners.names import MOVES, Rate, SkillName, did_you_mean, listed
+from learners.skill_spec import SkillWeights
+from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward, rewards
+from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
+
+_ALLOWED_OPTIONS: Final = (
+    f"{MOVES}, or a list of skills from {', '.join(SKILLS)} and those of custom_skills"
+)
+
+
+def _options(value: object) -> object:
+    if value == MOVES:
+        return MOVES
+    names = value if isinstance(value, list | tuple) else []
+    if not names or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"names no skills; allowed: {_ALLOWED_OPTIONS}")
+    if len(set(names)) != len(names):
+        raise ValueError("names a skill twice; allowed: each skill once")
+    if len(names) > MAX_ACTIONS:
+        raise ValueError(f"names {len(names)} skills; allowed: up to {MAX_ACTIONS}")
+    return tuple(names)
+
+
+def _of_ones_own(skills: dict[str, SkillWeights]) -> dict[str, SkillWeights]:
+    built_in = [name for name in skills if name in SKILLS]
+    if built_in:
+        message = "is the name of a built-in skill; allowed: another"
+        raise ProblemsError([Problem((name,), name, message) for name in built_in])
+    return skills
+
+
+def _plain_zero(value: float) -> float:
+    # There are two zeros, and which of them is the larger is up to each program.
+    return value if np.float32(value) else 0.0
+
+
+class LearnerSpec(Spec):
+    """Options and learning parameters (section 4.2)."""
+
+    options: Annotated[
+        Literal["moves"] | tuple[str, ...],
+        BeforeValidator(_options),
+        Field(description=_ALLOWED_OPTIONS),
+    ]
+    """The nine primitive moves, or the skills to select from."""
+    alpha: Rate
+    """Learning rate of the selection."""
+    skill_alpha: Rate = 0.6
+    """Learning rate of the skills."""
+    gamma: Annotated[FiniteFloat, Field(ge=0, lt=1)] = 0.9
+    """Discount per step, at both levels."""
+    epsilon: Rate = 0.1
+    """Chance of a random choice, at both levels."""
+    initial_q: Annotated[FiniteFloat, Field(ge=-1e6, le=1e6), AfterValidator(_plain_zero)] = 0.0
+    """Value of everything not yet tried, at both levels."""
+    spiral_penalty: Annotated[FiniteFloat, Field(ge=0, le=1), AfterValidator(_plain_zero)] = (
+        SPIRAL_PENALTY
+    )
+    """Share of the ground given up towards the prey that a circle is charged for."""
+    local_rewards: Literal["signed", "binary"] = "signed"
+    """Whether a local reward is what the move earned, or 1 where that is above 0 and else 0."""
+    skills_that_learn: Literal["chosen", "all"] = "chosen"
+    """Whether of the present skills the one that made the move learns from it, or each of them."""
+    custom_skills: Annotated[dict[SkillName, SkillWeights], AfterValidator(_of_ones_own)] = Field(
+        default_factory=dict
+    )
+    """Skills of one's own, by name; those among the options are learned."""
+
+    @model_validator(mode="after")
+    def _skills_are_known(self) -> Self:
+        known = self.known_skills
+        unknown = [
+            f"{name[:40]!r}{did_you_mean(name, known)}" for name in self.skills if name not in known
+        ]
+        if unknown:
+            message = (
+                f"names no skill with {', '.join(unknown)};"
+                f" allowed: {MOVES}, or a list of skills from {listed(known)}"
+            )
+            raise ProblemsError([Problem(("options",), self.options, message)])
+        return self
+
+    @property
+    def known_skills(self) -> tuple[str, ...]:
+        """Every skill that the options may name: the built-in ones and one's own."""
+        return (*SKILLS, *self.custom_skills)
+
+    def reward_of(self, skill: str) -> LocalReward:
+        """Local reward of a skill by its name, as weights of the three metrics."""
+        if skill in SKILLS:
+            return rewards(self.spiral_penalty)[skill]
+        return self.custom_skills[skill].reward(self.spiral_penalty)
+
+    @property
+    def skills(self) -> tuple[str, ...]:
+        """The skills among the options, in order; none if they are the primitive moves."""
+        return () if self.options == MOVES else tuple(self.options)

@@ -1,0 +1,67 @@
+"""What does not go together in a schedule with the learner it is for."""
+
+from collections.abc import Iterator, Sequence
+
+from learners.learner_spec import LearnerSpec
+from learners.names import INTRODUCTION, did_you_mean
+from learners.schedule_spec import ScheduleSpec
+from sim.spec import Problem
+
+
+def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    """All that does not, each with what is allowed."""
+    yield from _unknown_skills(schedule, learner)
+    yield from _no_first_skill(schedule, learner.skills)
+    yield from _misplaced_episodes(schedule)
+
+
+def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    allowed = ", ".join(learner.skills) or "none, because the options are moves"
+    named: list[tuple[tuple[str | int, ...], str]] = [
+        *((("skills", skill), skill) for skill in schedule.skills),
+        *(
+            (("episodes", index, "skill"), episode.skill)
+            for index, episode in enumerate(schedule.episodes)
+        ),
+    ]
+    for key, skill in named:
+        if skill not in learner.skills:
+            known = learner.known_skills
+            hint = "" if skill in known else did_you_mean(skill, known)
+            message = f"is not among the learner's options{hint}; allowed: {allowed}"
+            yield Problem(key, skill, message)
+
+
+def _no_first_skill(schedule: ScheduleSpec, skills: Sequence[str]) -> Iterator[Problem]:
+    earliest = min(skills, key=schedule.introduced_at, default=None)
+    if earliest is not None and schedule.introduced_at(earliest) > 0:
+        yield Problem(
+            ("skills", earliest, "at"),
+            schedule.introduced_at(earliest),
+            "leaves nothing to do before it; allowed: 0 for at least one skill",
+        )
+
+
+def _misplaced_episodes(schedule: ScheduleSpec) -> Iterator[Problem]:
+    taken: dict[str, list[tuple[int, int]]] = {}
+    for index, episode in enumerate(schedule.episodes):
+        key = ("episodes", index, "at")
+        first = schedule.starts_at(episode)
+        joins = schedule.introduced_at(episode.skill)
+        if first < joins:
+            yield Problem(
+                key,
+                episode.at,
+                f"starts before {episode.skill} joins; allowed: {joins} or later,"
+                f" or {INTRODUCTION}",
+            )
+        for other_first, other_end in taken.get(episode.skill, []):
+            if first < other_end and other_first < first + episode.duration:
+                yield Problem(
+                    key,
+                    episode.at,
+                    f"overlaps the episode of {episode.skill} from trial {other_first}"
+                    f" to {other_end}; allowed: one at a time for each skill",
+                )
+                break
+        taken.setdefault(episode.skill, []).append((first, first + episode.duration))
