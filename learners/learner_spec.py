@@ -1,32 +1,43 @@
 """Options and learning parameters, as a preset states them (section 4.2)."""
 
+from collections.abc import Iterator
 from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from learners.kernel.rows import MAX_ACTIONS
-from learners.names import MOVES, Rate, SkillName, did_you_mean, listed
+from learners.names import COMMANDS, MOVES, Rate, SkillName, did_you_mean, listed
 from learners.skill_spec import SkillWeights
 from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward, rewards
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 _ALLOWED_OPTIONS: Final = (
-    f"{MOVES}, or a list of skills from {', '.join(SKILLS)} and those of custom_skills"
+    f"{MOVES}, {COMMANDS}, or a list of skills from {', '.join(SKILLS)} and those of custom_skills"
 )
 
 
+Selection = Literal[
+    "learned",
+    "best_happiness",
+    "worst_unhappiness",
+    "negotiated_unhappiness",
+    "collective",
+    "w_learning",
+]
+
+
 def _options(value: object) -> object:
-    if value == MOVES:
-        return MOVES
-    names = value if isinstance(value, list | tuple) else []
+    if value in (MOVES, COMMANDS):
+        return value
+    names: tuple[object, ...] = tuple(value) if isinstance(value, list | tuple) else ()
     if not names or not all(isinstance(name, str) for name in names):
         raise ValueError(f"names no skills; allowed: {_ALLOWED_OPTIONS}")
     if len(set(names)) != len(names):
         raise ValueError("names a skill twice; allowed: each skill once")
     if len(names) > MAX_ACTIONS:
         raise ValueError(f"names {len(names)} skills; allowed: up to {MAX_ACTIONS}")
-    return tuple(names)
+    return names
 
 
 def _of_ones_own(skills: dict[str, SkillWeights]) -> dict[str, SkillWeights]:
@@ -42,15 +53,26 @@ def _plain_zero(value: float) -> float:
     return value if np.float32(value) else 0.0
 
 
+class HeldSpec(Spec):
+    """A choice is kept for some steps, and learned from once, at its end (3.2 and 5.2)."""
+
+    until: Literal["change", "steps"]
+    """Whether it is kept until the main state changes, or always for ``most`` steps."""
+    most: Annotated[int, Field(ge=1, le=1_000)] = 10
+    """Steps for which it is kept at most."""
+    discount: Literal["step", "choice"] = "step"
+    """Whether what follows is discounted once for each step, or once for the choice."""
+
+
 class LearnerSpec(Spec):
     """Options and learning parameters (section 4.2)."""
 
     options: Annotated[
-        Literal["moves"] | tuple[str, ...],
+        Literal["moves", "commands"] | tuple[str, ...],
         BeforeValidator(_options),
         Field(description=_ALLOWED_OPTIONS),
     ]
-    """The nine primitive moves, or the skills to select from."""
+    """The nine primitive moves, the skills to select from, or the commands of a feudal manager."""
     alpha: Rate
     """Learning rate of the selection."""
     skill_alpha: Rate = 0.6
@@ -74,6 +96,29 @@ class LearnerSpec(Spec):
     )
     """Skills of one's own, by name; those among the options are learned."""
 
+    held: HeldSpec | None = None
+    """How long a choice is kept; one step unless given."""
+    trace_decay: Rate | None = None
+    """Share of each update that earlier moves get, from move to move (λ); without it, none."""
+    region: Annotated[int, Field(ge=1, le=24)] = 3
+    """Sectors and rings that the manager of commands takes for one."""
+    selection: Selection = "learned"
+    """How a skill is selected: by a table that is learned, or by a rule from the skills' own."""
+    weights: dict[SkillName, Annotated[FiniteFloat, Field(ge=0, le=1_000)]] = Field(
+        default_factory=dict
+    )
+    """Of skills where a rule selects; 1 unless given."""
+    applicable: Rate | None = None
+    """Only skills are selected whose largest value is at least this share of the largest that it
+    ever was."""
+
+    @model_validator(mode="after")
+    def _parts_go_together(self) -> Self:
+        problems = list(clashes(self))
+        if problems:
+            raise ProblemsError(problems)
+        return self
+
     @model_validator(mode="after")
     def _skills_are_known(self) -> Self:
         known = self.known_skills
@@ -83,7 +128,7 @@ class LearnerSpec(Spec):
         if unknown:
             message = (
                 f"names no skill with {', '.join(unknown)};"
-                f" allowed: {MOVES}, or a list of skills from {listed(known)}"
+                f" allowed: {MOVES}, {COMMANDS}, or a list of skills from {listed(known)}"
             )
             raise ProblemsError([Problem(("options",), self.options, message)])
         return self
@@ -102,4 +147,37 @@ class LearnerSpec(Spec):
     @property
     def skills(self) -> tuple[str, ...]:
         """The skills among the options, in order; none if they are the primitive moves."""
-        return () if self.options == MOVES else tuple(self.options)
+        return tuple(self.options) if isinstance(self.options, tuple) else ()
+
+
+def clashes(learner: LearnerSpec) -> Iterator[Problem]:
+    """What cannot work together in a learner, each with the reason."""
+    if learner.trace_decay is not None and learner.options != MOVES:
+        message = f"needs moves, since a trace is of moves; allowed: none, or options: {MOVES}"
+        yield Problem(("trace_decay",), learner.trace_decay, message)
+    if learner.held is not None and (
+        learner.trace_decay is not None or learner.options == COMMANDS
+    ):
+        what = (
+            "traces go from move to move" if learner.trace_decay is not None else "a command holds"
+        )
+        message = f"does not go with this learner: {what}; allowed: none"
+        yield Problem(("held",), learner.held.until, message)
+    if learner.selection != "learned":
+        if not learner.skills:
+            message = "selects between skills, and there are none; allowed: learned"
+            yield Problem(("selection",), learner.selection, message)
+        elif learner.held is not None:
+            message = "chooses anew in each step, so no choice is held; allowed: learned"
+            yield Problem(("selection",), learner.selection, message)
+    if learner.applicable is not None and (not learner.skills or learner.selection != "learned"):
+        message = "needs skills between which a table selects; allowed: none"
+        yield Problem(("applicable",), learner.applicable, message)
+    for skill, weight in learner.weights.items():
+        if learner.selection == "learned":
+            message = "is a weight, and a learned selection has none; allowed: another selection"
+            yield Problem(("weights", skill), weight, message)
+        elif skill not in learner.skills:
+            allowed = ", ".join(learner.skills)
+            message = f"is not among the learner's options; allowed: {allowed}"
+            yield Problem(("weights", skill), skill, message)

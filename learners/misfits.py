@@ -10,9 +10,22 @@ from sim.spec import Problem
 
 def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     """All that does not, each with what is allowed."""
+    yield from _without_skills(schedule, learner)
     yield from _unknown_skills(schedule, learner)
     yield from _no_first_skill(schedule, learner.skills)
     yield from _misplaced_episodes(schedule)
+
+
+def _without_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    if schedule.introduce is not None and not learner.skills:
+        message = f"is a rule by which skills join, and the options are {learner.options}"
+        yield Problem(("introduce",), schedule.introduce.by, f"{message}; allowed: none")
+    if schedule.pretrain and not learner.skills:
+        message = f"trains skills, and the options are {learner.options}; allowed: 0"
+        yield Problem(("pretrain",), schedule.pretrain, message)
+    if schedule.teach is not None and learner.selection != "learned":
+        message = "is for a selection that learns; allowed: none"
+        yield Problem(("teach",), schedule.teach.script, message)
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
@@ -46,9 +59,12 @@ def _misplaced_episodes(schedule: ScheduleSpec) -> Iterator[Problem]:
     taken: dict[str, list[tuple[int, int]]] = {}
     for index, episode in enumerate(schedule.episodes):
         key = ("episodes", index, "at")
-        first = schedule.starts_at(episode)
         joins = schedule.introduced_at(episode.skill)
-        if first < joins:
+        first = schedule.starts_at(episode)
+        if first < joins and schedule.rule_of(episode.skill) is not None:
+            message = f"is a trial, and a rule says when {episode.skill} joins"
+            yield Problem(key, episode.at, f"{message}; allowed: {INTRODUCTION}")
+        elif first < joins:
             yield Problem(
                 key,
                 episode.at,

@@ -25,6 +25,7 @@ Rate = Annotated[FiniteFloat, Field(ge=0, le=1)]
 Trials = Annotated[int, Field(ge=0, le=MAX_TRIALS)]
 
 MOVES = "moves"
+COMMANDS = "commands"
 INTRODUCTION = "introduction"
 
 _MOST_NAMES: Final = 32

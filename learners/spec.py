@@ -28,7 +28,10 @@ class RunSpec(Spec):
     def _fits_the_learner(cls, schedule: ScheduleSpec, info: ValidationInfo) -> ScheduleSpec:
         # Compared as soon as these two are sound, whatever is wrong with the rest.
         learner = info.data.get("learner")
-        problems = [] if learner is None else list(misfits(schedule, learner))
+        if learner is None:
+            return schedule
+        schedule = schedule.with_a_first(learner.skills)
+        problems = list(misfits(schedule, learner))
         if problems:
             raise ProblemsError(problems)
         return schedule
