@@ -4,7 +4,7 @@ The run applies commands between steps, lets the schedule give its own at the st
 trials it names, and calls the kernel from one such event to the next.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Self
@@ -14,6 +14,7 @@ import numpy as np
 from learners import control, measures
 from learners.checkpoints import Checkpoint, Logs, with_logs, without_logs
 from learners.commands import Author, Command, Event, Undo
+from learners.comparators import feudal, q_lambda
 from learners.control import (
     Control,
     Effect,
@@ -27,6 +28,7 @@ from learners.control import (
     timers_of,
 )
 from learners.kernel import loop
+from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
     REPERTOIRE,
@@ -43,7 +45,7 @@ from learners.kernel.state import (
     with_option,
     with_room_for,
 )
-from learners.names import MAX_TRIALS, MOVES
+from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
 from sim import rng
@@ -57,6 +59,13 @@ _NEVER = 2**62
 def units(share: float, bits: int) -> np.uint64:
     """A probability as the number of draws, out of 2**bits, for which it comes true."""
     return U(round(share * 2**bits))
+
+
+def loop_of(spec: RunSpec) -> Callable[[World, LearnerState, Settings, int, int], int]:
+    """The loop by which a learner learns; see :func:`learners.kernel.loop.advance`."""
+    if spec.learner.options == COMMANDS:
+        return feudal.advance
+    return loop.advance if spec.learner.trace_decay is None else q_lambda.advance
 
 
 def _world_of(spec: WorldSpec) -> World:
@@ -184,7 +193,8 @@ class Run:
             self._begin_trial()
             stop = min(until, self._next_event())
             settings, first = self._settings(), self.trial
-            made += loop.advance(self.world, self.state, settings, max_steps - made, stop)
+            learn = loop_of(self.spec)
+            made += learn(self.world, self.state, settings, max_steps - made, stop)
             ended = slice(first, self.trial)
             outcomes = self.state.log_outcome[ended]
             self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
@@ -236,7 +246,7 @@ class Run:
             self.world = _world_of(after.spec.world)
         for effect in effects:
             if isinstance(effect, MakeRoom):
-                self.state = with_option(self.state, former.spec)
+                self.state = with_option(self.state, former.spec, after.spec)
                 continue
             option, learner = self._option(effect.skill), after.spec.learner
             match effect:
@@ -318,6 +328,8 @@ class Run:
             n_episodes=len(episodes),
             episode_option=np.array([self._option(e.skill) for e in episodes], np.uint64),
             episode_chance=np.array([units(e.probability, 32) for e in episodes], np.uint64),
+            trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
+            regions=regions_of(self.spec),
         )
 
 

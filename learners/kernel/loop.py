@@ -24,6 +24,7 @@ import numpy as np
 
 from learners.kernel import rows
 from learners.kernel.choices import imposed_option, selected_option, skill_move
+from learners.kernel.layout import Regions
 from learners.kernel.state import (
     CELL,
     HEADING,
@@ -84,6 +85,10 @@ class Settings(NamedTuple):
     """(episode,) uint64: option of each running exploration episode, the newest first."""
     episode_chance: np.ndarray
     """(episode,) uint64: its probability in units of 2**-32."""
+    trace_decay: np.float32 | None = None
+    """Share of a trace that is left in the next step, the discount aside; None without traces."""
+    regions: Regions | None = None
+    """What the manager takes for one place; None without one."""
 
 
 _ZERO = U(0)
