@@ -5,7 +5,7 @@ trials it names, and a rule its own before the trial in which it is met, and cal
 one such event to the next.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Self
@@ -15,6 +15,7 @@ import numpy as np
 from learners import control, measures
 from learners.checkpoints import Checkpoint, Logs, with_logs, without_logs
 from learners.commands import Author, Command, Event, Undo
+from learners.comparators import feudal, q_lambda
 from learners.control import (
     Control,
     Effect,
@@ -29,6 +30,7 @@ from learners.control import (
     timers_of,
 )
 from learners.kernel import loop
+from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
     REPERTOIRE,
@@ -45,7 +47,7 @@ from learners.kernel.state import (
     with_option,
     with_room_for,
 )
-from learners.names import MAX_TRIALS, MOVES
+from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
 from learners.triggers.watch import is_met, watch_for
@@ -60,6 +62,13 @@ _NEVER = 2**62
 def units(share: float, bits: int) -> np.uint64:
     """A probability as the number of draws, out of 2**bits, for which it comes true."""
     return U(round(share * 2**bits))
+
+
+def loop_of(spec: RunSpec) -> Callable[[World, LearnerState, Settings, int, int], int]:
+    """The loop by which a learner learns; see :func:`learners.kernel.loop.advance`."""
+    if spec.learner.options == COMMANDS:
+        return feudal.advance
+    return loop.advance if spec.learner.trace_decay is None else q_lambda.advance
 
 
 def _world_of(spec: WorldSpec) -> World:
@@ -187,7 +196,8 @@ class Run:
             self._begin_trial()
             stop = min(until, self._next_event())
             settings, first = self._settings(), self.trial
-            made += loop.advance(self.world, self.state, settings, max_steps - made, stop)
+            learn = loop_of(self.spec)
+            made += learn(self.world, self.state, settings, max_steps - made, stop)
             ended = slice(first, self.trial)
             outcomes = self.state.log_outcome[ended]
             self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
@@ -239,7 +249,7 @@ class Run:
             self.world = _world_of(after.spec.world)
         for effect in effects:
             if isinstance(effect, MakeRoom):
-                self.state = with_option(self.state, former.spec)
+                self.state = with_option(self.state, former.spec, after.spec)
                 continue
             option, learner = self._option(effect.skill), after.spec.learner
             match effect:
@@ -333,6 +343,8 @@ class Run:
             episode_chance=np.array([units(e.probability, 32) for e in episodes], np.uint64),
             episode_value_at_most=at_most if any(v is not None for v in values) else None,
             watch=None if joining is None else watch_for(joining.rule, joining.since),
+            trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
+            regions=regions_of(self.spec),
         )
 
 
