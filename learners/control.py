@@ -29,7 +29,7 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
-from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE, MOVES
+from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE
 from learners.parameters import PARAMETERS, with_value
 from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
 from learners.skills import SKILLS
@@ -347,8 +347,11 @@ def _check(control: Control, event: Event) -> None:
             document = control.spec.model_dump()
             if skill in document["learner"]["custom_skills"]:
                 raise CommandError(f"there is a skill named {skill!r}; allowed: another name")
-            if control.spec.learner.options == MOVES:
-                raise CommandError("the options of this learner are moves; it cannot take a skill")
+            if not control.spec.learner.skills:
+                what = control.spec.learner.options
+                raise CommandError(
+                    f"the options of this learner are {what}; it cannot take a skill"
+                )
             document["learner"]["custom_skills"][skill] = weights.model_dump()
             _check_spec(document)
         case Remove(skill=skill):
@@ -377,11 +380,12 @@ def _check(control: Control, event: Event) -> None:
 
 def _check_introduction(control: Control, command: Introduce) -> None:
     skill, learner = command.skill, control.spec.learner
-    known = {*SKILLS, *learner.custom_skills} if learner.skills else set()
+    known = {*SKILLS, *learner.custom_skills} if learner.skills else set[str]()
+    options = learner.options
     if skill not in known:
         raise CommandError(
             f"{skill!r} is not a skill of this learner;"
-            f" allowed: {', '.join(sorted(known)) or 'none, because its options are moves'}"
+            f" allowed: {', '.join(sorted(known)) or f'none, because its options are {options}'}"
         )
     if skill in control.present:
         raise CommandError(f"{skill} has joined already")
