@@ -39,8 +39,8 @@ N_TALLIES = 7
 COMMAND_STEPS = 0
 COMMAND_REGION = 1
 
-MAX_TRACES = 1024
-"""Moves that are remembered at most; up to γ λ = 0.993 earlier ones have no trace any more."""
+MAX_TRACES = 256
+"""Moves that have a trace at most, the latest; up to γ λ = 0.973 no earlier one would have any."""
 LEAST_TRACE = 0.001
 
 
