@@ -29,9 +29,9 @@ from learners.commands import (
     StopExploring,
     Undo,
 )
-from learners.names import INTRODUCTION, MAX_TRIALS
+from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE
 from learners.parameters import PARAMETERS, with_value
-from learners.schedule_spec import SkillTimer
+from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
 from learners.skills import SKILLS
 from learners.spec import RunSpec
 from sim.spec import ProblemsError
@@ -47,6 +47,8 @@ class Episode(NamedTuple):
     probability: float
     until_trial: int
     """First trial after it."""
+    value_at_most: float | None = None
+    """Where it acts, see :class:`learners.commands.Explore`."""
 
 
 class Introduction(NamedTuple):
@@ -55,6 +57,15 @@ class Introduction(NamedTuple):
     skill: str
     trial: int
     step: int
+
+
+class Awaited(NamedTuple):
+    """The next skill that joins by a rule."""
+
+    introduce: Introduce
+    rule: TriggerSpec
+    since: int
+    """First trial that the rule looks at: the freeze of the latest introduction is over."""
 
 
 class Timer(NamedTuple):
@@ -74,6 +85,8 @@ class Control:
     """The preset as commands have changed it."""
     introductions: tuple[Introduction, ...] = ()
     """Of the skills that are present, the newest last."""
+    removed: tuple[str, ...] = ()
+    """Skills that are not present since they were taken out: no rule lets them join again."""
     episodes: tuple[Episode, ...] = ()
     """The newest first; at most one for each skill."""
     frozen_until: int = 0
@@ -138,11 +151,29 @@ def timers_of(spec: RunSpec) -> tuple[Timer, ...]:
         for skill in spec.learner.skills
     ]
     timers += [
-        Timer(int(episode.at), Explore(episode.skill, episode.duration, episode.probability))
+        Timer(int(episode.at), exploration_of(episode))
         for episode in schedule.episodes
         if episode.at != INTRODUCTION
     ]
     return tuple(sorted(timers, key=lambda timer: timer.trial))
+
+
+def exploration_of(episode: EpisodeSpec) -> Explore:
+    """An episode of the schedule as the command that begins it."""
+    at_most = None if episode.where is None else episode.where.value_at_most
+    return Explore(episode.skill, episode.duration, episode.probability, at_most)
+
+
+def awaited(control: Control) -> Awaited | None:
+    """The first of the skills listed that is to join by a rule; None if none is, or by the schedule
+    nothing happens."""
+    schedule = control.spec.schedule
+    gone = {*control.present, *control.removed}
+    for skill in control.spec.learner.skills if control.schedule_on else ():
+        rule = schedule.rule_of(skill)
+        if rule is not None and skill not in gone:
+            return Awaited(Introduce(skill, schedule.freeze_of(skill)), rule, control.frozen_until)
+    return None
 
 
 def is_still_wanted(control: Control, command: Command) -> bool:
@@ -160,7 +191,7 @@ def brought_by(control: Control, command: Command) -> tuple[Command, ...]:
     if not isinstance(command, Introduce) or not control.schedule_on:
         return ()
     return tuple(
-        Explore(episode.skill, episode.duration, episode.probability)
+        exploration_of(episode)
         for episode in control.spec.schedule.episodes
         if episode.skill == command.skill and episode.at == INTRODUCTION
     )
@@ -237,12 +268,14 @@ def _changed(control: Control, event: Event) -> Control:
             return replace(
                 control,
                 introductions=(*control.introductions, entry),
+                removed=tuple(gone for gone in control.removed if gone != skill),
                 frozen_until=max(control.frozen_until, event.trial + freeze),
             )
-        case Explore(skill=skill, duration_trials=duration, probability=probability):
+        case Explore(skill=skill, duration_trials=duration, probability=probability) as explore:
             if skill not in control.present:
                 return control
-            newest = Episode(skill, probability, event.trial + duration)
+            until = event.trial + duration
+            newest = Episode(skill, probability, until, explore.value_at_most)
             return replace(control, episodes=(newest, *_without(skill, control.episodes)))
         case StopExploring(skill=skill):
             return replace(control, episodes=_without(skill, control.episodes))
@@ -260,6 +293,7 @@ def _changed(control: Control, event: Event) -> Control:
             return replace(
                 control,
                 introductions=_without(skill, control.introductions),
+                removed=(*control.removed, skill),
                 episodes=_without(skill, control.episodes),
             )
         case SetParameter(key=key, value=value):
@@ -366,6 +400,11 @@ def _check_exploration(control: Control, command: Explore) -> None:
     _check_trials("duration", command.duration_trials, fewest=1)
     if not 0 <= command.probability <= 1:
         raise CommandError(f"probability: {command.probability} is not allowed; allowed: 0 to 1")
+    value = command.value_at_most
+    if value is not None and not abs(value) <= MAX_VALUE:
+        raise CommandError(
+            f"value_at_most: {value} is not allowed; allowed: {-MAX_VALUE:g} to {MAX_VALUE:g}"
+        )
 
 
 def _check_trials(what: str, trials: int, fewest: int = 0) -> None:

@@ -1,7 +1,8 @@
 """One run of one learner: a function of (spec, seed, commands with their step numbers).
 
 The run applies commands between steps, lets the schedule give its own at the start of the
-trials it names, and calls the kernel from one such event to the next.
+trials it names, and a rule its own before the trial in which it is met, and calls the kernel from
+one such event to the next.
 """
 
 from collections.abc import Callable, Iterable
@@ -23,6 +24,7 @@ from learners.control import (
     MakeRoom,
     Return,
     Timer,
+    awaited,
     brought_by,
     is_still_wanted,
     timers_of,
@@ -48,6 +50,7 @@ from learners.kernel.state import (
 from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
+from learners.triggers.watch import is_met, watch_for
 from sim import rng
 from sim.bits import U
 from sim.spec import WorldSpec
@@ -277,9 +280,16 @@ class Run:
         self.control = replace(self.control, episodes=going, next_timer=past)
         for command in due:
             if is_still_wanted(self.control, command):
-                event = self._event(command, "schedule")
-                self._adopt(*control.apply(self.control, event))
-                self._bring(event)
+                self._give(command, "schedule")
+        joining = awaited(self.control)
+        if joining is not None and is_met(self.state, watch_for(joining.rule, joining.since)):
+            self._give(joining.introduce, "trigger")
+
+    def _give(self, command: Command, author: Author) -> None:
+        """Carry out a command that is given at the start of a trial."""
+        event = self._event(command, author)
+        self._adopt(*control.apply(self.control, event))
+        self._bring(event)
 
     def _next_event(self) -> int:
         """Trial before which the settings of the kernel may change."""
@@ -314,6 +324,9 @@ class Run:
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
         skill_alpha = 0.0 if self.control.skills_frozen else learner.skill_alpha
+        values = [e.value_at_most for e in episodes]
+        at_most = np.array([np.inf if value is None else value for value in values], np.float32)
+        joining = awaited(self.control)
         return Settings(
             n_options=U(n_options),
             present=U(present),
@@ -328,6 +341,8 @@ class Run:
             n_episodes=len(episodes),
             episode_option=np.array([self._option(e.skill) for e in episodes], np.uint64),
             episode_chance=np.array([units(e.probability, 32) for e in episodes], np.uint64),
+            episode_value_at_most=at_most if any(v is not None for v in values) else None,
+            watch=None if joining is None else watch_for(joining.rule, joining.since),
             trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
             regions=regions_of(self.spec),
         )

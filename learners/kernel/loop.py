@@ -10,9 +10,9 @@ goes by types, makes a loop for each combination that is met, and leaves out of 
 
 Draws. A step takes one draw of 64 bits from the stream of decisions and splits it into four of
 16 bits, from the low end: whether to explore at the selection, which option, whether to explore
-in the skill, which move. While biased exploration episodes run, each of them, the newest first,
-takes a draw of its own before that, until one takes the step. A trial's start comes from a
-stream of its own, by the trial's number.
+in the skill, which move. While biased exploration episodes run, each of them that acts in the
+state, the newest first, takes a draw of its own before that, until one takes the step. A trial's
+start comes from a stream of its own, by the trial's number.
 
 The loop allocates nothing, touches no clock, and stops only between steps, so how many steps a
 call makes does not change what is learned.
@@ -36,12 +36,14 @@ from learners.kernel.state import (
     TRAIL_LENGTH,
     TRIAL,
     TRIAL_NEW_STATES,
+    TRIAL_REACHED,
     TRIAL_STEP,
     TRIAL_SWITCHES,
     LearnerState,
 )
 from learners.kernel.updates import backup, learn_skill
 from learners.skills import local_reward, wrapped
+from learners.triggers.watch import Watch, is_below, sums_after, sums_before
 from sim.bits import U, lowest
 from sim.compiled import loop
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
@@ -85,6 +87,11 @@ class Settings(NamedTuple):
     """(episode,) uint64: option of each running exploration episode, the newest first."""
     episode_chance: np.ndarray
     """(episode,) uint64: its probability in units of 2**-32."""
+    episode_value_at_most: np.ndarray | None = None
+    """(episode,) float32: it acts where no other present option is worth more than this; None if
+    all act everywhere."""
+    watch: Watch | None = None
+    """The rule by which the next skill joins; None if there is none."""
     trace_decay: np.float32 | None = None
     """Share of a trace that is left in the next step, the discount aside; None without traces."""
     regions: Regions | None = None
@@ -105,7 +112,8 @@ def advance(
 ) -> int:
     """Learn for at most ``max_steps`` steps, and only while the trial is below ``until_trial``.
 
-    Changes the arrays of ``state``. The logs must have room for ``until_trial`` trials.
+    Where there is a rule by which a skill joins, it stops as well before the trial in which that is
+    met. Changes the arrays of ``state``. The logs must have room for ``until_trial`` trials.
 
     Returns:
         The number of steps made.
@@ -127,6 +135,8 @@ def advance(
     n_episodes = settings.n_episodes
     episode_option = settings.episode_option
     episode_chance = settings.episode_chance
+    value_at_most = settings.episode_value_at_most
+    watch = settings.watch
     options_are_moves = settings.options_are_moves
     weights = settings.reward_weights
     binary = settings.rewards_are_binary
@@ -148,11 +158,13 @@ def advance(
     trial = state.tally[TRIAL]
     trial_step = state.tally[TRIAL_STEP]
     new_states = state.tally[TRIAL_NEW_STATES]
+    reached = state.tally[TRIAL_REACHED]
     switches = state.tally[TRIAL_SWITCHES]
     repertoire = np.uint8(state.tally[REPERTOIRE])
     change = state.change[0]
 
     reading = U(cell_word[cell]) >> READING_SHIFT
+    watched, watched_size = sums_before(state, watch, trial)
     end_step = step + max_steps
     while step < end_step and trial < until_trial:
         word = U(cell_word[cell])
@@ -163,7 +175,15 @@ def advance(
         allowed = present
         if n_episodes > 0:
             option, allowed, counter = imposed_option(
-                present, n_episodes, episode_option, episode_chance, counter
+                present,
+                n_episodes,
+                episode_option,
+                episode_chance,
+                value_at_most,
+                table,
+                words,
+                row,
+                counter,
             )
         counter += GAMMA
         draw = mix(counter)
@@ -214,6 +234,7 @@ def advance(
             rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
             if rose and first_reach[s_tm1] == NOT_REACHED:
                 first_reach[s_tm1] = trial
+                reached += 1
 
         if not options_are_moves:
             turn = _NOTHING
@@ -247,15 +268,20 @@ def advance(
             state.log_outcome[trial] = outcome
             state.log_steps[trial] = trial_step
             state.log_new_states[trial] = new_states
+            state.log_reached[trial] = reached
             state.log_switches[trial] = switches
             state.log_change[trial] = change
             state.log_cell[trial] = np.uint32(cell)
             trial += 1
             trial_step = 0
             new_states = 0
+            reached = 0
             switches = 0
             change = 0.0
             previous = U(NO_OPTION)
+            watched, watched_size = sums_after(state, watch, trial - 1, watched, watched_size)
+            if is_below(watch, trial, watched, watched_size):
+                until_trial = trial
             cell, heading = start_of_trial(world, state.streams[STARTS], trial)
             reading = U(cell_word[cell]) >> READING_SHIFT
 
@@ -268,6 +294,7 @@ def advance(
     state.tally[TRIAL] = trial
     state.tally[TRIAL_STEP] = trial_step
     state.tally[TRIAL_NEW_STATES] = new_states
+    state.tally[TRIAL_REACHED] = reached
     state.tally[TRIAL_SWITCHES] = switches
     state.change[0] = change
     return made

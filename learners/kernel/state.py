@@ -32,7 +32,8 @@ TRIAL_STEP = 2
 TRIAL_NEW_STATES = 3
 TRIAL_SWITCHES = 4
 REPERTOIRE = 5
-N_TALLIES = 6
+TRIAL_REACHED = 6
+N_TALLIES = 7
 
 # Slots of ``LearnerState.command``.
 COMMAND_STEPS = 0
@@ -90,6 +91,8 @@ class LearnerState(NamedTuple):
     """(trial,) int32: steps in each trial."""
     log_new_states: np.ndarray
     """(trial,) int32: visits of states not visited before with the repertoire of the time."""
+    log_reached: np.ndarray
+    """(trial,) int32: states whose value rose above 0 for the first time."""
     log_switches: np.ndarray
     """(trial,) int32: steps with another option than the step before; the first counts as one."""
     log_change: np.ndarray
@@ -142,6 +145,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         log_reward=np.zeros(spec.trials, np.float64),
         log_steps=np.zeros(spec.trials, np.int32),
         log_new_states=np.zeros(spec.trials, np.int32),
+        log_reached=np.zeros(spec.trials, np.int32),
         log_switches=np.zeros(spec.trials, np.int32),
         log_change=np.zeros(spec.trials, np.float32),
         log_cell=np.zeros(spec.trials, np.uint32),

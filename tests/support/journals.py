@@ -53,6 +53,7 @@ SPEC = small_spec()
 COMMANDS: tuple[Command, ...] = (
     Introduce("avoid", 300),
     Explore("avoid", 2_000, 0.3),
+    Explore("avoid", 2_000, 0.3, value_at_most=-1.5),
     StopExploring("avoid"),
     FreezeSelection(True),
     FreezeSkills(False),
