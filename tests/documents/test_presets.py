@@ -347,7 +347,7 @@ def test_a_missing_key_is_reported_where_it_belongs(text: str, expected: str) ->
         (
             "[approch]",
             "1: learner.options: value ['approch']: names no skill with 'approch' (did you mean"
-            " approach?); allowed: moves, or a list of skills from approach, avoid,",
+            " approach?); allowed: moves, commands, or a list of skills from approach, avoid,",
         ),
         (
             "[Avoid, avoid, nothing]",
