@@ -319,7 +319,10 @@ MISSING = "is missing; allowed:"
     [
         ("trials: 10", f"1: learner: {MISSING} the keys options, alpha, skill_alpha,"),
         ("trials: 10\n\nlearner:\n  options: moves", f"3: learner.alpha: {MISSING} 0 to 1"),
-        ("trials: 10\nlearner:\n  alpha: 0.1", f"2: learner.options: {MISSING} moves, or a list"),
+        (
+            "trials: 10\nlearner:\n  alpha: 0.1",
+            f"2: learner.options: {MISSING} moves, commands, or a list",
+        ),
         ("\n# a comment\nlearner: {options: moves, alpha: 0.1}", f"3: trials: {MISSING} 1 to 2000"),
         (
             "trials: 10\nlearner: {options: [avoid], alpha: 0.1}\nschedule:\n  skills:\n"
