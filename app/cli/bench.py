@@ -57,7 +57,10 @@ class Bench:
 
     presets: Annotated[
         Positional[tuple[str, ...]],
-        arg(metavar="[PRESET]", help_behavior_hint="(may be several; default: all shipped)"),
+        arg(
+            metavar="[PRESET]",
+            help_behavior_hint="(may be several; default: all that C knows)",
+        ),
     ] = ()
     """Shipped presets, or files; - is standard input."""
     json: Flag = False
@@ -117,6 +120,8 @@ def obey(command: Bench) -> int:
         return _measure_own(command, preset, specs, repetitions, n_seats)
     from benchmarks.compare import MismatchError, compare, incomparable
 
+    if not command.presets:
+        specs = {name: spec for name, spec in specs.items() if incomparable(spec) is None}
     for name, spec in specs.items():
         if problem := incomparable(spec):
             raise UsageError(f"{shown(name)}: the programs compared do not know {problem}")
