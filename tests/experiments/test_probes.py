@@ -103,12 +103,12 @@ def test_coherence_is_of_the_first_greedy_hunts_of_a_run_that_is_over() -> None:
     starts = run.world, rng.streams(GREEDY_SEED)[rng.STARTS]
     policy = policy_of(run.spec, run.state)
     n_steps = n_runs = 0
-    shares = []
+    shares: list[float] = []
     for seed in range(COHERENCE_HUNTS):
         cell, heading = start_of_trial(*starts, seed)
         way = hunt(run.world, policy, int(cell), int(heading), seed)
         n_steps += way.steps
-        n_runs += len(list(groupby(way.options)))
+        n_runs += sum(1 for _ in groupby(way.options.tolist()))
         been, again = {int(way.cells[0])}, 0
         for cell in map(int, way.cells[1:]):
             again += cell in been
