@@ -32,7 +32,6 @@ from learners.commands import (
 from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE
 from learners.parameters import PARAMETERS, with_value
 from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
-from learners.skills import SKILLS
 from learners.spec import RunSpec
 from sim.spec import ProblemsError
 
@@ -380,7 +379,7 @@ def _check(control: Control, event: Event) -> None:
 
 def _check_introduction(control: Control, command: Introduce) -> None:
     skill, learner = command.skill, control.spec.learner
-    known = {*SKILLS, *learner.custom_skills} if learner.skills else set[str]()
+    known = {*learner.known_skills} if learner.skills else set[str]()
     options = learner.options
     if skill not in known:
         raise CommandError(

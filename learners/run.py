@@ -30,6 +30,7 @@ from learners.control import (
     timers_of,
 )
 from learners.kernel import loop
+from learners.kernel.forms import forms_of
 from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
@@ -48,6 +49,7 @@ from learners.kernel.state import (
     with_room_for,
 )
 from learners.names import COMMANDS, MAX_TRIALS, MOVES
+from learners.policies.static import static_of
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
 from learners.triggers.watch import is_met, watch_for
@@ -319,7 +321,7 @@ class Run:
         n_options = n_options_of(self.spec)
         weights = np.zeros((max(len(learner.skills), 1), 4), np.float32)
         for skill, name in enumerate(learner.skills):
-            weights[skill, :3] = learner.reward_of(name)
+            weights[skill, :3] = learner.reward_of(name)[:3]
         present = (1 << n_options) - 1
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
@@ -345,6 +347,8 @@ class Run:
             watch=None if joining is None else watch_for(joining.rule, joining.since),
             trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
             regions=regions_of(self.spec),
+            forms=forms_of(self.spec, skills_learn=not self.control.skills_frozen),
+            static=static_of(learner),
         )
 
 
