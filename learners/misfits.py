@@ -35,19 +35,20 @@ def _without_a_table(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[P
     """What goes by the table of a selection that has none."""
     if learner.selection == "learned":
         return
-    why = f"the selection of this learner, {learner.selection}, has no values"
     rules = [(("introduce", "by"), schedule.introduce)]
     rules += [
-        (("skills", skill, "introduce", "by"), t.introduce) for skill, t in schedule.skills.items()
+        (("skills", skill, "introduce", "by"), timer.introduce)
+        for skill, timer in schedule.skills.items()
     ]
     for key, rule in rules:
-        if rule is not None and rule.by != "novelty":
-            yield Problem(key, rule.by, f"is about values, and {why}; allowed: novelty")
+        if rule is not None and rule.by == "change":
+            message = f"asks how much a table changes, and {learner.selection} has none"
+            yield Problem(key, rule.by, f"{message}; allowed: novelty, reach")
     for index, episode in enumerate(schedule.episodes):
         if episode.where is not None:
             key = ("episodes", index, "where", "value_at_most")
-            message = f"is about values, and {why}; allowed: none"
-            yield Problem(key, episode.where.value_at_most, message)
+            message = f"asks what a table says of a state, and {learner.selection} has none"
+            yield Problem(key, episode.where.value_at_most, f"{message}; allowed: none")
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
