@@ -27,9 +27,12 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
-from learners.names import INTRODUCTION, MAX_TRIALS, MOVES
+from learners.misfits import not_for_script
+from learners.names import INTRODUCTION, MAX_TRIALS, MOVES, Script
 from learners.parameters import PARAMETERS, with_value
 from learners.schedule_spec import SkillTimer
 from learners.skills import SKILLS
@@ -78,6 +81,10 @@ class Control:
     """The newest first; at most one for each skill."""
     frozen_until: int = 0
     """First trial in which the freeze of an introduction is over."""
+    taught_until: int = 0
+    """First trial in which no script chooses."""
+    script: Script = "flank"
+    """Which does until then."""
     selection_frozen: bool = False
     skills_frozen: bool = False
     schedule_on: bool = True
@@ -142,6 +149,8 @@ def timers_of(spec: RunSpec) -> tuple[Timer, ...]:
         for episode in schedule.episodes
         if episode.at != INTRODUCTION
     ]
+    if schedule.teach is not None:
+        timers.append(Timer(0, Teach(schedule.teach.script, schedule.teach.trials)))
     return tuple(sorted(timers, key=lambda timer: timer.trial))
 
 
@@ -246,6 +255,10 @@ def _changed(control: Control, event: Event) -> Control:
             return replace(control, episodes=(newest, *_without(skill, control.episodes)))
         case StopExploring(skill=skill):
             return replace(control, episodes=_without(skill, control.episodes))
+        case Teach(script=script, duration_trials=duration):
+            return replace(control, taught_until=event.trial + duration, script=script)
+        case StopTeaching():
+            return replace(control, taught_until=0)
         case FreezeSelection(frozen=frozen):
             return replace(control, selection_frozen=frozen)
         case FreezeSkills(frozen=frozen):
@@ -309,6 +322,11 @@ def _check(control: Control, event: Event) -> None:
         case StopExploring(skill=skill):
             if all(episode.skill != skill for episode in control.episodes):
                 raise CommandError(f"{skill} is not being explored")
+        case Teach():
+            _check_teaching(control, event.command)
+        case StopTeaching():
+            if control.taught_until <= event.trial:
+                raise CommandError("no script is teaching")
         case DefineSkill(skill=skill, weights=weights):
             document = control.spec.model_dump()
             if skill in document["learner"]["custom_skills"]:
@@ -364,6 +382,13 @@ def _check_exploration(control: Control, command: Explore) -> None:
         raise CommandError(f"probability: {command.probability} is not allowed; allowed: 0 to 1")
 
 
+def _check_teaching(control: Control, command: Teach) -> None:
+    reason = not_for_script(control.spec.learner)
+    if reason is not None:
+        raise CommandError(f"{command.script} {reason}")
+    _check_trials("duration", command.duration_trials, fewest=1)
+
+
 def _check_trials(what: str, trials: int, fewest: int = 0) -> None:
     if not fewest <= trials <= MAX_TRIALS:
         raise CommandError(
@@ -391,6 +416,12 @@ def _first_problem(error: ValidationError) -> str:
 
 
 def _check_past_is_kept(control: Control, after: Control, event: Event) -> None:
+    steps, steps_after = (each.spec.schedule.pretrain for each in (control, after))
+    if steps != steps_after:
+        raise CommandError(
+            f"pretrain: {steps_after} is not allowed, since pre-training comes before the first"
+            f" step of a run; allowed: {steps}"
+        )
     past, timers = control.next_timer, timers_of(after.spec)
     first = event.trial + (event.trial_step > 0)
     if timers[:past] != timers_of(control.spec)[:past] or any(
@@ -425,13 +456,19 @@ def _check_undoing(control: Control, number: int, trial: int) -> None:
             runs = any(episode.skill == skill for episode in control.running(trial))
             if not runs or _is_followed(control, number, Explore, skill):
                 raise CommandError(f"that exploration of {skill} is over")
+        case Teach():
+            later = (event.command for event in history[number + 1 :] if not event.undone)
+            if control.taught_until <= trial or any(isinstance(one, Teach) for one in later):
+                raise CommandError("that teaching is over")
 
 
 def _check_stop(control: Control, after: Control, number: int, trial: int) -> None:
-    """If it is the end of an exploration that is undone, the exploration must go on with it."""
-    is_stop = isinstance(control.history[number].command, StopExploring)
-    if is_stop and after.episodes == control.running(trial):
+    """If the end of an exploration or of teaching is undone, that must go on with it."""
+    command = control.history[number].command
+    if isinstance(command, StopExploring) and after.episodes == control.running(trial):
         raise CommandError("that exploration would be over by now")
+    if isinstance(command, StopTeaching) and after.taught_until <= trial:
+        raise CommandError("that teaching would be over by now")
 
 
 def _is_followed(

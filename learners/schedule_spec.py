@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from learners.names import INTRODUCTION, MAX_TRIALS, Rate, SkillName, Trials, Truth
+from learners.names import INTRODUCTION, MAX_TRIALS, Rate, Script, SkillName, Trials, Truth
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 
@@ -72,7 +72,7 @@ class EpisodeSpec(Spec):
 class TeachSpec(Spec):
     """Trials in which a script chooses the skill, and the learner learns from that (3.2)."""
 
-    script: Literal["flank"] = "flank"
+    script: Script = "flank"
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
     """From the first one on."""
 

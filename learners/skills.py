@@ -39,6 +39,8 @@ class LocalReward(NamedTuple):
     inward: float
 
 
+CIRCLES = ("circle_clockwise", "circle_counterclockwise")
+
 SKILLS = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
 """The skills that a preset can name."""
 

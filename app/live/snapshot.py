@@ -226,7 +226,7 @@ def _trail(run: Run) -> np.ndarray:
     steps = np.arange(run.step - count + 1, run.step + 1)
     cells = state.trail[steps % TRAIL_LENGTH].astype(np.int64)
     if made <= TRAIL_STEPS:
-        start, _ = run.start_of(run.trial)
+        start, _ = run.start
         cells = np.concatenate([[start], cells])
     return cells
 
@@ -234,7 +234,11 @@ def _trail(run: Run) -> np.ndarray:
 def _paths(run: Run) -> tuple[TrialPath, ...]:
     state = run.state
     last = run.trial
-    lengths = state.log_steps[max(last - RECENT_PATHS, 0) : last].astype(np.int64)
+    first = max(last - RECENT_PATHS, 0)
+    lengths = state.log_steps[first:last].astype(np.int64)
+    if first == 0 < last:
+        # Pre-training is logged with the first trial, and is no part of its way.
+        lengths[0] -= run.pretrained_steps
     ended_at = run.step - int(state.tally[TRIAL_STEP])
     paths: list[TrialPath] = []
     for back, length in enumerate(reversed(lengths.tolist())):

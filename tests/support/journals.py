@@ -41,6 +41,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.skill_spec import SkillWeights
@@ -54,6 +56,8 @@ COMMANDS: tuple[Command, ...] = (
     Introduce("avoid", 300),
     Explore("avoid", 2_000, 0.3),
     StopExploring("avoid"),
+    Teach("flank", 300),
+    StopTeaching(),
     FreezeSelection(True),
     FreezeSkills(False),
     FollowSchedule(False),
