@@ -2,6 +2,7 @@
 
 Works on plain arrays, as a snapshot carries them, and changes nothing of a learner. From each state
 the hunt takes an option of the largest value, and of that option's moves one of the largest value.
+A learner that keeps its choices keeps them here as well.
 
 Draws. Ties are broken at random, as the learner breaks them: a step takes one draw of 64 bits and
 uses the same parts of it, the second 16 bits for the option and the last 16 for the move. A hunt's
@@ -15,8 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from learners.comparators.feudal import MOST_STEPS
 from learners.kernel import rows
-from learners.kernel.state import LearnerState
+from learners.kernel.layout import by_main_state, by_sub_policy, regions_of
+from learners.kernel.state import NO_OPTION, LearnerState
 from learners.measures import Endings
 from learners.spec import RunSpec
 from sim.bits import U, pick
@@ -28,12 +31,11 @@ from sim.world import (
     CAPTURE,
     FLIGHT,
     ONGOING,
-    PREY_BIT,
     READING_SHIFT,
     TIMEOUT,
     World,
-    in_view,
     moved,
+    outcome_of,
     skill_state_of,
     start_of_trial,
 )
@@ -47,16 +49,28 @@ _S48 = U(48)
 _LOW16 = U(0xFFFF)
 _NOWHERE = U(0)
 """A cell of the frame, on which no hunt ever stands."""
+_NO_OPTION = U(NO_OPTION)
+
+
+class Kept(NamedTuple):
+    """How long a hunt keeps to an option that it has taken, once it has."""
+
+    group: np.ndarray
+    """(reading,) uint32: as long as the selection's reading is of the same group..."""
+    most: int
+    """...and for at most so many steps."""
 
 
 class Policy(NamedTuple):
     """What is greedy where, as sets of small numbers in the bits of a word."""
 
     moves: np.ndarray
-    """(option, distance, direction) uint16: greedy moves of each option, by what skills see; of a
-    primitive move, itself."""
+    """(option, view, distance, direction) uint16: greedy moves of each option, by what skills see;
+    of a primitive move, itself. Views are the headings if any option tells them apart, or one."""
     options: np.ndarray
     """(heading, distance, direction) uint16: greedy options of each state."""
+    kept: Kept | None = None
+    """None if an option is chosen anew in each step."""
 
 
 class Hunt(NamedTuple):
@@ -77,13 +91,15 @@ class Hunt(NamedTuple):
         return len(self.moves)
 
 
-def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray) -> Policy:
+def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray, kept: Kept | None = None) -> Policy:
     """The greedy policy of a learner.
 
     Args:
         selection_q: ``(heading, distance, direction, option)``, minus infinity where not present.
         skill_q: ``(skill, distance, direction, move)``, a skill for each option, distance and
-            direction as skills see them; no skill where the options are the primitive moves.
+            direction as skills see them; ``(skill, heading, distance, direction, move)`` where one
+            sees headings; no skill where the options are the primitive moves.
+        kept: how long an option is kept, see :func:`kept_by`.
 
     Raises:
         ValueError: no option is present in some state.
@@ -91,8 +107,12 @@ def greedy_moves(selection_q: np.ndarray, skill_q: np.ndarray) -> Policy:
     present = np.isfinite(selection_q)
     if not present.any(axis=-1).all():
         raise ValueError("selection_q: no option is present in some state; allowed: at least one")
-    moves = _largest(skill_q) if len(skill_q) else _single_moves(skill_q.shape[1:3])
-    return Policy(moves, _largest(selection_q))
+    shape = skill_q.shape[-3:-1]
+    if len(skill_q):
+        moves = _largest(skill_q).reshape(len(skill_q), -1, *shape)
+    else:
+        moves = _single_moves(shape)
+    return Policy(moves, _largest(selection_q), kept)
 
 
 def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
@@ -100,19 +120,32 @@ def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
 
     It is that of :func:`greedy_moves`, for a tenth of the time.
     """
-    world, of_skills = spec.world, spec.world.of_skills
+    of_skills = spec.world.of_skills
     shape = of_skills.n_distances, of_skills.n_directions
-    options = rows.greedy_sets(state.selection_words)
-    moves = rows.greedy_sets(state.skill_words).reshape(-1, *shape)
-    if not spec.learner.skills:
+    options = by_main_state(spec, rows.greedy_sets(state.selection_words))
+    if spec.learner.sub_policies:
+        moves = by_sub_policy(spec, rows.greedy_sets(state.skill_words))
+        moves = moves.reshape(len(moves), -1, *shape)
+    else:
         moves = _single_moves(shape)
-    return Policy(moves, options.reshape(N_HEADINGS, world.n_distances, world.n_directions))
+    return Policy(moves, options, kept_by(spec))
+
+
+def kept_by(spec: RunSpec) -> Kept | None:
+    """How long a learner keeps to an option; None if it chooses anew in each step."""
+    regions, held = regions_of(spec), spec.learner.held
+    if regions is not None:
+        return Kept(regions.of_reading, MOST_STEPS)
+    if held is None:
+        return None
+    readings = np.arange(spec.world.n_readings, dtype=np.uint32)
+    return Kept(readings if held.until == "change" else np.zeros_like(readings), held.most)
 
 
 def _single_moves(shape: tuple[int, ...]) -> np.ndarray:
     """The greedy moves of options that are the primitive moves: of each, itself."""
-    only_itself = (1 << np.arange(N_MOVES, dtype=np.uint16))[:, None, None]
-    return np.broadcast_to(only_itself, (N_MOVES, *shape)).copy()
+    only_itself = (1 << np.arange(N_MOVES, dtype=np.uint16))[:, None, None, None]
+    return np.broadcast_to(only_itself, (N_MOVES, 1, *shape)).copy()
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
@@ -122,19 +155,54 @@ def _largest(values: np.ndarray) -> np.ndarray:
     return (greedy * bit).sum(axis=-1, dtype=np.uint16)
 
 
+class _Rules(NamedTuple):
+    """A policy as the loops go by it."""
+
+    moves: np.ndarray
+    """(option * view * skill state,) uint16."""
+    options: np.ndarray
+    """(heading * reading,) uint16."""
+    n_views: np.uint64
+    """A power of two, so that a heading's view is its lowest bits."""
+    kept: Kept | None
+
+
+def _rules(policy: Policy) -> _Rules:
+    n_views = U(policy.moves.shape[1])
+    return _Rules(policy.moves.ravel(), policy.options.ravel(), n_views, policy.kept)
+
+
 @piece
-def outcome_of(world: World, cell: np.uint64, cell_t: np.uint64, heading: np.uint64) -> int:
-    """What a step from one cell to another ends in (section 4.1), the step limit aside."""
-    # The loop that learns has these lines of its own, with the rewards among them: to call a
-    # piece there that tells the outcomes apart first costs it 2 to 3 % of its speed.
-    word_t = U(world.cell_word[cell_t])
-    if word_t & (PREY_BIT | (_ONE << heading)):
-        closer = world.distance[cell_t] < world.distance[cell]
-        if closer and in_view(U(world.cell_word[cell]), word_t, heading):
-            return FLIGHT
-        if word_t & PREY_BIT:
-            return CAPTURE
-    return ONGOING
+def _taken(
+    kept: Kept | None,
+    best: np.uint64,
+    reading: np.uint64,
+    draw16: np.uint64,
+    option: np.uint64,
+    steps: int,
+    group: np.uint64,
+) -> tuple[np.uint64, np.uint64, int, np.uint64]:
+    """The option of a step: the one that is kept, or one of the best.
+
+    Args:
+        kept: how long an option is kept.
+        best: set of the best options.
+        reading: of the selection.
+        draw16: of the step.
+        option: of the step before.
+        steps: for which that one has been kept so far.
+        group: in which it was taken.
+
+    Returns:
+        The option; the set it was picked from; for how many steps it has been kept with this one,
+        0 where none is kept; and the group.
+    """
+    if kept is None:
+        return pick(best, draw16), best, 0, group
+    here = U(kept.group[reading])
+    if steps != 0 and steps < kept.most and here == group:
+        return option, _ONE << option, steps + 1, group
+    return pick(best, draw16), best, 1, here
 
 
 @piece
@@ -155,8 +223,7 @@ def stepped(
 @loop
 def follow(
     world: World,
-    moves: np.ndarray,
-    options: np.ndarray,
+    rules: _Rules,
     cell: np.uint64,
     heading: np.uint64,
     counter: np.uint64,
@@ -169,8 +236,7 @@ def follow(
 
     Args:
         world: the world.
-        moves: of the policy, flat.
-        options: of the policy, flat.
+        rules: of the policy.
         cell: where the hunt starts.
         heading: of the prey.
         counter: of the hunt's draws.
@@ -184,15 +250,29 @@ def follow(
     """
     room = way.size
     base = heading * world.n_readings
+    view = heading & (rules.n_views - _ONE)
     landmark = _NOWHERE
+    landmark_option = _NO_OPTION
+    landmark_kept = 0
+    option = _NO_OPTION
+    kept = 0
+    group = _NOWHERE
     for step in range(max_steps):
         reading = U(world.cell_word[cell]) >> READING_SHIFT
         skill_state = skill_state_of(world.skill_states, cell, reading)
         counter += GAMMA
         draw = mix(counter)
-        best_options = U(options[base + reading])
-        option = pick(best_options, (draw >> _S16) & _LOW16)
-        best_moves = U(moves[option * world.n_skill_states + skill_state])
+        option, best_options, kept, group = _taken(
+            rules.kept,
+            U(rules.options[base + reading]),
+            reading,
+            (draw >> _S16) & _LOW16,
+            option,
+            kept,
+            group,
+        )
+        seen = (option * rules.n_views + view) * world.n_skill_states + skill_state
+        best_moves = U(rules.moves[seen])
         move = pick(best_moves, draw >> _S48)
         cell_t = moved(world.cell_word, world.clipped, world.move_step, cell, move)
         outcome = outcome_of(world, cell, cell_t, heading)
@@ -203,21 +283,28 @@ def follow(
             ways_moves[step] = move
         if outcome != ONGOING:
             return outcome, step + 1
-        # Where no tie was broken since the landmark, to be there again is to go round for ever.
+        # Where no tie was broken since the landmark, to be there again is to go round for ever; if
+        # options are kept, with the same one, kept for as long.
         if (best_options & (best_options - _ONE)) | (best_moves & (best_moves - _ONE)):
             landmark = _NOWHERE
-        elif cell == landmark and step >= room:
+        elif (
+            cell == landmark
+            and step >= room
+            and kept == landmark_kept
+            and (kept == 0 or option == landmark_option)
+        ):
             break
         if step & (step + 1) == 0:
             landmark = cell
+            landmark_option = option
+            landmark_kept = kept
     return TIMEOUT, max_steps
 
 
 @piece
 def ending_from(
     world: World,
-    moves: np.ndarray,
-    options: np.ndarray,
+    rules: _Rules,
     cell: np.uint64,
     heading: np.uint64,
     seed: np.uint64,
@@ -227,8 +314,7 @@ def ending_from(
     """What a hunt comes to whose way is not asked for; the ``no_`` arrays are empty."""
     outcome, _ = follow(
         world,
-        moves,
-        options,
+        rules,
         cell,
         heading,
         stream_of(seed, heading, cell),
@@ -243,8 +329,7 @@ def ending_from(
 @loop
 def follow_each(
     world: World,
-    moves: np.ndarray,
-    options: np.ndarray,
+    rules: _Rules,
     heading: np.uint64,
     seed: np.uint64,
     first: int,
@@ -259,16 +344,13 @@ def follow_each(
     """
     for place in range(first, last):
         cell = U(place // world.size + 1) * world.width + U(place % world.size + 1)
-        outcomes[place] = ending_from(
-            world, moves, options, cell, heading, seed, no_way, no_options
-        )
+        outcomes[place] = ending_from(world, rules, cell, heading, seed, no_way, no_options)
 
 
 @loop
 def count_endings(
     world: World,
-    moves: np.ndarray,
-    options: np.ndarray,
+    rules: _Rules,
     starts: np.uint64,
     n_hunts: int,
     no_way: np.ndarray,
@@ -281,7 +363,7 @@ def count_endings(
     """
     for number in range(n_hunts):
         cell, heading = start_of_trial(world, starts, number)
-        outcome = ending_from(world, moves, options, cell, heading, U(number), no_way, no_options)
+        outcome = ending_from(world, rules, cell, heading, U(number), no_way, no_options)
         counts[outcome] += 1
 
 
@@ -300,8 +382,7 @@ def hunt(
     start, facing = U(cell), U(heading)
     outcome, steps = follow(
         world,
-        policy.moves.ravel(),
-        policy.options.ravel(),
+        _rules(policy),
         start,
         facing,
         U(stream_of(U(seed), facing, start)),
@@ -320,9 +401,8 @@ def endings(world: World, policy: Policy, starts: np.uint64, n_hunts: int) -> En
     Each breaks its ties by a seed of its own, its number.
     """
     no_way, no_options = np.empty(0, np.int64), np.empty(0, np.uint8)
-    moves, options = policy.moves.ravel(), policy.options.ravel()
     counts = np.zeros(TIMEOUT + 1, np.int64)
-    count_endings(world, moves, options, starts, n_hunts, no_way, no_options, counts)
+    count_endings(world, _rules(policy), starts, n_hunts, no_way, no_options, counts)
     return Endings(int(counts[CAPTURE]), int(counts[FLIGHT]), int(counts[TIMEOUT]))
 
 
@@ -340,7 +420,7 @@ def success_map(
     n_cells = world.size * world.size
     per_slice = max(SLICE_STEPS // max(world.step_limit, 1), 1)
     outcomes = np.zeros((N_HEADINGS, n_cells), np.int8)
-    moves, options = policy.moves.ravel(), policy.options.ravel()
+    rules = _rules(policy)
     no_way, no_options = np.empty(0, np.int64), np.empty(0, np.uint8)
     for heading in range(N_HEADINGS):
         for first in range(0, n_cells, per_slice):
@@ -348,8 +428,7 @@ def success_map(
                 return None
             follow_each(
                 world,
-                moves,
-                options,
+                rules,
                 U(heading),
                 U(seed),
                 first,

@@ -7,7 +7,16 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from learners.kernel.rows import MAX_ACTIONS
-from learners.names import COMMANDS, MOVES, Rate, SkillName, did_you_mean, listed
+from learners.names import (
+    COMMAND_NAMES,
+    COMMANDS,
+    MOVES,
+    SEARCH,
+    Rate,
+    SkillName,
+    did_you_mean,
+    listed,
+)
 from learners.skill_spec import SkillWeights
 from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward, rewards
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
@@ -148,6 +157,18 @@ class LearnerSpec(Spec):
     def skills(self) -> tuple[str, ...]:
         """The skills among the options, in order; none if they are the primitive moves."""
         return tuple(self.options) if isinstance(self.options, tuple) else ()
+
+    @property
+    def sub_policies(self) -> tuple[str, ...]:
+        """The options that choose their moves by tables of their own: the skills, or the commands.
+
+        None if the options are the primitive moves.
+        """
+        return COMMAND_NAMES if self.options == COMMANDS else self.skills
+
+    def sees_heading(self, sub_policy: str) -> bool:
+        """Whether the table of a sub-policy tells the prey's headings apart."""
+        return self.options == COMMANDS and sub_policy == SEARCH
 
 
 def clashes(learner: LearnerSpec) -> Iterator[Problem]:

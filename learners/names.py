@@ -31,6 +31,10 @@ MOVES = "moves"
 COMMANDS = "commands"
 INTRODUCTION = "introduction"
 
+SEARCH: Final = "search"
+COMMAND_NAMES: Final = ("counterclockwise", "clockwise", "inwards", "outwards", SEARCH)
+"""What the manager of a feudal learner may command, in the order of its options."""
+
 _MOST_NAMES: Final = 32
 
 

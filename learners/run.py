@@ -4,7 +4,7 @@ The run applies commands between steps, lets the schedule give its own at the st
 trials it names, and calls the kernel from one such event to the next.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple, Self
@@ -14,6 +14,7 @@ import numpy as np
 from learners import control, measures
 from learners.checkpoints import Checkpoint, Logs, with_logs, without_logs
 from learners.commands import Author, Command, Event, Undo
+from learners.comparators import feudal, q_lambda
 from learners.control import (
     Control,
     Effect,
@@ -27,6 +28,7 @@ from learners.control import (
     timers_of,
 )
 from learners.kernel import loop
+from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
     CELL,
@@ -51,7 +53,7 @@ from learners.kernel.state import (
     with_room_for,
 )
 from learners.learner_spec import HeldSpec
-from learners.names import MAX_TRIALS, MOVES
+from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.policies import taught
 from learners.policies.alone import Alone, alone_at, start_number
 from learners.policies.held import Held
@@ -68,6 +70,13 @@ _NEVER = 2**62
 def units(share: float, bits: int) -> np.uint64:
     """A probability as the number of draws, out of 2**bits, for which it comes true."""
     return U(round(share * 2**bits))
+
+
+def loop_of(spec: RunSpec) -> Callable[[World, LearnerState, Settings, int, int], int]:
+    """The loop by which a learner learns; see :func:`learners.kernel.loop.advance`."""
+    if spec.learner.options == COMMANDS:
+        return feudal.advance
+    return loop.advance if spec.learner.trace_decay is None else q_lambda.advance
 
 
 def _world_of(spec: WorldSpec) -> World:
@@ -231,10 +240,10 @@ class Run:
             self._begin_trial()
             stop = min(until, self._next_event())
             settings, first, alone = self._settings(), self.trial, self.alone
-            most = max_steps - made
+            learn, most = loop_of(self.spec), max_steps - made
             if alone is not None:
                 most = min(most, alone.until_step - self.step)
-            made += loop.advance(self.world, self.state, settings, most, stop)
+            made += learn(self.world, self.state, settings, most, stop)
             if alone is not None and self.step == alone.until_step:
                 self._end_of(alone)
             ended = slice(first, self.trial)
@@ -288,7 +297,7 @@ class Run:
             self.world = _world_of(after.spec.world)
         for effect in effects:
             if isinstance(effect, MakeRoom):
-                self.state = with_option(self.state, former.spec)
+                self.state = with_option(self.state, former.spec, after.spec)
                 continue
             option, learner = self._option(effect.skill), after.spec.learner
             match effect:
@@ -388,6 +397,8 @@ class Run:
             held=None if alone is not None else _held(learner.held),
             applicable=None if learner.applicable is None else np.float32(learner.applicable),
             alone=None if alone is None else U(self._option(alone.skill)),
+            trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
+            regions=regions_of(self.spec),
         )
 
 

@@ -185,3 +185,18 @@ def in_view(word_tm1: np.uint64, word_t: np.uint64, heading: np.uint64) -> bool:
     """
     judged = word_tm1 if word_t & PREY_BIT else word_t
     return (judged >> heading) & _ONE != _ZERO
+
+
+@piece
+def outcome_of(world: World, cell: np.uint64, cell_t: np.uint64, heading: np.uint64) -> int:
+    """What a step from one cell to another ends in (section 4.1), the step limit aside."""
+    # The loop that learns has these lines of its own, with the rewards among them: to call a
+    # piece there that tells the outcomes apart first costs it 2 to 3 % of its speed.
+    word_t = U(world.cell_word[cell_t])
+    if word_t & (PREY_BIT | (_ONE << heading)):
+        closer = world.distance[cell_t] < world.distance[cell]
+        if closer and in_view(U(world.cell_word[cell]), word_t, heading):
+            return FLIGHT
+        if word_t & PREY_BIT:
+            return CAPTURE
+    return ONGOING

@@ -256,7 +256,7 @@ class Own:
     def _freeze_of(self, skill: str) -> int:
         """Trials for which the selection is frozen when a skill joins now."""
         timer = self.run.spec.schedule.skills.get(skill)
-        return FREEZE_TRIALS if timer is None or timer.at >= MAX_TRIALS else timer.freeze
+        return FREEZE_TRIALS if timer is None or timer.at == MAX_TRIALS else timer.freeze
 
     def _exploration_of(self, skill: str) -> tuple[int, float]:
         """For how many trials a skill is explored from now on, and how often it is taken."""

@@ -31,6 +31,13 @@ def repertoire(spec: RunSpec) -> str:
         when = "from the start" if joins[0] == 0 else f"from trial {joins[0]:,}"
         return f"{names}, {when}" if len(skills) == 1 else f"{names}, all {when}"
     by_time = sorted(zip(joins, skills, strict=True))
+    by_rule = {skill for skill in skills if spec.schedule.rule_of(skill) is not None}
+    if by_rule:
+        parts = [
+            plain(skill) + (" (by a rule)" if skill in by_rule else f" ({at:,})" if at else "")
+            for at, skill in by_time
+        ]
+        return f"skills one by one: {', '.join(parts)}"
     parts = [plain(skill) + (f" ({at:,})" if at else "") for at, skill in by_time]
     return f"skills one by one, planned by trial: {', '.join(parts)}"
 

@@ -84,7 +84,8 @@ class CellReading:
 
 def policy_of(snapshot: Snapshot) -> Policy:
     """What is greedy in each state."""
-    return hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q)
+    kept = hunts.kept_by(snapshot.spec)
+    return hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q, kept)
 
 
 def moment_of(snapshot: Snapshot) -> Hashable:

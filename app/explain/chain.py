@@ -123,7 +123,8 @@ def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -
     }
     for option in _members(policy.options[heading, ring, direction]):
         q = float(snapshot.selection_q[heading, ring, direction, option])
-        for move in _members(policy.moves[(option, *sensed_by_skills(snapshot, cell))]):
+        view = heading % policy.moves.shape[1]
+        for move in _members(policy.moves[(option, view, *sensed_by_skills(snapshot, cell))]):
             after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
             cell_t, future = int(after), 0.0
             if outcome == ONGOING:

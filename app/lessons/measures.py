@@ -32,12 +32,10 @@ from app.live.snapshot import Snapshot
 from learners import commands as given
 from learners.checkpoints import Logs, logs_of
 from learners.control import Control
-from learners.kernel import rows
-from learners.kernel.state import TRIAL_STEP
+from learners.kernel.state import TRIAL_STEP, value_of
 from learners.measures import RECENT_TRIALS
 from learners.run import Run
 from learners.spec import RunSpec
-from sim.spec import N_HEADINGS
 from sim.world import CAPTURE
 
 LEADER_STEPS: Final = 250_000
@@ -170,9 +168,7 @@ def began_at(run: Run) -> Began:
 
 def view_of_run(run: Run, deeds: Deeds = NO_DEEDS, began: Began = AT_START) -> View:
     """What there is to measure of a run as it stands; its tables are copied, its logs are not."""
-    world = run.spec.world
-    shape = N_HEADINGS, world.n_distances, world.n_directions
-    value = rows.best(run.state.selection).reshape(shape).copy()
+    value = value_of(run.spec, run.state)
     logs = logs_of(run.state)
     made = int(run.state.tally[TRIAL_STEP])
     return View(run.spec, run.control, run.step, run.trial, made, value, logs, deeds, *began)

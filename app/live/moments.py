@@ -10,7 +10,7 @@ from app.live.places import Place
 from app.live.snapshot import Snapshot
 from app.live.wishes import Wishes
 from learners.commands import CommandError
-from learners.kernel.state import NOT_REACHED
+from learners.kernel.state import NOT_REACHED, selection_q_of
 from learners.run import Run
 
 LEARNING_STEPS: Final = 2_000
@@ -43,7 +43,7 @@ def moment_at(
         run = past.run_at(step - LEARNING_STEPS, is_wanted, quietly)
         if run is None:
             return None
-        before = snapshot.selection_q_of(run)
+        before = selection_q_of(run.spec, run.state)
         if past.take_on(run, step):
             break
         # The line has gone another way in between, which does not happen often.

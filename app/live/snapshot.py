@@ -9,12 +9,19 @@ import numpy as np
 
 from learners import measures
 from learners.control import Control
-from learners.kernel import rows
-from learners.kernel.state import CELL, HEADING, TRAIL_LENGTH, TRIAL_STEP, n_options_of
+from learners.kernel.state import (
+    CELL,
+    HEADING,
+    TRAIL_LENGTH,
+    TRIAL_STEP,
+    n_options_of,
+    selection_q_of,
+    skill_q_of,
+    value_of,
+)
 from learners.measures import Curve, Endings, Progress
 from learners.run import Run
 from learners.spec import RunSpec
-from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import World
 
@@ -79,7 +86,8 @@ class Snapshot:
     option_visits: np.ndarray
     """(option,) int64: how often each option has been taken so far."""
     skill_q: np.ndarray
-    """(skill, distance, direction, move) float32, distance and direction as skills see them."""
+    """(skill, distance, direction, move) float32, distance and direction as skills see them; with
+    an axis of headings before distance where one of the skills sees these."""
     learning_now: np.ndarray
     """(heading, distance, direction) float32: how much values changed lately, fading."""
     trail: np.ndarray
@@ -141,8 +149,7 @@ def take(
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
     n_options = n_options_of(spec)
     visits = state.visits.reshape(*shape, n_options).copy()
-    n_skills, of_skills = len(spec.learner.skills), spec.world.of_skills
-    selection_q = selection_q_of(run)
+    selection_q = selection_q_of(spec, state)
     if new_curve or former is None:
         steps = run.step if curve_steps is None else curve_steps
         curve = measures.curve(state, curve_window(steps))
@@ -166,13 +173,11 @@ def take(
         cell=int(state.place[CELL]),
         heading=int(state.place[HEADING]),
         selection_q=selection_q,
-        value=rows.best(state.selection).reshape(shape).copy(),
+        value=value_of(spec, state),
         first_reach=state.first_reach.reshape(shape).copy(),
         visits=visits,
         option_visits=visits.sum(axis=(0, 1, 2), dtype=np.int64),
-        skill_q=rows.values(state.skills)[:, :N_MOVES]
-        .reshape(n_skills, of_skills.n_distances, of_skills.n_directions, N_MOVES)
-        .copy(),
+        skill_q=skill_q_of(spec, state),
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),
         ends=_ends(run),
@@ -183,13 +188,6 @@ def take(
         trial_curve=trial_curve,
         progress=progress,
     )
-
-
-def selection_q_of(run: Run) -> np.ndarray:
-    """A copy of its selection table, as a snapshot has it."""
-    spec, n_options = run.spec, n_options_of(run.spec)
-    shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions, n_options)
-    return rows.values(run.state.selection)[:, :n_options].reshape(shape).copy()
 
 
 def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarray:

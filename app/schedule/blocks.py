@@ -14,6 +14,7 @@ from app.words.plain import plain
 from learners.commands import Event, Explore, Introduce, Undo
 from learners.control import Control, Episode, Introduction, evolve, timers_of
 from learners.names import INTRODUCTION, MAX_TRIALS
+from learners.schedule_spec import TriggerSpec
 from learners.spec import RunSpec
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
@@ -44,13 +45,15 @@ class Block:
     skill: str
     """Its lane; empty for a freeze by hand."""
     first: int
-    """First trial."""
+    """First trial; ``NEVER`` of what comes by a rule, since nobody knows when."""
     until: int | None
     """First trial after it; None if it lasts until somebody ends it."""
     state: State
     """``idle`` is what is in the plan and will not happen as things stand."""
     by_hand: bool = False
     """Whether a person began it, or changed what the preset plans."""
+    by_rule: bool = False
+    """Whether a rule says when its skill joins, or did."""
     undone: bool = False
     """Whether the command behind it has been taken back since."""
     editable: bool = False
@@ -174,7 +177,7 @@ class _Reel:
         preset = self.control.preset
         match event.command:
             case Introduce(skill=skill, freeze_trials=freeze):
-                return (event.trial, freeze) == _timer_of(preset, skill)
+                return (event.trial, None, freeze) == _timer_of(preset, skill)
             case Explore(skill=skill, duration_trials=duration, probability=probability):
                 starts = [event.trial] if event.cause is None else [event.trial, INTRODUCTION]
                 return any(
@@ -255,11 +258,15 @@ def _goes_on(played: Control, control: Control) -> bool:
     )
 
 
-def _timer_of(spec: RunSpec, skill: str) -> tuple[int, int]:
-    """Trial in which a preset lets a skill join, and the freeze; never if it has no such option."""
+def _timer_of(spec: RunSpec, skill: str) -> tuple[int, TriggerSpec | None, int]:
+    """Trial in which a preset lets a skill join, the rule by which it does, and the freeze.
+
+    It never joins if the preset has no such option.
+    """
     if skill not in spec.learner.skills:
-        return NEVER, 0
-    return spec.schedule.introduced_at(skill), spec.schedule.freeze_of(skill)
+        return NEVER, None, 0
+    schedule = spec.schedule
+    return schedule.introduced_at(skill), schedule.rule_of(skill), schedule.freeze_of(skill)
 
 
 def _happened(snapshot: Snapshot) -> tuple[Block, ...]:
@@ -301,7 +308,8 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
         is_of_preset: bool,
         probability: float | None = None,
     ) -> Block:
-        happens = on and first < NEVER and (skill in present or skill in joining)
+        by_rule = first >= NEVER and schedule.rule_of(skill) is not None
+        happens = on and (first < NEVER or by_rule) and (skill in present or skill in joining)
         return Block(
             id=id,
             kind=kind,
@@ -310,6 +318,7 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
             until=first + trials,
             state="planned" if happens else "idle",
             by_hand=not is_of_preset,
+            by_rule=by_rule,
             editable=first > snapshot.trial,
             probability=probability,
         )
@@ -317,7 +326,7 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
     for skill in snapshot.spec.learner.skills:
         if skill in joining:
             at, freeze = schedule.introduced_at(skill), schedule.freeze_of(skill)
-            kept = (at, freeze) == _timer_of(preset, skill)
+            kept = (at, schedule.rule_of(skill), freeze) == _timer_of(preset, skill)
             yield block(_introduction_id(skill), "introduction", skill, at, freeze, kept)
     for index, episode in enumerate(schedule.episodes):
         skill, first = episode.skill, schedule.starts_at(episode)
@@ -359,12 +368,16 @@ def episode_id(index: int, skill: str) -> str:
 def described(block: Block) -> str:
     """A block in words."""
     who = "by hand" if block.by_hand else "by the schedule"
+    if block.by_rule and block.kind == "introduction":
+        who = "by its rule"
     skill = plain(block.skill)
     if block.kind == "presence":
         end = "on" if block.until is None else f"until trial {block.until:,}"
         return f"{skill} can be chosen from trial {block.first:,} {end}"
     if block.kind == "introduction":
-        joins = "never joins" if block.first >= NEVER else f"joins at trial {block.first:,}"
+        joins = f"joins at trial {block.first:,}"
+        if block.first >= NEVER:
+            joins = "joins" if block.by_rule else "never joins"
         freeze = f", selection frozen for {block.trials:,} trials" if block.trials else ""
         text = f"{skill} {joins}, {who}{freeze}"
     elif block.kind == "exploration":
@@ -377,6 +390,8 @@ def described(block: Block) -> str:
 
 
 def _span(block: Block) -> str:
+    if block.by_rule and block.first >= NEVER:
+        return f"for {block.trials:,} trials once it joins"
     if block.last is None:
         return f"trials {block.first:,} on"
     if block.last == block.first:

@@ -25,24 +25,22 @@ class Carried(NamedTuple):
 def schedule_of(snapshot: Snapshot) -> Carried:
     """What was done so far, by hand and by the schedule, and what is still planned.
 
-    Introductions keep the trial in which they happened and their freeze; explorations keep their
-    start, the duration they really had, and their probability. What a schedule has no words for
+    Introductions keep the trial in which they happened and their freeze, and those that are to come
+    by a rule keep that; explorations keep their start, the duration they really had, their
+    probability and where they act. What a schedule has no words for
     is said in sentences: freezes by hand, removals, changes of parameters. Besides, a command
     given in the middle of a trial is given at its start; of several explorations that began in
     one trial the order may change; one that lasted less than a trial is dropped.
     """
     blocks = blocks_of(snapshot)
-    skills = {skill: _timer_of(blocks, skill) for skill in snapshot.spec.learner.skills}
-    episodes = [e for skill, timer in skills.items() for e in _episodes_of(blocks, skill, timer)]
+    former = snapshot.spec.schedule
+    skills = {skill: _timer_of(blocks, skill, former) for skill in snapshot.spec.learner.skills}
+    schedule = former.model_copy(update={"introduce": None, "skills": skills})
+    joins = {skill: schedule.introduced_at(skill) for skill in skills}
+    episodes = [e for skill, at in joins.items() for e in _episodes_of(blocks, skill, at)]
     places = {skill: place for place, skill in enumerate(skills)}
-    episodes.sort(
-        key=lambda e: (skills[e.skill].at if e.at == INTRODUCTION else e.at, places[e.skill])
-    )
-    schedule = ScheduleSpec(
-        safe_introduction=snapshot.spec.schedule.safe_introduction,
-        skills=skills,
-        episodes=tuple(episodes),
-    )
+    episodes.sort(key=lambda e: (schedule.starts_at(e), places[e.skill]))
+    schedule = schedule.model_copy(update={"episodes": tuple(episodes)})
     return Carried(schedule, tuple(_left_out(snapshot, blocks, skills)))
 
 
@@ -84,8 +82,8 @@ def _happens(block: Block) -> bool:
     return block.state != "idle"
 
 
-def _timer_of(blocks: Sequence[Block], skill: str) -> SkillTimer:
-    """When a skill joined to stay, or will; the end of time if neither."""
+def _timer_of(blocks: Sequence[Block], skill: str, former: ScheduleSpec) -> SkillTimer:
+    """When a skill joined to stay, or will, or by which rule; the end of time if none of these."""
     joins = [
         block
         for block in blocks
@@ -94,18 +92,21 @@ def _timer_of(blocks: Sequence[Block], skill: str) -> SkillTimer:
     kept = [block for block in joins if not block.undone]
     if not kept:
         return SkillTimer(at=NEVER)
-    return SkillTimer(at=kept[0].first, freeze=min(kept[0].trials, MAX_TRIALS))
+    freeze = min(kept[0].trials, MAX_TRIALS)
+    if kept[0].first >= NEVER:
+        return SkillTimer(introduce=former.rule_of(skill), freeze=freeze)
+    return SkillTimer(at=kept[0].first, freeze=freeze)
 
 
-def _episodes_of(blocks: Sequence[Block], skill: str, timer: SkillTimer) -> list[EpisodeSpec]:
+def _episodes_of(blocks: Sequence[Block], skill: str, joins: int) -> list[EpisodeSpec]:
     """Explorations of a skill, none before it joins, each over before the next begins."""
     spans = sorted(
-        (block for block in blocks if _is_exploration_of(block, skill) and block.first < NEVER),
+        (block for block in blocks if _is_exploration_of(block, skill)),
         key=lambda block: block.first,
     )
     episodes = []
     for block, following in itertools.zip_longest(spans, spans[1:]):
-        first = max(block.first, timer.at)
+        first = max(block.first, joins)
         until = block.first + block.trials
         if following is not None:
             until = min(until, following.first)
@@ -113,7 +114,7 @@ def _episodes_of(blocks: Sequence[Block], skill: str, timer: SkillTimer) -> list
             episodes.append(
                 EpisodeSpec(
                     skill=skill,
-                    at=INTRODUCTION if first == timer.at else first,
+                    at=INTRODUCTION if first == joins else first,
                     duration=min(until - first, MAX_TRIALS),
                     probability=block.probability,
                 )
@@ -146,7 +147,7 @@ def _left_out(
                     f" {value_of(snapshot.spec, key):g}, the latest value, from the start."
                 )
     for skill, timer in skills.items():
-        if timer.at == NEVER:
+        if timer.at is not None and timer.at >= NEVER:
             yield f"{named(skill)} has not joined and is not planned to: it never joins."
     if not snapshot.control.schedule_on and any(block.state == "idle" for block in blocks):
         yield "What the schedule has ahead: it is not being followed."

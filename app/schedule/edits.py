@@ -63,9 +63,10 @@ def changed(
     elif probability is not None:
         raise ValueError("An introduction has no probability; its explorations have.")
     else:
-        timer = schedule.skills[skill]
+        timer = schedule.skills.get(skill, SkillTimer())
         new = SkillTimer(
             at=timer.at if at is None else _clamped(at, now.trial + 1, MAX_TRIALS),
+            introduce=timer.introduce if at is None else None,
             freeze=timer.freeze if trials is None else _clamped(trials, 0, MAX_TRIALS),
         )
         after = schedule.model_copy(update={"skills": {**schedule.skills, skill: new}})
@@ -96,7 +97,8 @@ def with_episode(
         ValueError: it would overlap another of the skill, or the skill is not there then.
     """
     joins = schedule.introduced_at(skill)
-    if skill not in now.present and (joins <= now.trial or joins >= NEVER):
+    joins_never = joins >= NEVER and schedule.rule_of(skill) is None
+    if skill not in now.present and (joins <= now.trial or joins_never):
         raise ValueError(
             f"{named(skill)} has not joined and will not join; add it or plan when it joins first."
         )
@@ -129,7 +131,8 @@ def _parts(block_id: str) -> tuple[str, str, int]:
 
 def _start_of(schedule: ScheduleSpec, block_id: str) -> int:
     kind, skill, index = _parts(block_id)
-    if kind == "introduction" and skill in schedule.skills:
+    is_planned = skill in schedule.skills or schedule.rule_of(skill) is not None
+    if kind == "introduction" and is_planned:
         return schedule.introduced_at(skill)
     episodes = schedule.episodes
     if kind == "episode" and index < len(episodes) and episodes[index].skill == skill:
@@ -219,11 +222,10 @@ def _with_timer_out_of_the_way(schedule: ScheduleSpec, skill: str, now: Now) -> 
     is not valid. So the timer comes forward to the first exploration ahead, and what was to start
     with it, and did start when the skill was added, goes.
     """
-    timer = schedule.skills.get(skill)
     starts = [e.at for e in schedule.episodes if e.skill == skill and isinstance(e.at, int)]
     first = min((at for at in starts if at > now.trial), default=NEVER)
-    if timer is None or timer.at <= first:
+    if schedule.introduced_at(skill) <= first:
         return schedule
     kept = [e for e in schedule.episodes if e.skill != skill or e.at != INTRODUCTION]
-    skills = {**schedule.skills, skill: SkillTimer(at=first, freeze=timer.freeze)}
+    skills = {**schedule.skills, skill: SkillTimer(at=first, freeze=schedule.freeze_of(skill))}
     return schedule.model_copy(update={"skills": skills, "episodes": tuple(kept)})

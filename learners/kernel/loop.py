@@ -26,6 +26,7 @@ import numpy as np
 
 from learners.kernel import rows
 from learners.kernel.choices import imposed_option, selected_option, skill_move
+from learners.kernel.layout import Regions
 from learners.kernel.state import (
     CELL,
     EARLIER,
@@ -101,6 +102,10 @@ class Settings(NamedTuple):
     """Share of what a skill ever promised that it must promise to be selected; None for any."""
     alone: np.uint64 | None = None
     """The skill that is being pre-trained, see ``learners.policies.alone``; None in trials."""
+    trace_decay: np.float32 | None = None
+    """Share of a trace that is left in the next step, the discount aside; None without traces."""
+    regions: Regions | None = None
+    """What the manager takes for one place; None without one."""
 
 
 _ZERO = U(0)

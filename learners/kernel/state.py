@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from learners.kernel import rows
-from learners.names import MAX_TRIALS
+from learners.kernel.layout import by_main_state, by_sub_policy, first_rows, n_selection_rows
+from learners.names import COMMANDS, MAX_TRIALS
 from learners.spec import RunSpec
 from sim import rng
 from sim.geometry import N_MOVES
@@ -42,6 +43,14 @@ CHOICE_STEPS = 1
 # Slots of ``LearnerState.choice_sums``.
 CHOICE_REWARD = 0
 CHOICE_DISCOUNT = 1
+
+# Slots of ``LearnerState.command``.
+COMMAND_STEPS = 0
+COMMAND_REGION = 1
+
+MAX_TRACES = 1024
+"""Moves that are remembered at most; up to γ λ = 0.993 earlier ones have no trace any more."""
+LEAST_TRACE = 0.001
 
 
 class LearnerState(NamedTuple):
@@ -80,6 +89,14 @@ class LearnerState(NamedTuple):
     best_ever: np.ndarray
     """(skill,) float32: the most that each promised where a skill was selected; empty where it does
     not matter which skills are applicable."""
+    trace_at: np.ndarray
+    """(MAX_TRACES,) uint64: places in the selection of the last moves, the latest of all last; of
+    size 0 without traces."""
+    trace: np.ndarray
+    """(MAX_TRACES,) float32: eligibility of each; 0 from the first on that is none."""
+    command: np.ndarray
+    """(2,) int64: steps for which the command of the last step has been held, 0 if it is over, and
+    the region in which it was given; of size 0 without a manager."""
     log_outcome: np.ndarray
     """(trial,) int8: how each trial ended; the logs grow with the trials."""
     log_reward: np.ndarray
@@ -107,7 +124,7 @@ _TABLES = ("visits", "first_reach", "seen", "best_ever")
 
 def n_options_of(spec: RunSpec) -> int:
     """Columns of the selection table."""
-    return len(spec.learner.skills) or N_MOVES
+    return len(spec.learner.sub_policies) or N_MOVES
 
 
 def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
@@ -115,8 +132,8 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     n_states, n_options = spec.world.n_states, n_options_of(spec)
     n_skills = len(spec.learner.skills)
     initial_q = spec.learner.initial_q
-    selection = rows.new_table(n_states, 0 if n_skills else n_options, initial_q)
-    skills = rows.new_table(n_skills * spec.world.n_skill_states, N_MOVES, initial_q)
+    selection = rows.new_table(n_selection_rows(spec), 0 if n_skills else n_options, initial_q)
+    skills = rows.new_table(int(first_rows(spec)[-1]), N_MOVES, initial_q)
     streams = rng.streams(seed)
     is_pretrained = n_skills > 0 and spec.schedule.pretrain > 0
     first = MAX_TRIALS if is_pretrained else 0
@@ -128,6 +145,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     tally[EXERCISES] = int(is_pretrained)
     is_held = spec.learner.held is not None
     n_applicable = 0 if spec.learner.applicable is None else n_skills
+    n_traces = 0 if spec.learner.trace_decay is None else MAX_TRACES
     return LearnerState(
         selection=selection,
         selection_words=selection.view(np.uint32),
@@ -144,6 +162,9 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         choice=np.zeros(2 if is_held else 0, np.int64),
         choice_sums=np.zeros(2 if is_held else 0, np.float32),
         best_ever=np.full(n_applicable, initial_q, np.float32),
+        trace_at=np.zeros(n_traces, np.uint64),
+        trace=np.zeros(n_traces, np.float32),
+        command=np.zeros(2 if spec.learner.options == COMMANDS else 0, np.int64),
         log_outcome=np.zeros(spec.trials, np.int8),
         log_reward=np.zeros(spec.trials, np.float64),
         log_steps=np.zeros(spec.trials, np.int32),
@@ -200,11 +221,11 @@ def join_option(state: LearnerState, option: int, initial_q: float, *, safely: b
     rows.rescan_all(state.selection, state.selection_words)
 
 
-def with_option(state: LearnerState, former: RunSpec) -> LearnerState:
-    """The same state with room for one more skill than ``former`` has, absent as yet."""
+def with_option(state: LearnerState, former: RunSpec, spec: RunSpec) -> LearnerState:
+    """The same state with room for the skill that ``spec`` has more than ``former``, absent yet."""
     n_former = len(former.learner.skills)
-    n_rows = former.world.n_skill_states
-    skills = rows.new_table((n_former + 1) * n_rows, N_MOVES, former.learner.initial_q)
+    n_rows = int(first_rows(spec)[-1])
+    skills = rows.new_table(n_rows, N_MOVES, spec.learner.initial_q)
     skills[: state.skills.size] = state.skills
     visits = np.pad(state.visits.reshape(-1, n_former), ((0, 0), (0, 1))).ravel()
     best_ever = state.best_ever
@@ -228,23 +249,43 @@ def return_option(state: LearnerState, option: int, column: np.ndarray) -> None:
     rows.rescan_all(state.selection, state.selection_words)
 
 
+def selection_q_of(spec: RunSpec, state: LearnerState) -> np.ndarray:
+    """Values of the options, ``(heading, distance, direction, option) float32``, as a copy.
+
+    They are minus infinity where an option is not present.
+    """
+    return by_main_state(spec, rows.values(state.selection)[:, : n_options_of(spec)])
+
+
+def value_of(spec: RunSpec, state: LearnerState) -> np.ndarray:
+    """Largest value of the present options, ``(heading, distance, direction) float32``, a copy."""
+    return by_main_state(spec, rows.best(state.selection))
+
+
+def skill_q_of(spec: RunSpec, state: LearnerState) -> np.ndarray:
+    """Values of the moves, ``(skill, distance, direction, move) float32``, as a copy.
+
+    Distance and direction are as skills see them, and commands count as skills. If one of them sees
+    headings, it is ``(skill, heading, distance, direction, move)``, see
+    :func:`learners.kernel.layout.by_sub_policy`.
+    """
+    return by_sub_policy(spec, rows.values(state.skills)[:, :N_MOVES])
+
+
 def tables(spec: RunSpec, state: LearnerState) -> dict[str, np.ndarray]:
     """The tables under their own shapes, as copies.
 
     ``selection_q (heading, distance, direction, option)``, NaN where an option is absent;
-    ``skill_q (skill, distance, direction, move)``, distance and direction as skills see them;
+    ``skill_q (skill, distance, direction, move)``, see :func:`skill_q_of`;
     ``visits`` like ``selection_q``; ``first_reach (heading, distance, direction)``, -1 where never.
     """
     shape = (N_HEADINGS, spec.world.n_distances, spec.world.n_directions)
-    of_skills = spec.world.of_skills
-    n_options, n_skills = n_options_of(spec), len(spec.learner.skills)
-    selection = rows.values(state.selection)[:, :n_options].copy()
+    selection = selection_q_of(spec, state)
     selection[np.isneginf(selection)] = np.nan
-    skills = rows.values(state.skills)[:, :N_MOVES].copy()
     return {
-        "selection_q": selection.reshape(*shape, n_options),
-        "skill_q": skills.reshape(n_skills, of_skills.n_distances, of_skills.n_directions, N_MOVES),
-        "visits": state.visits.reshape(*shape, n_options).copy(),
+        "selection_q": selection,
+        "skill_q": skill_q_of(spec, state),
+        "visits": state.visits.reshape(*shape, n_options_of(spec)).copy(),
         "first_reach": state.first_reach.reshape(shape).copy(),
     }
 

@@ -142,13 +142,13 @@ def test_greedy_sets_name_all_that_tie_and_nothing_absent() -> None:
     policy = greedy_moves(selection_q, skill_q)
     assert policy.options[0, 0, 0] == 0b101
     assert policy.options[1, 2, 3] == 0b010
-    assert policy.moves[0, 0, 0] == 0b111111111
-    assert policy.moves[1, 2, 3] == 0b100000000
+    assert policy.moves[0, 0, 0, 0] == 0b111111111
+    assert policy.moves[1, 0, 2, 3] == 0b100000000
 
 
 def test_primitive_moves_are_options_that_know_only_themselves() -> None:
     selection_q = np.zeros((N_HEADINGS, RINGS, SECTORS, N_MOVES), np.float32)
-    moves, options = greedy_moves(selection_q, NO_SKILLS)
+    moves, options, _ = greedy_moves(selection_q, NO_SKILLS)
     assert (options == 0b111111111).all()
     for move in range(N_MOVES):
         assert (moves[move] == 1 << move).all()
@@ -226,7 +226,7 @@ def test_skills_are_asked_by_what_they_see_themselves(skills: bool) -> None:
     selection_q, _ = random_tables(5, n_options)
     skill_q = np.random.default_rng(5).normal(size=(3 if skills else 0, 18, 24, N_MOVES))
     policy = greedy_moves(selection_q, skill_q.astype(np.float32))
-    assert policy.moves.shape == (n_options, 18, 24)
+    assert policy.moves.shape == (n_options, 1, 18, 24)
     for case in range(60):
         draw = np.random.default_rng(case)
         x, y, heading = (int(n) for n in draw.integers(0, [SIZE, SIZE, N_HEADINGS]))

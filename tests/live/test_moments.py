@@ -16,6 +16,7 @@ from app.live.places import Place
 from app.live.snapshot import Snapshot
 from app.live.wishes import MOST_WAITING
 from learners.commands import CommandError, FreezeSelection, SetParameter
+from learners.kernel.state import selection_q_of
 from learners.run import Run, replay
 from tests.support.lines import SEED, SPEC, play, stands
 
@@ -382,5 +383,5 @@ def test_moments_are_exact_while_the_line_goes_on(lines: Lines) -> None:
         again = moment_at(past, Place(LINE, step), "preset 3")
         assert again is not None
         assert is_same(made, again)
-        assert is_same(made.selection_q, snapshot.selection_q_of(stopped))
+        assert is_same(made.selection_q, selection_q_of(stopped.spec, stopped.state))
         assert np.array_equal(stopped.state.log_reward[: stopped.trial], rewards[: stopped.trial])

@@ -15,11 +15,11 @@ from app.documents import presets
 from app.live.past import Budget, Past
 from app.live.race import FEWEST, MOST, THESIS_FOUR, Race, RaceStatus, thesis_four
 from app.live.racer import Entry
-from app.live.snapshot import Snapshot, curve_window, selection_q_of
+from app.live.snapshot import Snapshot, curve_window
 from app.live.worker import FULL_SPEED
 from learners import run as run_module
 from learners.commands import CommandError, FreezeSelection, SetParameter
-from learners.kernel.state import STEP, digest
+from learners.kernel.state import STEP, digest, selection_q_of
 from learners.run import Run, replay
 from tests.support import lines
 from tests.support.lines import SPEC, Script, commands, play, scripts, stands, tell
@@ -87,7 +87,7 @@ def test_racers_are_the_runs_that_they_would_be_alone(
     for racer, found, snapshot in zip(entries, end.digests, end.snapshots, strict=True):
         run = alone(racer)
         assert found == tables(run)
-        assert np.array_equal(snapshot.selection_q, selection_q_of(run))
+        assert np.array_equal(snapshot.selection_q, selection_q_of(run.spec, run.state))
 
 
 def test_all_that_is_published_is_of_one_step() -> None:
@@ -280,7 +280,7 @@ def test_looking_at_what_is_past_changes_nothing_and_shows_all_at_one_step(
 def assert_is(snapshot: Snapshot, run: Run) -> None:
     assert (snapshot.step, snapshot.trial) == (run.step, run.trial)
     assert np.array_equal(snapshot.visits, visits_of(run))
-    assert np.array_equal(snapshot.selection_q, selection_q_of(run))
+    assert np.array_equal(snapshot.selection_q, selection_q_of(run.spec, run.state))
 
 
 def test_a_moment_that_was_cut_short_by_where_the_race_was_is_made_anew() -> None:
@@ -349,7 +349,7 @@ def test_a_line_is_followed_as_it_grows_and_never_touched(parts: list[Script]) -
         assert stands(run) == stands(twin)
         (of_it, _) = snapshots_at(race, run.step // 2)
         then = replay(SPEC, lines.SEED, run.journal, of_it.step)
-        assert np.array_equal(of_it.selection_q, selection_q_of(then))
+        assert np.array_equal(of_it.selection_q, selection_q_of(then.spec, then.state))
 
 
 @given(part=scripts, given=st.lists(commands, min_size=1, max_size=4))

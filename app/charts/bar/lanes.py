@@ -218,6 +218,8 @@ class _Writer:
         text, after, near = f"{block.first:,}", "", self._span(block)[0]
         if block.first >= NEVER:
             before, text, near = "", "not planned to join", 1.0
+            if block.by_rule:
+                text = "joins by its rule"
         elif is_beyond:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
         spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)

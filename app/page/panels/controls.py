@@ -76,11 +76,12 @@ def skill_state(status: Status, skill: str) -> str:
     control = snapshot.control
     if skill not in snapshot.present:
         planned = snapshot.spec.schedule.introduced_at(skill)
-        if not snapshot.trial < planned < MAX_TRIALS:
+        by_rule = snapshot.spec.schedule.rule_of(skill) is not None
+        if not by_rule and not snapshot.trial < planned < MAX_TRIALS:
             return "not yet"
         if not control.schedule_on:
             return "not yet: the schedule is not followed"
-        return f"joins at trial {planned:,}"
+        return "joins by its rule" if by_rule else f"joins at trial {planned:,}"
     index = snapshot.spec.learner.skills.index(skill)
     total = int(snapshot.option_visits.sum())
     parts = ["active"]

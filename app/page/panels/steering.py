@@ -115,7 +115,7 @@ SLIDERS = (
 def introduction_of(snapshot: Snapshot, skill: str) -> Introduce:
     """Let a skill join now, with the freeze that the schedule has for it."""
     timer = snapshot.spec.schedule.skills.get(skill)
-    if timer is None or timer.at >= MAX_TRIALS:
+    if timer is None or timer.at == MAX_TRIALS:
         # A timer that never comes only keeps the skill out; its freeze is nobody's choice.
         return Introduce(skill, DEFAULT_FREEZE_TRIALS)
     return Introduce(skill, timer.freeze)
