@@ -23,6 +23,7 @@ class Logs(NamedTuple):
     log_reward: np.ndarray
     log_steps: np.ndarray
     log_new_states: np.ndarray
+    log_reached: np.ndarray
     log_switches: np.ndarray
     log_change: np.ndarray
     log_cell: np.ndarray

@@ -29,6 +29,8 @@ class Explore:
     skill: str
     duration_trials: int
     probability: float
+    value_at_most: float | None = None
+    """Only in states in which no other present skill is worth more than this (section 5.2)."""
 
 
 @dataclass(frozen=True)
@@ -137,8 +139,8 @@ Command = (
 )
 
 
-Author = Literal["schedule", "hand"]
-"""Who gives a command."""
+Author = Literal["schedule", "trigger", "hand"]
+"""Who gives a command; a trigger is the rule by which a skill joins."""
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,9 @@ from learners.commands import (
     Undo,
 )
 from learners.misfits import not_for_script
-from learners.names import INTRODUCTION, MAX_TRIALS, MOVES, Script
+from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE, Script
 from learners.parameters import PARAMETERS, with_value
-from learners.schedule_spec import SkillTimer
+from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
 from learners.skills import SKILLS
 from learners.spec import RunSpec
 from sim.spec import ProblemsError
@@ -50,6 +50,8 @@ class Episode(NamedTuple):
     probability: float
     until_trial: int
     """First trial after it."""
+    value_at_most: float | None = None
+    """Where it acts, see :class:`learners.commands.Explore`."""
 
 
 class Introduction(NamedTuple):
@@ -58,6 +60,15 @@ class Introduction(NamedTuple):
     skill: str
     trial: int
     step: int
+
+
+class Awaited(NamedTuple):
+    """The next skill that joins by a rule."""
+
+    introduce: Introduce
+    rule: TriggerSpec
+    since: int
+    """First trial that the rule looks at: the freeze of the latest introduction is over."""
 
 
 class Timer(NamedTuple):
@@ -77,6 +88,8 @@ class Control:
     """The preset as commands have changed it."""
     introductions: tuple[Introduction, ...] = ()
     """Of the skills that are present, the newest last."""
+    removed: tuple[str, ...] = ()
+    """Skills that are not present since they were taken out: no rule lets them join again."""
     episodes: tuple[Episode, ...] = ()
     """The newest first; at most one for each skill."""
     frozen_until: int = 0
@@ -145,13 +158,31 @@ def timers_of(spec: RunSpec) -> tuple[Timer, ...]:
         for skill in spec.learner.skills
     ]
     timers += [
-        Timer(int(episode.at), Explore(episode.skill, episode.duration, episode.probability))
+        Timer(int(episode.at), exploration_of(episode))
         for episode in schedule.episodes
         if episode.at != INTRODUCTION
     ]
     if schedule.teach is not None:
         timers.append(Timer(0, Teach(schedule.teach.script, schedule.teach.trials)))
     return tuple(sorted(timers, key=lambda timer: timer.trial))
+
+
+def exploration_of(episode: EpisodeSpec) -> Explore:
+    """An episode of the schedule as the command that begins it."""
+    at_most = None if episode.where is None else episode.where.value_at_most
+    return Explore(episode.skill, episode.duration, episode.probability, at_most)
+
+
+def awaited(control: Control) -> Awaited | None:
+    """The first of the skills listed that is to join by a rule; None if none is, or by the schedule
+    nothing happens."""
+    schedule = control.spec.schedule
+    gone = {*control.present, *control.removed}
+    for skill in control.spec.learner.skills if control.schedule_on else ():
+        rule = schedule.rule_of(skill)
+        if rule is not None and skill not in gone:
+            return Awaited(Introduce(skill, schedule.freeze_of(skill)), rule, control.frozen_until)
+    return None
 
 
 def is_still_wanted(control: Control, command: Command) -> bool:
@@ -169,7 +200,7 @@ def brought_by(control: Control, command: Command) -> tuple[Command, ...]:
     if not isinstance(command, Introduce) or not control.schedule_on:
         return ()
     return tuple(
-        Explore(episode.skill, episode.duration, episode.probability)
+        exploration_of(episode)
         for episode in control.spec.schedule.episodes
         if episode.skill == command.skill and episode.at == INTRODUCTION
     )
@@ -246,12 +277,14 @@ def _changed(control: Control, event: Event) -> Control:
             return replace(
                 control,
                 introductions=(*control.introductions, entry),
+                removed=tuple(gone for gone in control.removed if gone != skill),
                 frozen_until=max(control.frozen_until, event.trial + freeze),
             )
-        case Explore(skill=skill, duration_trials=duration, probability=probability):
+        case Explore(skill=skill, duration_trials=duration, probability=probability) as explore:
             if skill not in control.present:
                 return control
-            newest = Episode(skill, probability, event.trial + duration)
+            until = event.trial + duration
+            newest = Episode(skill, probability, until, explore.value_at_most)
             return replace(control, episodes=(newest, *_without(skill, control.episodes)))
         case StopExploring(skill=skill):
             return replace(control, episodes=_without(skill, control.episodes))
@@ -273,6 +306,7 @@ def _changed(control: Control, event: Event) -> Control:
             return replace(
                 control,
                 introductions=_without(skill, control.introductions),
+                removed=(*control.removed, skill),
                 episodes=_without(skill, control.episodes),
             )
         case SetParameter(key=key, value=value):
@@ -331,8 +365,11 @@ def _check(control: Control, event: Event) -> None:
             document = control.spec.model_dump()
             if skill in document["learner"]["custom_skills"]:
                 raise CommandError(f"there is a skill named {skill!r}; allowed: another name")
-            if control.spec.learner.options == MOVES:
-                raise CommandError("the options of this learner are moves; it cannot take a skill")
+            if not control.spec.learner.skills:
+                what = control.spec.learner.options
+                raise CommandError(
+                    f"the options of this learner are {what}; it cannot take a skill"
+                )
             document["learner"]["custom_skills"][skill] = weights.model_dump()
             _check_spec(document)
         case Remove(skill=skill):
@@ -361,11 +398,12 @@ def _check(control: Control, event: Event) -> None:
 
 def _check_introduction(control: Control, command: Introduce) -> None:
     skill, learner = command.skill, control.spec.learner
-    known = {*SKILLS, *learner.custom_skills} if learner.skills else set()
+    known = {*SKILLS, *learner.custom_skills} if learner.skills else set[str]()
+    options = learner.options
     if skill not in known:
         raise CommandError(
             f"{skill!r} is not a skill of this learner;"
-            f" allowed: {', '.join(sorted(known)) or 'none, because its options are moves'}"
+            f" allowed: {', '.join(sorted(known)) or f'none, because its options are {options}'}"
         )
     if skill in control.present:
         raise CommandError(f"{skill} has joined already")
@@ -380,6 +418,11 @@ def _check_exploration(control: Control, command: Explore) -> None:
     _check_trials("duration", command.duration_trials, fewest=1)
     if not 0 <= command.probability <= 1:
         raise CommandError(f"probability: {command.probability} is not allowed; allowed: 0 to 1")
+    value = command.value_at_most
+    if value is not None and not abs(value) <= MAX_VALUE:
+        raise CommandError(
+            f"value_at_most: {value} is not allowed; allowed: {-MAX_VALUE:g} to {MAX_VALUE:g}"
+        )
 
 
 def _check_teaching(control: Control, command: Teach) -> None:

@@ -45,7 +45,7 @@ def not_for_script(learner: LearnerSpec) -> str | None:
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
-    allowed = ", ".join(learner.skills) or "none, because the options are moves"
+    allowed = ", ".join(learner.skills) or f"none, because the options are {learner.options}"
     named: list[tuple[tuple[str | int, ...], str]] = [
         *((("skills", skill), skill) for skill in schedule.skills),
         *(

@@ -1,7 +1,8 @@
 """One run of one learner: a function of (spec, seed, commands with their step numbers).
 
 The run applies commands between steps, lets the schedule give its own at the start of the
-trials it names, and calls the kernel from one such event to the next.
+trials it names, and a rule its own before the trial in which it is met, and calls the kernel from
+one such event to the next.
 """
 
 from collections.abc import Callable, Iterable
@@ -23,6 +24,7 @@ from learners.control import (
     MakeRoom,
     Return,
     Timer,
+    awaited,
     brought_by,
     is_still_wanted,
     timers_of,
@@ -40,6 +42,7 @@ from learners.kernel.state import (
     STEP,
     TRIAL,
     TRIAL_NEW_STATES,
+    TRIAL_REACHED,
     TRIAL_STEP,
     TRIAL_SWITCHES,
     LearnerState,
@@ -59,6 +62,7 @@ from learners.policies.alone import Alone, alone_at, start_number
 from learners.policies.held import Held
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
+from learners.triggers.watch import is_met, watch_for
 from sim import rng
 from sim.bits import U
 from sim.spec import WorldSpec
@@ -328,9 +332,16 @@ class Run:
         self.control = replace(self.control, episodes=going, next_timer=past)
         for command in due:
             if is_still_wanted(self.control, command):
-                event = self._event(command, "schedule")
-                self._adopt(*control.apply(self.control, event))
-                self._bring(event)
+                self._give(command, "schedule")
+        joining = awaited(self.control)
+        if joining is not None and is_met(self.state, watch_for(joining.rule, joining.since)):
+            self._give(joining.introduce, "trigger")
+
+    def _give(self, command: Command, author: Author) -> None:
+        """Carry out a command that is given at the start of a trial."""
+        event = self._event(command, author)
+        self._adopt(*control.apply(self.control, event))
+        self._bring(event)
 
     def _end_of(self, alone: Alone) -> None:
         """Place the predator where the next skill begins to learn by itself, or the first trial."""
@@ -343,7 +354,7 @@ class Run:
             cell, heading = self.start_of(start_number(int(tally[EXERCISES])))
             tally[EXERCISES] += 1
         place[CELL], place[HEADING], place[OPTION] = cell, heading, NO_OPTION
-        tally[[TRIAL_STEP, TRIAL_NEW_STATES, TRIAL_SWITCHES]] = 0
+        tally[[TRIAL_STEP, TRIAL_NEW_STATES, TRIAL_REACHED, TRIAL_SWITCHES]] = 0
 
     def _next_event(self) -> int:
         """Trial before which the settings of the kernel may change."""
@@ -379,6 +390,9 @@ class Run:
             name = self.control.script
             script = taught.table_of(name, self.spec.world, learner.skills, self.present)
         learns_from_all = learner.skills_that_learn == "all" and alone is None
+        values = [e.value_at_most for e in episodes]
+        at_most = np.array([np.inf if value is None else value for value in values], np.float32)
+        joining = awaited(self.control) if alone is None else None
         return Settings(
             n_options=U(n_options),
             present=U(present),
@@ -397,6 +411,8 @@ class Run:
             held=None if alone is not None else _held(learner.held),
             applicable=None if learner.applicable is None else np.float32(learner.applicable),
             alone=None if alone is None else U(self._option(alone.skill)),
+            episode_value_at_most=at_most if any(v is not None for v in values) else None,
+            watch=None if joining is None else watch_for(joining.rule, joining.since),
             trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
             regions=regions_of(self.spec),
         )

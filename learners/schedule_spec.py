@@ -5,7 +5,16 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from learners.names import INTRODUCTION, MAX_TRIALS, Rate, Script, SkillName, Trials, Truth
+from learners.names import (
+    INTRODUCTION,
+    MAX_TRIALS,
+    MAX_VALUE,
+    Rate,
+    Script,
+    SkillName,
+    Trials,
+    Truth,
+)
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 
@@ -51,7 +60,7 @@ class SkillTimer(Spec):
 class WhereSpec(Spec):
     """In which states an exploration episode acts (section 5.2)."""
 
-    value_at_most: FiniteFloat
+    value_at_most: Annotated[FiniteFloat, Field(ge=-MAX_VALUE, le=MAX_VALUE)]
     """The largest value of the present options but the explored one is at most this."""
 
 

@@ -117,7 +117,7 @@ def offered_step(step: int, end_step: int, events: tuple[int, ...]) -> int:
 
 def offer_of(snapshot: Snapshot) -> dict[str, object]:
     """What there is to choose from, for a page of the audience."""
-    skills = tuple(plain(name) for name in snapshot.spec.learner.skills)
+    skills = tuple(map(plain, snapshot.spec.learner.sub_policies))
     options = option_names(snapshot)
 
     def names_of(layer: Layer) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from app.util.html import element, joined
 from app.words.numbers import NONE, counted, shown_number
 from app.words.plain import joined_by_and, plain
 from learners import measures
-from learners.names import MOVES
+from learners.names import COMMANDS, MOVES
 from learners.spec import RunSpec
 
 _LEVEL: Final = 3.0
@@ -25,6 +25,8 @@ def repertoire(spec: RunSpec) -> str:
     skills = spec.learner.skills
     if spec.learner.options == MOVES:
         return "nine moves, no skills"
+    if spec.learner.options == COMMANDS:
+        return "five commands of a manager, no skills"
     joins = [spec.schedule.introduced_at(skill) for skill in skills]
     names = joined_by_and([plain(skill) for skill in skills])
     if len(set(joins)) == 1:

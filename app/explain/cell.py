@@ -39,7 +39,7 @@ class OptionReading(NamedTuple):
 
 
 class SkillReading(NamedTuple):
-    """What a skill knows of the nine moves in a state."""
+    """What a skill, or what obeys a command, knows of the nine moves in a state."""
 
     name: str
     q: tuple[float, ...]
@@ -96,7 +96,7 @@ def moment_of(snapshot: Snapshot) -> Hashable:
 def actions_of(snapshot: Snapshot) -> tuple[str, ...]:
     """What it is to take each option, as people say it."""
     learner = snapshot.spec.learner
-    return ACTION_NAMES if learner.options == MOVES else tuple(map(plain, learner.skills))
+    return ACTION_NAMES if learner.options == MOVES else tuple(map(plain, learner.sub_policies))
 
 
 class HuntShown(NamedTuple):
@@ -166,7 +166,7 @@ def reading_at(
         of_skills=None if snapshot.world.skill_states is None else of_skills,
         seen=bool(int(snapshot.world.cell_word[cell]) >> heading & 1),
         options=_options_read(snapshot, here),
-        skills=_skills_read(snapshot, *of_skills),
+        skills=_skills_read(snapshot, heading, *of_skills),
         first_reach=None if first_reach == NOT_REACHED else first_reach,
         outcome=outcome,
     )
@@ -197,11 +197,14 @@ def _options_read(snapshot: Snapshot, here: tuple[int, int, int]) -> tuple[Optio
     )
 
 
-def _skills_read(snapshot: Snapshot, ring: int, direction: int) -> tuple[SkillReading, ...]:
-    readings = []
-    for skill, name in enumerate(snapshot.spec.learner.skills):
-        if name in snapshot.present:
-            q = snapshot.skill_q[skill, ring, direction]
+def _skills_read(
+    snapshot: Snapshot, heading: int, ring: int, direction: int
+) -> tuple[SkillReading, ...]:
+    learner = snapshot.spec.learner
+    readings: list[SkillReading] = []
+    for skill, name in enumerate(learner.sub_policies):
+        if name in snapshot.present or not learner.skills:
+            q = snapshot.skill_q_of(skill, heading)[ring, direction]
             best = tuple(np.flatnonzero(q == q.max()).tolist())
             readings.append(SkillReading(plain(name), tuple(q.tolist()), best))
     return tuple(readings)

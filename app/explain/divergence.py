@@ -8,6 +8,7 @@ from app.live.divergence import Did, Divergence
 from app.words.numbers import counted
 from app.words.plain import MOVE_NAMES, joined_by_and, plain
 from learners.control import Control
+from learners.names import COMMANDS
 from sim.geometry import STAY
 
 _MOST_SAID: Final = 2
@@ -101,7 +102,8 @@ def _repertoire(control: Control) -> str:
     """What it begins with."""
     skills = control.spec.learner.skills
     if not skills:
-        return "chooses among the nine moves"
+        is_manager = control.spec.learner.options == COMMANDS
+        return f"chooses among the {'five commands' if is_manager else 'nine moves'}"
     present = joined_by_and([plain(skill) for skill in control.present])
     more = len(skills) - len(control.present)
     later = f" ({counted(more, 'skill')} more later)" if more else ""

@@ -16,7 +16,7 @@ from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import counted
 from app.words.plain import joined_by_and, named, plain
-from learners.names import MOVES
+from learners.names import COMMANDS
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -84,12 +84,14 @@ def success_share(snapshot: Snapshot) -> float:
 
 
 def _has_skills(snapshot: Snapshot) -> bool:
-    return snapshot.spec.learner.options != MOVES
+    return bool(snapshot.spec.learner.skills)
 
 
 def _repertoire(snapshot: Snapshot) -> Markup:
     if not _has_skills(snapshot):
-        return _said("Nine moves, no ", term("skill", "skills"), ".")
+        is_manager = snapshot.spec.learner.options == COMMANDS
+        what = "A manager with five commands" if is_manager else "Nine moves"
+        return _said(f"{what}, no ", term("skill", "skills"), ".")
     names = [plain(introduction.skill) for introduction in snapshot.control.introductions]
     if not names:
         return _said("No ", term("skill"), " yet.")

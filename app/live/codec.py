@@ -38,6 +38,7 @@ _PLAIN: Final[Mapping[Any, Any]] = {
     int: Annotated[int, Field(ge=0, le=_MOST)],
     int | None: Annotated[int | None, Field(ge=0, le=_MOST)],
     float: Annotated[float, Field(allow_inf_nan=False)],
+    float | None: Annotated[float | None, Field(allow_inf_nan=False)],
     str: Annotated[str, Field(max_length=_LONGEST)],
     LongText: Annotated[str, Field(max_length=MOST_TEXT)],
 }
@@ -83,7 +84,19 @@ def _command(document: object) -> Command:
 
 
 def _values_of(stated: Record | Command) -> dict[str, Any]:
-    return {field.name: _plain(getattr(stated, field.name)) for field in dataclasses.fields(stated)}
+    values = {field.name: getattr(stated, field.name) for field in dataclasses.fields(stated)}
+    left_out = {field.name for field in dataclasses.fields(stated) if _is_optional(stated, field)}
+    return {
+        name: _plain(value)
+        for name, value in values.items()
+        if value is not None or name not in left_out
+    }
+
+
+def _is_optional(stated: Record | Command | type[Any], field: "dataclasses.Field[Any]") -> bool:
+    """Whether a value of a command is written only where it is given: files of before have none."""
+    kind = stated if isinstance(stated, type) else type(stated)
+    return kind in _COMMANDS.values() and field.default is None
 
 
 def _plain(value: Any) -> Any:
@@ -124,7 +137,8 @@ def _made(kind: type[Any], values: dict[str, Any]) -> Any:
 
 @cache
 def _model_of(kind: type[Any]) -> type[BaseModel]:
-    """What the values of a record or a command must be: all of them, no others, and of their types.
+    """What the values of a record or a command must be: all of them but those that are written only
+    where they are given, no others, and of their types.
 
     Commands within a record have been read before it is.
     """
@@ -134,7 +148,8 @@ def _model_of(kind: type[Any]) -> type[BaseModel]:
         hint = hints[field.name]
         if hint in (Command, tuple[Command, ...]):
             hint = Any
-        fields[field.name] = (_PLAIN.get(hint, hint), ...)
+        default = None if _is_optional(kind, field) else ...
+        fields[field.name] = (_PLAIN.get(hint, hint), default)
     settings = ConfigDict(strict=True, extra="forbid", protected_namespaces=())
     return create_model(kind.__name__, __config__=settings, **fields)
 

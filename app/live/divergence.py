@@ -206,7 +206,7 @@ def _did(run: Run, after: Run | None, commands: Sequence[Command]) -> Did:
     given = tuple(commands)
     if after is None:
         return Did(None, None, given, run.control)
-    skills = after.spec.learner.skills
+    skills = after.spec.learner.sub_policies
     # A step counts one visit; of one that ended a trial no more than that is known.
     taken = int(np.flatnonzero(after.state.visits != run.state.visits)[0])
     skill = skills[taken % n_options_of(after.spec)] if skills else None

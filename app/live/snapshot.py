@@ -30,6 +30,8 @@ TRAIL_STEPS = 120
 FADE = 0.85
 """What is left of a flash of learning from one snapshot to the next."""
 RECENT_PATHS = 20
+_AXES = 3
+"""Of the table of one skill that does not see headings."""
 RECENT_ENDS = 16
 """Ends of trials that a snapshot carries."""
 
@@ -106,6 +108,14 @@ class Snapshot:
     """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
     progress: Progress
     """How steps and trials go together, as far as the curves go."""
+
+    def skill_q_of(self, skill: int, heading: int) -> np.ndarray:
+        """Table of a skill, or of what obeys a command, for a prey that looks that way.
+
+        ``(distance, direction, move) float32``, distance and direction as skills see them.
+        """
+        table = self.skill_q[skill]
+        return table if table.ndim == _AXES else table[heading]
 
 
 def curve_window(steps: int) -> int:

@@ -8,7 +8,7 @@ from app.picture.frames import UNTURNED, folds, in_frame
 from app.picture.look import Look
 from app.picture.theme import Theme
 from app.words.plain import MOVE_NAMES, plain
-from learners.names import MOVES
+from learners.names import COMMANDS, MOVES
 
 TIE = 1e-3
 """Options tie with the best that are worth less than it by no more than this share of it: about
@@ -16,12 +16,14 @@ a hundredth of a step nearer to capture."""
 
 
 def has_moves(snapshot: Snapshot) -> bool:
-    """Whether the options are the nine moves, and not skills."""
+    """Whether the options are the nine moves, and not skills or commands."""
     return snapshot.spec.learner.options == MOVES
 
 
 def kind_of(snapshot: Snapshot) -> str:
     """What an option is called in a sentence."""
+    if snapshot.spec.learner.options == COMMANDS:
+        return "command"
     return "move" if has_moves(snapshot) else "skill"
 
 
@@ -29,7 +31,7 @@ def option_names(snapshot: Snapshot) -> tuple[str, ...]:
     """Options as people say them."""
     if has_moves(snapshot):
         return MOVE_NAMES
-    return tuple(plain(skill) for skill in snapshot.spec.learner.skills)
+    return tuple(map(plain, snapshot.spec.learner.sub_policies))
 
 
 def option_colours(snapshot: Snapshot, theme: Theme) -> np.ndarray:

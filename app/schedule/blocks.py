@@ -12,9 +12,16 @@ from typing import Literal
 from app.live.snapshot import Snapshot
 from app.words.plain import plain
 from learners.commands import Event, Explore, Introduce, Undo
-from learners.control import Control, Episode, Introduction, evolve, timers_of
+from learners.control import (
+    Control,
+    Episode,
+    Introduction,
+    evolve,
+    exploration_of,
+    timers_of,
+)
 from learners.names import INTRODUCTION, MAX_TRIALS
-from learners.schedule_spec import TriggerSpec
+from learners.schedule_spec import EpisodeSpec, TriggerSpec
 from learners.spec import RunSpec
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
@@ -59,6 +66,8 @@ class Block:
     editable: bool = False
     probability: float | None = None
     """Of an exploration."""
+    value_at_most: float | None = None
+    """Of an exploration that acts only in states in which no other present skill is worth more."""
 
     @property
     def trials(self) -> int:
@@ -123,7 +132,7 @@ class _Reel:
             if lane in anew or before.get(lane) != what:
                 if isinstance(what, Episode):
                     source = self._source_of(what)
-                    self._begin(event, source, lane, what.until_trial, what.probability)
+                    self._begin(event, source, lane, what.until_trial, what)
                 else:
                     self._begin(event, event, lane)
 
@@ -143,7 +152,12 @@ class _Reel:
             event
             for event in reversed(self.control.history)
             if event.command
-            == Explore(episode.skill, episode.until_trial - event.trial, episode.probability)
+            == Explore(
+                episode.skill,
+                episode.until_trial - event.trial,
+                episode.probability,
+                episode.value_at_most,
+            )
             and not event.undone
         )
 
@@ -153,7 +167,7 @@ class _Reel:
         source: Event,
         lane: Lane,
         until: int | None = None,
-        probability: float | None = None,
+        episode: Episode | None = None,
     ) -> None:
         kind, skill = lane
         id = f"presence:{event.number}" if kind == "presence" else f"event:{event.number}"
@@ -169,7 +183,9 @@ class _Reel:
             until=until,
             state="running",
             by_hand=source.author == "hand" or not self._is_of_preset(source),
-            probability=probability,
+            by_rule=source.author == "trigger",
+            probability=None if episode is None else episode.probability,
+            value_at_most=None if episode is None else episode.value_at_most,
         )
 
     def _is_of_preset(self, event: Event) -> bool:
@@ -177,13 +193,14 @@ class _Reel:
         preset = self.control.preset
         match event.command:
             case Introduce(skill=skill, freeze_trials=freeze):
-                return (event.trial, None, freeze) == _timer_of(preset, skill)
-            case Explore(skill=skill, duration_trials=duration, probability=probability):
+                at, rule = event.trial, None
+                if event.author == "trigger":
+                    at, rule = NEVER, self.control.spec.schedule.rule_of(skill)
+                return (at, rule, freeze) == _timer_of(preset, skill)
+            case Explore():
                 starts = [event.trial] if event.cause is None else [event.trial, INTRODUCTION]
                 return any(
-                    (episode.skill, episode.duration, episode.probability)
-                    == (skill, duration, probability)
-                    and episode.at in starts
+                    exploration_of(episode) == event.command and episode.at in starts
                     for episode in preset.schedule.episodes
                 )
         return True
@@ -306,7 +323,7 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
         first: int,
         trials: int,
         is_of_preset: bool,
-        probability: float | None = None,
+        episode: EpisodeSpec | None = None,
     ) -> Block:
         by_rule = first >= NEVER and schedule.rule_of(skill) is not None
         happens = on and (first < NEVER or by_rule) and (skill in present or skill in joining)
@@ -320,7 +337,8 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
             by_hand=not is_of_preset,
             by_rule=by_rule,
             editable=first > snapshot.trial,
-            probability=probability,
+            probability=None if episode is None else episode.probability,
+            value_at_most=None if episode is None else exploration_of(episode).value_at_most,
         )
 
     for skill in snapshot.spec.learner.skills:
@@ -339,7 +357,7 @@ def _planned(snapshot: Snapshot) -> Iterable[Block]:
                 first,
                 episode.duration,
                 episode in preset.schedule.episodes,
-                episode.probability,
+                episode,
             )
 
 
@@ -381,7 +399,11 @@ def described(block: Block) -> str:
         freeze = f", selection frozen for {block.trials:,} trials" if block.trials else ""
         text = f"{skill} {joins}, {who}{freeze}"
     elif block.kind == "exploration":
-        text = f"{skill} is explored in {block.probability:.0%} of the steps, {_span(block)}, {who}"
+        where = ""
+        if block.value_at_most is not None:
+            where = f" where nothing else is worth more than {block.value_at_most:g}"
+        share = f"{block.probability:.0%} of the steps{where}"
+        text = f"{skill} is explored in {share}, {_span(block)}, {who}"
     else:
         text = f"{FROZEN[block.kind]} frozen by hand, {_span(block)}"
     if block.undone:

@@ -10,7 +10,7 @@ from app.words.plain import PARAMETER_NAMES, named
 from learners.commands import Remove, SetParameter
 from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.parameters import value_of
-from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer, WhereSpec
 from learners.spec import RunSpec
 
 
@@ -117,9 +117,15 @@ def _episodes_of(blocks: Sequence[Block], skill: str, joins: int) -> list[Episod
                     at=INTRODUCTION if first == joins else first,
                     duration=min(until - first, MAX_TRIALS),
                     probability=block.probability,
+                    where=_where(block),
                 )
             )
     return episodes
+
+
+def _where(block: Block) -> WhereSpec | None:
+    at_most = block.value_at_most
+    return None if at_most is None else WhereSpec(value_at_most=at_most)
 
 
 def _is_exploration_of(block: Block, skill: str) -> bool:

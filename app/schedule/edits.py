@@ -183,6 +183,7 @@ def _changed_episode(
         at=start,
         duration=former.duration if trials is None else _clamped(trials, 1, MAX_TRIALS),
         probability=former.probability if probability is None else _probability(probability),
+        where=former.where,
     )
     episodes = schedule.episodes
     return schedule.model_copy(

@@ -14,6 +14,8 @@ class Forced(NamedTuple):
     which the ones before leave."""
     until_trial: int
     """First trial after it."""
+    value_at_most: float | None
+    """Only in states in which no other present skill is worth more; None if it is in all."""
 
 
 def forced_now(snapshot: Snapshot) -> list[Forced]:

@@ -76,7 +76,7 @@ COUNTERCLOCKWISE, CLOCKWISE, INWARDS, OUTWARDS = (
 )
 _SEARCH = U(COMMAND_NAMES.index(SEARCH))
 _N_COMMANDS = U(len(COMMAND_NAMES))
-_SEARCHED = np.float32(0.01)
+SEARCHED = np.float32(0.01)
 """Share of the world's reward that the search is told."""
 
 _ZERO = U(0)
@@ -156,7 +156,7 @@ def obey(
         r_t = _CROSSED if fulfilled >> command & _ONE != _ZERO else _NOTHING
         if command == _SEARCH:
             first += heading * world.n_skill_states
-            r_t = reward * _SEARCHED
+            r_t = reward * SEARCHED
         target = r_t
         if not is_over:
             target += settings.gamma * table[((first + skill_state_t) << _ROW_SHIFT) + _BEST]

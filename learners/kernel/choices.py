@@ -27,9 +27,17 @@ def imposed_option(
     n_episodes: int,
     episode_option: np.ndarray,
     episode_chance: np.ndarray,
+    episode_value_at_most: np.ndarray | None,
+    table: np.ndarray,
+    words: np.ndarray,
+    row: np.uint64,
     counter: np.uint64,
 ) -> tuple[np.uint64, np.uint64, np.uint64]:
     """Option that a running exploration episode imposes on this step (section 3.3.4).
+
+    An episode may act by context (section 5.2): only where V(s), the largest Q(s, o) of the present
+    options but its own, is at most a value. Elsewhere it takes no draw, and its option may be
+    chosen like any other.
 
     Returns:
         The option or ``NO_OPTION``; the options left for the ordinary choice; the counter of
@@ -38,6 +46,11 @@ def imposed_option(
     left = present
     for episode in range(n_episodes):
         option = episode_option[episode]
+        if (
+            episode_value_at_most is not None
+            and rows.best_without(table, words, row, option) > episode_value_at_most[episode]
+        ):
+            continue
         counter += GAMMA
         if mix(counter) >> _S32 < episode_chance[episode]:
             return option, left, counter

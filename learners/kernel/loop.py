@@ -10,11 +10,11 @@ goes by types, makes a loop for each combination that is met, and leaves out of 
 
 Draws. A step takes one draw of 64 bits from the stream of decisions and splits it into four of
 16 bits, from the low end: whether to explore at the selection, which option, whether to explore
-in the skill, which move. While biased exploration episodes run, each of them, the newest first,
-takes a draw of its own before that, until one takes the step. A script that teaches, which is
-asked first, takes none; where it chooses, episodes are not asked. In a step in which a choice is
-kept, nothing is asked of either, and the draw's part for the selection goes unused. A trial's start
-comes from a stream of its own, by the trial's number.
+in the skill, which move. While biased exploration episodes run, each of them that acts in the
+state, the newest first, takes a draw of its own before that, until one takes the step. A script
+that teaches is asked before them, and takes none; where it chooses, episodes are not asked. In a
+step in which a choice is kept, neither is asked, and the draw's part for the selection goes unused.
+A trial's start comes from a stream of its own, by the trial's number.
 
 The loop allocates nothing, touches no clock, and stops only between steps, so how many steps a
 call makes does not change what is learned.
@@ -40,6 +40,7 @@ from learners.kernel.state import (
     TRAIL_LENGTH,
     TRIAL,
     TRIAL_NEW_STATES,
+    TRIAL_REACHED,
     TRIAL_STEP,
     TRIAL_SWITCHES,
     LearnerState,
@@ -51,6 +52,7 @@ from learners.policies.applicable import applicable_among
 from learners.policies.held import Held, begin_choice, concluded, kept_option
 from learners.policies.taught import scripted_option
 from learners.skills import local_reward, wrapped
+from learners.triggers.watch import Watch, is_below, sums_after, sums_before
 from sim.bits import U, lowest
 from sim.compiled import loop
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
@@ -102,6 +104,11 @@ class Settings(NamedTuple):
     """Share of what a skill ever promised that it must promise to be selected; None for any."""
     alone: np.uint64 | None = None
     """The skill that is being pre-trained, see ``learners.policies.alone``; None in trials."""
+    episode_value_at_most: np.ndarray | None = None
+    """(episode,) float32: it acts where no other present option is worth more than this; None if
+    all act everywhere."""
+    watch: Watch | None = None
+    """The rule by which the next skill joins; None if there is none."""
     trace_decay: np.float32 | None = None
     """Share of a trace that is left in the next step, the discount aside; None without traces."""
     regions: Regions | None = None
@@ -122,7 +129,8 @@ def advance(
 ) -> int:
     """Learn for at most ``max_steps`` steps, and only while the trial is below ``until_trial``.
 
-    Changes the arrays of ``state``. The logs must have room for ``until_trial`` trials.
+    Where there is a rule by which a skill joins, it stops as well before the trial in which that is
+    met. Changes the arrays of ``state``. The logs must have room for ``until_trial`` trials.
 
     Returns:
         The number of steps made.
@@ -150,6 +158,8 @@ def advance(
     held = settings.held
     choice = state.choice
     choice_sums = state.choice_sums
+    value_at_most = settings.episode_value_at_most
+    watch = settings.watch
     options_are_moves = settings.options_are_moves
     weights = settings.reward_weights
     binary = settings.rewards_are_binary
@@ -171,11 +181,13 @@ def advance(
     trial = state.tally[TRIAL]
     trial_step = state.tally[TRIAL_STEP]
     new_states = state.tally[TRIAL_NEW_STATES]
+    reached = state.tally[TRIAL_REACHED]
     switches = state.tally[TRIAL_SWITCHES]
     repertoire = np.uint8(state.tally[REPERTOIRE])
     change = state.change[0]
 
     reading = U(cell_word[cell]) >> READING_SHIFT
+    watched, watched_size = sums_before(state, watch, trial)
     end_step = step + max_steps
     while step < end_step and trial < until_trial:
         word = U(cell_word[cell])
@@ -192,7 +204,15 @@ def advance(
             option = scripted_option(script, n_cells, heading, cell)
             if option == U(NO_OPTION):
                 option, allowed, counter = imposed_option(
-                    present, n_episodes, episode_option, episode_chance, counter
+                    present,
+                    n_episodes,
+                    episode_option,
+                    episode_chance,
+                    value_at_most,
+                    table,
+                    words,
+                    row,
+                    counter,
                 )
         counter += GAMMA
         draw = mix(counter)
@@ -265,6 +285,7 @@ def advance(
                 rose = utility_tm1 <= _NOTHING and table[row_choice + _BEST] > _NOTHING
                 if rose and first_reach[s_choice] == NOT_REACHED:
                     first_reach[s_choice] = trial
+                    reached += 1
 
         if not options_are_moves:
             turn = _NOTHING
@@ -303,13 +324,18 @@ def advance(
                 state.log_outcome[trial] = outcome
                 state.log_steps[trial] = trial_step + state.tally[EARLIER]
                 state.log_new_states[trial] = new_states
+                state.log_reached[trial] = reached
                 state.log_switches[trial] = switches
                 state.log_change[trial] = change
                 state.log_cell[trial] = np.uint32(cell)
                 state.tally[EARLIER] = 0
+                watched, watched_size = sums_after(state, watch, trial, watched, watched_size)
                 trial += 1
+                if is_below(watch, trial, watched, watched_size):
+                    until_trial = trial
             trial_step = 0
             new_states = 0
+            reached = 0
             switches = 0
             change = 0.0
             previous = U(NO_OPTION)
@@ -327,6 +353,7 @@ def advance(
     state.tally[TRIAL] = trial
     state.tally[TRIAL_STEP] = trial_step
     state.tally[TRIAL_NEW_STATES] = new_states
+    state.tally[TRIAL_REACHED] = reached
     state.tally[TRIAL_SWITCHES] = switches
     state.change[0] = change
     return made

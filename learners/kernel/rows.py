@@ -198,6 +198,22 @@ def write(
 
 
 @piece
+def best_without(
+    table: np.ndarray, words: np.ndarray, row: np.uint64, action: np.uint64
+) -> np.float32:
+    """The largest value of a row but for one action's; minus infinity where there is no other."""
+    if U(words[row + _GREEDY]) & ~(_ONE << action):
+        return table[row + _BEST]
+    top = NO_VALUE
+    other = _ZERO
+    while other < _BEST:
+        if other != action and table[row + other] > top:
+            top = table[row + other]
+        other += _ONE
+    return top
+
+
+@piece
 def greedy_among(
     table: np.ndarray, words: np.ndarray, row: np.uint64, allowed: np.uint64
 ) -> np.uint64:

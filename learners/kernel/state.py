@@ -32,9 +32,10 @@ TRIAL_STEP = 2
 TRIAL_NEW_STATES = 3
 TRIAL_SWITCHES = 4
 REPERTOIRE = 5
-EXERCISES = 6
-EARLIER = 7
-N_TALLIES = 8
+TRIAL_REACHED = 6
+EXERCISES = 7
+EARLIER = 8
+N_TALLIES = 9
 
 # Slots of ``LearnerState.choice``.
 CHOICE_STATE = 0
@@ -48,8 +49,8 @@ CHOICE_DISCOUNT = 1
 COMMAND_STEPS = 0
 COMMAND_REGION = 1
 
-MAX_TRACES = 1024
-"""Moves that are remembered at most; up to γ λ = 0.993 earlier ones have no trace any more."""
+MAX_TRACES = 256
+"""Moves that have a trace at most, the latest; up to γ λ = 0.973 no earlier one would have any."""
 LEAST_TRACE = 0.001
 
 
@@ -109,6 +110,8 @@ class LearnerState(NamedTuple):
     """(trial,) int32: steps in each trial; in the first, with those of pre-training before it."""
     log_new_states: np.ndarray
     """(trial,) int32: visits of states not visited before with the repertoire of the time."""
+    log_reached: np.ndarray
+    """(trial,) int32: states whose value rose above 0 for the first time."""
     log_switches: np.ndarray
     """(trial,) int32: steps with another option than the step before; the first counts as one."""
     log_change: np.ndarray
@@ -169,6 +172,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         log_reward=np.zeros(spec.trials, np.float64),
         log_steps=np.zeros(spec.trials, np.int32),
         log_new_states=np.zeros(spec.trials, np.int32),
+        log_reached=np.zeros(spec.trials, np.int32),
         log_switches=np.zeros(spec.trials, np.int32),
         log_change=np.zeros(spec.trials, np.float32),
         log_cell=np.zeros(spec.trials, np.uint32),

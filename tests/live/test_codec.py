@@ -1,6 +1,7 @@
 """Records come back as they were, and nothing else is taken for one."""
 
 import json
+import math
 from typing import Any, get_args
 
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given
 
 from app.live.codec import UnknownRecordError, decoded, encoded
 from app.live.records import Gave, Record
-from learners.commands import Command, FreezeSelection
+from learners.commands import Command, Explore, FreezeSelection
 from tests.support.journals import COMMANDS, RECORDS, records
 
 
@@ -29,7 +30,14 @@ def test_any_record_comes_back_as_it_was(record: Record) -> None:
     assert decoded(json.loads(json.dumps(encoded(record)))) == record
 
 
+def test_where_an_exploration_acts_is_written_only_if_that_is_not_everywhere() -> None:
+    assert encoded(Gave(0, 1, Explore("avoid", 9, 0.5)))["command"] == EXPLORE
+    somewhere = EXPLORE | {"value_at_most": 1.0}
+    assert encoded(Gave(0, 1, Explore("avoid", 9, 0.5, value_at_most=1.0)))["command"] == somewhere
+
+
 GAVE = encoded(Gave(3, 70, FreezeSelection(True)))
+EXPLORE = {"do": "Explore", "skill": "avoid", "duration_trials": 9, "probability": 0.5}
 
 
 @pytest.mark.parametrize(
@@ -48,6 +56,8 @@ GAVE = encoded(Gave(3, 70, FreezeSelection(True)))
         ({key: GAVE[key] for key in ("kind", "run", "command")}, "step: "),
         (GAVE | {"command": {"do": "Exec"}}, 'do: "Exec" is not allowed; allowed: Introduce, '),
         (GAVE | {"command": {"do": "FreezeSelection", "frozen": 1}}, "frozen: 1 is not allowed"),
+        (GAVE | {"command": EXPLORE | {"value_at_most": math.inf}}, "value_at_most: Infinity is"),
+        (GAVE | {"command": EXPLORE | {"value_at_most": "1"}}, 'value_at_most: "1" is not allowed'),
         (GAVE | {"command": "FreezeSelection"}, '"FreezeSelection" is not allowed'),
         ({"kind": "branched", "commands": "ab"}, 'commands: "ab" is not allowed; allowed: up to'),
         ({"kind": "branched", "commands": [{}] * 1_001}, "commands: [{}, "),

@@ -366,7 +366,8 @@ def test_blocks_agree_with_what_the_run_says_of_itself(script: list[tuple[int, C
     control, trial = run.control, run.trial
     running = [block for block in blocks_of(run) if block.state == "running"]
     assert {b.skill for b in running if b.kind == "presence"} == set(run.present)
-    assert {(b.skill, b.probability, b.until) for b in running if b.kind == "exploration"} == {
+    explored = [b for b in running if b.kind == "exploration"]
+    assert {(b.skill, b.probability, b.until, b.value_at_most) for b in explored} == {
         tuple(episode) for episode in control.episodes if episode.until_trial > trial
     }
     assert any(b.kind == "selection_freeze" for b in running) == control.selection_frozen

@@ -55,6 +55,7 @@ SPEC = small_spec()
 COMMANDS: tuple[Command, ...] = (
     Introduce("avoid", 300),
     Explore("avoid", 2_000, 0.3),
+    Explore("avoid", 2_000, 0.3, value_at_most=-1.5),
     StopExploring("avoid"),
     Teach("flank", 300),
     StopTeaching(),

@@ -38,16 +38,26 @@ from learners.commands import (
     FreezeSkills,
     StopExploring,
 )
-from learners.names import MAX_TRIALS
+from learners.learner_spec import LearnerSpec
+from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.spec import RunSpec
 
 _NO_SKILL = "(no skill yet)"
 _OF_RESULTS = "a run of an experiment."
+_WITHOUT_SKILLS = {
+    MOVES: "The options are moves: there are no skills to freeze, and no schedule.",
+    COMMANDS: "The options are commands: no skill joins, so there is no schedule.",
+}
 
 
 def _note(html: str) -> str:
     """A few words below a widget."""
     return f'<div class="pounce-note">{html}</div>'
+
+
+def _without_skills(learner: LearnerSpec) -> str:
+    """Why there is nothing to freeze or to follow; empty where there is."""
+    return "" if isinstance(learner.options, tuple) else _WITHOUT_SKILLS[learner.options]
 
 
 def _of_past(status: Status) -> str:
@@ -375,17 +385,16 @@ class Controls:
                 ),
                 FollowSchedule,
             )
-            self._why_not = gui.add_html(
-                _note("The options are moves: there are no skills to freeze, and no schedule."),
-                visible=False,
-            )
+            self._why_not = gui.add_html(_note(""), visible=False)
 
     def _show_learning(self, status: Status) -> None:
         control = status.snapshot.control
-        has_skills = bool(status.snapshot.spec.learner.skills)
+        learner = status.snapshot.spec.learner
+        has_skills = bool(learner.skills)
         self._freeze_selection.show(control.selection_frozen)
         self._freeze_skills.show(control.skills_frozen)
         self._follow.show(control.schedule_on)
-        assign(self._freeze_skills.handle, "disabled", not has_skills)
+        assign(self._freeze_skills.handle, "disabled", not learner.sub_policies)
         assign(self._follow.handle, "disabled", not has_skills)
+        assign(self._why_not, "content", _note(_without_skills(learner)))
         assign(self._why_not, "visible", not has_skills)

@@ -28,7 +28,7 @@ from learners.commands import (
     SetParameter,
     Undo,
 )
-from learners.names import MAX_TRIALS, MOVES, SkillName
+from learners.names import MAX_TRIALS, SkillName
 from learners.parameters import value_of
 from learners.skill_spec import SkillWeights
 from learners.skills import SKILLS
@@ -174,7 +174,7 @@ class Steering:
         snapshot = status.snapshot
         for key, dial in self._dials.items():
             dial.show(value_of(snapshot.spec, key))
-        self._dials["learner.skill_alpha"].disable(not snapshot.spec.learner.skills)
+        self._dials["learner.skill_alpha"].disable(not snapshot.spec.learner.sub_policies)
         self._show_undo(snapshot)
         self._show_skills(snapshot)
 
@@ -321,7 +321,7 @@ class Steering:
 
     def _show_skills(self, snapshot: Snapshot) -> None:
         learner = snapshot.spec.learner
-        assign(self._skills_folder, "visible", learner.options != MOVES)
+        assign(self._skills_folder, "visible", bool(learner.skills))
         absent = (skill for skill in learner.known_skills if skill not in snapshot.present)
         self._other.offer(by_plain_name(absent))
         assign(self._add_other, "disabled", self._other.chosen is None)

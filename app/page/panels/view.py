@@ -115,7 +115,7 @@ class View:
         layer = self._layer.chosen
         names = option_names(snapshot)
         if layer.about == "skill":
-            names = tuple(plain(name) for name in snapshot.spec.learner.skills)
+            names = tuple(map(plain, snapshot.spec.learner.sub_policies))
         if names:
             self._names = names
             self._about.offer({name: name for name in names})

@@ -39,11 +39,13 @@ def _ways(snapshot: Snapshot, look: Look, side: int) -> tuple[np.ndarray, np.nda
     # Place by place, since skills may tell other states apart than the selection does.
     option = at_places(greedy(in_frame(snapshot.selection_q, snapshot, look)), world, side)
     of_skill = greedy(snapshot.skill_q)
-    n_skill_states, of_skills = world.n_skill_states, world.of_skills
-    every = np.arange(n_skill_states).reshape(of_skills.n_distances, of_skills.n_directions)
-    state = at_places(in_frame(np.stack([every] * N_HEADINGS), snapshot, look), of_skills, side)
+    of_skills, per_skill = world.of_skills, of_skill[0].size
+    shape = N_HEADINGS, of_skills.n_distances, of_skills.n_directions
+    every = in_frame(np.arange(np.prod(shape)).reshape(shape), snapshot, look)
+    # Of a heading that no skill sees nothing is left.
+    state = at_places(every, of_skills, side) % per_skill
     # An option of -1 wraps to some skill here, and is taken out again below.
-    move = of_skill.ravel().take(option * n_skill_states + state, mode="wrap")
+    move = of_skill.ravel().take(option * per_skill + state, mode="wrap")
     clear = (option >= 0) & (move >= 0)
     if folds(look):
         move = TURNED[np.arange(N_HEADINGS)[:, None], move]

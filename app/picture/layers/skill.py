@@ -15,6 +15,9 @@ from app.picture.shading import Shading, fitted_shading, fixed_shading
 from app.picture.theme import LIGHT
 from app.picture.value_maps import value_scale
 from app.util.html import element
+from app.words.plain import HEADING_NAMES
+from learners.comparators.feudal import SEARCHED
+from learners.names import COMMANDS, SEARCH
 
 _BELOW = 0.4
 """How strongly a place covers the board where a skill expects less than nothing."""
@@ -24,20 +27,30 @@ def _table(snapshot: Snapshot, look: Look) -> np.ndarray | None:
     """The local table of the skill that is shown, ``(distance, direction, move)``, if any."""
     if not len(snapshot.skill_q):
         return None
-    return snapshot.skill_q[option_shown(snapshot, look)]
+    return snapshot.skill_q_of(option_shown(snapshot, look), snapshot.heading)
+
+
+def _most(snapshot: Snapshot, option: int) -> float:
+    """What it is worth at most: nothing earns more than that at every step."""
+    learner = snapshot.spec.learner
+    if learner.options == COMMANDS:
+        # What obeys is rewarded once, and then its task is over.
+        searched = float(SEARCHED) * abs(snapshot.spec.world.capture_reward)
+        return searched or 1.0 if learner.sub_policies[option] == SEARCH else 1.0
+    earned = 1.0
+    if learner.local_rewards == "signed":
+        weights = learner.reward_of(learner.skills[option])
+        # A move covers at most the diagonal of a cell, towards the prey or round it.
+        earned = float(np.sqrt(2.0) * (max(abs(weights.gain), abs(weights.arc)) or 1.0))
+    return earned / (1.0 - learner.gamma)
 
 
 def _shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading:
-    """A linear scale, up to what a skill is worth that earns the most at every step."""
-    learner = snapshot.spec.learner
-    weights = learner.reward_of(learner.skills[option_shown(snapshot, look)])
-    # A move covers at most the diagonal of a cell, towards the prey or round it.
-    earned = np.sqrt(2.0) * (max(abs(weights.gain), abs(weights.arc)) or 1.0)
-    if learner.local_rewards == "binary":
-        earned = 1.0
-    most = float(earned / (1.0 - learner.gamma))
+    """A linear scale, up to the most that it can be worth."""
+    most = _most(snapshot, option_shown(snapshot, look))
     fixed = fixed_shading("linear", most)
-    return fitted_shading(values, learner.gamma, fixed, most) if look.fitted else fixed
+    gamma = snapshot.spec.learner.gamma
+    return fitted_shading(values, gamma, fixed, most) if look.fitted else fixed
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
@@ -58,9 +71,18 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
     return picture._replace(arrows=ways.ends, arrow_colours=ink)
 
 
+def _frame(snapshot: Snapshot, option: int) -> str:
+    learner = snapshot.spec.learner
+    name = learner.sub_policies[option] if learner.sub_policies else ""
+    if learner.sees_heading(name):
+        return f"For a prey that looks {HEADING_NAMES[snapshot.heading]}, as now. North is up."
+    who = "What obeys a command" if learner.options == COMMANDS else "A skill"
+    return f"{who} does not know where the prey looks, so that is not shown. North is up."
+
+
 def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     table = _table(snapshot, look)
-    frame = "A skill does not know where the prey looks, so that is not shown. North is up."
+    frame = _frame(snapshot, option_shown(snapshot, look))
     if table is None:
         return legend(look, "No skill", [], frame, turns=False)
     shading = _shading(snapshot, look, table.max(axis=-1))
