@@ -34,9 +34,10 @@ from learners.commands import (
 from learners.misfits import not_for_script
 from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE, Script
 from learners.parameters import PARAMETERS, with_value
-from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
+from learners.schedule_spec import SkillTimer
 from learners.skills import SKILLS
 from learners.spec import RunSpec
+from learners.timers import Awaited, exploration_of, timers_of
 from sim.spec import ProblemsError
 
 _NO_TIMER = SkillTimer(at=MAX_TRIALS)
@@ -60,22 +61,6 @@ class Introduction(NamedTuple):
     skill: str
     trial: int
     step: int
-
-
-class Awaited(NamedTuple):
-    """The next skill that joins by a rule."""
-
-    introduce: Introduce
-    rule: TriggerSpec
-    since: int
-    """First trial that the rule looks at: the freeze of the latest introduction is over."""
-
-
-class Timer(NamedTuple):
-    """A command of the schedule and the trial before which it is given."""
-
-    trial: int
-    command: Command
 
 
 @dataclass(frozen=True)
@@ -148,29 +133,6 @@ class Return(NamedTuple):
 
 
 Effect = MakeRoom | Join | Leave | Return
-
-
-def timers_of(spec: RunSpec) -> tuple[Timer, ...]:
-    """The schedule as commands in the order in which they are given."""
-    schedule = spec.schedule
-    timers = [
-        Timer(schedule.introduced_at(skill), Introduce(skill, schedule.freeze_of(skill)))
-        for skill in spec.learner.skills
-    ]
-    timers += [
-        Timer(int(episode.at), exploration_of(episode))
-        for episode in schedule.episodes
-        if episode.at != INTRODUCTION
-    ]
-    if schedule.teach is not None:
-        timers.append(Timer(0, Teach(schedule.teach.script, schedule.teach.trials)))
-    return tuple(sorted(timers, key=lambda timer: timer.trial))
-
-
-def exploration_of(episode: EpisodeSpec) -> Explore:
-    """An episode of the schedule as the command that begins it."""
-    at_most = None if episode.where is None else episode.where.value_at_most
-    return Explore(episode.skill, episode.duration, episode.probability, at_most)
 
 
 def awaited(control: Control) -> Awaited | None:

@@ -23,11 +23,9 @@ from learners.control import (
     Leave,
     MakeRoom,
     Return,
-    Timer,
     awaited,
     brought_by,
     is_still_wanted,
-    timers_of,
 )
 from learners.kernel import loop
 from learners.kernel.layout import regions_of
@@ -62,6 +60,7 @@ from learners.policies.alone import Alone, alone_at, start_number
 from learners.policies.held import Held
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
+from learners.timers import Timer, timers_of
 from learners.triggers.watch import is_met, watch_for
 from sim import rng
 from sim.bits import U
