@@ -35,7 +35,6 @@ from learners.misfits import not_for_script
 from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE, Script
 from learners.parameters import PARAMETERS, with_value
 from learners.schedule_spec import SkillTimer
-from learners.skills import SKILLS
 from learners.spec import RunSpec
 from learners.timers import Awaited, exploration_of, timers_of
 from sim.spec import ProblemsError
@@ -360,7 +359,7 @@ def _check(control: Control, event: Event) -> None:
 
 def _check_introduction(control: Control, command: Introduce) -> None:
     skill, learner = command.skill, control.spec.learner
-    known = {*SKILLS, *learner.custom_skills} if learner.skills else set[str]()
+    known = {*learner.known_skills} if learner.skills else set[str]()
     options = learner.options
     if skill not in known:
         raise CommandError(

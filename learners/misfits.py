@@ -14,6 +14,7 @@ def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     yield from _without_skills(schedule, learner)
     yield from _unknown_skills(schedule, learner)
     yield from _no_first_skill(schedule, learner.skills)
+    yield from _without_a_table(schedule, learner)
     yield from _misplaced_episodes(schedule)
 
 
@@ -42,6 +43,25 @@ def not_for_script(learner: LearnerSpec) -> str | None:
         f"chooses {', '.join(missing)}, not among the learner's options; allowed: none,"
         " or options with approach, avoid and a circle"
     )
+
+
+def _without_a_table(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    """What goes by the table of a selection that has none."""
+    if learner.selection == "learned":
+        return
+    why = f"the selection of this learner, {learner.selection}, has no values"
+    rules = [(("introduce", "by"), schedule.introduce)]
+    rules += [
+        (("skills", skill, "introduce", "by"), t.introduce) for skill, t in schedule.skills.items()
+    ]
+    for key, rule in rules:
+        if rule is not None and rule.by != "novelty":
+            yield Problem(key, rule.by, f"is about values, and {why}; allowed: novelty")
+    for index, episode in enumerate(schedule.episodes):
+        if episode.where is not None:
+            key = ("episodes", index, "where", "value_at_most")
+            message = f"is about values, and {why}; allowed: none"
+            yield Problem(key, episode.where.value_at_most, message)
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:

@@ -28,6 +28,7 @@ from learners.control import (
     is_still_wanted,
 )
 from learners.kernel import loop
+from learners.kernel.forms import forms_of
 from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
@@ -58,6 +59,7 @@ from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.policies import taught
 from learners.policies.alone import Alone, alone_at, start_number
 from learners.policies.held import Held
+from learners.policies.static import static_of
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
 from learners.timers import Timer, timers_of
@@ -379,7 +381,7 @@ class Run:
         n_options = n_options_of(self.spec)
         weights = np.zeros((max(len(learner.skills), 1), 4), np.float32)
         for skill, name in enumerate(learner.skills):
-            weights[skill, :3] = learner.reward_of(name)
+            weights[skill, :3] = learner.reward_of(name)[:3]
         present = (1 << n_options) - 1
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
@@ -414,6 +416,8 @@ class Run:
             watch=None if joining is None else watch_for(joining.rule, joining.since),
             trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
             regions=regions_of(self.spec),
+            forms=forms_of(self.spec, skills_learn=not self.control.skills_frozen),
+            static=None if alone is not None else static_of(learner),
         )
 
 

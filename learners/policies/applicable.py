@@ -15,22 +15,24 @@ same, because that is what it teaches.
 import numpy as np
 
 from learners.kernel import rows
+from learners.kernel.forms import Forms, skill_row
 from sim.bits import U, lowest
 from sim.compiled import piece
 
 _ZERO = U(0)
 _ONE = U(1)
-_ROW_SHIFT = U(4)
 _BEST = U(rows.BEST)
 
 
 @piece
 def applicable_among(
     share: np.float32 | None,
+    forms: Forms | None,
     best_ever: np.ndarray,
     skill_table: np.ndarray,
     n_skill_states: np.uint64,
     skill_state: np.uint64,
+    heading: np.uint64,
     present: np.uint64,
     allowed: np.uint64,
 ) -> np.uint64:
@@ -38,10 +40,12 @@ def applicable_among(
 
     Args:
         share: of what a skill ever promised; None if the rule is not used.
+        forms: of the skills.
         best_ever: (skill,) float32, brought up to date.
         skill_table: rows of the skills.
         n_skill_states: rows of each.
         skill_state: what skills see.
+        heading: of the prey.
         present: skills present, as bits.
         allowed: those that may be selected.
     """
@@ -52,7 +56,9 @@ def applicable_among(
     while left != _ZERO:
         skill = lowest(left)
         left &= left - _ONE
-        promised = skill_table[((skill * n_skill_states + skill_state) << _ROW_SHIFT) + _BEST]
+        promised = skill_table[
+            skill_row(forms, n_skill_states, skill, skill_state, heading) + _BEST
+        ]
         if promised > best_ever[skill]:
             best_ever[skill] = promised
         if promised >= share * best_ever[skill]:
