@@ -342,7 +342,7 @@ def advance(
                     outcome,
                 )
                 if static is not None:
-                    note_wish(world, state, settings, heading, skill_state, trial)
+                    reached += note_wish(world, state, settings, heading, skill_state, trial)
             elif settings.all_skills_learn is None:
                 r_t = local_reward(weights, binary, option, distance[cell], distance[cell_t], turn)
                 row_t = (option * n_skill_states + skill_state_t) << _ROW_SHIFT

@@ -100,8 +100,12 @@ def note_wish(
     heading: np.uint64,
     skill_state: np.uint64,
     trial: int,
-) -> None:
-    """Note the trial in which some skill's weighted value of a state first is above 0."""
+) -> int:
+    """Note the trial in which some skill's weighted value of a state first is above 0.
+
+    Returns:
+        How many states that makes: 0 or 1.
+    """
     place = heading * world.n_readings + skill_state
     if state.first_reach[place] == NOT_REACHED and is_wanted(
         settings.static,
@@ -114,3 +118,5 @@ def note_wish(
         settings.present,
     ):
         state.first_reach[place] = trial
+        return 1
+    return 0

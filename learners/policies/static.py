@@ -55,7 +55,12 @@ _N_MOVES = U(9)
 _BEST = U(rows.BEST)
 _GREEDY = U(rows.GREEDY)
 _NOTHING = np.float32(0)
+_NO_SUMS = (_NOTHING,) * 9
 _MOST = np.float32(np.inf)
+
+
+Sums = tuple[np.float32, ...]
+"""Of what each move is worth to several skills."""
 
 
 class Static(NamedTuple):
@@ -181,24 +186,37 @@ def negotiated(known: Tables, skill16: np.uint64) -> np.uint64:
 
 
 @piece
+def with_wishes_of(sums: Sums, table: np.ndarray, row: np.uint64, weight: np.float32) -> Sums:
+    """What nine moves are worth so far, and to one skill more."""
+    # Written out, so that the compiler keeps the sums in registers.
+    return (
+        sums[0] + weight * table[row],
+        sums[1] + weight * table[row + U(1)],
+        sums[2] + weight * table[row + U(2)],
+        sums[3] + weight * table[row + U(3)],
+        sums[4] + weight * table[row + U(4)],
+        sums[5] + weight * table[row + U(5)],
+        sums[6] + weight * table[row + U(6)],
+        sums[7] + weight * table[row + U(7)],
+        sums[8] + weight * table[row + U(8)],
+    )
+
+
+@piece
 def agreed_move(known: Tables) -> np.uint64:
     """The move that is worth most to all skills together; sums go from the first skill on."""
-    top = rows.NO_VALUE
+    sums = _NO_SUMS
+    asked = known.present
+    while asked != _ZERO:
+        skill = lowest(asked)
+        asked &= asked - _ONE
+        weight = known.static.weights[skill]
+        sums = with_wishes_of(sums, known.table, row_in(known, skill), weight)
+    top = max(sums)
     members = _ZERO
-    move = _ZERO
-    while move < _N_MOVES:
-        total = _NOTHING
-        asked = known.present
-        while asked != _ZERO:
-            skill = lowest(asked)
-            asked &= asked - _ONE
-            total += known.static.weights[skill] * known.table[row_in(known, skill) + move]
-        if total > top:
-            top = total
-            members = _ONE << move
-        elif total == top:
-            members |= _ONE << move
-        move += _ONE
+    for move in range(len(sums)):
+        if sums[move] == top:
+            members |= _ONE << U(move)
     return pick(members, known.move16)
 
 
