@@ -400,6 +400,10 @@ def _check_exploration(control: Control, command: Explore) -> None:
     if not 0 <= command.probability <= 1:
         raise CommandError(f"probability: {command.probability} is not allowed; allowed: 0 to 1")
     value = command.value_at_most
+    if value is not None and control.spec.learner.selection != "learned":
+        raise CommandError(
+            "value_at_most: what a state is worth is not learned by this selection; allowed: none"
+        )
     if value is not None and not abs(value) <= MAX_VALUE:
         raise CommandError(
             f"value_at_most: {value} is not allowed; allowed: {-MAX_VALUE:g} to {MAX_VALUE:g}"

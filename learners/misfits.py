@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from learners.learner_spec import LearnerSpec
 from learners.names import INTRODUCTION, did_you_mean
-from learners.schedule_spec import ScheduleSpec
+from learners.schedule_spec import ScheduleSpec, TriggerSpec
 from sim.spec import Problem
 
 
@@ -15,6 +15,8 @@ def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     yield from _no_first_skill(schedule, learner.skills)
     yield from _without_a_table(schedule, learner)
     yield from _misplaced_episodes(schedule)
+    yield from _unwatchable(schedule, learner)
+    yield from _without_context(schedule, learner)
 
 
 def _without_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
@@ -102,3 +104,36 @@ def _misplaced_episodes(schedule: ScheduleSpec) -> Iterator[Problem]:
                 )
                 break
         taken.setdefault(episode.skill, []).append((first, first + episode.duration))
+
+
+def _unwatchable(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    rules: list[tuple[tuple[str, ...], TriggerSpec | None]] = [
+        (("introduce", "by"), schedule.introduce),
+        *(
+            (("skills", skill, "introduce", "by"), t.introduce)
+            for skill, t in schedule.skills.items()
+        ),
+    ]
+    for key, rule in rules:
+        if rule is None or not learner.skills or rule.by == "novelty":
+            continue
+        if learner.selection != "learned":
+            message = "watches what the selection learns, and here it learns nothing"
+            yield Problem(key, rule.by, f"{message}; allowed: novelty")
+        elif rule.by == "reach" and learner.initial_q > 0:
+            message = (
+                "waits for states whose value rises above 0, and all begin there, with initial_q"
+                f" {learner.initial_q:g}"
+            )
+            yield Problem(key, rule.by, f"{message}; allowed: novelty, change")
+
+
+def _without_context(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    for index, episode in enumerate(schedule.episodes):
+        if episode.where is not None and learner.selection != "learned":
+            message = "asks what a state is worth, and a selection by a rule does not learn that"
+            yield Problem(
+                ("episodes", index, "where"),
+                episode.where.value_at_most,
+                f"{message}; allowed: none",
+            )

@@ -181,11 +181,26 @@ class Run:
         """What the schedule will still do if it is left on."""
         return self._timers[self.control.next_timer :]
 
-    def advance(self, max_steps: int = _NEVER, until_trial: int | None = None) -> int:
+    @property
+    def joins_by_rule(self) -> str | None:
+        """The skill that a rule lets join with the next step, before a trial; None if none does."""
+        joining = awaited(self.control)
+        if joining is None or self.state.tally[TRIAL_STEP] != 0:
+            return None
+        is_due = is_met(self.state, watch_for(joining.rule, joining.since))
+        return joining.introduce.skill if is_due else None
+
+    def advance(
+        self,
+        max_steps: int = _NEVER,
+        until_trial: int | None = None,
+        stops_at_rules: bool = False,
+    ) -> int:
         """Learn for ``max_steps`` steps, or until a trial is about to start, whichever is first.
 
-        ``until_trial`` is the preset's number of trials unless given. How the steps are divided
-        into calls makes no difference to what is learned.
+        ``until_trial`` is the preset's number of trials unless given; with ``stops_at_rules`` it is
+        at most the trial before which a rule lets a skill join, unless the run stands there. How
+        the steps are divided into calls makes no difference to what is learned.
 
         Returns:
             The number of steps made.
@@ -195,6 +210,8 @@ class Run:
         self.state = with_room_for(self.state, min(until, self.trial + max_steps))
         made = 0
         while made < max_steps and self.trial < until:
+            if stops_at_rules and made and self.joins_by_rule:
+                break
             self._begin_trial()
             stop = min(until, self._next_event())
             settings, first = self._settings(), self.trial
@@ -284,7 +301,7 @@ class Run:
             if is_still_wanted(self.control, command):
                 self._give(command, "schedule")
         joining = awaited(self.control)
-        if joining is not None and is_met(self.state, watch_for(joining.rule, joining.since)):
+        if joining is not None and self.joins_by_rule:
             self._give(joining.introduce, "trigger")
 
     def _give(self, command: Command, author: Author) -> None:
