@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import audience, beside, load, own, page, scrub, side, soak
+from benchmarks import audience, beside, load, own, page, scrub, side, soak, speeds
 from benchmarks.compare import (
     c_program,
     compare,
@@ -278,3 +278,15 @@ def test_four_runs_are_shown_while_all_learn(monkeypatch: pytest.MonkeyPatch) ->
     assert found["boards"] == 4
     assert min(found.values()) > 0
     assert told == ["opening the page", "counting: 1 of 1"]
+
+
+def test_learners_are_timed_beside_the_timed_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(speeds, "STEPS", 20_000)
+    said: list[str] = []
+    wanted = {name: presets.load(name) for name in ("standard_q", "timed")}
+    found = speeds.measure_speeds(wanted, 2, said.append)
+    assert list(found["learners"]) == ["standard_q", "timed"]
+    assert all(speed["ratio_to_timed"] > 0 for speed in found["learners"].values())
+    assert list(found["watching"]) == ["novelty", "reach", "change"]
+    assert all(share > 0 for share in found["watching"].values())
+    assert said[:2] == ["standard_q: warming up", "standard_q: repetition 1 of 2"]

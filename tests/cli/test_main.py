@@ -531,8 +531,8 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
     ),
     (
         ["bench", "--scrub", "--load", "2"],
-        "--page, --load, --audience, --own, --scrub and --side exclude each other; allowed: one of"
-        " them",
+        "--learners, --page, --load, --audience, --own, --scrub and --side exclude each other;"
+        " allowed: one of them",
     ),
 )
 
@@ -839,6 +839,32 @@ def test_bench_prints_json_of_the_promised_shape(
     out, err = capsys.readouterr()
     assert json.loads(out) == {"learners": FOUND["learners"]}
     assert err == "no C compiler: no comparison with C\n"
+
+
+def test_bench_measures_learners_beside_the_timed_one(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from benchmarks import speeds
+
+    found = {
+        "learners": {"standard_q": {"steps_per_s": 61.4e6, "ratio_to_timed": 1.234}},
+        "watching": {"novelty": 0.987},
+    }
+    calls: list[tuple[Any, ...]] = []
+
+    def fake(*given: Any) -> Any:
+        calls.append(given[:2])
+        return found
+
+    monkeypatch.setattr(speeds, "measure_speeds", fake)
+    assert main.main(["bench", "--learners", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == found
+    assert main.main(["bench", "standard_q", "--learners", "--repetitions", "2"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["standard_q", "61.4", "1.23"] in lines
+    assert lines[-1] == ["novelty", "0.987"]
+    every = {name: presets.load(name) for name in presets.shipped()}
+    assert calls == [(every, 5), ({"standard_q": every["standard_q"]}, 2)]
 
 
 def test_bench_measures_walking_in_the_past(

@@ -92,7 +92,7 @@ def test_every_step_and_every_value_is_that_of_the_reference(name: str) -> None:
     logs = np.stack([state.log_new_states, state.log_reached, state.log_steps], axis=1)
     np.testing.assert_array_equal(logs[done], noted)
     change = [note.change for note in slow.notes]
-    np.testing.assert_array_equal(state.log_change[done], np.float32(change))
+    np.testing.assert_array_equal(state.log_change[done], np.array(change, np.float32))
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -142,7 +142,7 @@ class RuledLearner(SlowLearner):
         super()._learn_selection(option, before, after, outcome)
         is_new = state not in self._seen
         self._seen.add(state)
-        is_reached = values[option] > 0 and state not in self._ever_worth_something
+        is_reached = bool(values[option] > 0) and state not in self._ever_worth_something
         if is_reached:
             self._ever_worth_something.add(state)
         now = self._now
