@@ -5,7 +5,7 @@ With :func:`small` a preset is one whose whole schedule passes within some hundr
 """
 
 from collections import Counter
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
 from app.player.moments import moment_sent
 from learners import hunts, measures
-from learners.checkpoints import logs_of
+from learners.checkpoints import Checkpoint, logs_of
 from learners.commands import (
     FollowSchedule,
     FreezeSelection,
@@ -65,17 +65,18 @@ def small(spec: RunSpec) -> RunSpec:
     )
 
 
-def _sooner(part: Any) -> Any:
+def _sooner(part: Any, key: str = "") -> Any:
     """All numbers of trials in a part of a schedule, divided."""
-    if isinstance(part, dict):
-        lengths = {"at", "freeze", "duration", "window", "trials"}
-        return {
-            key: -(-value // SOONER)
-            if key in lengths and isinstance(value, int)
-            else _sooner(value)
-            for key, value in part.items()
-        }
-    return [_sooner(item) for item in part] if isinstance(part, list | tuple) else part
+    match part:
+        case dict():
+            entries = cast("dict[str, Any]", part)
+            return {name: _sooner(value, name) for name, value in entries.items()}
+        case list() | tuple():
+            return [_sooner(item) for item in cast("list[Any]", part)]
+        case int() if key in {"at", "freeze", "duration", "window", "trials"}:
+            return -(-part // SOONER)
+        case _:
+            return part
 
 
 def moment(run: Run) -> Snapshot:
@@ -172,7 +173,7 @@ class LearnerContract:
         assert digests[0] == digests[1] != digests[2]
 
     def test_a_checkpoint_goes_on_as_the_run_did(self, spec: RunSpec) -> None:
-        run, checkpoints = Run(spec, SEED), []
+        run, checkpoints = Run(spec, SEED), list[Checkpoint]()
         for steps in (0, 1, 33, 444, 1_111, 2_345):
             run.advance(max_steps=steps)
             checkpoints.append(run.checkpoint())
