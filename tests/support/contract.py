@@ -139,7 +139,8 @@ class LearnerContract:
         assert (switches >= 1).all()
         assert (switches <= state.log_steps[:done]).all()
         assert (state.log_change[:done] >= 0).all()
-        assert state.log_change[:done].any()
+        # Of a selection that a rule makes there is no table.
+        assert state.log_change[:done].any() or run.spec.learner.selection != "learned"
         first_reach = known["first_reach"]
         if run.spec.learner.initial_q <= 0:
             arrivals = np.bincount(first_reach[first_reach != NOT_REACHED], minlength=done + 1)
@@ -232,7 +233,7 @@ class LearnerContract:
         before = tables(run.spec, run.state)
         run.advance(max_steps=500)
         after = tables(run.spec, run.state)
-        for name in ("selection_q", "skill_q", "first_reach"):
+        for name in ("selection_q", "skill_q"):
             np.testing.assert_array_equal(before[name], after[name], err_msg=name)
         assert after["visits"].sum() > before["visits"].sum()
 
