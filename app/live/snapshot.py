@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from learners import measures
+from learners.comparators.feudal import Commanded, commanded
+from learners.comparators.q_lambda import eligibility
 from learners.control import Control
 from learners.kernel.state import (
     CELL,
@@ -109,6 +111,11 @@ class Snapshot:
     progress: Progress
     """How steps and trials go together, as far as the curves go."""
 
+    eligibility: np.ndarray | None = None
+    """(heading, distance, direction, move) float32: traces; None of a learner without any."""
+    commanded: Commanded | None = None
+    """The command that holds; None where a manager gives one next, or there is none."""
+
     def skill_q_of(self, skill: int, heading: int) -> np.ndarray:
         """Table of a skill, or of what obeys a command, for a prey that looks that way.
 
@@ -197,6 +204,8 @@ def take(
         curve=curve,
         trial_curve=trial_curve,
         progress=progress,
+        eligibility=eligibility(spec, state),
+        commanded=commanded(state),
     )
 
 

@@ -39,7 +39,7 @@ from learners.kernel.state import (
     digest,
     tables,
 )
-from learners.names import MAX_TRIALS
+from learners.names import COMMANDS, MAX_TRIALS
 from learners.run import Run, replay
 from learners.spec import RunSpec
 from sim import rng
@@ -275,6 +275,8 @@ class LearnerContract:
                 expected = np.where(np.isnan(expected), -np.inf, expected)
             np.testing.assert_array_equal(getattr(seen, name), expected, err_msg=name)
         np.testing.assert_array_equal(seen.value, seen.selection_q.max(axis=-1))
+        assert (seen.eligibility is None) == (run.spec.learner.trace_decay is None)
+        assert seen.commanded is None or run.spec.learner.options == COMMANDS
         for number, name in enumerate(run.spec.learner.sub_policies):
             tables_seen = [seen.skill_q_of(number, heading) for heading in range(N_HEADINGS)]
             alike = all(np.array_equal(table, tables_seen[0]) for table in tables_seen)
