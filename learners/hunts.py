@@ -389,8 +389,13 @@ def hunt(
     heading: int,
     seed: int = 0,
     max_steps: int | None = None,
+    counter: np.uint64 | None = None,
 ) -> Hunt:
-    """One hunt with its way; ``max_steps`` is the world's step limit unless given."""
+    """One hunt with its way; ``max_steps`` is the world's step limit unless given.
+
+    With the ``counter`` of a learner's draws as a trial begins, and not with that of the seed, it
+    is the trial that the learner would have if it neither explored nor learned.
+    """
     limit = world.step_limit if max_steps is None else max_steps
     way = np.empty(limit, np.int64)
     options, moves = np.empty(limit, np.uint8), np.empty(limit, np.uint8)
@@ -400,7 +405,7 @@ def hunt(
         _rules(policy),
         start,
         facing,
-        U(stream_of(U(seed), facing, start)),
+        U(stream_of(U(seed), facing, start) if counter is None else counter),
         limit,
         way,
         options,

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from learners import measures
+from learners.comparators.feudal import Commanded, commanded
+from learners.comparators.q_lambda import eligibility
 from learners.control import Control
 from learners.kernel.state import (
     CELL,
@@ -113,6 +115,11 @@ class Snapshot:
     """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
     progress: Progress
     """How steps and trials go together, as far as the curves go."""
+
+    eligibility: np.ndarray | None = None
+    """(heading, distance, direction, move) float32: traces; None of a learner without any."""
+    commanded: Commanded | None = None
+    """The command that holds; None where a manager gives one next, or there is none."""
 
     @cached_property
     def choices(self) -> Choices | None:
@@ -221,6 +228,8 @@ def take(
         curve=curve,
         trial_curve=trial_curve,
         progress=progress,
+        eligibility=eligibility(spec, state),
+        commanded=commanded(state),
     )
 
 
