@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.live.watched import Watched, watched_along
 from learners import measures
 from learners.control import Control
 from learners.kernel.state import (
@@ -108,6 +109,8 @@ class Snapshot:
     """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
     progress: Progress
     """How steps and trials go together, as far as the curves go."""
+    watched: tuple[Watched, ...]
+    """What the rules by which skills join have watched, as far as the curves go."""
 
     def skill_q_of(self, skill: int, heading: int) -> np.ndarray:
         """Table of a skill, or of what obeys a command, for a prey that looks that way.
@@ -165,8 +168,10 @@ def take(
         curve = measures.curve(state, curve_window(steps))
         trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
         progress = measures.progress(state)
+        watched = watched_along(run, () if former is None else former.watched)
     else:
         curve, trial_curve, progress = former.curve, former.trial_curve, former.progress
+        watched = former.watched
     return Snapshot(
         preset=preset,
         spec=spec,
@@ -197,6 +202,7 @@ def take(
         curve=curve,
         trial_curve=trial_curve,
         progress=progress,
+        watched=watched,
     )
 
 
