@@ -24,6 +24,7 @@ from benchmarks.plain import PlainRun
 from benchmarks.schedule import explorations
 from learners.kernel import rows
 from learners.kernel.state import LearnerState
+from learners.names import COMMANDS, MOVES
 from learners.run import Run
 from learners.spec import RunSpec
 from sim.geometry import N_MOVES
@@ -93,10 +94,26 @@ def incomparable(spec: RunSpec) -> str | None:
     if not spec.world.shares_sensors:
         keys = " and ".join(f"world.{key}" for key in SENSORS_OF_SKILLS)
         return f"{keys}: skills see otherwise than the selection; allowed: null"
-    for key, known in (("local_rewards", "signed"), ("skills_that_learn", "chosen")):
-        value = getattr(spec.learner, key)
+    learner, schedule = spec.learner, spec.schedule
+    if learner.options == COMMANDS:
+        return f"learner.options: value '{COMMANDS}'; allowed: {MOVES}, or skills"
+    for key, value, known in (
+        ("learner.local_rewards", learner.local_rewards, "signed"),
+        ("learner.skills_that_learn", learner.skills_that_learn, "chosen"),
+        ("learner.selection", learner.selection, "learned"),
+        ("learner.held", learner.held, None),
+        ("learner.trace_decay", learner.trace_decay, None),
+        ("learner.applicable", learner.applicable, None),
+        ("schedule.teach", schedule.teach, None),
+        ("schedule.pretrain", schedule.pretrain, 0),
+    ):
         if value != known:
-            return f"learner.{key}: value {value!r}; allowed: {known}"
+            given = value if isinstance(value, str | int | float) else "some"
+            return f"{key}: value {given!r}; allowed: {'none' if known is None else known}"
+    if any(schedule.rule_of(skill) is not None for skill in learner.skills):
+        return "schedule.introduce: a rule by which skills join; allowed: none"
+    if any(episode.where is not None for episode in schedule.episodes):
+        return "schedule.episodes.where: states in which an episode acts; allowed: none"
     return None
 
 

@@ -32,7 +32,6 @@ from learners.commands import (
 from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE
 from learners.parameters import PARAMETERS, with_value
 from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
-from learners.skills import SKILLS
 from learners.spec import RunSpec
 from sim.spec import ProblemsError
 
@@ -380,7 +379,7 @@ def _check(control: Control, event: Event) -> None:
 
 def _check_introduction(control: Control, command: Introduce) -> None:
     skill, learner = command.skill, control.spec.learner
-    known = {*SKILLS, *learner.custom_skills} if learner.skills else set[str]()
+    known = {*learner.known_skills} if learner.skills else set[str]()
     options = learner.options
     if skill not in known:
         raise CommandError(
@@ -401,6 +400,10 @@ def _check_exploration(control: Control, command: Explore) -> None:
     if not 0 <= command.probability <= 1:
         raise CommandError(f"probability: {command.probability} is not allowed; allowed: 0 to 1")
     value = command.value_at_most
+    if value is not None and control.spec.learner.selection != "learned":
+        raise CommandError(
+            "value_at_most: what a state is worth is not learned by this selection; allowed: none"
+        )
     if value is not None and not abs(value) <= MAX_VALUE:
         raise CommandError(
             f"value_at_most: {value} is not allowed; allowed: {-MAX_VALUE:g} to {MAX_VALUE:g}"

@@ -17,12 +17,13 @@ from learners.names import (
     did_you_mean,
     listed,
 )
-from learners.skill_spec import SkillWeights
-from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward, rewards
+from learners.skill_spec import BUILT_IN, SkillWeights
+from learners.skills import SPIRAL_PENALTY, LocalReward
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 _ALLOWED_OPTIONS: Final = (
-    f"{MOVES}, {COMMANDS}, or a list of skills from {', '.join(SKILLS)} and those of custom_skills"
+    f"{MOVES}, {COMMANDS}, or a list of skills from {', '.join(BUILT_IN)} and those of"
+    " custom_skills"
 )
 
 
@@ -50,7 +51,7 @@ def _options(value: object) -> object:
 
 
 def _of_ones_own(skills: dict[str, SkillWeights]) -> dict[str, SkillWeights]:
-    built_in = [name for name in skills if name in SKILLS]
+    built_in = [name for name in skills if name in BUILT_IN]
     if built_in:
         message = "is the name of a built-in skill; allowed: another"
         raise ProblemsError([Problem((name,), name, message) for name in built_in])
@@ -145,13 +146,15 @@ class LearnerSpec(Spec):
     @property
     def known_skills(self) -> tuple[str, ...]:
         """Every skill that the options may name: the built-in ones and one's own."""
-        return (*SKILLS, *self.custom_skills)
+        return (*BUILT_IN, *self.custom_skills)
+
+    def skill_of(self, name: str) -> SkillWeights:
+        """What a skill sees and earns, by its name."""
+        return BUILT_IN[name] if name in BUILT_IN else self.custom_skills[name]
 
     def reward_of(self, skill: str) -> LocalReward:
-        """Local reward of a skill by its name, as weights of the three metrics."""
-        if skill in SKILLS:
-            return rewards(self.spiral_penalty)[skill]
-        return self.custom_skills[skill].reward(self.spiral_penalty)
+        """Local reward of a skill by its name, as weights of the metrics."""
+        return self.skill_of(skill).reward(self.spiral_penalty)
 
     @property
     def skills(self) -> tuple[str, ...]:
@@ -168,7 +171,9 @@ class LearnerSpec(Spec):
 
     def sees_heading(self, sub_policy: str) -> bool:
         """Whether the table of a sub-policy tells the prey's headings apart."""
-        return self.options == COMMANDS and sub_policy == SEARCH
+        if self.options == COMMANDS:
+            return sub_policy == SEARCH
+        return self.skill_of(sub_policy).sees is not None
 
 
 def clashes(learner: LearnerSpec) -> Iterator[Problem]:
@@ -191,6 +196,12 @@ def clashes(learner: LearnerSpec) -> Iterator[Problem]:
         elif learner.held is not None:
             message = "chooses anew in each step, so no choice is held; allowed: learned"
             yield Problem(("selection",), learner.selection, message)
+        elif learner.skills_that_learn != "all":
+            message = (
+                "leaves a skill that never moves without an idea of what a move costs it, by which"
+                " the rule of this learner selects; allowed: all"
+            )
+            yield Problem(("skills_that_learn",), learner.skills_that_learn, message)
     if learner.applicable is not None and (not learner.skills or learner.selection != "learned"):
         message = "needs skills between which a table selects; allowed: none"
         yield Problem(("applicable",), learner.applicable, message)

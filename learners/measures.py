@@ -1,5 +1,7 @@
 """What a run's log and tables say: learning curve, success, behaviour, the spread of value."""
 
+import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +47,16 @@ class Endings(NamedTuple):
     captures: int
     flights: int
     timeouts: int
+
+
+class Coherence(NamedTuple):
+    """How steadily a learner goes about its hunts (section 2.3.3), over some ways that it went."""
+
+    mean_choice: float
+    """Steps for which it keeps to the same option, on average; of primitive moves, to a move."""
+    without_progress: float
+    """Share of a hunt's steps that lead to a cell in which the same hunt has been before, each hunt
+    counting the same."""
 
 
 class FoldedValue(NamedTuple):
@@ -257,6 +269,36 @@ def switches_per_step(steps: np.ndarray, switches: np.ndarray) -> float:
     steps, switches = steps[-FINAL_TRIALS:], switches[-FINAL_TRIALS:]
     # The log counts the first step of each trial.
     return (int(switches.sum()) - switches.size) / max(int(steps.sum()) - steps.size, 1)
+
+
+def coherence(ways: Iterable[tuple[np.ndarray, np.ndarray]]) -> Coherence:
+    """How steadily a learner goes about its hunts; NaN if there are none.
+
+    *Mean run of a choice*: all steps over all runs of the same option, longest possible, within a
+    hunt. A choice that is kept and then made again goes on. It says for how long one thing is done,
+    and depends on what the options are: of primitive moves a run is a straight line.
+
+    *Visits without progress*: steps that lead to a cell which the same hunt has been in before, to
+    stay where one is among them. In a hunt the prey neither moves nor turns, so cell and heading
+    are all there is to the situation: whoever is in the same one again has gone to and fro, or
+    round, and all that was done since came to nothing. That holds for every learner, whatever it
+    takes to be near or valuable: neither distance to the prey nor a learner's own value would do,
+    since to flank is to go round and even away, and each learner has values of its own. It sees
+    dithering (to and fro) and obsession (round until the step limit) alike. Each hunt counts the
+    same, since those that get stuck would outweigh all others by their steps.
+
+    Args:
+        ways: of each hunt the cells, ``(step + 1,)`` from its start, and the options, ``(step,)``.
+    """
+    steps = runs = 0
+    shares: list[float] = []
+    for cells, options in ways:
+        steps += options.size
+        runs += 1 + int(np.count_nonzero(options[1:] != options[:-1]))
+        shares.append((cells.size - np.unique(cells).size) / options.size)
+    if not shares:
+        return Coherence(math.nan, math.nan)
+    return Coherence(steps / runs, sum(shares) / len(shares))
 
 
 def equivalent_distance(value: np.ndarray, capture_reward: float, gamma: float) -> np.ndarray:

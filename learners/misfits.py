@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from learners.learner_spec import LearnerSpec
 from learners.names import INTRODUCTION, did_you_mean
-from learners.schedule_spec import ScheduleSpec
+from learners.schedule_spec import ScheduleSpec, TriggerSpec
 from sim.spec import Problem
 
 
@@ -13,7 +13,10 @@ def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     yield from _without_skills(schedule, learner)
     yield from _unknown_skills(schedule, learner)
     yield from _no_first_skill(schedule, learner.skills)
+    yield from _without_a_table(schedule, learner)
     yield from _misplaced_episodes(schedule)
+    yield from _unwatchable(schedule, learner)
+    yield from _without_context(schedule, learner)
 
 
 def _without_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
@@ -26,6 +29,26 @@ def _without_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Pr
     if schedule.teach is not None and learner.selection != "learned":
         message = "is for a selection that learns; allowed: none"
         yield Problem(("teach",), schedule.teach.script, message)
+
+
+def _without_a_table(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    """What goes by the table of a selection that has none."""
+    if learner.selection == "learned":
+        return
+    rules = [(("introduce", "by"), schedule.introduce)]
+    rules += [
+        (("skills", skill, "introduce", "by"), timer.introduce)
+        for skill, timer in schedule.skills.items()
+    ]
+    for key, rule in rules:
+        if rule is not None and rule.by == "change":
+            message = f"asks how much a table changes, and {learner.selection} has none"
+            yield Problem(key, rule.by, f"{message}; allowed: novelty, reach")
+    for index, episode in enumerate(schedule.episodes):
+        if episode.where is not None:
+            key = ("episodes", index, "where", "value_at_most")
+            message = f"asks what a table says of a state, and {learner.selection} has none"
+            yield Problem(key, episode.where.value_at_most, f"{message}; allowed: none")
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
@@ -81,3 +104,36 @@ def _misplaced_episodes(schedule: ScheduleSpec) -> Iterator[Problem]:
                 )
                 break
         taken.setdefault(episode.skill, []).append((first, first + episode.duration))
+
+
+def _unwatchable(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    rules: list[tuple[tuple[str, ...], TriggerSpec | None]] = [
+        (("introduce", "by"), schedule.introduce),
+        *(
+            (("skills", skill, "introduce", "by"), t.introduce)
+            for skill, t in schedule.skills.items()
+        ),
+    ]
+    for key, rule in rules:
+        if rule is None or not learner.skills or rule.by == "novelty":
+            continue
+        if learner.selection != "learned":
+            message = "watches what the selection learns, and here it learns nothing"
+            yield Problem(key, rule.by, f"{message}; allowed: novelty")
+        elif rule.by == "reach" and learner.initial_q > 0:
+            message = (
+                "waits for states whose value rises above 0, and all begin there, with initial_q"
+                f" {learner.initial_q:g}"
+            )
+            yield Problem(key, rule.by, f"{message}; allowed: novelty, change")
+
+
+def _without_context(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    for index, episode in enumerate(schedule.episodes):
+        if episode.where is not None and learner.selection != "learned":
+            message = "asks what a state is worth, and a selection by a rule does not learn that"
+            yield Problem(
+                ("episodes", index, "where"),
+                episode.where.value_at_most,
+                f"{message}; allowed: none",
+            )

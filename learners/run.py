@@ -30,6 +30,7 @@ from learners.control import (
     timers_of,
 )
 from learners.kernel import loop
+from learners.kernel.forms import forms_of
 from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
@@ -48,6 +49,7 @@ from learners.kernel.state import (
     with_room_for,
 )
 from learners.names import COMMANDS, MAX_TRIALS, MOVES
+from learners.policies.static import static_of
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
 from learners.triggers.watch import is_met, watch_for
@@ -179,11 +181,26 @@ class Run:
         """What the schedule will still do if it is left on."""
         return self._timers[self.control.next_timer :]
 
-    def advance(self, max_steps: int = _NEVER, until_trial: int | None = None) -> int:
+    @property
+    def joins_by_rule(self) -> str | None:
+        """The skill that a rule lets join with the next step, before a trial; None if none does."""
+        joining = awaited(self.control)
+        if joining is None or self.state.tally[TRIAL_STEP] != 0:
+            return None
+        is_due = is_met(self.state, watch_for(joining.rule, joining.since))
+        return joining.introduce.skill if is_due else None
+
+    def advance(
+        self,
+        max_steps: int = _NEVER,
+        until_trial: int | None = None,
+        stops_at_rules: bool = False,
+    ) -> int:
         """Learn for ``max_steps`` steps, or until a trial is about to start, whichever is first.
 
-        ``until_trial`` is the preset's number of trials unless given. How the steps are divided
-        into calls makes no difference to what is learned.
+        ``until_trial`` is the preset's number of trials unless given; with ``stops_at_rules`` it is
+        at most the trial before which a rule lets a skill join, unless the run stands there. How
+        the steps are divided into calls makes no difference to what is learned.
 
         Returns:
             The number of steps made.
@@ -193,6 +210,8 @@ class Run:
         self.state = with_room_for(self.state, min(until, self.trial + max_steps))
         made = 0
         while made < max_steps and self.trial < until:
+            if stops_at_rules and made and self.joins_by_rule:
+                break
             self._begin_trial()
             stop = min(until, self._next_event())
             settings, first = self._settings(), self.trial
@@ -282,7 +301,7 @@ class Run:
             if is_still_wanted(self.control, command):
                 self._give(command, "schedule")
         joining = awaited(self.control)
-        if joining is not None and is_met(self.state, watch_for(joining.rule, joining.since)):
+        if joining is not None and self.joins_by_rule:
             self._give(joining.introduce, "trigger")
 
     def _give(self, command: Command, author: Author) -> None:
@@ -319,7 +338,7 @@ class Run:
         n_options = n_options_of(self.spec)
         weights = np.zeros((max(len(learner.skills), 1), 4), np.float32)
         for skill, name in enumerate(learner.skills):
-            weights[skill, :3] = learner.reward_of(name)
+            weights[skill, :3] = learner.reward_of(name)[:3]
         present = (1 << n_options) - 1
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
@@ -345,6 +364,8 @@ class Run:
             watch=None if joining is None else watch_for(joining.rule, joining.since),
             trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
             regions=regions_of(self.spec),
+            forms=forms_of(self.spec, skills_learn=not self.control.skills_frozen),
+            static=static_of(learner),
         )
 
 

@@ -1,6 +1,6 @@
 """Skills and the local rewards they learn from (section 4.2.2).
 
-Every local reward is a weighted sum of three metrics of one move, which took the predator from
+Every local reward is a weighted sum of metrics of one move, which took the predator from
 distance d0 to d1 and turned its bearing from the prey by dtheta, counter-clockwise positive:
 
 ====== =============== =========================================================
@@ -9,7 +9,12 @@ name   metric          meaning
 gain   d0 - d1         ground gained towards the prey
 arc    dtheta * d0     arc length, counter-clockwise
 inward max(d0 - d1, 0) ground given up towards the prey; its weight is a penalty
+behind d0 - d1         the same as gain, of moves that begin behind the prey; else 0
+flight 1               of moves that put the prey to flight; else 0
 ====== =============== =========================================================
+
+The thesis's four skills earn the first three; the others are for skills that see where the prey
+looks. Behind the prey is more than 105 degrees from there.
 
 The penalty keeps a circle from spiralling inwards into the prey's view. How large it is the thesis
 leaves open, as it does whether a local reward says how well a move did or only that it did well:
@@ -32,15 +37,17 @@ _TURN = np.float32(2 * np.pi)
 
 
 class LocalReward(NamedTuple):
-    """Weights of the three metrics."""
+    """Weights of the metrics."""
 
     gain: float
     arc: float
     inward: float
+    behind: float = 0.0
+    flight: float = 0.0
 
 
 SKILLS = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
-"""The skills that a preset can name."""
+"""The skills of the thesis, from whose rewards those of other skills may be made."""
 
 
 def rewards(spiral_penalty: float) -> dict[str, LocalReward]:
@@ -72,7 +79,7 @@ def local_reward(
     d_t: np.float32,
     turn: np.float32,
 ) -> np.float32:
-    """Local reward of a move.
+    """Local reward of a move by the first three metrics.
 
     Args:
         weights: ``(skill * 4,) float32``: gain, arc, inward, and 0.

@@ -11,7 +11,7 @@ from learners.learner_spec import LearnerSpec
 from learners.misfits import misfits
 from learners.names import MAX_TRIALS
 from learners.schedule_spec import ScheduleSpec
-from sim.spec import ProblemsError, Spec, WorldSpec
+from sim.spec import Problem, ProblemsError, Spec, WorldSpec
 
 
 class RunSpec(Spec):
@@ -22,6 +22,19 @@ class RunSpec(Spec):
     learner: LearnerSpec
     schedule: ScheduleSpec = Field(default_factory=ScheduleSpec)
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
+
+    @field_validator("learner")
+    @classmethod
+    def _fits_the_world(cls, learner: LearnerSpec, info: ValidationInfo) -> LearnerSpec:
+        world = info.data.get("world")
+        if learner.selection != "learned" and world is not None and not world.shares_sensors:
+            message = (
+                "knows what the skills know, and the skills' sensors tell other states apart than"
+                " the selection's; allowed: learned, or a world without skill_n_directions and"
+                " skill_n_distances"
+            )
+            raise ProblemsError([Problem(("selection",), learner.selection, message)])
+        return learner
 
     @field_validator("schedule")
     @classmethod

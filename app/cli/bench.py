@@ -42,6 +42,7 @@ EXAMPLES = (
     "pounce bench",
     "pounce bench timed --repetitions 9",
     "pounce bench --json",
+    "pounce bench --learners",
     "pounce bench --page --json",
     "pounce bench --load 31 --json",
     "pounce bench --audience 100 --json",
@@ -57,13 +58,18 @@ class Bench:
 
     presets: Annotated[
         Positional[tuple[str, ...]],
-        arg(metavar="[PRESET]", help_behavior_hint="(may be several; default: all shipped)"),
+        arg(
+            metavar="[PRESET]",
+            help_behavior_hint="(may be several; default: all that C knows)",
+        ),
     ] = ()
     """Shipped presets, or files; - is standard input."""
     json: Flag = False
     """Print one JSON object and nothing else."""
     repetitions: Annotated[str, arg(metavar="N")] = "5"
     """Interleaved measurements, of which the median counts."""
+    learners: Flag = False
+    """Measure each preset beside timed alone, and what it costs that a rule is watched."""
     page: Flag = False
     """Measure what the live page costs the learner, with no browser, one and five."""
     load: Annotated[str | None, arg(metavar="N", help_behavior_hint=f"(1 to {MAX_PAGES})")] = None
@@ -94,14 +100,16 @@ def obey(command: Bench) -> int:
     repetitions = whole_number("--repetitions", command.repetitions, 1, MAX_REPETITIONS)
     specs = {called(name): spec_of(name) for name in command.presets or presets.shipped()}
     many = [one is not None for one in (command.load, command.audience, command.own)]
-    if sum([command.page, command.scrub, command.side, *many]) > 1:
+    if sum([command.learners, command.page, command.scrub, command.side, *many]) > 1:
         raise UsageError(
-            "--page, --load, --audience, --own, --scrub and --side exclude each other; allowed: one"
-            " of them"
+            "--learners, --page, --load, --audience, --own, --scrub and --side exclude each other;"
+            " allowed: one of them"
         )
     preset = next(iter(specs)) if command.presets else "timed"
     if command.side:
         return _measure_side(command, repetitions)
+    if command.learners:
+        return _measure_learners(command, specs, repetitions)
     if command.page:
         return _measure_page(command, preset, specs, repetitions)
     if command.scrub:
@@ -117,6 +125,8 @@ def obey(command: Bench) -> int:
         return _measure_own(command, preset, specs, repetitions, n_seats)
     from benchmarks.compare import MismatchError, compare, incomparable
 
+    if not command.presets:
+        specs = {name: spec for name, spec in specs.items() if incomparable(spec) is None}
     for name, spec in specs.items():
         if problem := incomparable(spec):
             raise UsageError(f"{shown(name)}: the programs compared do not know {problem}")
@@ -145,6 +155,23 @@ def _measured(
         return EXIT_FAILED
     say(json.dumps(found) if command.json else words(found))
     return EXIT_OK
+
+
+def _measure_learners(command: Bench, specs: "dict[str, RunSpec]", repetitions: int) -> int:
+    from benchmarks.speeds import measure_speeds
+
+    def words(found: Any) -> str:
+        rows = [
+            (name, f"{speed['steps_per_s'] / 1e6:.1f}", number(speed["ratio_to_timed"], ".2f"))
+            for name, speed in found["learners"].items()
+        ]
+        rules = [f"\n  {by:9}{number(share, '.3f')}" for by, share in found["watching"].items()]
+        speeds = table(["learner", "M steps/s", "x timed"], rows)
+        return f"{speeds}\n\nRate while a rule is watched, as a share of the rate without:" + (
+            "".join(rules)
+        )
+
+    return _measured(command, lambda told: measure_speeds(specs, repetitions, told), words)
 
 
 def _measure_page(

@@ -46,7 +46,7 @@ from app.documents.tree import (
     scalar,
 )
 from app.util.texts import as_text
-from learners.skills import SKILLS
+from learners.skill_spec import BUILT_IN
 from learners.spec import RunSpec
 
 MAX_BASES: Final = 8
@@ -133,7 +133,7 @@ def _validated(tree: Node, complete: bool, problems: list[PresetProblem]) -> Run
     """
     custom = _entries(tree, ("learner", "custom_skills"))
     named = (name for name in custom or () if name.isidentifier())
-    skills = list(dict.fromkeys([*SKILLS, *(printable(name) for name in named)]))
+    skills = list(dict.fromkeys([*BUILT_IN, *(printable(name) for name in named)]))
     if complete and custom is not None:
         for name, timer in (_entries(tree, ("schedule", "skills")) or {}).items():
             if timer.value is None and name not in skills:

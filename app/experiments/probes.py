@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.metrics.course import CURVE_HUNTS, Greedy, GreedyCurve, greedy_of
+from app.metrics.course import CURVE_HUNTS, Greedy, GreedyCurve, coherence_of, greedy_of
 from learners import measures
 from learners.kernel.state import tables
+from learners.measures import Coherence
 from learners.names import MAX_TRIALS
 from learners.run import Run
 from learners.spec import RunSpec
@@ -122,6 +123,7 @@ class GreedyNotes:
     def __init__(self) -> None:
         self.final: Greedy | None = None
         self.at_horizon: Greedy | None = None
+        self.coherence: Coherence | None = None
         self._points: list[tuple[int, int, float]] = []
         self._latest: tuple[int, Greedy] | None = None
 
@@ -137,6 +139,10 @@ class GreedyNotes:
         """What measures after so many trials, or where a run ends before."""
         return Probe(self._measure_final, [trials], or_end=True)
 
+    def coherence_probe(self, trials: int) -> Probe:
+        """What says how steadily it hunts, when the final measurement is made."""
+        return Probe(self._measure_coherence, [trials], or_end=True)
+
     def horizon_probe(self, horizon: int) -> Probe:
         """What measures after so many steps; a run that ends before has nothing there."""
         return Probe(self._measure_at_horizon, steps=[horizon])
@@ -147,6 +153,9 @@ class GreedyNotes:
 
     def _measure_final(self, run: Run) -> None:
         self.final = self._greedy_of(run)
+
+    def _measure_coherence(self, run: Run) -> None:
+        self.coherence = coherence_of(run)
 
     def _measure_at_horizon(self, run: Run) -> None:
         self.at_horizon = self._greedy_of(run)

@@ -22,8 +22,8 @@ from app.documents.variants import Variant
 from app.experiments.archive import packed
 from app.experiments.facts import Facts
 from app.experiments.probes import Agenda, GreedyNotes, Pictures, Probe
-from app.metrics import measured, wants_greedy
-from app.metrics.course import Course, greedy_of
+from app.metrics import measured, wants_coherence, wants_greedy
+from app.metrics.course import Course, coherence_of, greedy_of
 from learners import behaviour, measures
 from learners.kernel.state import TRIAL_STEP, digest, tables
 from learners.names import MAX_TRIALS
@@ -182,6 +182,8 @@ def prepare(metrics: Sequence[str] = ()) -> None:
     behaviour.prepare(run)
     if wants_greedy(metrics):
         greedy_of(run)
+    if wants_coherence(metrics):
+        coherence_of(run)
 
 
 def perform(
@@ -216,7 +218,7 @@ def perform(
         run = made_run(spec, task.seed, limits, probes, on_progress, still_wanted)
         if run is None:
             return None
-        notes = greedy.final, greedy.at_horizon, greedy.curve
+        notes = greedy.final, greedy.at_horizon, greedy.curve, greedy.coherence
         course = Course(run, task.trials, task.horizon, *notes)
         values, known = measured(course, task.metrics), digest(run.state)
         arrays = packed(arrays_of(course, pictures, facts), compressed=task.kept == "results")
@@ -281,6 +283,8 @@ def _probes_of(
     if task.kept == "results":
         yield pictures.probe(spec, task.trials)
         yield from facts.probes(spec, task.trials)
+    if wants_coherence(task.metrics):
+        yield greedy.coherence_probe(task.trials)
     if wants_greedy(task.metrics):
         yield greedy.final_probe(task.trials)
         if task.horizon is not None:

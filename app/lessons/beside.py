@@ -18,8 +18,8 @@ from app.lessons.reveals import varies
 from app.lessons.shared import Shared
 from app.live.race import THESIS_FOUR
 from app.metrics import measured as metrics_of
-from app.metrics import wants_greedy
-from app.metrics.course import Course, greedy_of
+from app.metrics import wants_coherence, wants_greedy
+from app.metrics.course import Course, coherence_of, greedy_of
 from learners.checkpoints import logs_of
 from learners.run import Run
 from learners.spec import RunSpec
@@ -84,7 +84,9 @@ def _experiments(
 def _quantity(run: Run, name: str) -> float | None:
     """A column of the table of results, of a run that has had its trials."""
     greedy = greedy_of(run) if wants_greedy((name,)) else None
-    value = metrics_of(Course(run, run.preset.trials, greedy=greedy), (name,))[name]
+    coherence = coherence_of(run) if wants_coherence((name,)) else None
+    course = Course(run, run.preset.trials, greedy=greedy, coherence=coherence)
+    value = metrics_of(course, (name,))[name]
     return None if value is None else float(value)
 
 

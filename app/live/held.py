@@ -139,15 +139,16 @@ class Held:
         """Make steps, but not past where it is to stand still; returns how many.
 
         That is where the run ended that it copies, the trial that it runs to or, if it
-        ``pauses_at_joins``, the next one at which the schedule adds a skill.
+        ``pauses_at_joins``, the next one at which the schedule adds a skill, or a rule.
         """
         opened = self.opened
         if opened is None or not self.is_made_again:
             self.opened = None
             join = self._next_join() if pauses_at_joins else None
             stops = [stop for stop in (self.runs_to, join) if stop is not None]
-            made = self._advance(steps, min([self.until_trial, *stops]))
-            if stops and self.run.trial >= min(stops):
+            made = self._advance(steps, min([self.until_trial, *stops]), pauses_at_joins)
+            is_there = bool(stops) and self.run.trial >= min(stops)
+            if is_there or (pauses_at_joins and self.run.joins_by_rule):
                 self.pause()
             return made
         made = self._advance(min(steps, opened.step - self.run.step))
@@ -184,11 +185,13 @@ class Held:
                 " start again"
             )
 
-    def _advance(self, max_steps: int, until_trial: int | None = None) -> int:
+    def _advance(
+        self, max_steps: int, until_trial: int | None = None, stops_at_rules: bool = False
+    ) -> int:
         if self.error is not None:
             raise CommandError(f"the learner has stopped: {self.error}")
         limit = self.until_trial if until_trial is None else until_trial
-        made = self.run.advance(max_steps=max_steps, until_trial=limit)
+        made = self.run.advance(max_steps, limit, stops_at_rules)
         if self.is_over:
             self.playing, self.runs_to = False, None
         return made

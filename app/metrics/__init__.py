@@ -214,6 +214,14 @@ def _mean_hunt_length(course: Course) -> float | None:
     return _there(measures.final_mean(course.steps[: course.done]))
 
 
+def _mean_choice(course: Course) -> float | None:
+    return None if course.coherence is None else course.coherence.mean_choice
+
+
+def _without_progress(course: Course) -> float | None:
+    return None if course.coherence is None else course.coherence.without_progress
+
+
 def _ending_in(outcome: int) -> Callable[[Course], int]:
     """How many trials ended so."""
     return lambda course: int(np.count_nonzero(course.outcome == outcome))
@@ -332,6 +340,14 @@ _REGISTRY: Final[Sequence[Metric]] = (
     Metric("timeouts", "time-outs", "", "endings", _ending_in(TIMEOUT), whole=True),
     Metric("mean_hunt_length", "mean hunt", "steps", "behaviour", _mean_hunt_length),
     Metric("switches_per_step", "option switches", "per step", "behaviour", _switches_per_step),
+    Metric("mean_choice", "mean run of a choice", "steps", "behaviour", _mean_choice),
+    Metric(
+        "without_progress",
+        "visits without progress",
+        "share of steps",
+        "behaviour",
+        _without_progress,
+    ),
     Metric("steps", "run length", "steps", "length", _steps, whole=True, in_table=_LENGTH),
     Metric("trials", "run length", "trials", "length", _trials, whole=True),
     Metric("steps_to_50", "steps to a reward of 50", "", "passage", _steps_to(50), whole=True),
@@ -413,6 +429,15 @@ _GREEDY: Final = frozenset({"final_greedy", "greedy_success", "horizon_greedy"})
 def wants_greedy(names: Sequence[str]) -> bool:
     """Whether any of some columns takes greedy hunts."""
     return not _GREEDY.isdisjoint(names)
+
+
+_COHERENCE: Final = frozenset({"mean_choice", "without_progress"})
+"""Columns for which the ways of greedy hunts are to be looked at."""
+
+
+def wants_coherence(names: Sequence[str]) -> bool:
+    """Whether any of some columns takes the ways of greedy hunts."""
+    return not _COHERENCE.isdisjoint(names)
 
 
 def measured(course: Course, names: Sequence[str] = NAMES) -> dict[str, float | int | None]:

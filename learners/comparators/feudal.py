@@ -111,14 +111,14 @@ def crossing(regions: Regions, region_tm1: np.uint64, region_t: np.uint64) -> np
 
 @piece
 def note_reach_of_region(
-    first_reach: np.ndarray, regions: Regions, heading: np.uint64, region: np.uint64, trial: int
+    state: LearnerState, regions: Regions, heading: np.uint64, region: np.uint64, trial: int
 ) -> None:
     """Note of all main states of a region that their value has risen above 0."""
     n_readings = U(regions.of_reading.size)
     reading = _ZERO
     while reading < n_readings:
         if U(regions.of_reading[reading]) == region:
-            note_reach(first_reach, heading * n_readings + reading, trial)
+            note_reach(state, heading * n_readings + reading, trial)
         reading += _ONE
 
 
@@ -245,7 +245,7 @@ def advance(
             change += float(abs(backup(table, words, row, command, target, settings.alpha)))
             rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
             if rose and state.first_reach[s_tm1] == NOT_REACHED:
-                note_reach_of_region(state.first_reach, regions, heading, region, trial)
+                note_reach_of_region(state, regions, heading, region, trial)
             held = 0
 
         obey(

@@ -82,7 +82,7 @@ def learn_traced(state: LearnerState, at: np.uint64, change: np.float32, trial: 
     q_t = q_tm1 + change
     rows.write(table, state.selection_words, row, action, q_t)
     if utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING:
-        note_reach(state.first_reach, row >> _ROW_SHIFT, trial)
+        note_reach(state, row >> _ROW_SHIFT, trial)
     return q_t - q_tm1
 
 

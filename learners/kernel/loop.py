@@ -24,6 +24,7 @@ import numpy as np
 
 from learners.kernel import rows
 from learners.kernel.choices import imposed_option, selected_option, skill_move
+from learners.kernel.forms import Forms, skill_row
 from learners.kernel.layout import Regions
 from learners.kernel.state import (
     CELL,
@@ -42,11 +43,14 @@ from learners.kernel.state import (
     LearnerState,
 )
 from learners.kernel.updates import backup, learn_skill
+from learners.policies.lesson import learn_from, note_wish
+from learners.policies.static import Static, static_choice
 from learners.skills import local_reward, wrapped
 from learners.triggers.watch import Watch, is_below, sums_after, sums_before
 from sim.bits import U, lowest
 from sim.compiled import loop
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
+from sim.spec import N_HEADINGS
 from sim.world import (
     CAPTURE,
     FLIGHT,
@@ -96,11 +100,16 @@ class Settings(NamedTuple):
     """Share of a trace that is left in the next step, the discount aside; None without traces."""
     regions: Regions | None = None
     """What the manager takes for one place; None without one."""
+    forms: Forms | None = None
+    """What the skills are like where they differ; None where they do not."""
+    static: Static | None = None
+    """The rule that selects in the place of a table; such a learner's skills have forms."""
 
 
 _ZERO = U(0)
 _ONE = U(1)
 _ROW_SHIFT = U(4)
+_LOW16 = U(0xFFFF)
 _TRAIL_MASK = U(TRAIL_LENGTH - 1)
 _BEST = U(rows.BEST)
 _NOTHING = np.float32(0)
@@ -126,6 +135,9 @@ def advance(
     n_readings = world.n_readings
     skill_states = world.skill_states
     n_skill_states = n_readings if skill_states is None else world.n_skill_states
+    n_states = n_readings * U(N_HEADINGS)
+    forms = settings.forms
+    static = settings.static
     n_options = settings.n_options
     present = settings.present
     epsilon16 = settings.epsilon16
@@ -149,6 +161,7 @@ def advance(
     seen = state.seen
     trail = state.trail
     first_reach = state.first_reach
+    w_values = state.w_values
 
     cell = state.place[CELL]
     heading = state.place[HEADING]
@@ -187,17 +200,35 @@ def advance(
             )
         counter += GAMMA
         draw = mix(counter)
-        if option == U(NO_OPTION):
-            option = selected_option(table, words, row, allowed, epsilon16, draw)
-
         skill_state = _ZERO
-        skill_row = _ZERO
-        if options_are_moves:
-            move = option
+        row_tm1 = _ZERO
+        if static is None:
+            if option == U(NO_OPTION):
+                option = selected_option(table, words, row, allowed, epsilon16, draw)
+            if options_are_moves:
+                move = option
+            else:
+                skill_state = skill_state_of(skill_states, cell, reading)
+                row_tm1 = skill_row(forms, n_skill_states, option, skill_state, heading)
+                move = skill_move(skill_words, row_tm1, epsilon16, draw)
         else:
             skill_state = skill_state_of(skill_states, cell, reading)
-            skill_row = (option * n_skill_states + skill_state) << _ROW_SHIFT
-            move = skill_move(skill_words, skill_row, epsilon16, draw)
+            option, move = static_choice(
+                static,
+                forms,
+                skill_table,
+                skill_words,
+                w_values,
+                n_states,
+                s_tm1,
+                n_skill_states,
+                skill_state,
+                heading,
+                allowed,
+                option,
+                epsilon16,
+                draw,
+            )
 
         cell_t = moved(cell_word, clipped, move_step, cell, move)
         word_t = U(cell_word[cell_t])
@@ -227,26 +258,43 @@ def advance(
             switches += 1
         trail[U(step) & _TRAIL_MASK] = np.uint32(cell_t)
 
-        utility_tm1 = table[row + _BEST]
-        delta = backup(table, words, row, option, reward + gamma * future, alpha)
-        if delta != _NOTHING:
-            change += float(abs(delta))
-            rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
-            if rose and first_reach[s_tm1] == NOT_REACHED:
-                first_reach[s_tm1] = trial
-                reached += 1
+        if static is None:
+            utility_tm1 = table[row + _BEST]
+            delta = backup(table, words, row, option, reward + gamma * future, alpha)
+            if delta != _NOTHING:
+                change += float(abs(delta))
+                rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
+                if rose and first_reach[s_tm1] == NOT_REACHED:
+                    first_reach[s_tm1] = trial
+                    reached += 1
 
         if not options_are_moves:
             turn = _NOTHING
             if not word_t & PREY_BIT:
                 turn = wrapped(angle[cell_t] - angle[cell])
             skill_state_t = skill_state_of(skill_states, cell_t, reading_t)
-            if settings.all_skills_learn is None:
+            if forms is not None:
+                change += learn_from(
+                    world,
+                    state,
+                    settings,
+                    option,
+                    move,
+                    bool(draw & _LOW16 < epsilon16),
+                    heading,
+                    cell,
+                    cell_t,
+                    skill_state,
+                    skill_state_t,
+                    turn,
+                    outcome,
+                )
+                if static is not None:
+                    reached += note_wish(world, state, settings, heading, skill_state, trial)
+            elif settings.all_skills_learn is None:
                 r_t = local_reward(weights, binary, option, distance[cell], distance[cell_t], turn)
                 row_t = (option * n_skill_states + skill_state_t) << _ROW_SHIFT
-                learn_skill(
-                    skill_table, skill_words, skill_row, row_t, move, r_t, gamma, skill_alpha
-                )
+                learn_skill(skill_table, skill_words, row_tm1, row_t, move, r_t, gamma, skill_alpha)
             else:
                 learning = present
                 while learning != _ZERO:

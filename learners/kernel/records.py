@@ -6,7 +6,7 @@ kept for them across a step.
 
 import numpy as np
 
-from learners.kernel.state import NOT_REACHED, TRAIL_LENGTH, LearnerState
+from learners.kernel.state import NOT_REACHED, TRAIL_LENGTH, TRIAL_REACHED, LearnerState
 from sim.bits import U
 from sim.compiled import piece
 
@@ -34,10 +34,11 @@ def note_step(
 
 
 @piece
-def note_reach(first_reach: np.ndarray, s_tm1: np.uint64, trial: int) -> None:
+def note_reach(state: LearnerState, s_tm1: np.uint64, trial: int) -> None:
     """Note that the value of a main state has risen above 0, unless it did so before."""
-    if first_reach[s_tm1] == NOT_REACHED:
-        first_reach[s_tm1] = trial
+    if state.first_reach[s_tm1] == NOT_REACHED:
+        state.first_reach[s_tm1] = trial
+        state.tally[TRIAL_REACHED] += 1
 
 
 @piece
@@ -55,6 +56,8 @@ def note_trial(
     state.log_outcome[trial] = outcome
     state.log_steps[trial] = trial_step
     state.log_new_states[trial] = new_states
+    state.log_reached[trial] = state.tally[TRIAL_REACHED]
+    state.tally[TRIAL_REACHED] = 0
     state.log_switches[trial] = switches
     state.log_change[trial] = change
     state.log_cell[trial] = np.uint32(cell)

@@ -7,6 +7,7 @@ import numpy as np
 
 from learners.kernel import rows
 from learners.kernel.layout import by_main_state, by_sub_policy, first_rows, n_selection_rows
+from learners.learner_spec import LearnerSpec
 from learners.names import COMMANDS, MAX_TRIALS
 from learners.spec import RunSpec
 from sim import rng
@@ -79,6 +80,8 @@ class LearnerState(NamedTuple):
     command: np.ndarray
     """(2,) int64: steps for which the command of the last step has been held, 0 if it is over, and
     the region in which it was given; of size 0 without a manager."""
+    w_values: np.ndarray
+    """(skill, heading, distance, direction) float32: W of each skill; empty but in W-learning."""
     log_outcome: np.ndarray
     """(trial,) int8: how each trial ended; the logs grow with the trials."""
     log_reward: np.ndarray
@@ -111,6 +114,11 @@ def n_options_of(spec: RunSpec) -> int:
     return len(spec.learner.sub_policies) or N_MOVES
 
 
+def learns_w(spec: RunSpec) -> bool:
+    """Whether skills learn what it costs them that another moves (W-learning)."""
+    return spec.learner.selection == "w_learning"
+
+
 def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     """The state before the first step; no skill is present yet."""
     n_states, n_options = spec.world.n_states, n_options_of(spec)
@@ -141,6 +149,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         trace_at=np.zeros(n_traces, np.uint64),
         trace=np.zeros(n_traces, np.float32),
         command=np.zeros(2 if spec.learner.options == COMMANDS else 0, np.int64),
+        w_values=np.zeros(n_skills * n_states if learns_w(spec) else 0, np.float32),
         log_outcome=np.zeros(spec.trials, np.int8),
         log_reward=np.zeros(spec.trials, np.float64),
         log_steps=np.zeros(spec.trials, np.int32),
@@ -205,7 +214,11 @@ def with_option(state: LearnerState, former: RunSpec, spec: RunSpec) -> LearnerS
     skills = rows.new_table(n_rows, N_MOVES, spec.learner.initial_q)
     skills[: state.skills.size] = state.skills
     visits = np.pad(state.visits.reshape(-1, n_former), ((0, 0), (0, 1))).ravel()
-    return state._replace(skills=skills, skill_words=skills.view(np.uint32), visits=visits)
+    w_values = np.zeros((n_former + 1) * len(state.seen) if learns_w(spec) else 0, np.float32)
+    w_values[: state.w_values.size] = state.w_values
+    return state._replace(
+        skills=skills, skill_words=skills.view(np.uint32), visits=visits, w_values=w_values
+    )
 
 
 def leave_option(state: LearnerState, option: int) -> np.ndarray:
@@ -224,14 +237,38 @@ def return_option(state: LearnerState, option: int, column: np.ndarray) -> None:
 def selection_q_of(spec: RunSpec, state: LearnerState) -> np.ndarray:
     """Values of the options, ``(heading, distance, direction, option) float32``, as a copy.
 
-    They are minus infinity where an option is not present.
+    They are minus infinity where an option is not present. A static selection has no table; what
+    its rules weigh stands in its place, w_i max_a Q_i(x, a).
     """
+    if spec.learner.selection != "learned":
+        return _wishes(spec, state)
     return by_main_state(spec, rows.values(state.selection)[:, : n_options_of(spec)])
 
 
 def value_of(spec: RunSpec, state: LearnerState) -> np.ndarray:
     """Largest value of the present options, ``(heading, distance, direction) float32``, a copy."""
+    if spec.learner.selection != "learned":
+        return _wishes(spec, state).max(axis=-1)
     return by_main_state(spec, rows.best(state.selection))
+
+
+def _wishes(spec: RunSpec, state: LearnerState) -> np.ndarray:
+    """What the skills of a static selection are worth to it, as values of options."""
+    of_skills = by_sub_policy(spec, rows.best(state.skills))
+    shape = (N_HEADINGS, *of_skills.shape[-2:], len(of_skills))
+    if of_skills.ndim == len(shape) - 1:
+        of_skills = of_skills[:, None]
+    found = np.empty(shape, np.float32)
+    weights = weights_of(spec.learner)
+    present = np.isfinite(rows.values(state.selection)[0, : len(of_skills)])
+    for number, values in enumerate(of_skills):
+        found[..., number] = weights[number] * values if present[number] else rows.NO_VALUE
+    return found
+
+
+def weights_of(learner: LearnerSpec) -> np.ndarray:
+    """Weight of each skill in a static selection, ``(skill,) float32``."""
+    return np.array([learner.weights.get(skill, 1.0) for skill in learner.skills], np.float32)
 
 
 def skill_q_of(spec: RunSpec, state: LearnerState) -> np.ndarray:
@@ -267,6 +304,7 @@ def digest(state: LearnerState) -> str:
     total = hashlib.sha256()
     total.update(np.ascontiguousarray(rows.values(state.selection), "<f4").tobytes())
     total.update(np.ascontiguousarray(rows.values(state.skills), "<f4").tobytes())
+    total.update(state.w_values.astype("<f4").tobytes())
     for name in _TABLES:
         array = getattr(state, name)
         total.update(array.astype(array.dtype.newbyteorder("<")).tobytes())

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.documents import presets
-from benchmarks import audience, beside, load, own, page, scrub, side, soak
+from benchmarks import audience, beside, load, own, page, scrub, side, soak, speeds
 from benchmarks.compare import (
     c_program,
     compare,
@@ -87,8 +87,10 @@ def program() -> Iterator[Path]:
         yield built
 
 
-def test_every_shipped_preset_is_compared() -> None:
-    assert set(presets.shipped()) <= PRESETS.keys()
+def test_every_shipped_preset_is_compared_that_the_programs_know() -> None:
+    known = {name for name in presets.shipped() if incomparable(presets.load(name)) is None}
+    assert {"standard_q", "hierarchical_2", "hierarchical_3", "timed"} <= known
+    assert known <= PRESETS.keys()
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -124,6 +126,16 @@ def test_the_plain_loop_learns_a_preset(name: str) -> None:
         ),
         ("learner.local_rewards=binary", "learner.local_rewards: value 'binary'; allowed: signed"),
         ("learner.skills_that_learn=all", "learner.skills_that_learn: value 'all'; allowed:"),
+        ("learner.held={until: change}", "learner.held: value 'some'; allowed: none"),
+        ("learner.selection=collective", "learner.selection: value 'collective'; allowed: learned"),
+        ("learner.applicable=0.5", "learner.applicable: value 0.5; allowed: none"),
+        ("schedule.teach={trials: 300}", "schedule.teach: value 'some'; allowed: none"),
+        ("schedule.pretrain=100", "schedule.pretrain: value 100; allowed: 0"),
+        ("schedule.skills.avoid={at: null, introduce: {by: reach}}", "schedule.introduce: a rule"),
+        (
+            "schedule.episodes.0.where={value_at_most: 1}",
+            "schedule.episodes.where: states in which an episode acts",
+        ),
     ],
 )
 def test_a_preset_that_the_programs_do_not_know_is_not_compared(setting: str, said: str) -> None:
@@ -266,3 +278,15 @@ def test_four_runs_are_shown_while_all_learn(monkeypatch: pytest.MonkeyPatch) ->
     assert found["boards"] == 4
     assert min(found.values()) > 0
     assert told == ["opening the page", "counting: 1 of 1"]
+
+
+def test_learners_are_timed_beside_the_timed_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(speeds, "STEPS", 20_000)
+    said: list[str] = []
+    wanted = {name: presets.load(name) for name in ("standard_q", "timed")}
+    found = speeds.measure_speeds(wanted, 2, said.append)
+    assert list(found["learners"]) == ["standard_q", "timed"]
+    assert all(speed["ratio_to_timed"] > 0 for speed in found["learners"].values())
+    assert list(found["watching"]) == ["novelty", "reach", "change"]
+    assert all(share > 0 for share in found["watching"].values())
+    assert said[:2] == ["standard_q: warming up", "standard_q: repetition 1 of 2"]

@@ -21,6 +21,7 @@ from app.cli.answers import EXIT_PIPE_CLOSED, whole_number
 from app.documents import presets
 from app.experiments import seeds, task
 from app.experiments.crews import Threads
+from benchmarks.compare import incomparable
 from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
@@ -530,8 +531,8 @@ REFUSED: Sequence[tuple[Sequence[str], str]] = (
     ),
     (
         ["bench", "--scrub", "--load", "2"],
-        "--page, --load, --audience, --own, --scrub and --side exclude each other; allowed: one of"
-        " them",
+        "--learners, --page, --load, --audience, --own, --scrub and --side exclude each other;"
+        " allowed: one of them",
     ),
 )
 
@@ -815,12 +816,13 @@ def compared(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, int]]:
     return calls
 
 
-def test_bench_measures_all_shipped_presets(
+def test_bench_measures_all_shipped_presets_that_the_programs_know(
     compared: list[tuple[Any, int]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main.main(["bench"]) == 0
     ((specs, repetitions),) = compared
-    assert specs == {name: presets.load(name) for name in presets.shipped()}
+    loaded = {name: presets.load(name) for name in presets.shipped()}
+    assert specs == {name: spec for name, spec in loaded.items() if incomparable(spec) is None}
     assert repetitions == 5
     out, err = capsys.readouterr()
     rows = [line.split() for line in out.splitlines()]
@@ -837,6 +839,32 @@ def test_bench_prints_json_of_the_promised_shape(
     out, err = capsys.readouterr()
     assert json.loads(out) == {"learners": FOUND["learners"]}
     assert err == "no C compiler: no comparison with C\n"
+
+
+def test_bench_measures_learners_beside_the_timed_one(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from benchmarks import speeds
+
+    found = {
+        "learners": {"standard_q": {"steps_per_s": 61.4e6, "ratio_to_timed": 1.234}},
+        "watching": {"novelty": 0.987},
+    }
+    calls: list[tuple[Any, ...]] = []
+
+    def fake(*given: Any) -> Any:
+        calls.append(given[:2])
+        return found
+
+    monkeypatch.setattr(speeds, "measure_speeds", fake)
+    assert main.main(["bench", "--learners", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == found
+    assert main.main(["bench", "standard_q", "--learners", "--repetitions", "2"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["standard_q", "61.4", "1.23"] in lines
+    assert lines[-1] == ["novelty", "0.987"]
+    every = {name: presets.load(name) for name in presets.shipped()}
+    assert calls == [(every, 5), ({"standard_q": every["standard_q"]}, 2)]
 
 
 def test_bench_measures_walking_in_the_past(

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from app.documents import lessons
+from app.documents import lessons, presets
 from app.documents.faults import faults_of
 from app.documents.lesson_cards import CONTROLS, VERBS, Card, DoIt
 from app.documents.lesson_grammar import (
@@ -309,7 +309,7 @@ def test_all_that_is_wrong_with_values_is_said_at_once() -> None:
         "2: minutes: value 90: must be at most 60; allowed: 1 to 60",
         "3: setup.start: value -1: must be at least 0; allowed: 0 to 2000000",
         "3: setup.preset: value 'timd': is not a shipped preset (did you mean timed?); allowed:"
-        " standard_q, hierarchical_2, hierarchical_3, timed, timed_early",
+        f" {', '.join(presets.shipped())}",
         "4: show.1: value 'laier.value': is no control (did you mean layer.value?); allowed:"
         f" {', '.join(CONTROLS)}",
         "6: steps.0.sya: value 'A word.': is not a known key (did you mean say?); allowed:"
@@ -411,7 +411,7 @@ def of_experiment(name: str, quantity: str) -> str:
         ("{ask: choice, text: A, options: [a, b], reveal: {present: avoid}}", "allowed: yes, no"),
         (
             "{ask: choice, text: A, options: [a, b], reveal: {leader: 5}}",
-            "allowed: standard_q, hierarchical_2, hierarchical_3, timed, timed_early",
+            f"allowed: {', '.join(presets.shipped())}",
         ),
         (
             of_experiment("ablatoin", "final_reward"),

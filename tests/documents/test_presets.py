@@ -319,7 +319,10 @@ MISSING = "is missing; allowed:"
     [
         ("trials: 10", f"1: learner: {MISSING} the keys options, alpha, skill_alpha,"),
         ("trials: 10\n\nlearner:\n  options: moves", f"3: learner.alpha: {MISSING} 0 to 1"),
-        ("trials: 10\nlearner:\n  alpha: 0.1", f"2: learner.options: {MISSING} moves, or a list"),
+        (
+            "trials: 10\nlearner:\n  alpha: 0.1",
+            f"2: learner.options: {MISSING} moves, commands, or a list",
+        ),
         ("\n# a comment\nlearner: {options: moves, alpha: 0.1}", f"3: trials: {MISSING} 1 to 2000"),
         (
             "trials: 10\nlearner: {options: [avoid], alpha: 0.1}\nschedule:\n  skills:\n"
@@ -347,7 +350,7 @@ def test_a_missing_key_is_reported_where_it_belongs(text: str, expected: str) ->
         (
             "[approch]",
             "1: learner.options: value ['approch']: names no skill with 'approch' (did you mean"
-            " approach?); allowed: moves, or a list of skills from approach, avoid,",
+            " approach?); allowed: moves, commands, or a list of skills from approach, avoid,",
         ),
         (
             "[Avoid, avoid, nothing]",

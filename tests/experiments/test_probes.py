@@ -1,5 +1,6 @@
 """Runs that go on until a horizon, and what looks at them on their way."""
 
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,14 @@ from app.experiments.archive import Arrays, unpacked
 from app.experiments.probes import Probe
 from app.experiments.task import Finished, Limits, Task, made_run, perform, tasks_of
 from app.metrics import area_at, reward_at
-from app.metrics.course import greedy_of
+from app.metrics.course import COHERENCE_HUNTS, GREEDY_SEED, greedy_of
 from learners import measures
+from learners.hunts import hunt, policy_of
 from learners.kernel.state import digest
 from learners.names import MAX_TRIALS
 from learners.run import Run
+from sim import rng
+from sim.world import start_of_trial
 
 SMALL = """
 presets: [{preset: standard_q, set: {world.size: 30, world.step_limit: 80}}]
@@ -90,6 +94,29 @@ def test_greedy_reward_is_of_the_run_as_it_was_at_each_moment() -> None:
     assert found.digest == digest(at_end.state)
     curve = zip(arrays.greedy.trial, arrays.greedy.step, arrays.greedy.reward, strict=True)
     assert {int(trial): (step, reward) for trial, step, reward in curve} == points
+
+
+def test_coherence_is_of_the_first_greedy_hunts_of_a_run_that_is_over() -> None:
+    found, _ = performed(task_of(metrics="[mean_choice, without_progress]"))
+    run = Run(spec_of(task_of()), 0)
+    run.advance()
+    starts = run.world, rng.streams(GREEDY_SEED)[rng.STARTS]
+    policy = policy_of(run.spec, run.state)
+    n_steps = n_runs = 0
+    shares: list[float] = []
+    for seed in range(COHERENCE_HUNTS):
+        cell, heading = start_of_trial(*starts, seed)
+        way = hunt(run.world, policy, int(cell), int(heading), seed)
+        n_steps += way.steps
+        n_runs += sum(1 for _ in groupby(way.options.tolist()))
+        been, again = {int(way.cells[0])}, 0
+        for cell in map(int, way.cells[1:]):
+            again += cell in been
+            been.add(cell)
+        shares.append(again / way.steps)
+    assert found.values["mean_choice"] == n_steps / n_runs
+    assert found.values["without_progress"] == pytest.approx(sum(shares) / len(shares))
+    assert found.digest == digest(run.state)
 
 
 @pytest.mark.parametrize("keys", [{"greedy_every": 0}, {"metrics": "[final_reward]"}])

@@ -1,5 +1,6 @@
 """Q(λ) and feudal Q do exactly what their definitions say, step by step and bit for bit."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
@@ -192,6 +193,9 @@ def assert_same_tables(run: Run, slow: SlowWatkins | SlowFeudal) -> None:
     if slow.settings.initial_q <= 0:
         first_reach = spread(slow, reached, 1, np.int32, -1)[..., 0]
         np.testing.assert_array_equal(fast["first_reach"], first_reach, strict=True)
+        arrivals = Counter(slow.notes.first_reach.values())
+        reached_in = run.state.log_reached[: run.trial].tolist()
+        assert reached_in == [arrivals[trial] for trial in range(run.trial)]
     logs, ended = run.state, slow.notes.ended
     assert logs.log_new_states[: run.trial].tolist() == [log.new_states for log in ended]
     assert logs.log_switches[: run.trial].tolist() == [log.switches for log in ended]

@@ -99,6 +99,24 @@ def test_without_a_second_step_there_is_no_switch() -> None:
 # --- Equivalent distance -------------------------------------------------------------------------
 
 
+def test_a_choice_that_is_made_again_goes_on_and_a_hunt_ends_it() -> None:
+    straight = np.arange(5), np.array([3, 3, 3, 3])
+    bent = np.arange(7), np.array([3, 3, 1, 3, 3, 3])
+    assert measures.coherence([straight, bent]).mean_choice == 10 / 4
+
+
+def test_steps_into_cells_of_the_same_hunt_are_without_progress() -> None:
+    onwards = np.array([7, 8, 9])
+    stays_then_goes_back = np.array([7, 7, 8, 7, 9])
+    option = np.zeros(2, np.uint8), np.zeros(4, np.uint8)
+    found = measures.coherence([(onwards, option[0]), (stays_then_goes_back, option[1])])
+    assert found.without_progress == (0 / 2 + 2 / 4) / 2
+
+
+def test_without_hunts_nothing_is_known_of_coherence() -> None:
+    assert np.isnan(measures.coherence([])).all()
+
+
 def test_the_worth_of_a_state_is_turned_into_its_steps_from_capture() -> None:
     steps = np.array([[0.0, 1.0, 40.5], [400.0, -3.0, 7.0]])
     distance = measures.equivalent_distance(100 * GAMMA**steps, 100, GAMMA)

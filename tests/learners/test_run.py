@@ -1172,6 +1172,16 @@ OPEN_POINTS = {
     "skills see finer": ("world.skill_n_directions=24", "world.skill_n_distances=18"),
     "all learn": ("learner.skills_that_learn=all", "learner.spiral_penalty=0"),
     "binary": ("learner.local_rewards=binary", "world.ring_exponent=2.2"),
+    **{
+        f"by {by}": (
+            f"schedule.introduce={{by: {by}, window: 9, below: {below}}}",
+            "schedule.skills.circle_clockwise.at=null",
+            "schedule.skills.avoid.at=null",
+            "schedule.episodes=[{skill: circle_clockwise, duration: 20, probability: 0.5,"
+            " where: {value_at_most: 0.5}}, {skill: avoid, duration: 9, probability: 0.5}]",
+        )
+        for by, below in (("novelty", 1), ("reach", 0.01), ("change", 0.4))
+    },
 }
 
 
