@@ -150,6 +150,7 @@ class Stage:
         live = self.shared.live
         live.begin(preset, *settings, speed=speed, results=self._folder())
         live.go_to_trial(trial)
+        live.expect_followed()
         pages = self.pages
         for screen in pages:
             screen.tidy()
