@@ -186,19 +186,6 @@ class LiveLab:
             assert time.monotonic() < deadline, self.widget(label).value
             time.sleep(0.005)
 
-    def expect_followed(self) -> None:
-        """Wait until what all pages show is the live run where it stands, and no run before it.
-
-        Of two runs that look the same the pages' pictures do not tell which it is.
-        """
-        now = self.session.status.snapshot
-        wanted = {"line": now.generation, "step": now.step, "live": True}
-        deadline = time.monotonic() + PATIENCE_S
-        for browser in self.lab.browsers:
-            while not wanted.items() <= (browser.time.moment or {}).items():
-                assert time.monotonic() < deadline, browser.time.moment
-                time.sleep(0.005)
-
     def run_to_end(self, experiment: Experiment) -> Standing:
         """Run an experiment, and wait until it is over."""
         self.lab.service.start(experiment, workers=2)
