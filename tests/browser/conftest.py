@@ -160,6 +160,8 @@ class Stage:
             else:
                 expect(viewers).to_have_count(0)
             screen.expect_cell_colours(live.colours())
+            # A run may look like the one before: only its number tells them apart.
+            screen.expect_line(live.session.status.snapshot.generation)
 
     def _close_other(self) -> None:
         if self._other is not None:

@@ -1,6 +1,7 @@
 """Whoever is taken through a lesson, in a page of the lab: by what is on the card, and no more."""
 
 import re
+import time
 from typing import Any
 
 from playwright.sync_api import Frame, FrameLocator, Locator, expect
@@ -8,7 +9,7 @@ from playwright.sync_api import Frame, FrameLocator, Locator, expect
 from app.documents.lesson_grammar import OCTANTS
 from app.documents.lesson_questions import Asked
 from app.lessons.markup import plain_of
-from tests.support.live import LiveLab
+from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import Screen
 
 FRAME = "iframe.pounce-lesson"
@@ -168,10 +169,18 @@ class Pupil:
         # In one go: it may become what leads on to the next card.
         if self.primary.evaluate(_PRESS, label):
             if label in _AGAIN_AND_AGAIN:
-                live.wait_for(lambda status: status.snapshot.trial > before)
+                self._wait_for_trial(live, before, label)
             else:
                 expect(self.primary).not_to_have_text(label)
         return True
+
+    def _wait_for_trial(self, live: LiveLab, before: int, label: str) -> None:
+        """Wait until a trial has been made, or what was pressed was done with and led on."""
+        deadline = time.monotonic() + PATIENCE_S
+        while live.session.status.snapshot.trial <= before:
+            if self.primary.inner_text() != label:
+                return
+            assert time.monotonic() < deadline, label
 
     def do_it(self, live: LiveLab) -> None:
         """Do what the card asks for, with what stands below it; with hints where nothing does."""
