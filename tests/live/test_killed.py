@@ -36,7 +36,7 @@ from tests.support.copies import in_a_process_of_its_own
 from tests.support.journals import HEADER
 from tests.support.lines import SPEC
 
-KILLS = 30
+KILLS = 50
 SEED = 11
 SPEED = 500_000.0
 """Steps/s: so few that what was learned until the kill is soon learned again, four times."""
