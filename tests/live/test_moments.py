@@ -19,7 +19,7 @@ from learners.commands import CommandError, FreezeSelection, SetParameter
 from learners.run import Run, replay
 from tests.support.lines import SEED, SPEC, play, stands
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 LINE = 3
 
 

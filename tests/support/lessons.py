@@ -24,7 +24,7 @@ from app.page.time.outlook import Outlook
 from app.picture.look import Look
 from tests.support.person import AtOnce
 
-PATIENCE_S: Final = 30.0
+PATIENCE_S: Final = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 
 SMALL: Final = """
