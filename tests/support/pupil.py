@@ -1,7 +1,6 @@
 """Whoever is taken through a lesson, in a page of the lab: by what is on the card, and no more."""
 
 import re
-import time
 from typing import Any
 
 from playwright.sync_api import Frame, FrameLocator, Locator, expect
@@ -9,7 +8,6 @@ from playwright.sync_api import Frame, FrameLocator, Locator, expect
 from app.documents.lesson_grammar import OCTANTS
 from app.documents.lesson_questions import Asked
 from app.lessons.markup import plain_of
-from tests.support.live import PATIENCE_S, LiveLab
 from tests.support.screen import Screen
 
 FRAME = "iframe.pounce-lesson"
@@ -21,8 +19,6 @@ STOPS = """() => [...document.querySelectorAll("*")].filter(node => node.tabInde
 SIDE = "iframe.pounce-side"
 _MOST_HINTS = 3
 _MOST_PRESSES = 60
-_AGAIN_AND_AGAIN = ("One trial",)
-"""What stays as it is when it is pressed."""
 _PRESS = "(node, label) => node.textContent === label && (node.click(), true)"
 
 
@@ -160,38 +156,26 @@ class Pupil:
         field.fill(f"{number:.10g}")
         field.press("Tab")
 
-    def press(self, live: LiveLab) -> bool:
+    def press(self) -> bool:
         """Press what stands below the card, if that does what is asked for; whether it does."""
         label = self.primary.inner_text()
         if label == "Next" or self.primary.get_attribute("aria-disabled") == "true":
             return False
-        before = live.session.status.snapshot.trial
         # In one go: it may become what leads on to the next card.
         if self.primary.evaluate(_PRESS, label):
-            if label in _AGAIN_AND_AGAIN:
-                self._wait_for_trial(live, before, label)
-            else:
-                expect(self.primary).not_to_have_text(label)
+            expect(self.primary).not_to_have_text(label)
         return True
 
-    def _wait_for_trial(self, live: LiveLab, before: int, label: str) -> None:
-        """Wait until a trial has been made, or what was pressed was done with and led on."""
-        deadline = time.monotonic() + PATIENCE_S
-        while live.session.status.snapshot.trial <= before:
-            if self.primary.inner_text() != label:
-                return
-            assert time.monotonic() < deadline, label
-
-    def do_it(self, live: LiveLab) -> None:
+    def do_it(self) -> None:
         """Do what the card asks for, with what stands below it; with hints where nothing does."""
-        if not self.press(live):
+        if not self.press():
             self.be_helped()
         ready = self.card.locator("footer .primary:not([aria-disabled])")
         for _ in range(_MOST_PRESSES):
             expect(ready).to_have_count(1)
             if ready.inner_text() == "Next":
                 return
-            self.press(live)
+            self.press()
         raise AssertionError(self.primary.inner_text())
 
     def race(self) -> None:
