@@ -23,14 +23,16 @@ HARMLESS_WARNINGS = (
 )
 
 BROWSER_TESTS = Path(__file__).parent / "browser"
-PAGES_OF_THEIR_OWN = frozenset(
+OTHER_BROWSER = frozenset(
     f"test_{name}.py"
     for name in (
-        *("audience", "boards", "connection", "hunts", "lesson_card", "replay_page"),
-        *("report_page", "report_print", "sessions"),
+        # These do not share a lab and a page with others.
+        *("audience", "boards", "class", "class_place", "connection", "hunts", "lesson_card"),
+        *("replay_page", "report_page", "report_print", "sessions"),
+        *("access", "asked", "frame", "lesson_page", "lessons_played", "sharing"),
     )
 )
-"""Files of browser tests that do not share one lab and one page with all others."""
+"""Files of browser tests that take about half of the time of all."""
 BEGINNING = ("browser", "report", "experiments", "learners")
 """Folders whose tests take longest, these first; what is short comes last, so that of several
 workers none is at work long after the others."""
@@ -121,8 +123,9 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """With ``--dist loadfile``, give browser tests to two workers, as if they were two files.
 
-    Those that share a lab and a page go to one. More browsers that draw in software would hold each
-    other up, and with one alone processors are idle at the end.
+    Those of each share a lab and a page. More browsers that draw in software would hold each other
+    up; with one alone, or with two of which one has much more to do, processors are idle at the
+    end.
     """
     if config.getvalue("dist") != "loadfile":
         return None
@@ -135,8 +138,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             file = nodeid.partition("::")[0]
             if not file.startswith(browser_tests):
                 return super()._split_scope(nodeid)
-            is_apart = file.removeprefix(browser_tests) in PAGES_OF_THEIR_OWN
-            return f"{browser_tests}apart" if is_apart else browser_tests
+            is_other = file.removeprefix(browser_tests) in OTHER_BROWSER
+            return f"{browser_tests}other" if is_other else browser_tests
 
     return Scheduling(config, log)
 
