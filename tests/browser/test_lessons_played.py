@@ -34,6 +34,8 @@ BLAME = re.compile(r"\b(wrong|incorrect|correct|mistakes?|fail\w*|score\w*)\b", 
 """Words that nobody is to read who was only unlucky, or has guessed."""
 ON_BAR = ("bar", "curve", "scrub", "plan", "marks")
 """Controls that have the time bar be there."""
+LINES = """() => document.querySelector(".lesson main").innerText.split("\\n").sort()"""
+"""What a card says."""
 LABELS = {
     "play": r"Play|Pause",
     "step": r"One step",
@@ -83,15 +85,13 @@ def expect_no_blame(pupil: Pupil) -> None:
 
 def expect_same_after_reload(shared: Shared, pupil: Pupil, place: int) -> None:
     """A page that is loaded anew is at the same card, with the same answers."""
-    text = pupil.card.locator(".lesson main")
-    lines = sorted(text.inner_text().split("\n"))
+    lines = pupil.card_page.evaluate(LINES)
     stories = shared.live.session.status.stories
     pupil.page.reload()
     shared.screen.settle(shared.live)
     pupil.expect_card(place)
     # A control that has come later is the last of them until then.
-    expect(text).to_contain_text(lines[-1], use_inner_text=True)
-    assert sorted(text.inner_text().split("\n")) == lines
+    pupil.card_page.wait_for_function(f"lines => ({LINES})().join() === lines.join()", arg=lines)
     now = shared.live.session.status.stories
     assert now == _with_reveals_of(now, stories)
 
