@@ -21,7 +21,6 @@ VARIANTS: dict[str, tuple[str, list[str]]] = {
     ),
     "skills held for four steps": ("hierarchical_3", ["learner.held={until: steps, most: 4}"]),
     "moves held until the state changes": ("standard_q", ["learner.held={until: change}"]),
-    "only applicable skills": ("hierarchical_3", ["learner.applicable=0.5"]),
     "a script, and skills that train before": (
         "hierarchical_3",
         ["schedule.teach={trials: 3000}", "schedule.pretrain=50000"],
