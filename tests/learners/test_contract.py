@@ -15,16 +15,6 @@ VARIANTS: dict[str, tuple[str, list[str]]] = {
         "feudal",
         ["world.skill_n_directions=24", "world.skill_n_distances=18"],
     ),
-    "skills held until the state changes": (
-        "timed",
-        ["learner.held={until: change, discount: choice}"],
-    ),
-    "skills held for four steps": ("hierarchical_3", ["learner.held={until: steps, most: 4}"]),
-    "moves held until the state changes": ("standard_q", ["learner.held={until: change}"]),
-    "a script, and skills that train before": (
-        "hierarchical_3",
-        ["schedule.teach={trials: 3000}", "schedule.pretrain=50000"],
-    ),
     "a rule, by what was reached": ("timed_auto", ["schedule.introduce.by=reach"]),
 }
 
