@@ -216,6 +216,8 @@ class _Writer:
             return
         before = "joins at " if block.state in ("planned", "idle") else "joined at "
         text, after, near = f"{block.first:,}", "", self._span(block)[0]
+        if block.by_rule:
+            after = " by its rule"
         if block.first >= NEVER:
             before, text, near = "", "not planned to join", 1.0
             if block.by_rule:

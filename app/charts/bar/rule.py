@@ -45,13 +45,13 @@ class Rule(NamedTuple):
     values: np.ndarray
     """(point,) float64: what is watched."""
     fires: np.ndarray
-    """(point,) int64: when it would be met if it fell on as it did then; ``NEVER`` if it did not."""
+    """(point,) int64: when it would be met if it fell on as it did; ``NEVER`` if it did not."""
     ends: tuple[float, float]
     """Of the scale: what is seen lies between them."""
     what: tuple[str, str]
     """What is watched."""
-    short: str
-    """What it asks for, in as few words as can be."""
+    short: tuple[str, str]
+    """Who joins, and below which number, in as few words as can be."""
     long: str
     """The same in a sentence that explains it."""
 
@@ -94,7 +94,7 @@ def _rule(one: Watched, all_of_them: Sequence[Watched]) -> Rule:
         fires=one.fires,
         ends=(low, high),
         what=_WATCHED[one.rule.by],
-        short=f"{named(one.skill)} joins below {one.rule.below:g}",
+        short=(named(one.skill), f"joins below {one.rule.below:g}"),
         long=long_of(one.skill, one.rule),
     )
 

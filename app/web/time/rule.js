@@ -1,7 +1,7 @@
 // @ts-check
 // What a rule watches, under the learning curve: how it goes, its threshold, and when it would be met.
 
-import { shareOf, shareOfTrial, trialAt } from "./axis.js";
+import { shareOfTrial, trialAt } from "./axis.js";
 import { attribute, element, grouped, percent, write } from "./dom.js";
 
 /**
@@ -20,8 +20,8 @@ const PIECES = 16;
 export const ruleHtml = `
   <div class="row rule" hidden>
     <div class="gutter"><span class="what"></span><span class="numbers"><span></span></span></div>
+    <p class="asks"><span class="long"></span><span class="short"><span class="more"></span><span></span></span><span class="now"></span></p>
     <div class="plot">
-      <p class="asks"><span class="long"></span><span class="short"></span><span class="now"></span></p>
       <div class="course"><svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" role="img"></svg></div>
     </div>
   </div>`;
@@ -124,7 +124,6 @@ export const markRule = (row, meets, bar, seen, isNow) => {
   if (drawn.at === at && drawn.of === rule) return;
   drawn = { bar, of: rule, at };
   write(/** @type {HTMLElement} */ (row.querySelector(".now")), said);
-  placeWords(/** @type {HTMLElement} */ (row.querySelector(".asks")), shareOf(bar.axis, seen));
   const about = `${rule.long}${said}`;
   attribute(row, "title", about);
   attribute(/** @type {SVGElement} */ (row.querySelector("svg")), "aria-label", about);
@@ -137,18 +136,6 @@ export const markRule = (row, meets, bar, seen, isNow) => {
 };
 
 /**
- * Words stand beside the moment, on that side of it where there is more room.
- * @param {HTMLElement} words
- * @param {number} share
- */
-const placeWords = ({ style, classList }, share) => {
-  const isBefore = share > 0.5;
-  classList.toggle("before", isBefore);
-  style.left = isBefore ? "0" : percent(share);
-  style.right = isBefore ? percent(1 - share) : "0";
-};
-
-/**
  * What it is of, beside its numbers.
  * @param {HTMLElement} row
  * @param {Rule} rule
@@ -158,7 +145,9 @@ const nameIt = (row, rule) => {
   const [what, per] = rule.what;
   part(".what").replaceChildren(what, document.createElement("br"), per);
   write(part(".long"), rule.long);
-  write(part(".short"), rule.short);
+  const [who, asks] = rule.short;
+  write(part(".short > .more"), `${who} `);
+  write(part(".short > :last-child"), asks);
   const number = part(".numbers > span");
   write(number, `${rule.below}`);
   number.style.bottom = percent(heightOf(rule, rule.below));

@@ -13,7 +13,7 @@ import { drawing } from "../player/drawing.js";
  * @typedef {{
  *   skill: string, first: number, known: number, until: number | null, below: number, met: boolean,
  *   trials: number[], values: number[], fires: number[],
- *   ends: [number, number], what: [string, string], short: string, long: string,
+ *   ends: [number, number], what: [string, string], short: [string, string], long: string,
  * }} Rule what a rule watches: `values` are known before `trials`, where it would be met in `fires`, or
  *   never, which is -1; the first window is over in `known`, and the skill joined in `until`
  * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "frozen"}} Band
