@@ -21,6 +21,7 @@ from learners.kernel import rows
 from learners.kernel.layout import by_main_state, by_sub_policy, regions_of
 from learners.kernel.state import NO_OPTION, LearnerState
 from learners.measures import Endings
+from learners.policies.greedy import Rule, choice_by, choices_of, rule_of
 from learners.spec import RunSpec
 from sim.bits import U, pick
 from sim.compiled import loop, piece
@@ -71,6 +72,8 @@ class Policy(NamedTuple):
     """(heading, distance, direction) uint16: greedy options of each state."""
     kept: Kept | None = None
     """None if an option is chosen anew in each step."""
+    rule: Rule | None = None
+    """The rule that chooses in each step from what may be chosen there; None if a table does."""
 
 
 class Hunt(NamedTuple):
@@ -120,6 +123,9 @@ def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
 
     It is that of :func:`greedy_moves`, for a tenth of the time.
     """
+    rule = rule_of(spec, state)
+    if rule is not None:
+        return policy_by(spec, rule)
     of_skills = spec.world.of_skills
     shape = of_skills.n_distances, of_skills.n_directions
     options = by_main_state(spec, rows.greedy_sets(state.selection_words))
@@ -131,10 +137,21 @@ def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
     return Policy(moves, options, kept_by(spec))
 
 
+def policy_by(spec: RunSpec, rule: Rule) -> Policy:
+    """The greedy policy of a learner whose skills are selected by a rule."""
+    found = choices_of(spec, rule)
+    return Policy(found.moves, found.options, None, rule)
+
+
 def kept_by(spec: RunSpec) -> Kept | None:
     """How long a learner keeps to an option; None if it chooses anew in each step."""
-    regions = regions_of(spec)
-    return None if regions is None else Kept(regions.of_reading, MOST_STEPS)
+    regions, held = regions_of(spec), spec.learner.held
+    if regions is not None:
+        return Kept(regions.of_reading, MOST_STEPS)
+    if held is None:
+        return None
+    readings = np.arange(spec.world.n_readings, dtype=np.uint32)
+    return Kept(readings if held.until == "change" else np.zeros_like(readings), held.most)
 
 
 def _single_moves(shape: tuple[int, ...]) -> np.ndarray:
@@ -160,11 +177,12 @@ class _Rules(NamedTuple):
     n_views: np.uint64
     """A power of two, so that a heading's view is its lowest bits."""
     kept: Kept | None
+    rule: Rule | None
 
 
 def _rules(policy: Policy) -> _Rules:
     n_views = U(policy.moves.shape[1])
-    return _Rules(policy.moves.ravel(), policy.options.ravel(), n_views, policy.kept)
+    return _Rules(policy.moves.ravel(), policy.options.ravel(), n_views, policy.kept, policy.rule)
 
 
 @piece
@@ -266,9 +284,11 @@ def follow(
             kept,
             group,
         )
+        option, move = choice_by(rules.rule, heading, reading, draw, option, _ONE)
         seen = (option * rules.n_views + view) * world.n_skill_states + skill_state
         best_moves = U(rules.moves[seen])
-        move = pick(best_moves, draw >> _S48)
+        if rules.rule is None:
+            move = pick(best_moves, draw >> _S48)
         cell_t = moved(world.cell_word, world.clipped, world.move_step, cell, move)
         outcome = outcome_of(world, cell, cell_t, heading)
         cell = cell_t
@@ -369,8 +389,13 @@ def hunt(
     heading: int,
     seed: int = 0,
     max_steps: int | None = None,
+    counter: np.uint64 | None = None,
 ) -> Hunt:
-    """One hunt with its way; ``max_steps`` is the world's step limit unless given."""
+    """One hunt with its way; ``max_steps`` is the world's step limit unless given.
+
+    With the ``counter`` of a learner's draws as a trial begins, and not with that of the seed, it
+    is the trial that the learner would have if it neither explored nor learned.
+    """
     limit = world.step_limit if max_steps is None else max_steps
     way = np.empty(limit, np.int64)
     options, moves = np.empty(limit, np.uint8), np.empty(limit, np.uint8)
@@ -380,7 +405,7 @@ def hunt(
         _rules(policy),
         start,
         facing,
-        U(stream_of(U(seed), facing, start)),
+        U(stream_of(U(seed), facing, start) if counter is None else counter),
         limit,
         way,
         options,

@@ -46,6 +46,8 @@ class LocalReward(NamedTuple):
     flight: float = 0.0
 
 
+CIRCLES = ("circle_clockwise", "circle_counterclockwise")
+
 SKILLS = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
 """The skills of the thesis, from whose rewards those of other skills may be made."""
 

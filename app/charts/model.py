@@ -23,6 +23,7 @@ from app.analysis.effects import Analysis
 from app.analysis.estimates import Axis, Band, Estimate
 from app.analysis.passages import Arrivals
 from app.analysis.sweeps import Place
+from app.charts.standings import Standings
 from app.charts.styles import Style
 from learners.measures import FoldedValue
 
@@ -485,6 +486,6 @@ class Schedules(NamedTuple):
         return rows
 
 
-Chart = (
-    Curves | Arriving | Dots | Plane | Points | Effects | Trends | Shares | ValueMaps | Schedules
+Chart = (Curves | Arriving | Dots | Standings | Plane | Points | Effects | Trends | Shares) | (
+    ValueMaps | Schedules
 )

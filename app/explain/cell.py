@@ -84,6 +84,8 @@ class CellReading:
 
 def policy_of(snapshot: Snapshot) -> Policy:
     """What is greedy in each state."""
+    if snapshot.rule is not None:
+        return hunts.policy_by(snapshot.spec, snapshot.rule)
     kept = hunts.kept_by(snapshot.spec)
     return hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q, kept)
 
@@ -188,9 +190,14 @@ def sensed_by_skills(snapshot: Snapshot, cell: int) -> tuple[int, int]:
 
 def _options_read(snapshot: Snapshot, here: tuple[int, int, int]) -> tuple[OptionReading, ...]:
     q, visits = snapshot.selection_q[here], snapshot.visits[here]
+    chosen_by = snapshot.choice_q[here]
     return tuple(
         OptionReading(
-            name, float(q[option]), int(visits[option]), bool(q[option] == q.max()), option
+            name,
+            float(q[option]),
+            int(visits[option]),
+            bool(chosen_by[option] == chosen_by.max()),
+            option,
         )
         for option, name in enumerate(actions_of(snapshot))
         if np.isfinite(q[option])

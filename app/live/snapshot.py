@@ -4,11 +4,14 @@ The worker takes one between two slices of learning; views and panels read it an
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from app.live.watched import Watched, watched_along
 from learners import measures
+from learners.comparators.feudal import Commanded, commanded
+from learners.comparators.q_lambda import eligibility
 from learners.control import Control
 from learners.kernel.state import (
     CELL,
@@ -21,8 +24,10 @@ from learners.kernel.state import (
     value_of,
 )
 from learners.measures import Curve, Endings, Progress
+from learners.policies.greedy import Choices, Rule, choices_of, rule_of
 from learners.run import Run
 from learners.spec import RunSpec
+from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS
 from sim.world import World
 
@@ -91,6 +96,8 @@ class Snapshot:
     skill_q: np.ndarray
     """(skill, distance, direction, move) float32, distance and direction as skills see them; with
     an axis of headings before distance where one of the skills sees these."""
+    rule: Rule | None
+    """What selects in the place of a table, and what it goes by; None if there is a table."""
     learning_now: np.ndarray
     """(heading, distance, direction) float32: how much values changed lately, fading."""
     trail: np.ndarray
@@ -111,6 +118,28 @@ class Snapshot:
     """How steps and trials go together, as far as the curves go."""
     watched: tuple[Watched, ...]
     """What the rules by which skills join have watched, as far as the curves go."""
+    eligibility: np.ndarray | None = None
+    """(heading, distance, direction, move) float32: traces; None of a learner without any."""
+    commanded: Commanded | None = None
+    """The command that holds; None where a manager gives one next, or there is none."""
+
+    @cached_property
+    def choices(self) -> Choices | None:
+        """What the rule that selects chooses without exploring; None if there is a table."""
+        return None if self.rule is None else choices_of(self.spec, self.rule)
+
+    @property
+    def choice_q(self) -> np.ndarray:
+        """(heading, distance, direction, option) float32: the option of the largest is chosen."""
+        return self.selection_q if self.choices is None else self.choices.share
+
+    @property
+    def move_q(self) -> np.ndarray:
+        """Like ``skill_q``: once an option is chosen, its move of the largest is made."""
+        if self.choices is None:
+            return self.skill_q
+        moves = self.choices.moves[..., None] >> np.arange(N_MOVES, dtype=np.uint16)
+        return (moves & 1).astype(np.float32)
 
     def skill_q_of(self, skill: int, heading: int) -> np.ndarray:
         """Table of a skill, or of what obeys a command, for a prey that looks that way.
@@ -193,6 +222,7 @@ def take(
         visits=visits,
         option_visits=visits.sum(axis=(0, 1, 2), dtype=np.int64),
         skill_q=skill_q_of(spec, state),
+        rule=rule_of(spec, state),
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),
         ends=_ends(run),
@@ -203,6 +233,8 @@ def take(
         trial_curve=trial_curve,
         progress=progress,
         watched=watched,
+        eligibility=eligibility(spec, state),
+        commanded=commanded(state),
     )
 
 
@@ -240,7 +272,7 @@ def _trail(run: Run) -> np.ndarray:
     steps = np.arange(run.step - count + 1, run.step + 1)
     cells = state.trail[steps % TRAIL_LENGTH].astype(np.int64)
     if made <= TRAIL_STEPS:
-        start, _ = run.start_of(run.trial)
+        start, _ = run.start
         cells = np.concatenate([[start], cells])
     return cells
 
@@ -248,7 +280,11 @@ def _trail(run: Run) -> np.ndarray:
 def _paths(run: Run) -> tuple[TrialPath, ...]:
     state = run.state
     last = run.trial
-    lengths = state.log_steps[max(last - RECENT_PATHS, 0) : last].astype(np.int64)
+    first = max(last - RECENT_PATHS, 0)
+    lengths = state.log_steps[first:last].astype(np.int64)
+    if first == 0 < last:
+        # Pre-training is logged with the first trial, and is no part of its way.
+        lengths[0] -= run.pretrained_steps
     ended_at = run.step - int(state.tally[TRIAL_STEP])
     paths: list[TrialPath] = []
     for back, length in enumerate(reversed(lengths.tolist())):

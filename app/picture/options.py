@@ -58,11 +58,11 @@ def lone_option(snapshot: Snapshot) -> str | None:
 
 
 def options_in_frame(snapshot: Snapshot, look: Look) -> np.ndarray:
-    """Values ``(heading, distance, direction, option)`` of the headings that take part.
+    """By what is chosen, ``(heading, distance, direction, option)``, of headings that take part.
 
     Options that are moves are those of the picture, so they turn with it.
     """
-    values = in_frame(snapshot.selection_q, snapshot, look)
+    values = in_frame(snapshot.choice_q, snapshot, look)
     if not (folds(look) and has_moves(snapshot)):
         return values
     return np.take_along_axis(values, UNTURNED[:, None, None, :], axis=-1)

@@ -217,7 +217,7 @@ def _changes(recorded: Recorded, line: LineSeen, share: float, tell: Tell) -> _L
     added = np.zeros((len(steps) - 1, 3))
     before: tuple[int, np.ndarray, np.ndarray] | None = None
     for place, snapshot in enumerate(_snapshots(recorded, line.number, steps.tolist())):
-        now = snapshot.trial, _levels(snapshot), snapshot.selection_q.argmax(axis=-1)
+        now = snapshot.trial, _levels(snapshot), snapshot.choice_q.argmax(axis=-1)
         if before is not None:
             learned = float(np.abs(now[1] - before[1]).mean())
             chosen = float((now[2] != before[2]).mean())

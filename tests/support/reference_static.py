@@ -136,7 +136,7 @@ class StaticLearner(SlowLearner):
         names = [name for name in self.settings.skills if name in others]
         if self.settings.rule != "learned":
             explores = first < round(self.settings.epsilon * 2**16)
-            name, move = self._selected(imposed, names, second, fourth)
+            name, move = self.selected(imposed, names, second, fourth)
             if explores:
                 self.happened["random move"] += 1
                 move = _one_of(MOVES, fourth)
@@ -149,7 +149,7 @@ class StaticLearner(SlowLearner):
         moves = self.views[str(option)][self._seen(self.cell)]
         return option, self._epsilon_greedy(moves, third, fourth)
 
-    def _selected(
+    def selected(
         self, imposed: str | None, names: list[str], which_skill: int, which_move: int
     ) -> tuple[str, Move]:
         """The rules of section 3.2, by Humphrys."""

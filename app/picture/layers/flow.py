@@ -37,8 +37,8 @@ def _ways(snapshot: Snapshot, look: Look, side: int) -> tuple[np.ndarray, np.nda
         move = at_places(greedy(options_in_frame(snapshot, look)), world, side)
         return move, move
     # Place by place, since skills may tell other states apart than the selection does.
-    option = at_places(greedy(in_frame(snapshot.selection_q, snapshot, look)), world, side)
-    of_skill = greedy(snapshot.skill_q)
+    option = at_places(greedy(in_frame(snapshot.choice_q, snapshot, look)), world, side)
+    of_skill = greedy(snapshot.move_q)
     of_skills, per_skill = world.of_skills, of_skill[0].size
     shape = N_HEADINGS, of_skills.n_distances, of_skills.n_directions
     every = in_frame(np.arange(np.prod(shape)).reshape(shape), snapshot, look)
