@@ -164,8 +164,12 @@ def _practised(snapshot: Snapshot) -> Markup:
     if len(control.introductions) == 1:
         value = term("value", "worth")
         return _said(f"It is practised {until}; what places are ", value, " is learned after that.")
-    newest = named(control.introductions[-1].skill)
-    return _said(f"{newest} is new and practised first: ", frozen, ".")
+    newest = control.introductions[-1]
+    by_rule = any(
+        event.author == "trigger" and event.step == newest.step for event in control.history
+    )
+    how = "has joined by its rule, and is" if by_rule else "is new and"
+    return _said(f"{named(newest.skill)} {how} practised first: ", frozen, ".")
 
 
 def _spread(snapshot: Snapshot) -> Markup:

@@ -216,14 +216,14 @@ class _Writer:
             return
         before = "joins at " if block.state in ("planned", "idle") else "joined at "
         text, after, near = f"{block.first:,}", "", self._span(block)[0]
-        if block.by_rule:
-            after = " by its rule"
         if block.first >= NEVER:
             before, text, near = "", "not planned to join", 1.0
             if block.by_rule:
                 text = "joins by its rule"
         elif is_beyond:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
+        elif block.by_rule:
+            after = " by its rule"
         spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)
         if spot is not None:
             self._put(before, text, after, spot, [block])

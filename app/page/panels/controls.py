@@ -93,7 +93,7 @@ def skill_state(status: Status, skill: str) -> str:
             return "not yet"
         if not control.schedule_on:
             return "not yet: the schedule is not followed"
-        return _by_rule(snapshot, skill) if by_rule else f"joins at trial {planned:,}"
+        return _by_rule(status, skill) if by_rule else f"joins at trial {planned:,}"
     index = snapshot.spec.learner.skills.index(skill)
     total = int(snapshot.option_visits.sum())
     parts = ["active"]
@@ -107,14 +107,15 @@ def skill_state(status: Status, skill: str) -> str:
     return ", ".join(parts)
 
 
-def _by_rule(snapshot: Snapshot, skill: str) -> str:
+def _by_rule(status: Status, skill: str) -> str:
     """What is to be said of a skill that joins by its rule."""
-    waited = next((one for one in snapshot.watched if one.until is None), None)
+    waited = next((one for one in status.snapshot.watched if one.until is None), None)
     if waited is None:
         return "joins by its rule"
     if waited.skill != skill:
         return f"joins by its rule, after {plain(waited.skill)}"
-    return f"joins by its rule, below {waited.rule.below:g}: {outlook_in_words(waited)}"
+    outlook = outlook_in_words(waited, status.behind is None)
+    return f"joins by its rule, below {waited.rule.below:g}: {outlook}"
 
 
 @dataclass
