@@ -36,11 +36,10 @@ class SkillWeights(Spec):
     """Its own learning rate; that of all skills unless given."""
 
     def reward(self, spiral_penalty: float) -> LocalReward:
-        """The sum as weights of the metrics, for circles that are charged so much."""
+        """Weights of the thesis's metrics, for circles that are charged so much."""
         of_skill = rewards(spiral_penalty)
-        parts = [[getattr(self, name) * part for part in of_skill[name][:3]] for name in SKILLS]
-        sums = (sum(column) for column in zip(*parts, strict=True))
-        return LocalReward(*sums, behind=self.behind, flight=self.flight)
+        parts = [[getattr(self, name) * part for part in of_skill[name]] for name in SKILLS]
+        return LocalReward(*(sum(column) for column in zip(*parts, strict=True)))
 
 
 BUILT_IN: Final[Mapping[str, SkillWeights]] = {
@@ -48,7 +47,9 @@ BUILT_IN: Final[Mapping[str, SkillWeights]] = {
     "avoid": SkillWeights(avoid=1.0),
     "circle_clockwise": SkillWeights(circle_clockwise=1.0),
     "circle_counterclockwise": SkillWeights(circle_counterclockwise=1.0),
-    "appetite": SkillWeights(behind=1.0, sees="prey_heading", ends_with_trial=True),
+    # Were its task over with the trial, capture would end its income: it would learn to go round
+    # and come in from behind again and again, and capture less with each thousand trials.
+    "appetite": SkillWeights(behind=1.0, sees="prey_heading"),
     "fear": SkillWeights(flight=FLIGHT_IS_FEARED, sees="prey_heading", ends_with_trial=True),
 }
 """The skills that a preset can name without stating them."""
