@@ -296,6 +296,23 @@ def test_what_an_exploration_costs_is_said_where_there_are_other_skills() -> Non
     ) in in_words(status_of(run))
 
 
+def test_an_exploration_by_context_is_said_with_where_it_acts_and_costs_little() -> None:
+    run = Run(spec_of(preset="hierarchical_3"), seed=1)
+    run.apply(Explore("avoid", 100, 0.5, 1.0))
+    assert (
+        "Forced exploration until trial 100: avoid in 50% of the steps where nothing else is worth"
+        " more than 1."
+    ) in in_words(status_of(run))
+
+
+def test_a_skill_that_has_just_joined_by_a_rule_is_said_to_have() -> None:
+    run = Run(ruled_spec("trials=2000"), 5)
+    run.advance(until_trial=440)
+    assert "Circle clockwise has joined by its rule, and is practised first" in in_words(
+        status_of(run)
+    )
+
+
 def test_an_exploration_is_over_when_its_last_trial_is() -> None:
     run = Run(spec_of(), seed=1)
     run.apply(Explore("approach", 500, 0.75))

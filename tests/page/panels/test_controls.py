@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 import viser
 
+from app.charts.bar.rule import outlook_in_words
 from app.documents import presets
 from app.live import snapshot
 from app.live.held import Opened
@@ -51,6 +52,7 @@ from learners.schedule_spec import ScheduleSpec, SkillTimer
 from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 from tests.support.person import Person
+from tests.support.schedules import ruled_spec
 
 
 def spec_of(name: str = "timed") -> RunSpec:
@@ -548,6 +550,20 @@ def test_a_skill_says_how_it_stands(desk: Desk) -> None:
     desk.show(run)
     assert state(desk.status, "avoid") == "not yet: the schedule is not followed"
     assert state(desk.status, "approach") == "active, frozen by hand"
+
+
+def test_a_skill_that_joins_by_a_rule_says_what_that_sees(desk: Desk) -> None:
+    run = Run(ruled_spec("trials=2000"), 5)
+    run.advance(until_trial=120)
+    desk.show(run)
+    outlook = outlook_in_words(desk.status.snapshot.watched[-1])
+    assert skill_state(desk.status, "circle_clockwise") == (
+        f"joins by its rule, below 0.2: {outlook}"
+    )
+    assert skill_state(desk.status, "avoid") == "joins by its rule, after circle clockwise"
+    run.apply(FollowSchedule(False))
+    desk.show(run)
+    assert skill_state(desk.status, "avoid") == "not yet: the schedule is not followed"
 
 
 def test_only_a_skill_that_has_joined_can_be_explored(desk: Desk) -> None:
