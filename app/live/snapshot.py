@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from app.live.watched import Watched, watched_along
 from learners import measures
 from learners.comparators.feudal import Commanded, commanded
 from learners.comparators.q_lambda import eligibility
@@ -115,7 +116,8 @@ class Snapshot:
     """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
     progress: Progress
     """How steps and trials go together, as far as the curves go."""
-
+    watched: tuple[Watched, ...]
+    """What the rules by which skills join have watched, as far as the curves go."""
     eligibility: np.ndarray | None = None
     """(heading, distance, direction, move) float32: traces; None of a learner without any."""
     commanded: Commanded | None = None
@@ -195,8 +197,10 @@ def take(
         curve = measures.curve(state, curve_window(steps))
         trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
         progress = measures.progress(state)
+        watched = watched_along(run, () if former is None else former.watched)
     else:
         curve, trial_curve, progress = former.curve, former.trial_curve, former.progress
+        watched = former.watched
     return Snapshot(
         preset=preset,
         spec=spec,
@@ -228,6 +232,7 @@ def take(
         curve=curve,
         trial_curve=trial_curve,
         progress=progress,
+        watched=watched,
         eligibility=eligibility(spec, state),
         commanded=commanded(state),
     )
