@@ -19,8 +19,9 @@ import numpy as np
 from learners.comparators.feudal import MOST_STEPS
 from learners.kernel import rows
 from learners.kernel.layout import by_main_state, by_sub_policy, regions_of
-from learners.kernel.state import NO_OPTION, LearnerState
+from learners.kernel.state import NO_OPTION, LearnerState, selection_q_of, skill_q_of
 from learners.measures import Endings
+from learners.policies.applicable import applicable_q
 from learners.policies.greedy import Rule, choice_by, choices_of, rule_of
 from learners.spec import RunSpec
 from sim.bits import U, pick
@@ -126,6 +127,10 @@ def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
     rule = rule_of(spec, state)
     if rule is not None:
         return policy_by(spec, rule)
+    if spec.learner.applicable is not None:
+        skill_q, share = skill_q_of(spec, state), spec.learner.applicable
+        allowed_q = applicable_q(share, selection_q_of(spec, state), skill_q, state.best_ever)
+        return greedy_moves(allowed_q, skill_q, kept_by(spec))
     of_skills = spec.world.of_skills
     shape = of_skills.n_distances, of_skills.n_directions
     options = by_main_state(spec, rows.greedy_sets(state.selection_words))

@@ -96,6 +96,8 @@ class Snapshot:
     skill_q: np.ndarray
     """(skill, distance, direction, move) float32, distance and direction as skills see them; with
     an axis of headings before distance where one of the skills sees these."""
+    best_ever: np.ndarray
+    """(skill,) float32: the most that each ever promised; empty where that does not matter."""
     rule: Rule | None
     """What selects in the place of a table, and what it goes by; None if there is a table."""
     learning_now: np.ndarray
@@ -222,6 +224,7 @@ def take(
         visits=visits,
         option_visits=visits.sum(axis=(0, 1, 2), dtype=np.int64),
         skill_q=skill_q_of(spec, state),
+        best_ever=state.best_ever.copy(),
         rule=rule_of(spec, state),
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),

@@ -242,6 +242,7 @@ def advance(
                     heading,
                     present,
                     allowed,
+                    bool(skill_alpha > _NOTHING),
                 )
                 option = selected_option(table, words, row, allowed, epsilon16, draw)
             if not is_kept:

@@ -15,6 +15,26 @@ VARIANTS: dict[str, tuple[str, list[str]]] = {
         "feudal",
         ["world.skill_n_directions=24", "world.skill_n_distances=18"],
     ),
+    "moves kept for 3 steps": ("standard_q", ["learner.held={until: steps, most: 3}"]),
+    "skills kept until the state changes, discounted by steps": (
+        "timed",
+        ["learner.held={until: change, most: 5}"],
+    ),
+    "applicable skills alone": ("hierarchical_3", ["learner.applicable=0.6"]),
+    "applicable skills alone, kept": (
+        "timed",
+        ["learner.applicable=0.9", "learner.held={until: change}"],
+    ),
+    "each skill alone first": ("timed", ["schedule.pretrain=100000"]),
+    "each skill alone first, then taught, and choices kept": (
+        "hierarchical_3_taught",
+        [
+            "schedule.pretrain=50000",
+            "learner.held={until: change}",
+            "learner.skills_that_learn=all",
+        ],
+    ),
+    "a rule, by what was reached": ("timed_auto", ["schedule.introduce.by=reach"]),
 }
 
 
