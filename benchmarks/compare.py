@@ -288,7 +288,7 @@ def c_arguments(spec: RunSpec, seed: int) -> list[str]:
     numbers += ["--initial-q", learner.initial_q, "--seed", seed, "--trials", spec.trials]
     numbers += ["--safe-introduction", int(schedule.safe_introduction)]
     for skill in learner.skills:
-        numbers += ["--skill", *learner.reward_of(skill)]
+        numbers += ["--skill", *learner.reward_of(skill)[:3]]
         numbers += [schedule.introduced_at(skill), schedule.freeze_of(skill)]
     for exploration in explorations(spec):
         numbers += ["--episode", *exploration]
@@ -331,7 +331,7 @@ def python_agent(spec: RunSpec, seed: int) -> "gym_agent.Agent":
     return gym_agent.SkillAgent(
         [
             gym_agent.Skill(
-                *learner.reward_of(skill),
+                *learner.reward_of(skill)[:3],
                 introduced_at=schedule.introduced_at(skill),
                 freeze_trials=schedule.freeze_of(skill),
             )

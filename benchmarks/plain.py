@@ -312,5 +312,7 @@ class PlainRun:
             epsilon=learner.epsilon,
             episode_option=np.array([e.option for e in phase.running], np.int64),
             episode_chance=np.array([e.probability for e in phase.running], np.float64),
-            reward_weights=np.array([learner.reward_of(s) for s in learner.skills]).reshape(-1, 3),
+            reward_weights=np.array([learner.reward_of(s)[:3] for s in learner.skills]).reshape(
+                -1, 3
+            ),
         )

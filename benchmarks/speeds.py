@@ -1,7 +1,8 @@
 """How fast each learner is beside the timed one, and what it costs that a rule is watched.
 
 All in one process, each run next to one of the timed learner, before it and after it by turns;
-rates are steps per second of the thread's own processor time, and of the ratios the median is given.
+rates are steps per second of the thread's own processor time, and the median of the ratios is
+given.
 """
 
 import statistics
@@ -75,7 +76,7 @@ def _of_approach_alone(timer: str) -> RunSpec:
 
 
 def _check_same(by: str, rule: RunSpec, alone: RunSpec) -> None:
-    found = []
+    found: list[str] = []
     for spec in (rule, alone):
         run = Run(spec, 0)
         run.advance(until_trial=1_000)

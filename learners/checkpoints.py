@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learners.control import Control, Timer
+from learners.control import Control
 from learners.kernel.state import STEP, TRIAL, LearnerState, copy_state
+from learners.timers import Timer
 
 
 class Logs(NamedTuple):

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from learners.names import Script
 from learners.schedule_spec import ScheduleSpec
 from learners.skill_spec import SkillWeights
 
@@ -37,6 +38,19 @@ class StopExploring:
     """End the exploration of a skill now."""
 
     skill: str
+
+
+@dataclass(frozen=True)
+class Teach:
+    """Let a script choose the skill for some trials, while the learner learns (section 3.2)."""
+
+    script: Script
+    duration_trials: int
+
+
+@dataclass(frozen=True)
+class StopTeaching:
+    """Let the learner choose for itself again, from now on."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +126,8 @@ Command = (
     Introduce
     | Explore
     | StopExploring
+    | Teach
+    | StopTeaching
     | FreezeSelection
     | FreezeSkills
     | FollowSchedule

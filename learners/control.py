@@ -27,12 +27,16 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
-from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE
+from learners.misfits import not_for_script
+from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE, Script
 from learners.parameters import PARAMETERS, with_value
-from learners.schedule_spec import EpisodeSpec, SkillTimer, TriggerSpec
+from learners.schedule_spec import SkillTimer
 from learners.spec import RunSpec
+from learners.timers import Awaited, exploration_of, timers_of
 from sim.spec import ProblemsError
 
 _NO_TIMER = SkillTimer(at=MAX_TRIALS)
@@ -58,22 +62,6 @@ class Introduction(NamedTuple):
     step: int
 
 
-class Awaited(NamedTuple):
-    """The next skill that joins by a rule."""
-
-    introduce: Introduce
-    rule: TriggerSpec
-    since: int
-    """First trial that the rule looks at: the freeze of the latest introduction is over."""
-
-
-class Timer(NamedTuple):
-    """A command of the schedule and the trial before which it is given."""
-
-    trial: int
-    command: Command
-
-
 @dataclass(frozen=True)
 class Control:
     """What commands have set; with the state of the tables, all that a run is at a moment."""
@@ -90,6 +78,10 @@ class Control:
     """The newest first; at most one for each skill."""
     frozen_until: int = 0
     """First trial in which the freeze of an introduction is over."""
+    taught_until: int = 0
+    """First trial in which no script chooses."""
+    script: Script = "flank"
+    """Which does until then."""
     selection_frozen: bool = False
     skills_frozen: bool = False
     schedule_on: bool = True
@@ -140,27 +132,6 @@ class Return(NamedTuple):
 
 
 Effect = MakeRoom | Join | Leave | Return
-
-
-def timers_of(spec: RunSpec) -> tuple[Timer, ...]:
-    """The schedule as commands in the order in which they are given."""
-    schedule = spec.schedule
-    timers = [
-        Timer(schedule.introduced_at(skill), Introduce(skill, schedule.freeze_of(skill)))
-        for skill in spec.learner.skills
-    ]
-    timers += [
-        Timer(int(episode.at), exploration_of(episode))
-        for episode in schedule.episodes
-        if episode.at != INTRODUCTION
-    ]
-    return tuple(sorted(timers, key=lambda timer: timer.trial))
-
-
-def exploration_of(episode: EpisodeSpec) -> Explore:
-    """An episode of the schedule as the command that begins it."""
-    at_most = None if episode.where is None else episode.where.value_at_most
-    return Explore(episode.skill, episode.duration, episode.probability, at_most)
 
 
 def awaited(control: Control) -> Awaited | None:
@@ -278,6 +249,10 @@ def _changed(control: Control, event: Event) -> Control:
             return replace(control, episodes=(newest, *_without(skill, control.episodes)))
         case StopExploring(skill=skill):
             return replace(control, episodes=_without(skill, control.episodes))
+        case Teach(script=script, duration_trials=duration):
+            return replace(control, taught_until=event.trial + duration, script=script)
+        case StopTeaching():
+            return replace(control, taught_until=0)
         case FreezeSelection(frozen=frozen):
             return replace(control, selection_frozen=frozen)
         case FreezeSkills(frozen=frozen):
@@ -342,6 +317,11 @@ def _check(control: Control, event: Event) -> None:
         case StopExploring(skill=skill):
             if all(episode.skill != skill for episode in control.episodes):
                 raise CommandError(f"{skill} is not being explored")
+        case Teach():
+            _check_teaching(control, event.command)
+        case StopTeaching():
+            if control.taught_until <= event.trial:
+                raise CommandError("no script is teaching")
         case DefineSkill(skill=skill, weights=weights):
             document = control.spec.model_dump()
             if skill in document["learner"]["custom_skills"]:
@@ -410,6 +390,13 @@ def _check_exploration(control: Control, command: Explore) -> None:
         )
 
 
+def _check_teaching(control: Control, command: Teach) -> None:
+    reason = not_for_script(control.spec.learner)
+    if reason is not None:
+        raise CommandError(f"{command.script} {reason}")
+    _check_trials("duration", command.duration_trials, fewest=1)
+
+
 def _check_trials(what: str, trials: int, fewest: int = 0) -> None:
     if not fewest <= trials <= MAX_TRIALS:
         raise CommandError(
@@ -437,6 +424,12 @@ def _first_problem(error: ValidationError) -> str:
 
 
 def _check_past_is_kept(control: Control, after: Control, event: Event) -> None:
+    steps, steps_after = (each.spec.schedule.pretrain for each in (control, after))
+    if steps != steps_after:
+        raise CommandError(
+            f"pretrain: {steps_after} is not allowed, since pre-training comes before the first"
+            f" step of a run; allowed: {steps}"
+        )
     past, timers = control.next_timer, timers_of(after.spec)
     first = event.trial + (event.trial_step > 0)
     if timers[:past] != timers_of(control.spec)[:past] or any(
@@ -471,13 +464,19 @@ def _check_undoing(control: Control, number: int, trial: int) -> None:
             runs = any(episode.skill == skill for episode in control.running(trial))
             if not runs or _is_followed(control, number, Explore, skill):
                 raise CommandError(f"that exploration of {skill} is over")
+        case Teach():
+            later = (event.command for event in history[number + 1 :] if not event.undone)
+            if control.taught_until <= trial or any(isinstance(one, Teach) for one in later):
+                raise CommandError("that teaching is over")
 
 
 def _check_stop(control: Control, after: Control, number: int, trial: int) -> None:
-    """If it is the end of an exploration that is undone, the exploration must go on with it."""
-    is_stop = isinstance(control.history[number].command, StopExploring)
-    if is_stop and after.episodes == control.running(trial):
+    """If the end of an exploration or of teaching is undone, that must go on with it."""
+    command = control.history[number].command
+    if isinstance(command, StopExploring) and after.episodes == control.running(trial):
         raise CommandError("that exploration would be over by now")
+    if isinstance(command, StopTeaching) and after.taught_until <= trial:
+        raise CommandError("that teaching would be over by now")
 
 
 def _is_followed(

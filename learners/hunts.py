@@ -19,8 +19,9 @@ import numpy as np
 from learners.comparators.feudal import MOST_STEPS
 from learners.kernel import rows
 from learners.kernel.layout import by_main_state, by_sub_policy, regions_of
-from learners.kernel.state import NO_OPTION, LearnerState
+from learners.kernel.state import NO_OPTION, LearnerState, selection_q_of, skill_q_of
 from learners.measures import Endings
+from learners.policies.applicable import applicable_q
 from learners.policies.greedy import Rule, choice_by, choices_of, rule_of
 from learners.spec import RunSpec
 from sim.bits import U, pick
@@ -126,6 +127,10 @@ def policy_of(spec: RunSpec, state: LearnerState) -> Policy:
     rule = rule_of(spec, state)
     if rule is not None:
         return policy_by(spec, rule)
+    if spec.learner.applicable is not None:
+        skill_q, share = skill_q_of(spec, state), spec.learner.applicable
+        allowed_q = applicable_q(share, selection_q_of(spec, state), skill_q, state.best_ever)
+        return greedy_moves(allowed_q, skill_q, kept_by(spec))
     of_skills = spec.world.of_skills
     shape = of_skills.n_distances, of_skills.n_directions
     options = by_main_state(spec, rows.greedy_sets(state.selection_words))
@@ -145,8 +150,13 @@ def policy_by(spec: RunSpec, rule: Rule) -> Policy:
 
 def kept_by(spec: RunSpec) -> Kept | None:
     """How long a learner keeps to an option; None if it chooses anew in each step."""
-    regions = regions_of(spec)
-    return None if regions is None else Kept(regions.of_reading, MOST_STEPS)
+    regions, held = regions_of(spec), spec.learner.held
+    if regions is not None:
+        return Kept(regions.of_reading, MOST_STEPS)
+    if held is None:
+        return None
+    readings = np.arange(spec.world.n_readings, dtype=np.uint32)
+    return Kept(readings if held.until == "change" else np.zeros_like(readings), held.most)
 
 
 def _single_moves(shape: tuple[int, ...]) -> np.ndarray:
@@ -384,8 +394,13 @@ def hunt(
     heading: int,
     seed: int = 0,
     max_steps: int | None = None,
+    counter: np.uint64 | None = None,
 ) -> Hunt:
-    """One hunt with its way; ``max_steps`` is the world's step limit unless given."""
+    """One hunt with its way; ``max_steps`` is the world's step limit unless given.
+
+    With the ``counter`` of a learner's draws as a trial begins, and not with that of the seed, it
+    is the trial that the learner would have if it neither explored nor learned.
+    """
     limit = world.step_limit if max_steps is None else max_steps
     way = np.empty(limit, np.int64)
     options, moves = np.empty(limit, np.uint8), np.empty(limit, np.uint8)
@@ -395,7 +410,7 @@ def hunt(
         _rules(policy),
         start,
         facing,
-        U(stream_of(U(seed), facing, start)),
+        U(stream_of(U(seed), facing, start) if counter is None else counter),
         limit,
         way,
         options,

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from learners.learner_spec import LearnerSpec
 from learners.names import INTRODUCTION, did_you_mean
 from learners.schedule_spec import ScheduleSpec, TriggerSpec
+from learners.skills import CIRCLES
 from sim.spec import Problem
 
 
@@ -25,9 +26,24 @@ def _without_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Pr
     if schedule.pretrain and not learner.skills:
         message = f"trains skills, and the options are {learner.options}; allowed: 0"
         yield Problem(("pretrain",), schedule.pretrain, message)
-    if schedule.teach is not None and learner.selection != "learned":
-        message = "is for a selection that learns; allowed: none"
-        yield Problem(("teach",), schedule.teach.script, message)
+    reason = None if schedule.teach is None else not_for_script(learner)
+    if schedule.teach is not None and reason is not None:
+        yield Problem(("teach",), schedule.teach.script, reason)
+
+
+def not_for_script(learner: LearnerSpec) -> str | None:
+    """Why no script can teach a learner, and what would be allowed; None if one can."""
+    if learner.selection != "learned":
+        return "is for a selection that learns; allowed: none"
+    missing = [skill for skill in ("approach", "avoid") if skill not in learner.skills]
+    if not any(circle in learner.skills for circle in CIRCLES):
+        missing.append("a circle")
+    if not missing:
+        return None
+    return (
+        f"chooses {', '.join(missing)}, not among the learner's options; allowed: none,"
+        " or options with approach, avoid and a circle"
+    )
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:

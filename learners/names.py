@@ -3,7 +3,7 @@
 import difflib
 from collections.abc import Iterable
 from itertools import islice
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -26,6 +26,9 @@ SkillName = Annotated[
 Weight = Annotated[FiniteFloat, Field(ge=-10, le=10)]
 Rate = Annotated[FiniteFloat, Field(ge=0, le=1)]
 Trials = Annotated[int, Field(ge=0, le=MAX_TRIALS)]
+
+Script = Literal["flank"]
+"""Policies that teach, see ``learners.policies.taught``."""
 
 MOVES = "moves"
 COMMANDS = "commands"

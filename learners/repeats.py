@@ -16,6 +16,7 @@ from learners.commands import (
     FreezeSelection,
     FreezeSkills,
     SetParameter,
+    Teach,
 )
 from learners.control import Control, as_if, evolve
 
@@ -23,7 +24,7 @@ from learners.control import Control, as_if, evolve
 def _setting_of(command: Command) -> Hashable | None:
     """What a command sets, and sets anew if it is given again; None if it does anything else."""
     match command:
-        case FreezeSelection() | FreezeSkills() | FollowSchedule():
+        case FreezeSelection() | FreezeSkills() | FollowSchedule() | Teach():
             return type(command)
         case SetParameter(key=key):
             return key

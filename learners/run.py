@@ -8,7 +8,7 @@ one such event to the next.
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -23,21 +23,27 @@ from learners.control import (
     Leave,
     MakeRoom,
     Return,
-    Timer,
     awaited,
     brought_by,
     is_still_wanted,
-    timers_of,
 )
 from learners.kernel import loop
 from learners.kernel.forms import forms_of
 from learners.kernel.layout import regions_of
 from learners.kernel.loop import Settings
 from learners.kernel.state import (
+    CELL,
+    EXERCISES,
+    HEADING,
+    NO_OPTION,
+    OPTION,
     REPERTOIRE,
     STEP,
     TRIAL,
+    TRIAL_NEW_STATES,
+    TRIAL_REACHED,
     TRIAL_STEP,
+    TRIAL_SWITCHES,
     LearnerState,
     copy_state,
     join_option,
@@ -48,10 +54,15 @@ from learners.kernel.state import (
     with_option,
     with_room_for,
 )
+from learners.learner_spec import HeldSpec
 from learners.names import COMMANDS, MAX_TRIALS, MOVES
+from learners.policies import taught
+from learners.policies.alone import Alone, alone_at, start_number
+from learners.policies.held import Held
 from learners.policies.static import static_of
 from learners.repeats import in_its_place
 from learners.spec import RunSpec
+from learners.timers import Timer, timers_of
 from learners.triggers.watch import is_met, watch_for
 from sim import rng
 from sim.bits import U
@@ -84,10 +95,23 @@ def _compiled(document: str) -> World:
     return compile_world(WorldSpec.model_validate_json(document))
 
 
+class _Regime(NamedTuple):
+    """All that the settings of the kernel depend on."""
+
+    control: Control
+    is_frozen: bool
+    is_taught: bool
+    alone: Alone | None
+
+    def is_that_of(self, other: "_Regime") -> bool:
+        """Whether another is the same; control is compared as the one value it is."""
+        return self.control is other.control and self[1:] == other[1:]
+
+
 class Run:
     """A learner at work. Not safe for use from two threads at once."""
 
-    _settled: tuple[Control, bool, Settings] | None = None
+    _settled: tuple[_Regime, Settings] | None = None
     """What held when the settings of the kernel were worked out, and these."""
 
     def __init__(self, spec: RunSpec, seed: int) -> None:
@@ -172,6 +196,29 @@ class Run:
         """Whether the selection table is held still in the running trial."""
         return self.control.selection_frozen or self.trial < self.control.frozen_until
 
+    @property
+    def is_taught(self) -> bool:
+        """Whether a script chooses in the running trial."""
+        return self.trial < self.control.taught_until
+
+    @property
+    def alone(self) -> Alone | None:
+        """The skill that is being pre-trained and makes the next step; None once trials began."""
+        preset = self.preset
+        return alone_at(self.step, preset.schedule.pretrain, preset.learner.skills)
+
+    @property
+    def pretrained_steps(self) -> int:
+        """Steps of all skills before trials begin."""
+        return self.preset.schedule.pretrain * len(self.preset.learner.skills)
+
+    @property
+    def start(self) -> tuple[int, int]:
+        """Cell and heading with which the running trial, or exercise of a skill, started."""
+        if self.alone is None:
+            return self.start_of(self.trial)
+        return self.start_of(start_number(int(self.state.tally[EXERCISES]) - 1))
+
     def start_of(self, trial: int) -> tuple[int, int]:
         """Cell and heading with which a trial starts."""
         cell, heading = start_of_trial(self.world, self.state.streams[rng.STARTS], trial)
@@ -214,9 +261,13 @@ class Run:
                 break
             self._begin_trial()
             stop = min(until, self._next_event())
-            settings, first = self._settings(), self.trial
-            learn = loop_of(self.spec)
-            made += learn(self.world, self.state, settings, max_steps - made, stop)
+            settings, first, alone = self._settings(), self.trial, self.alone
+            learn, most = loop_of(self.spec), max_steps - made
+            if alone is not None:
+                most = min(most, alone.until_step - self.step)
+            made += learn(self.world, self.state, settings, most, stop)
+            if alone is not None and self.step == alone.until_step:
+                self._end_of(alone)
             ended = slice(first, self.trial)
             outcomes = self.state.log_outcome[ended]
             self.state.log_reward[ended] = measures.rewards(self.spec.world, outcomes)
@@ -310,12 +361,25 @@ class Run:
         self._adopt(*control.apply(self.control, event))
         self._bring(event)
 
+    def _end_of(self, alone: Alone) -> None:
+        """Place the predator where the next skill begins to learn by itself, or the first trial."""
+        tally, place = self.state.tally, self.state.place
+        if alone.is_last:
+            cell, heading = self.start_of(0)
+            # What a skill saw by itself is new to the selection.
+            tally[REPERTOIRE] += 1
+        else:
+            cell, heading = self.start_of(start_number(int(tally[EXERCISES])))
+            tally[EXERCISES] += 1
+        place[CELL], place[HEADING], place[OPTION] = cell, heading, NO_OPTION
+        tally[[TRIAL_STEP, TRIAL_NEW_STATES, TRIAL_REACHED, TRIAL_SWITCHES]] = 0
+
     def _next_event(self) -> int:
         """Trial before which the settings of the kernel may change."""
         trial = self.trial
         events = [timer.trial for timer in self.planned()[:1]]
         events += [episode.until_trial for episode in self.control.episodes]
-        events.append(self.control.frozen_until)
+        events += [self.control.frozen_until, self.control.taught_until]
         return min((event for event in events if event > trial), default=_NEVER)
 
     def _option(self, skill: str) -> int:
@@ -323,18 +387,14 @@ class Run:
 
     def _settings(self) -> Settings:
         """What the kernel goes by; worked out anew where something else holds than before."""
-        control, is_frozen = self.control, self.selection_is_frozen
-        if (
-            self._settled is None
-            or self._settled[0] is not control
-            or self._settled[1] != is_frozen
-        ):
-            self._settled = control, is_frozen, self._settings_now(is_frozen)
-        return self._settled[2]
+        now = _Regime(self.control, self.selection_is_frozen, self.is_taught, self.alone)
+        if self._settled is None or not self._settled[0].is_that_of(now):
+            self._settled = now, self._settings_now(now)
+        return self._settled[1]
 
-    def _settings_now(self, selection_is_frozen: bool) -> Settings:
-        learner = self.spec.learner
-        episodes = self.control.episodes
+    def _settings_now(self, regime: _Regime) -> Settings:
+        learner, alone = self.spec.learner, regime.alone
+        episodes = self.control.episodes if alone is None else ()
         n_options = n_options_of(self.spec)
         weights = np.zeros((max(len(learner.skills), 1), 4), np.float32)
         for skill, name in enumerate(learner.skills):
@@ -343,30 +403,45 @@ class Run:
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
         skill_alpha = 0.0 if self.control.skills_frozen else learner.skill_alpha
+        script = np.zeros(0, np.uint8)
+        if regime.is_taught and alone is None:
+            name = self.control.script
+            script = taught.table_of(name, self.spec.world, learner.skills, self.present)
+        learns_from_all = learner.skills_that_learn == "all" and alone is None
         values = [e.value_at_most for e in episodes]
         at_most = np.array([np.inf if value is None else value for value in values], np.float32)
-        joining = awaited(self.control)
+        joining = awaited(self.control) if alone is None else None
         return Settings(
             n_options=U(n_options),
             present=U(present),
             options_are_moves=learner.options == MOVES,
             reward_weights=weights.ravel(),
             rewards_are_binary=True if learner.local_rewards == "binary" else None,
-            all_skills_learn=True if learner.skills_that_learn == "all" else None,
-            alpha=np.float32(0.0 if selection_is_frozen else learner.alpha),
+            all_skills_learn=True if learns_from_all else None,
+            alpha=np.float32(0.0 if regime.is_frozen else learner.alpha),
             skill_alpha=np.float32(skill_alpha),
             gamma=np.float32(learner.gamma),
             epsilon16=units(learner.epsilon, 16),
             n_episodes=len(episodes),
             episode_option=np.array([self._option(e.skill) for e in episodes], np.uint64),
             episode_chance=np.array([units(e.probability, 32) for e in episodes], np.uint64),
+            script=script,
+            held=None if alone is not None else _held(learner.held),
+            applicable=None if learner.applicable is None else np.float32(learner.applicable),
+            alone=None if alone is None else U(self._option(alone.skill)),
             episode_value_at_most=at_most if any(v is not None for v in values) else None,
             watch=None if joining is None else watch_for(joining.rule, joining.since),
             trace_decay=None if learner.trace_decay is None else np.float32(learner.trace_decay),
             regions=regions_of(self.spec),
             forms=forms_of(self.spec, skills_learn=not self.control.skills_frozen),
-            static=static_of(learner),
+            static=None if alone is not None else static_of(learner),
         )
+
+
+def _held(spec: HeldSpec | None) -> Held | None:
+    if spec is None:
+        return None
+    return Held(spec.until == "change", spec.most, spec.discount == "choice")
 
 
 def replay(spec: RunSpec, seed: int, journal: list[tuple[int, Command]], until_step: int) -> Run:

@@ -10,6 +10,7 @@ from learners.names import (
     MAX_TRIALS,
     MAX_VALUE,
     Rate,
+    Script,
     SkillName,
     Trials,
     Truth,
@@ -80,7 +81,7 @@ class EpisodeSpec(Spec):
 class TeachSpec(Spec):
     """Trials in which a script chooses the skill, and the learner learns from that (3.2)."""
 
-    script: Literal["flank"] = "flank"
+    script: Script = "flank"
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
     """From the first one on."""
 

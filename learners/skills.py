@@ -44,6 +44,8 @@ class LocalReward(NamedTuple):
     inward: float
 
 
+CIRCLES = ("circle_clockwise", "circle_counterclockwise")
+
 SKILLS = ("approach", "avoid", "circle_clockwise", "circle_counterclockwise")
 """The skills of the thesis, from whose rewards those of other skills may be made."""
 

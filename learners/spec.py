@@ -27,7 +27,16 @@ class RunSpec(Spec):
     @classmethod
     def _fits_the_world(cls, learner: LearnerSpec, info: ValidationInfo) -> LearnerSpec:
         world = info.data.get("world")
-        if learner.selection != "learned" and world is not None and not world.shares_sensors:
+        if world is None or world.shares_sensors:
+            return learner
+        if learner.applicable is not None:
+            message = (
+                "asks in each state of the selection what skills promise there, and their sensors"
+                " tell other states apart; allowed: none, or a world without skill_n_directions"
+                " and skill_n_distances"
+            )
+            raise ProblemsError([Problem(("applicable",), learner.applicable, message)])
+        if learner.selection != "learned":
             message = (
                 "knows what the skills know, and the skills' sensors tell other states apart than"
                 " the selection's; allowed: learned, or a world without skill_n_directions and"

@@ -1,8 +1,10 @@
 """What all tests share: the browser, and how patient property-based tests are."""
 
+import gc
 import os
 import sys
 from collections.abc import Generator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +23,16 @@ HARMLESS_WARNINGS = (
 )
 
 BROWSER_TESTS = Path(__file__).parent / "browser"
-PAGES_OF_THEIR_OWN = frozenset(
+OTHER_BROWSER = frozenset(
     f"test_{name}.py"
     for name in (
-        *("audience", "boards", "connection", "hunts", "lesson_card", "replay_page"),
-        *("report_page", "report_print", "sessions"),
+        # These do not share a lab and a page with others.
+        *("audience", "boards", "class", "class_place", "connection", "hunts", "lesson_card"),
+        *("replay_page", "report_page", "report_print", "sessions"),
+        *("access", "asked", "frame", "lesson_page", "lessons_played", "sharing"),
     )
 )
-"""Files of browser tests that do not share one lab and one page with all others."""
+"""Files of browser tests that take about half of the time of all."""
 BEGINNING = ("browser", "report", "experiments", "learners")
 """Folders whose tests take longest, these first; what is short comes last, so that of several
 workers none is at work long after the others."""
@@ -62,6 +66,21 @@ def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[s
     return {**browser_type_launch_args, "executable_path": path, "args": list(TEST_ARGS)}
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Look for no garbage while tests are collected, and never at what stays until the end.
+
+    That is half a million objects in each worker, and to look through them takes a quarter of a
+    second each time.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark the browser tests, and put all where they hold up nobody.
@@ -70,17 +89,23 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     what takes longest.
     """
     for item in items:
-        if BROWSER_TESTS in item.path.parents:
+        if _folder_of(item.path) == BROWSER_TESTS.name:
             item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.filterwarnings(*HARMLESS_WARNINGS))
     if hasattr(config, "workerinput"):
         items.sort(key=_place_among_workers)
     else:
-        items.sort(key=lambda item: BROWSER_TESTS in item.path.parents)
+        items.sort(key=lambda item: _folder_of(item.path) == BROWSER_TESTS.name)
+
+
+@cache
+def _folder_of(path: Path) -> str:
+    """The folder of tests, or the file beside these, in which a test is."""
+    return path.relative_to(BROWSER_TESTS.parent).parts[0]
 
 
 def _place_among_workers(item: pytest.Item) -> int:
-    folder = item.path.relative_to(BROWSER_TESTS.parent).parts[0]
+    folder = _folder_of(item.path)
     return BEGINNING.index(folder) if folder in BEGINNING else len(BEGINNING)
 
 
@@ -98,8 +123,9 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """With ``--dist loadfile``, give browser tests to two workers, as if they were two files.
 
-    Those that share a lab and a page go to one. More browsers that draw in software would hold each
-    other up, and with one alone processors are idle at the end.
+    Those of each share a lab and a page. More browsers that draw in software would hold each other
+    up; with one alone, or with two of which one has much more to do, processors are idle at the
+    end.
     """
     if config.getvalue("dist") != "loadfile":
         return None
@@ -112,8 +138,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             file = nodeid.partition("::")[0]
             if not file.startswith(browser_tests):
                 return super()._split_scope(nodeid)
-            is_apart = file.removeprefix(browser_tests) in PAGES_OF_THEIR_OWN
-            return f"{browser_tests}apart" if is_apart else browser_tests
+            is_other = file.removeprefix(browser_tests) in OTHER_BROWSER
+            return f"{browser_tests}other" if is_other else browser_tests
 
     return Scheduling(config, log)
 

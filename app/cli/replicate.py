@@ -36,6 +36,7 @@ EXAMPLES = (
     "pounce replicate",
     "pounce replicate --docs docs",
     "pounce replicate --seeds 2 --out a-try",
+    "pounce replicate --beyond --docs docs",
 )
 
 _OUT = f"{RESULTS}/replication"
@@ -57,6 +58,9 @@ class Replicate:
     """Runs at a time; makes no difference to their results."""
     force: Flag = False
     """Begin every experiment again; results that are there are lost."""
+    beyond: Flag = False
+    """Run instead what goes beyond the thesis, and report on that; with --docs its page is
+    beyond.md, of which the part that is from the results is written anew."""
     docs: Annotated[str | None, arg(metavar="DIR", help_behavior_hint="(default: none)")] = None
     """Folder of the documentation, in which replication.md with its numbers and figures is written
     anew, and the headline of the README.md beside it."""
@@ -74,28 +78,27 @@ def obey(command: Replicate) -> int:
     from app.experiments.crews import CrewError, Threads
     from app.experiments.store import FolderError
     from app.replication import plan
+    from app.replication.beyond import write_beyond
     from app.replication.run import make_all
     from app.replication.write import write_docs, write_reports
     from app.results.read import ResultsError
 
-    out = Path(command.out)
+    out, names = Path(command.out), plan.BEYOND if command.beyond else plan.EXPERIMENTS
     try:
         with interrupts.undoing():
-            with _progress(plan.EXPERIMENTS) as tell:
-                made = make_all(
-                    plan.EXPERIMENTS, out, lambda: Threads(workers), n_seeds, command.force, tell
-                )
+            with _progress(names) as tell:
+                made = make_all(names, out, lambda: Threads(workers), n_seeds, command.force, tell)
             _say_made(made)
             if made.failed:
                 complain("some runs failed, so nothing is reported")
                 return EXIT_FAILED
             with terminal.status() as tell_status:
                 tell_status("writing reports")
-                for page in write_reports(out, workers):
+                for page in write_reports(out, workers, names):
                     say(str(page))
                 if docs is not None:
-                    write_docs(out, docs, tell_status)
-                    say(str(docs / "replication.md"))
+                    write = write_beyond if command.beyond else write_docs
+                    say(str(write(out, docs, tell_status)))
     except FolderError as error:
         raise UsageError(f"--out: {shown(command.out)} {error}") from error
     except (CrewError, ResultsError, OSError) as error:
@@ -125,12 +128,20 @@ def _docs_of(command: Replicate) -> Path | None:
         raise UsageError(f"--out: {shown(command.out)} is not allowed; allowed: a folder")
     if command.docs is None:
         return None
-    from app.replication.page import has_headline
+    from app.replication.page import has_place
 
     docs = Path(command.docs)
+    if command.beyond:
+        page = docs / "beyond.md"
+        if not page.is_file() or not has_place(page.read_text("utf-8", "replace")):
+            raise UsageError(
+                f"--docs: {shown(command.docs)} is not allowed; allowed: a folder with a beyond.md"
+                " in it that has a place for what came out"
+            )
+        return docs
     readme = docs.parent / "README.md"
     is_docs = (docs / "replication.md").is_file() and readme.is_file()
-    if not is_docs or not has_headline(readme.read_text("utf-8", "replace")):
+    if not is_docs or not has_place(readme.read_text("utf-8", "replace")):
         raise UsageError(
             f"--docs: {shown(command.docs)} is not allowed; allowed: a folder with a replication.md"
             " in it, and beside it a README.md with a place for its headline"

@@ -17,6 +17,7 @@ from learners import hunts
 from learners.hunts import Hunt, Policy
 from learners.kernel.state import NOT_REACHED
 from learners.names import MOVES
+from learners.policies.applicable import applicable_q
 from sim.geometry import STAY
 from sim.world import CAPTURE, FLIGHT, READING_SHIFT, TIMEOUT, cell_at
 
@@ -86,8 +87,10 @@ def policy_of(snapshot: Snapshot) -> Policy:
     """What is greedy in each state."""
     if snapshot.rule is not None:
         return hunts.policy_by(snapshot.spec, snapshot.rule)
-    kept = hunts.kept_by(snapshot.spec)
-    return hunts.greedy_moves(snapshot.selection_q, snapshot.skill_q, kept)
+    kept, share = hunts.kept_by(snapshot.spec), snapshot.spec.learner.applicable
+    skill_q, best_ever = snapshot.skill_q, snapshot.best_ever
+    allowed_q = applicable_q(share, snapshot.selection_q, skill_q, best_ever)
+    return hunts.greedy_moves(allowed_q, skill_q, kept)
 
 
 def moment_of(snapshot: Snapshot) -> Hashable:

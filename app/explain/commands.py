@@ -1,5 +1,6 @@
 """What the learner was asked for, in a few words."""
 
+from app.words.numbers import counted
 from app.words.plain import PARAMETER_NAMES, plain
 from learners.commands import (
     Command,
@@ -13,6 +14,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 
@@ -26,6 +29,10 @@ def command_in_words(command: Command) -> str:
             return f"{plain(skill)} explored at {probability:.0%}"
         case StopExploring(skill=skill):
             return f"exploring {plain(skill)} stopped"
+        case Teach(duration_trials=duration):
+            return f"taught for {counted(duration, 'trial')}"
+        case StopTeaching():
+            return "teaching stopped"
         case FreezeSelection(frozen=frozen):
             return f"selection {'frozen' if frozen else 'learning again'}"
         case FreezeSkills(frozen=frozen):

@@ -102,10 +102,11 @@ class _Playing:
         """Where a card gave commands to the learner: the moment before, and these."""
         self._entered: list[tuple[Checkpoint, Logs]] = []
         """Moments that can be gone back to."""
+        # Before what is made of the same run to its end: then it is passed by on the way there.
+        self._run = self._begun(lesson.run_spec, seed)
         self._beside = deeds_beside(lesson, seed, shared, every_answer)
         """What stands beside the run all the time."""
         self._deeds = self._beside
-        self._run = self._begun(lesson.run_spec, seed)
 
     def play(self) -> Played:
         for card in self._spec.steps:

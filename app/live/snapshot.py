@@ -8,7 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from app.live.watched import Watched, watched_along
 from learners import measures
+from learners.comparators.feudal import Commanded, commanded
+from learners.comparators.q_lambda import eligibility
 from learners.control import Control
 from learners.kernel.state import (
     CELL,
@@ -93,6 +96,8 @@ class Snapshot:
     skill_q: np.ndarray
     """(skill, distance, direction, move) float32, distance and direction as skills see them; with
     an axis of headings before distance where one of the skills sees these."""
+    best_ever: np.ndarray
+    """(skill,) float32: the most that each ever promised; empty where that does not matter."""
     rule: Rule | None
     """What selects in the place of a table, and what it goes by; None if there is a table."""
     learning_now: np.ndarray
@@ -113,6 +118,12 @@ class Snapshot:
     """Over windows of consecutive trials, :func:`curve_window_trials` wide."""
     progress: Progress
     """How steps and trials go together, as far as the curves go."""
+    watched: tuple[Watched, ...]
+    """What the rules by which skills join have watched, as far as the curves go."""
+    eligibility: np.ndarray | None = None
+    """(heading, distance, direction, move) float32: traces; None of a learner without any."""
+    commanded: Commanded | None = None
+    """The command that holds; None where a manager gives one next, or there is none."""
 
     @cached_property
     def choices(self) -> Choices | None:
@@ -188,8 +199,10 @@ def take(
         curve = measures.curve(state, curve_window(steps))
         trial_curve = measures.curve_over_trials(state, curve_window_trials(run.trial))
         progress = measures.progress(state)
+        watched = watched_along(run, () if former is None else former.watched)
     else:
         curve, trial_curve, progress = former.curve, former.trial_curve, former.progress
+        watched = former.watched
     return Snapshot(
         preset=preset,
         spec=spec,
@@ -211,6 +224,7 @@ def take(
         visits=visits,
         option_visits=visits.sum(axis=(0, 1, 2), dtype=np.int64),
         skill_q=skill_q_of(spec, state),
+        best_ever=state.best_ever.copy(),
         rule=rule_of(spec, state),
         learning_now=_learning_now(selection_q, former),
         trail=_trail(run),
@@ -221,6 +235,9 @@ def take(
         curve=curve,
         trial_curve=trial_curve,
         progress=progress,
+        watched=watched,
+        eligibility=eligibility(spec, state),
+        commanded=commanded(state),
     )
 
 
@@ -258,7 +275,7 @@ def _trail(run: Run) -> np.ndarray:
     steps = np.arange(run.step - count + 1, run.step + 1)
     cells = state.trail[steps % TRAIL_LENGTH].astype(np.int64)
     if made <= TRAIL_STEPS:
-        start, _ = run.start_of(run.trial)
+        start, _ = run.start
         cells = np.concatenate([[start], cells])
     return cells
 
@@ -266,7 +283,11 @@ def _trail(run: Run) -> np.ndarray:
 def _paths(run: Run) -> tuple[TrialPath, ...]:
     state = run.state
     last = run.trial
-    lengths = state.log_steps[max(last - RECENT_PATHS, 0) : last].astype(np.int64)
+    first = max(last - RECENT_PATHS, 0)
+    lengths = state.log_steps[first:last].astype(np.int64)
+    if first == 0 < last:
+        # Pre-training is logged with the first trial, and is no part of its way.
+        lengths[0] -= run.pretrained_steps
     ended_at = run.step - int(state.tally[TRIAL_STEP])
     paths: list[TrialPath] = []
     for back, length in enumerate(reversed(lengths.tolist())):

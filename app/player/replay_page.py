@@ -48,7 +48,10 @@ FEWEST_MOMENTS: Final = 24
 _WEB: Final = Path(__file__).parent.parent / "web"
 _START: Final = _WEB / "replay" / "replay.js"
 _STYLES: Final = (
-    *(f"time/{name}.css" for name in ("time", "curve", "tree", "lanes", "over", "axis", "hand")),
+    *(
+        f"time/{name}.css"
+        for name in ("time", "curve", "rule", "tree", "lanes", "over", "axis", "hand")
+    ),
     "readings.css",
     "terms.css",
     "replay/replay.css",

@@ -71,23 +71,28 @@ def page(found: Found) -> str:
     return filled((TEMPLATES / "replication.md").read_text("utf-8"), found)
 
 
-def has_headline(readme: str) -> bool:
-    """Whether a page has a place for the headline."""
-    return HEADLINE_ENDS in readme.partition(HEADLINE_BEGINS)[2]
+def has_place(page: str) -> bool:
+    """Whether a page has a place for what came out, between two marks."""
+    return HEADLINE_ENDS in page.partition(HEADLINE_BEGINS)[2]
 
 
-def with_headline(readme: str, found: Found) -> str:
-    """A page with its headline from what came out: what stands between the two marks.
+def with_place(page: str, template: str, found: Found) -> str:
+    """A page in which a template, filled, stands between the two marks.
 
     Raises:
         ValueError: the marks are not there, in this order.
     """
-    before, begins, rest = readme.partition(HEADLINE_BEGINS)
+    before, begins, rest = page.partition(HEADLINE_BEGINS)
     _, ends, after = rest.partition(HEADLINE_ENDS)
-    if not has_headline(readme):
+    if not has_place(page):
         raise ValueError(f"there is no {HEADLINE_BEGINS} with a {HEADLINE_ENDS} after it")
-    headline = filled((TEMPLATES / "headline.md").read_text("utf-8"), found)
-    return f"{before}{begins}\n{headline.strip()}\n{ends}{after}"
+    text = filled((TEMPLATES / template).read_text("utf-8"), found)
+    return f"{before}{begins}\n{text.strip()}\n{ends}{after}"
+
+
+def with_headline(readme: str, found: Found) -> str:
+    """A page with its headline from what came out; raises ValueError as :func:`with_place`."""
+    return with_place(readme, "headline.md", found)
 
 
 def _cell(text: str) -> str:

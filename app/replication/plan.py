@@ -19,6 +19,9 @@ EXPERIMENTS: Final[Sequence[str]] = (
 )
 """Shipped experiments, in the order in which they are run."""
 
+BEYOND: Final[Sequence[str]] = ("beyond",)
+"""What goes beyond the thesis, run and reported on by itself."""
+
 DRAWN: Final[Mapping[str, tuple[str, str]]] = {
     "figure_4_1": ("", "figure_4_1_by_trials"),
     "figure_4_2": ("", "figure_4_2_by_trials"),

@@ -97,7 +97,7 @@ def means_of(name: str, results: Results) -> dict[str, str]:
         and read.measured([group], column)
     }
     reached = {
-        f"{name}: {group.label}: {column}": _passage(group, column)
+        f"{name}: {group.label}: {column}": passage_of(group, column)
         for group in results.groups
         for column in PASSAGES
         if not is_draw(group.label)
@@ -105,7 +105,7 @@ def means_of(name: str, results: Results) -> dict[str, str]:
     return found | reached
 
 
-def _passage(group: Group, column: str = PASSAGES[0]) -> str:
+def passage_of(group: Group, column: str = PASSAGES[0]) -> str:
     """The median of the steps until a reward of 70 is kept, or first touched, in millions."""
     every = [*group.passages(column).values()]
     if not every:
@@ -115,7 +115,7 @@ def _passage(group: Group, column: str = PASSAGES[0]) -> str:
 
 def _row(label: str, group: Group, shown: Sequence[str] = (*SHOWN,)) -> Sequence[str]:
     means = (shown_estimate(mean_of(group, column), REWARDS) for column in shown)
-    return (label, f"{len(group.runs)}", *means, _passage(group))
+    return (label, f"{len(group.runs)}", *means, passage_of(group))
 
 
 def variants_table(results: Results) -> Table:

@@ -1,6 +1,6 @@
 """Reports on the experiments of the replication, and its pages in the documentation."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Final
 from app.experiments.store import REPORT_PAGE, figures_of
 from app.replication.numbers import found_in
 from app.replication.page import page, with_headline
-from app.replication.plan import DRAWN, EXPERIMENTS, THESIS
+from app.replication.plan import DRAWN, THESIS
 from app.report.write import write_report
 from app.util.files import write_whole
 
@@ -19,7 +19,7 @@ NUMBERS: Final = "replication.json"
 FIGURES: Final = "figures"
 
 
-def write_reports(out: Path, n_processes: int) -> Iterator[Path]:
+def write_reports(out: Path, n_processes: int, names: Sequence[str]) -> Iterator[Path]:
     """Write a report on the thesis's experiments together, and on each other; yields the pages.
 
     Drawing and resampling hold the interpreter's lock, so reports are written by processes.
@@ -27,14 +27,15 @@ def write_reports(out: Path, n_processes: int) -> Iterator[Path]:
     Args:
         out: the folder that holds a folder of results for each experiment.
         n_processes: how many are written at a time.
+        names: of the experiments.
 
     Raises:
         ResultsError: an experiment was not run, or nothing can be written.
     """
-    wanted: list[tuple[list[Path], Path | None]] = [
-        ([out / name for name in THESIS], out / REPORT_PAGE)
-    ]
-    wanted += [([out / name], None) for name in EXPERIMENTS if name not in THESIS]
+    wanted: list[tuple[list[Path], Path | None]] = []
+    if together := [out / name for name in names if name in THESIS]:
+        wanted.append((together, out / REPORT_PAGE))
+    wanted += [([out / name], None) for name in names if name not in THESIS]
     with ProcessPoolExecutor(n_processes, get_context("spawn")) as processes:
         yield from processes.map(_written, wanted)
 
@@ -44,13 +45,16 @@ def _written(wanted: tuple[list[Path], Path | None]) -> Path:
     return write_report(folders, place, compare=False).page
 
 
-def write_docs(out: Path, docs: Path, tell: Callable[[str], object] = lambda _: None) -> None:
+def write_docs(out: Path, docs: Path, tell: Callable[[str], object] = lambda _: None) -> Path:
     """Write the page on the replication anew, with its numbers and figures, and the headline.
 
     Args:
         out: the folder of all results, with the reports on them.
         docs: the folder of the documentation; the README is beside it.
         tell: told what is being done.
+
+    Returns:
+        The page.
 
     Raises:
         ResultsError: an experiment was not run.
@@ -68,3 +72,4 @@ def write_docs(out: Path, docs: Path, tell: Callable[[str], object] = lambda _: 
     write_whole(docs / NUMBERS, found.to_json().encode())
     write_whole(docs / PAGE, text.encode())
     write_whole(readme, headline.encode())
+    return docs / PAGE

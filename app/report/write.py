@@ -25,6 +25,7 @@ from app.report.sections.compare import write_comparison
 from app.report.sections.readings import write_readings
 from app.report.sections.runs import Row, runs_picture
 from app.report.sections.schedules import write_schedules
+from app.report.sections.standings import field_of, write_standings
 from app.report.sections.stops import write_stops
 from app.report.sections.sweeps import write_sweeps
 from app.report.sections.thesis import write_thesis
@@ -204,6 +205,9 @@ def _everything(page: Page, reader: Reader, found: Sequence[Group], shown: Shown
         placed = {}
     if placed:
         write_thesis(page, reader, placed, shown)
+    field = field_of(found)
+    if field is not None:
+        write_standings(page, field, shown.every)
     write_schedules(page, groups)
     others = _not_in_figures(groups, placed)
     swept = write_sweeps(page, groups, shown)

@@ -12,17 +12,11 @@ from typing import Literal
 from app.live.snapshot import Snapshot
 from app.words.plain import plain
 from learners.commands import Event, Explore, Introduce, Undo
-from learners.control import (
-    Control,
-    Episode,
-    Introduction,
-    evolve,
-    exploration_of,
-    timers_of,
-)
+from learners.control import Control, Episode, Introduction, evolve
 from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.schedule_spec import EpisodeSpec, TriggerSpec
 from learners.spec import RunSpec
+from learners.timers import exploration_of, timers_of
 
 Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
 State = Literal["done", "running", "planned", "idle"]

@@ -30,6 +30,7 @@ from app.server.connections import (
     tell_of_error,
 )
 from app.server.door import Door, OnCall, OnRefused, harden, n_pages
+from app.server.icons import keep_icons
 from app.server.links import Links
 from app.server.origin import Authority, is_loopback
 from app.server.workers import Workers
@@ -100,6 +101,7 @@ def open_server(
     server._websock_server.unregister_handler(wire.ShareUrlDisconnect)
     server.gui.configure_theme(show_share_button=False)
     make_safe(server)
+    keep_icons()
     _employ(workers or Workers(), server)
     door.open_for(server)
     return server

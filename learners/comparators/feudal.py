@@ -27,6 +27,8 @@ bits for whether the manager explores and 16 for which command, in steps in whic
 16 for whether to explore among the moves, and 16 for which.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from learners.kernel import rows
@@ -85,6 +87,25 @@ _ROW_SHIFT = U(4)
 _BEST = U(rows.BEST)
 _NOTHING = np.float32(0)
 _CROSSED = np.float32(1)
+
+
+class Commanded(NamedTuple):
+    """A command that holds between two steps."""
+
+    command: int
+    """Its number, see ``learners.names.COMMAND_NAMES``."""
+    region: int
+    """In which it was given; ``ring * n_sectors + sector`` of the regions."""
+    steps: int
+    """For which it has been obeyed so far; of ``MOST_STEPS`` at most."""
+
+
+def commanded(state: LearnerState) -> Commanded | None:
+    """The command that holds; None where the manager gives one next, or there is no manager."""
+    if not state.command.size or not state.command[COMMAND_STEPS]:
+        return None
+    given_in, steps = state.command[COMMAND_REGION], state.command[COMMAND_STEPS]
+    return Commanded(int(state.place[OPTION]), int(given_in), int(steps))
 
 
 @piece

@@ -21,6 +21,7 @@ import numpy as np
 
 from learners.kernel import rows
 from learners.kernel.choices import selected_option
+from learners.kernel.layout import by_main_state
 from learners.kernel.loop import Settings
 from learners.kernel.records import note_reach, note_step, note_trial
 from learners.kernel.state import (
@@ -38,8 +39,10 @@ from learners.kernel.state import (
     TRIAL_SWITCHES,
     LearnerState,
 )
+from learners.spec import RunSpec
 from sim.bits import U
 from sim.compiled import loop, piece
+from sim.geometry import N_MOVES
 from sim.rng import DECISIONS, GAMMA, STARTS, mix
 from sim.world import (
     CAPTURE,
@@ -84,6 +87,20 @@ def learn_traced(state: LearnerState, at: np.uint64, change: np.float32, trial: 
     if utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING:
         note_reach(state, row >> _ROW_SHIFT, trial)
     return q_t - q_tm1
+
+
+def eligibility(spec: RunSpec, state: LearnerState) -> np.ndarray | None:
+    """How much each move would learn from what comes next; None of a learner without traces.
+
+    ``(heading, distance, direction, move) float32``: the traces, which are 0 but of the last moves,
+    and of these in the running trial alone.
+    """
+    if spec.learner.trace_decay is None:
+        return None
+    found = np.zeros((spec.world.n_states, rows.WORDS), np.float32)
+    is_there = state.trace > 0
+    found.ravel()[state.trace_at[is_there]] = state.trace[is_there]
+    return by_main_state(spec, found[:, :N_MOVES])
 
 
 @loop

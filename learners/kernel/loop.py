@@ -11,8 +11,10 @@ goes by types, makes a loop for each combination that is met, and leaves out of 
 Draws. A step takes one draw of 64 bits from the stream of decisions and splits it into four of
 16 bits, from the low end: whether to explore at the selection, which option, whether to explore
 in the skill, which move. While biased exploration episodes run, each of them that acts in the
-state, the newest first, takes a draw of its own before that, until one takes the step. A trial's
-start comes from a stream of its own, by the trial's number.
+state, the newest first, takes a draw of its own before that, until one takes the step. A script
+that teaches is asked before them, and takes none; where it chooses, episodes are not asked. In a
+step in which a choice is kept, neither is asked, and the draw's part for the selection goes unused.
+A trial's start comes from a stream of its own, by the trial's number.
 
 The loop allocates nothing, touches no clock, and stops only between steps, so how many steps a
 call makes does not change what is learned.
@@ -28,6 +30,8 @@ from learners.kernel.forms import Forms, skill_row
 from learners.kernel.layout import Regions
 from learners.kernel.state import (
     CELL,
+    EARLIER,
+    EXERCISES,
     HEADING,
     NO_OPTION,
     NOT_REACHED,
@@ -43,8 +47,13 @@ from learners.kernel.state import (
     LearnerState,
 )
 from learners.kernel.updates import backup, learn_skill
+from learners.names import MAX_TRIALS
+from learners.policies.alone import is_alone, lone_option
+from learners.policies.applicable import applicable_among
+from learners.policies.held import Held, begin_choice, concluded, kept_option
 from learners.policies.lesson import learn_from, note_wish
 from learners.policies.static import Static, static_choice
+from learners.policies.taught import scripted_option
 from learners.skills import local_reward, wrapped
 from learners.triggers.watch import Watch, is_below, sums_after, sums_before
 from sim.bits import U, lowest
@@ -91,6 +100,14 @@ class Settings(NamedTuple):
     """(episode,) uint64: option of each running exploration episode, the newest first."""
     episode_chance: np.ndarray
     """(episode,) uint64: its probability in units of 2**-32."""
+    script: np.ndarray
+    """(heading * cell,) uint8: option that a script chooses, or ``NO_OPTION``; empty without."""
+    held: Held | None = None
+    """For how long a choice is kept; None for one step."""
+    applicable: np.float32 | None = None
+    """Share of what a skill ever promised that it must promise to be selected; None for any."""
+    alone: np.uint64 | None = None
+    """The skill that is being pre-trained, see ``learners.policies.alone``; None in trials."""
     episode_value_at_most: np.ndarray | None = None
     """(episode,) float32: it acts where no other present option is worth more than this; None if
     all act everywhere."""
@@ -147,6 +164,12 @@ def advance(
     n_episodes = settings.n_episodes
     episode_option = settings.episode_option
     episode_chance = settings.episode_chance
+    script = settings.script
+    is_directed = n_episodes > 0 or script.size > 0
+    n_cells = U(cell_word.size)
+    held = settings.held
+    choice = state.choice
+    choice_sums = state.choice_sums
     value_at_most = settings.episode_value_at_most
     watch = settings.watch
     options_are_moves = settings.options_are_moves
@@ -184,35 +207,52 @@ def advance(
         s_tm1 = heading * n_readings + reading
         row = s_tm1 << _ROW_SHIFT
 
-        option = U(NO_OPTION)
+        skill_state = _ZERO
+        if not options_are_moves:
+            skill_state = skill_state_of(skill_states, cell, reading)
+        option = lone_option(settings.alone, kept_option(held, choice, previous, present))
+        is_kept = option != U(NO_OPTION)
         allowed = present
-        if n_episodes > 0:
-            option, allowed, counter = imposed_option(
-                present,
-                n_episodes,
-                episode_option,
-                episode_chance,
-                value_at_most,
-                table,
-                words,
-                row,
-                counter,
-            )
+        if is_directed and not is_kept:
+            option = scripted_option(script, n_cells, heading, cell)
+            if option == U(NO_OPTION):
+                option, allowed, counter = imposed_option(
+                    present,
+                    n_episodes,
+                    episode_option,
+                    episode_chance,
+                    value_at_most,
+                    table,
+                    words,
+                    row,
+                    counter,
+                )
         counter += GAMMA
         draw = mix(counter)
-        skill_state = _ZERO
         row_tm1 = _ZERO
         if static is None:
             if option == U(NO_OPTION):
+                allowed = applicable_among(
+                    settings.applicable,
+                    forms,
+                    state.best_ever,
+                    skill_table,
+                    n_skill_states,
+                    skill_state,
+                    heading,
+                    present,
+                    allowed,
+                    bool(skill_alpha > _NOTHING),
+                )
                 option = selected_option(table, words, row, allowed, epsilon16, draw)
+            if not is_kept:
+                begin_choice(held, choice, choice_sums, s_tm1)
             if options_are_moves:
                 move = option
             else:
-                skill_state = skill_state_of(skill_states, cell, reading)
                 row_tm1 = skill_row(forms, n_skill_states, option, skill_state, heading)
                 move = skill_move(skill_words, row_tm1, epsilon16, draw)
         else:
-            skill_state = skill_state_of(skill_states, cell, reading)
             option, move = static_choice(
                 static,
                 forms,
@@ -259,14 +299,27 @@ def advance(
         trail[U(step) & _TRAIL_MASK] = np.uint32(cell_t)
 
         if static is None:
-            utility_tm1 = table[row + _BEST]
-            delta = backup(table, words, row, option, reward + gamma * future, alpha)
-            if delta != _NOTHING:
-                change += float(abs(delta))
-                rose = utility_tm1 <= _NOTHING and table[row + _BEST] > _NOTHING
-                if rose and first_reach[s_tm1] == NOT_REACHED:
-                    first_reach[s_tm1] = trial
-                    reached += 1
+            is_over, s_choice, target = concluded(
+                held,
+                choice,
+                choice_sums,
+                s_tm1,
+                reward,
+                future,
+                gamma,
+                reading_t != reading,
+                outcome != ONGOING,
+            )
+            if is_over and not is_alone(settings.alone):
+                row_choice = s_choice << _ROW_SHIFT
+                utility_tm1 = table[row_choice + _BEST]
+                delta = backup(table, words, row_choice, option, target, alpha)
+                if delta != _NOTHING:
+                    change += float(abs(delta))
+                    rose = utility_tm1 <= _NOTHING and table[row_choice + _BEST] > _NOTHING
+                    if rose and first_reach[s_choice] == NOT_REACHED:
+                        first_reach[s_choice] = trial
+                        reached += 1
 
         if not options_are_moves:
             turn = _NOTHING
@@ -313,27 +366,35 @@ def advance(
         reading = reading_t
         previous = option
         if outcome != ONGOING:
-            state.log_outcome[trial] = outcome
-            state.log_steps[trial] = trial_step
-            state.log_new_states[trial] = new_states
-            state.log_reached[trial] = reached
-            state.log_switches[trial] = switches
-            state.log_change[trial] = change
-            state.log_cell[trial] = np.uint32(cell)
-            trial += 1
+            number = trial + 1
+            if is_alone(settings.alone):
+                number = MAX_TRIALS + state.tally[EXERCISES]
+                state.tally[EXERCISES] += 1
+            else:
+                state.log_outcome[trial] = outcome
+                state.log_steps[trial] = trial_step + state.tally[EARLIER]
+                state.log_new_states[trial] = new_states
+                state.log_reached[trial] = reached
+                state.log_switches[trial] = switches
+                state.log_change[trial] = change
+                state.log_cell[trial] = np.uint32(cell)
+                state.tally[EARLIER] = 0
+                watched, watched_size = sums_after(state, watch, trial, watched, watched_size)
+                trial += 1
+                if is_below(watch, trial, watched, watched_size):
+                    until_trial = trial
             trial_step = 0
             new_states = 0
             reached = 0
             switches = 0
             change = 0.0
             previous = U(NO_OPTION)
-            watched, watched_size = sums_after(state, watch, trial - 1, watched, watched_size)
-            if is_below(watch, trial, watched, watched_size):
-                until_trial = trial
-            cell, heading = start_of_trial(world, state.streams[STARTS], trial)
+            cell, heading = start_of_trial(world, state.streams[STARTS], number)
             reading = U(cell_word[cell]) >> READING_SHIFT
 
     made = step - state.tally[STEP]
+    if is_alone(settings.alone):
+        state.tally[EARLIER] += made
     state.place[CELL] = cell
     state.place[HEADING] = heading
     state.place[OPTION] = previous

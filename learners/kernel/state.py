@@ -34,7 +34,17 @@ TRIAL_NEW_STATES = 3
 TRIAL_SWITCHES = 4
 REPERTOIRE = 5
 TRIAL_REACHED = 6
-N_TALLIES = 7
+EXERCISES = 7
+EARLIER = 8
+N_TALLIES = 9
+
+# Slots of ``LearnerState.choice``.
+CHOICE_STATE = 0
+CHOICE_STEPS = 1
+
+# Slots of ``LearnerState.choice_sums``.
+CHOICE_REWARD = 0
+CHOICE_DISCOUNT = 1
 
 # Slots of ``LearnerState.command``.
 COMMAND_STEPS = 0
@@ -67,11 +77,20 @@ class LearnerState(NamedTuple):
     place: np.ndarray
     """(3,) uint64: cell, heading, option of the last step."""
     tally: np.ndarray
-    """(N_TALLIES,) int64: steps and trials so far, and what the running trial counts."""
+    """(N_TALLIES,) int64: steps and trials so far, what the running trial counts, and of
+    pre-training how often a skill was placed somewhere, and the steps until a trial has ended."""
     change: np.ndarray
     """(1,) float64: sum of |dQ| of the selection in the running trial."""
     streams: np.ndarray
     """(2,) uint64: counters of the decisions and the starts."""
+    choice: np.ndarray
+    """(2,) int64: main state in which the choice was made that is kept, and for how many steps it
+    was, 0 if one is to be made; empty where choices are not kept."""
+    choice_sums: np.ndarray
+    """(2,) float32: reward of these steps, and the discount of what follows; or empty."""
+    best_ever: np.ndarray
+    """(skill,) float32: the most that each promised where a skill was selected; empty where it does
+    not matter which skills are applicable."""
     trace_at: np.ndarray
     """(MAX_TRACES,) uint64: places in the selection of the last moves, the latest of all last; of
     size 0 without traces."""
@@ -91,7 +110,7 @@ class LearnerState(NamedTuple):
     step, the reward would cost a register.
     """
     log_steps: np.ndarray
-    """(trial,) int32: steps in each trial."""
+    """(trial,) int32: steps in each trial; in the first, with those of pre-training before it."""
     log_new_states: np.ndarray
     """(trial,) int32: visits of states not visited before with the repertoire of the time."""
     log_reached: np.ndarray
@@ -106,7 +125,7 @@ class LearnerState(NamedTuple):
 
 _LOGS = tuple(name for name in LearnerState._fields if name.startswith("log_"))
 _ALIASES = {"selection_words": "selection", "skill_words": "skills"}
-_TABLES = ("visits", "first_reach", "seen")
+_TABLES = ("visits", "first_reach", "seen", "best_ever")
 
 
 def n_options_of(spec: RunSpec) -> int:
@@ -127,11 +146,16 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     selection = rows.new_table(n_selection_rows(spec), 0 if n_skills else n_options, initial_q)
     skills = rows.new_table(int(first_rows(spec)[-1]), N_MOVES, initial_q)
     streams = rng.streams(seed)
-    cell, heading = start_of_trial(world, streams[rng.STARTS], 0)
+    is_pretrained = n_skills > 0 and spec.schedule.pretrain > 0
+    first = MAX_TRIALS if is_pretrained else 0
+    cell, heading = start_of_trial(world, streams[rng.STARTS], first)
     # Values that start above 0 have been there from the first trial on.
     reached = 0 if initial_q > 0 else NOT_REACHED
     tally = np.zeros(N_TALLIES, np.int64)
     tally[REPERTOIRE] = 1
+    tally[EXERCISES] = int(is_pretrained)
+    is_held = spec.learner.held is not None
+    n_applicable = 0 if spec.learner.applicable is None else n_skills
     n_traces = 0 if spec.learner.trace_decay is None else MAX_TRACES
     return LearnerState(
         selection=selection,
@@ -146,6 +170,9 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         tally=tally,
         change=np.zeros(1),
         streams=streams,
+        choice=np.zeros(2 if is_held else 0, np.int64),
+        choice_sums=np.zeros(2 if is_held else 0, np.float32),
+        best_ever=np.full(n_applicable, initial_q, np.float32),
         trace_at=np.zeros(n_traces, np.uint64),
         trace=np.zeros(n_traces, np.float32),
         command=np.zeros(2 if spec.learner.options == COMMANDS else 0, np.int64),
@@ -216,8 +243,15 @@ def with_option(state: LearnerState, former: RunSpec, spec: RunSpec) -> LearnerS
     visits = np.pad(state.visits.reshape(-1, n_former), ((0, 0), (0, 1))).ravel()
     w_values = np.zeros((n_former + 1) * len(state.seen) if learns_w(spec) else 0, np.float32)
     w_values[: state.w_values.size] = state.w_values
+    best_ever = state.best_ever
+    if best_ever.size:
+        best_ever = np.append(best_ever, np.float32(former.learner.initial_q))
     return state._replace(
-        skills=skills, skill_words=skills.view(np.uint32), visits=visits, w_values=w_values
+        skills=skills,
+        skill_words=skills.view(np.uint32),
+        visits=visits,
+        w_values=w_values,
+        best_ever=best_ever,
     )
 
 
@@ -307,6 +341,7 @@ def digest(state: LearnerState) -> str:
     total.update(state.w_values.astype("<f4").tobytes())
     for name in _TABLES:
         array = getattr(state, name)
+        # What a learner has no use for is empty, and adds nothing.
         total.update(array.astype(array.dtype.newbyteorder("<")).tobytes())
     total.update(state.tally[: TRIAL + 1].astype("<i8").tobytes())
     return total.hexdigest()

@@ -1,1 +1,1 @@
-"""Pieces of the loop that choose what to do next in other ways than the thesis's."""
+"""Pieces of the loop that choose otherwise than its own: each is left out where it is not used."""

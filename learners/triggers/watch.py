@@ -164,7 +164,12 @@ def outlook(state: LearnerState, watch: Watch) -> int | None:
         The running trial if the rule is met; None if there are no two windows yet, if the line
         does not fall, or if it comes there later than any run can.
     """
-    trials, means = (part[:: -watch.window][:_WINDOWS] for part in statistic(state, watch))
+    return outlook_of(statistic(state, watch), watch)
+
+
+def outlook_of(known: Statistic, watch: Watch) -> int | None:
+    """The same, of what was known once the last of these windows had ended."""
+    trials, means = (part[:: -watch.window][:_WINDOWS] for part in known)
     if not trials.size:
         return None
     now, mean = int(trials[0]), float(means[0])

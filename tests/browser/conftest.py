@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
 from app.live.requests import EndRace, LeaveLesson
+from app.page import lab
 from app.server import admission, pace
 from learners.spec import RunSpec
 from tests.support.costs import try_for_a_moment
@@ -23,6 +24,8 @@ from tests.support.screen import (
     Two,
 )
 
+FRAME_S = 0.2
+"""Between pictures of a run that learns: each costs as much as a hundred thousand steps."""
 FIRST_TRIAL = 100
 """Where a lab stands that no test has begun in a way of its own."""
 
@@ -32,6 +35,14 @@ def short_pilots() -> Iterator[None]:
     """No test reads how long an experiment would take, which each lab tries out by itself."""
     with pytest.MonkeyPatch.context() as patch:
         try_for_a_moment(patch)
+        yield
+
+
+@pytest.fixture(scope="package", autouse=True)
+def few_pictures() -> Iterator[None]:
+    """Nobody looks at a run that learns; what is asked for is answered as soon as ever."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lab, "_FRAME_S", FRAME_S)
         yield
 
 
@@ -160,6 +171,8 @@ class Stage:
             else:
                 expect(viewers).to_have_count(0)
             screen.expect_cell_colours(live.colours())
+            # A run may look like the one before: only its number tells them apart.
+            screen.expect_line(live.session.status.snapshot.generation)
 
     def _close_other(self) -> None:
         if self._other is not None:

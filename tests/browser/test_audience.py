@@ -235,6 +235,7 @@ def test_the_checker_finds_nothing(lesson: Class, dark: bool, around: bool) -> N
     assert page.evaluate(FINDINGS) == []
     board = page.get_by_role("img", name=re.compile("^The board, "))
     expect(board).to_be_visible()
+    expect(page.locator("#sentence")).not_to_be_empty()
     expect(page.locator("#told")).to_have_text(page.locator("#sentence").text_content() or "")
 
 

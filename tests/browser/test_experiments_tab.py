@@ -18,7 +18,7 @@ from app.documents.experiments import Experiment
 from app.experiments import task
 from app.experiments.store import COLUMNS
 from app.live.held import Opened
-from app.live.requests import Play, SetSpeed
+from app.live.requests import Pause, Play, SetSpeed
 from app.page.panels.experiments import THIS_SESSION
 from learners.commands import Introduce
 from tests.support.live import SMALL, LiveLab, preset_of, small_experiment
@@ -153,6 +153,7 @@ def test_a_schedule_is_run_over_seeds_beside_the_live_session(begin_two: BeginTw
     assert status.playing
     assert (status.snapshot.generation, status.snapshot.preset) == (before.generation, "timed")
     assert status.snapshot.step > before.step
+    live.ask(Pause())
 
     standing = live.at_end()
     former, mine = standing.experiment.variants

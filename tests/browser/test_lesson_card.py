@@ -258,6 +258,19 @@ def test_a_check_that_can_no_longer_come_true_offers_the_moment_before(taught: T
     assert taught.said == [{"do": "next"}]
 
 
+def test_what_a_button_is_about_to_become_is_not_done_by_a_click_on_what_it_says(
+    taught: Taught,
+) -> None:
+    taught.hear(STATES["to do"])
+    primary = taught.page.locator("footer .primary")
+    said = primary.inner_text()
+    at_once = "(button, state) => { window.hear(state); button.click(); }"
+    primary.evaluate(at_once, STATES["done"])
+    expect(primary).to_have_text("Next")
+    assert said != "Next"
+    assert taught.said == []
+
+
 def test_the_lessons_few_controls_say_what_they_were_set_to(taught: Taught) -> None:
     taught.hear(STATES["done"])
     page = taught.page

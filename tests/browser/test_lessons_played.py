@@ -1,4 +1,7 @@
-"""Each lesson that comes with the lab is played to its end, with right answers and wrong ones."""
+"""Lessons that come with the lab are played to their ends, with right answers and wrong ones.
+
+Each that needs no more than its card is without a browser (``tests/page/lesson/test_played.py``).
+"""
 
 import itertools
 import re
@@ -9,33 +12,30 @@ import pytest
 from playwright.sync_api import expect
 
 from app.documents import lessons
-from app.documents.lesson_grammar import OCTANTS
-from app.documents.lesson_questions import Asked
-from app.documents.lessons import Lesson
-from app.lessons.kept import default_folder
 from app.lessons.markup import plain_of
-from app.lessons.reveals import Answer
-from app.lessons.spread import points_of
 from app.lessons.story import question_of
-from app.lessons.twenty import Spreads, Twenty
 from app.live.requests import SetSpeed
 from app.live.story import Stories
 from app.live.worker import FULL_SPEED
 from app.page.lesson import does
+from tests.support.answering import found_for, right_answer, wrong_answer
 from tests.support.live import LiveLab
 from tests.support.pupil import STOPS, Pupil
 from tests.support.screen import Shared
 
-RELOADED = "which_way_round"
-"""The lesson of which each card is loaded anew."""
-PATIENCE_S = 180.0
-"""For twenty runs of a lesson, where nobody has made them before."""
+PLAYED = ("which_way_round", "worse_first", "all_at_once", "no_evidence")
+"""Lessons that have, together, each kind of card, a skill to be added, a curve to be drawn, an
+order to be made, runs side by side, a branch and an experiment."""
+RELOADED = ("which_way_round", ("ask", "do", "transfer"))
+"""A lesson, and kinds of its cards that are loaded anew: those on which something is done."""
 SEEDS = 2
 """Of an experiment that a card has run: what it asks for is so with any seed."""
 BLAME = re.compile(r"\b(wrong|incorrect|correct|mistakes?|fail\w*|score\w*)\b", re.IGNORECASE)
 """Words that nobody is to read who was only unlucky, or has guessed."""
 ON_BAR = ("bar", "curve", "scrub", "plan", "marks")
 """Controls that have the time bar be there."""
+LINES = """() => document.querySelector(".lesson main").innerText.split("\\n").sort()"""
+"""What a card says."""
 LABELS = {
     "play": r"Play|Pause",
     "step": r"One step",
@@ -54,49 +54,6 @@ LABELS = {
     "layer.": r"Layer",
 }
 """What is written on controls of a card."""
-
-
-def found_for(lesson: Lesson) -> Spreads:
-    """What the lesson's own run and twenty others answer; kept where the lab finds it, too."""
-    twenty = Twenty(folder=default_folder())
-    try:
-        twenty.want(lesson)
-        assert twenty.settle(PATIENCE_S)
-        found = twenty.found(lesson)
-    finally:
-        twenty.stop()
-    assert found is not None
-    return found
-
-
-def right_answer(asked: Asked, own: Answer) -> Any:
-    """What the lesson's own run answers, or the key, as somebody would give it."""
-    if asked.key is not None:
-        return asked.key
-    if asked.ask == "sketch":
-        first, end, curve = asked.first or 0, asked.end or 0, points_of(own)
-        trials = [round(first + (end - first) * at / 5) for at in range(6)]
-        nearest = [min(curve, key=lambda point: abs(point[0] - trial)) for trial in trials]
-        return [[trial, round(reward)] for trial, (_, reward) in zip(trials, nearest, strict=True)]
-    return list(own) if isinstance(own, tuple) else own
-
-
-def wrong_answer(asked: Asked, right: Any) -> Any:
-    """One as far from that as there is."""
-    match asked.ask:
-        case "choice" | "direction":
-            return next(value for value, _ in asked.choices if value != right)
-        case "sectors":
-            return [octant for octant in OCTANTS if octant not in right]
-        case "order":
-            return right[::-1]
-        case "sketch":
-            return [[trial, asked.low] for trial, _ in right]
-        case "moment":
-            ends = (asked.first or 0, asked.end or 0)
-            return max(ends, key=lambda trial: abs(trial - right))
-        case _:
-            return max((asked.low or 0.0, asked.high or 0.0), key=lambda end: abs(end - right))
 
 
 def expect_no_more_than(pupil: Pupil, names: set[str]) -> None:
@@ -128,15 +85,13 @@ def expect_no_blame(pupil: Pupil) -> None:
 
 def expect_same_after_reload(shared: Shared, pupil: Pupil, place: int) -> None:
     """A page that is loaded anew is at the same card, with the same answers."""
-    text = pupil.card.locator(".lesson main")
-    lines = sorted(text.inner_text().split("\n"))
+    lines = pupil.card_page.evaluate(LINES)
     stories = shared.live.session.status.stories
     pupil.page.reload()
     shared.screen.settle(shared.live)
     pupil.expect_card(place)
     # A control that has come later is the last of them until then.
-    expect(text).to_contain_text(lines[-1], use_inner_text=True)
-    assert sorted(text.inner_text().split("\n")) == lines
+    pupil.card_page.wait_for_function(f"lines => ({LINES})().join() === lines.join()", arg=lines)
     now = shared.live.session.status.stories
     assert now == _with_reveals_of(now, stories)
 
@@ -162,8 +117,8 @@ def answered(live: LiveLab, question: str) -> Any:
     return story.answers[question]
 
 
-@pytest.mark.parametrize("name", lessons.shipped())
-def test_each_lesson_is_played_to_its_end_with_right_answers_and_wrong_ones(
+@pytest.mark.parametrize("name", PLAYED)
+def test_a_lesson_is_played_to_its_end_with_right_answers_and_wrong_ones(
     shared: Shared, pupil: Pupil, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(does, "_SEEDS", SEEDS)
@@ -200,9 +155,9 @@ def test_each_lesson_is_played_to_its_end_with_right_answers_and_wrong_ones(
         if card.do is not None and card.do.command == "race":
             pupil.race()
         elif card.do is not None:
-            pupil.do_it(live)
+            pupil.do_it()
         expect_no_blame(pupil)
-        if name == RELOADED:
+        if name == RELOADED[0] and card.kind in RELOADED[1]:
             expect_same_after_reload(shared, pupil, place)
     expect(pupil.page.locator("html")).to_have_attribute("data-lesson", "open")
     expect(pupil.page.locator("#pounce-stage .play")).to_be_visible()

@@ -491,10 +491,12 @@ def test_every_seed_can_be_typed_and_what_is_none_is_refused_and_said(begin: Beg
     former = live.session.status.snapshot.generation
     expect(screen.field("Seed")).to_have_value(str(live.session.status.snapshot.seed))
     for wrong in ("seven", str(MAX_SEED + 1)):
+        # Once as it is typed, and once for the button; each is gone again after a while.
+        refusal = f"Seed: '{wrong}' is not taken: "
         screen.fill("Seed", wrong)
+        expect(screen.notice("Not taken").filter(has_text=refusal)).to_be_visible()
         screen.click("Start again")
-        # Once as it is typed, and once for the button.
-        expect(screen.text(f"Seed: '{wrong}' is not taken: ")).to_have_count(2)
+        expect(screen.notice("That cannot be done now").filter(has_text=refusal)).to_be_visible()
     assert live.session.status.snapshot.generation == former
     screen.fill("Seed", str(MAX_SEED))
     screen.click("Start again")

@@ -103,6 +103,17 @@ class Bar:
         """Wait until the page shows a moment, beside the bar as well."""
         expect(self._reading).to_have_text(trial if isinstance(trial, str) else f"{trial:,}")
 
+    def comes_near(self, trial: int) -> int:
+        """Wait until the page shows the moment that a hand at a trial comes to; return its trial.
+
+        That is as round a trial as it can point at. What was shown before may be so until then.
+        """
+        near = "|".join(f"{one:,}" for one in range(trial - 10, trial + 11))
+        expect(self.handle).to_have_text(re.compile(f"^({near})$"))
+        shown = self.handle.inner_text()
+        self.looks_at(shown)
+        return int(shown.replace(",", ""))
+
     def at(self, trial: float, row: str = ".curve") -> tuple[float, float]:
         """The pixel of a trial in a row, ``(x, y)``."""
         # What has just got another height moves what is in it, and so does a frame that has it from
@@ -187,9 +198,7 @@ def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(bar: Ba
     before = bar.live.session.status.snapshot
     bar.take(bar.at(300), *[bar.at(trial) for trial in range(310, 500, 10)])
     bar.page.mouse.up()
-    trial = int(bar.handle.inner_text().replace(",", ""))
-    assert abs(trial - 490) < 10
-    bar.looks_at(trial)
+    trial = bar.comes_near(490)
     assert bar.place == bar.live.place_of(trial)
     expect(bar.frame.locator(".transport .place")).to_contain_text(
         f"The past, trial {trial}, {HERE - trial} trials behind"
@@ -209,7 +218,7 @@ def test_a_drag_on_the_curve_shows_each_moment_and_end_goes_back_to_live(bar: Ba
 @pytest.mark.parametrize("row", [".axis", CIRCLE])
 def test_a_press_on_the_axis_or_where_a_lane_is_empty_goes_there(bar: Bar, row: str) -> None:
     bar.page.mouse.click(*bar.at(400, row))
-    bar.looks_at(re.sub(",", "", bar.handle.inner_text()))
+    bar.comes_near(400)
     assert bar.place is not None
     bar.button("Back to live").click()
     bar.looks_at(HERE)
@@ -234,8 +243,7 @@ def test_past_the_end_of_what_is_known_is_live(bar: Bar) -> None:
     assert bar.place is None
     # A press where nothing is known yet goes nowhere.
     bar.page.mouse.click(*bar.at(300))
-    expect(bar.button("Back to live")).to_be_visible()
-    shown = bar.handle.inner_text()
+    shown = bar.comes_near(300)
     bar.page.mouse.click(*bar.at(3_000))
     bar.looks_at(shown)
     bar.page.keyboard.press("End")
@@ -453,8 +461,7 @@ def test_a_finger_moves_blocks_and_the_playhead(bar: Bar) -> None:
     touch(bar.page, *between(bar.at(HOLD, CIRCLE), bar.at(HOLD + 400, CIRCLE)))
     assert circle_of(edited(bar))[2].at == JOINS + 400
     touch(bar.page, *between(bar.at(300), bar.at(500)))
-    expect(bar.button("Back to live")).to_be_visible()
-    bar.looks_at(bar.handle.inner_text())
+    bar.comes_near(500)
     assert bar.place is not None
     # A tap goes there, as a press of the mouse does.
     touch(bar.page, bar.at(150))
@@ -496,7 +503,7 @@ def test_the_past_is_played_at_a_rate_and_between_a_and_here(bar: Bar) -> None:
     places: list[Place | None] = []
     for trial in (300, 500):
         bar.page.mouse.click(*bar.at(trial))
-        bar.looks_at(bar.handle.inner_text())
+        bar.comes_near(trial)
         places.append(bar.place)
         if trial == 300:
             bar.page.keyboard.press("a")
@@ -547,7 +554,7 @@ def test_keys_of_time_act_in_the_page_and_in_the_frame(bar: Bar) -> None:
 def test_a_moment_is_marked_with_a_line_of_text_and_the_mark_removed(bar: Bar) -> None:
     page = bar.page
     page.mouse.click(*bar.at(500))
-    bar.looks_at(bar.handle.inner_text())
+    bar.comes_near(500)
     place = bar.place
     page.keyboard.press("b")
     expect(bar.frame.get_by_role("textbox")).to_be_focused()
@@ -588,7 +595,7 @@ def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
     for trial, until in ((500, 2_700), (600, 2_800)):
         bar.page.keyboard.press("End")
         bar.page.mouse.click(*bar.at(trial))
-        bar.looks_at(bar.handle.inner_text())
+        bar.comes_near(trial)
         expect(said).to_contain_text("joins at")
         n_lines = len(bar.live.session.status.lines)
         bar.drag(bar.at(JOINS + 300, CIRCLE), bar.at(until, CIRCLE))
@@ -608,7 +615,7 @@ def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
 
 def test_a_block_moved_in_the_past_makes_a_branch_with_a_menu_of_its_own(bar: Bar) -> None:
     bar.page.mouse.click(*bar.at(500))
-    bar.looks_at(bar.handle.inner_text())
+    bar.comes_near(500)
     bar.drag(bar.at(HOLD, CIRCLE), bar.at(HOLD + 400, CIRCLE))
     status = bar.live.wait_for(lambda status: len(status.lines) == 2)
     assert n_edits(status) == 0

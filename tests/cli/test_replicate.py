@@ -29,8 +29,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("app.replication.run.experiments.load", load)
+    monkeypatch.setattr("app.replication.plan.EXPERIMENTS", ("one",))
     for module in ("plan", "write"):
-        monkeypatch.setattr(f"app.replication.{module}.EXPERIMENTS", ("one",))
         monkeypatch.setattr(f"app.replication.{module}.THESIS", ("one",))
     return tmp_path
 

@@ -33,6 +33,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.parameters import PARAMETERS
@@ -44,6 +46,8 @@ EXAMPLES: tuple[Command, ...] = (
     Introduce("avoid", 300),
     Explore("avoid", 2_000, 0.3),
     StopExploring("avoid"),
+    Teach("flank", 300),
+    StopTeaching(),
     FreezeSelection(True),
     FreezeSkills(True),
     FollowSchedule(False),

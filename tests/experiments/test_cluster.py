@@ -39,11 +39,11 @@ LONG_S = 60
 SMALL = """
 presets: [timed, standard_q]
 set: {world.size: 30, world.step_limit: 80, schedule: null}
-trials: 100000
+trials: 40000
 seeds: 5
 """
-QUICK = SMALL.replace("100000", "300").replace("seeds: 5", "seeds: 2")
-ENDLESS = SMALL.replace("100000", "2000000")
+QUICK = SMALL.replace("40000", "300").replace("seeds: 5", "seeds: 2")
+ENDLESS = SMALL.replace("40000", "2000000")
 
 
 TIMES = {"seconds": None, "ended_at": None}

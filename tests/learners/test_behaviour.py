@@ -84,7 +84,7 @@ def test_a_skill_that_is_left_to_itself_does_what_it_would_while_it_learns(skill
     run, number = learned(), SKILLS.index(skill)
     starts = rng.streams(3)[rng.STARTS]
     weights = np.zeros((3, 4), np.float32)
-    weights[number, :3] = run.spec.learner.reward_of(skill)
+    weights[number, :3] = run.spec.learner.reward_of(skill)[:3]
     words, chance = run.state.skill_words, U(6554)
     found = behaviour.exercise(
         run.world, words, None, weights.ravel(), U(number), chance, starts, 8, 40

@@ -10,6 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from learners.commands import CommandError, DefineSkill, Introduce
+from learners.comparators.feudal import Commanded, commanded
+from learners.comparators.q_lambda import eligibility
 from learners.kernel.state import CELL, HEADING, OPTION, TRIAL_STEP, tables
 from learners.run import Run
 from learners.skill_spec import SkillWeights
@@ -242,6 +244,41 @@ def test_without_decaying_traces_it_is_standard_q() -> None:
     for name, array in plain.state._asdict().items():
         if array.size:
             np.testing.assert_array_equal(array, getattr(traced.state, name), err_msg=name)
+
+
+def test_eligibility_is_that_of_the_last_moves() -> None:
+    case = CASES["traces, close to the prey"]
+    slow, run = case.slow(), Run(case.spec, case.seed)
+    assert isinstance(slow, SlowWatkins)
+    most = 0
+    for _ in range(2_000):
+        slow.step()
+        run.advance(max_steps=1)
+        found = eligibility(run.spec, run.state)
+        assert found is not None
+        np.testing.assert_array_equal(found, spread(slow, slow.traces, 9, np.float32, 0))
+        most = max(most, len(slow.traces))
+    assert most > 5
+    assert eligibility(spec_of(SlowSettings(SMALL)), run.state) is None
+
+
+def test_the_command_that_holds_is_known() -> None:
+    case = CASES["commands, small world"]
+    slow, run = case.slow(), Run(case.spec, case.seed)
+    assert isinstance(slow, SlowFeudal)
+    held = 0
+    for _ in range(2_000):
+        slow.step()
+        run.advance(max_steps=1)
+        found = commanded(run.state)
+        if slow.held is None:
+            assert found is None
+        else:
+            command, (ring, sector) = slow.held
+            assert found == Commanded(command, ring * 8 + sector, slow.held_steps)
+            held += 1
+    assert held > 500
+    assert commanded(Run(spec_of(SlowSettings(SMALL)), 1).state) is None
 
 
 def test_a_manager_takes_no_skills() -> None:

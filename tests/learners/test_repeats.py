@@ -35,7 +35,7 @@ from learners.repeats import without_repeats
 from learners.run import Run, replay
 from learners.spec import RunSpec
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 SEED = 7
 
 

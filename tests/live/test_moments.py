@@ -20,7 +20,7 @@ from learners.kernel.state import selection_q_of
 from learners.run import Run, replay
 from tests.support.lines import SEED, SPEC, play, stands
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 LINE = 3
 
 

@@ -28,7 +28,7 @@ from learners.spec import RunSpec
 
 SPEED = 20_000.0
 SLOW_STEPS_PER_S = 20.0
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 MOST_S = 6.0
 """What a hunt takes at most, rests included."""

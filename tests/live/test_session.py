@@ -50,7 +50,7 @@ from learners.run import Run, replay
 from learners.schedule_spec import SkillTimer
 from learners.spec import RunSpec
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 HARMLESS = StopExploring("avoid")
 """A request that is answered, and refused, since nothing of the kind is going on."""

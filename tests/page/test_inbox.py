@@ -11,7 +11,7 @@ from app.live.session import Session
 from app.page.inbox import Inbox, check_there
 from tests.support.schedules import small_spec
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 def test_what_is_made_is_given_up_without_a_word_once_the_lab_ends(

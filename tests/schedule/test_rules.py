@@ -2,27 +2,13 @@
 
 import pytest
 
-from app.documents import presets
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block, described
 from app.schedule.edits import changed, now_of, with_episode
 from learners.commands import FollowSchedule, SetSchedule
 from learners.run import Run
-from learners.schedule_spec import SkillTimer, TriggerSpec
-from learners.spec import RunSpec
-from tests.support.schedules import AVOID, CIRCLE, CIRCLING, SMALL, seen, to
-
-RULE = TriggerSpec(by="novelty", window=50, below=0.2)
-
-
-def spec_with_a_rule(*settings: str) -> RunSpec:
-    """The small schedule, but circle clockwise and avoid join by a rule."""
-    timers = [
-        "schedule.introduce={by: novelty, window: 50, below: 0.2}",
-        "schedule.skills={approach: {at: 0, freeze: 10}, circle_clockwise: {freeze: 20}}",
-    ]
-    rest = [setting for setting in SMALL if not setting.startswith("schedule.skills")]
-    return presets.load("hierarchical_3", [*rest, *timers, *settings])
+from learners.schedule_spec import SkillTimer
+from tests.support.schedules import AVOID, CIRCLE, CIRCLING, RULE, ruled_spec, seen, to
 
 
 def block(run: Run, id: str) -> Block:
@@ -31,7 +17,7 @@ def block(run: Run, id: str) -> Block:
 
 
 def test_what_a_rule_has_ahead_is_planned_without_a_trial() -> None:
-    run = Run(spec_with_a_rule(), seed=5)
+    run = Run(ruled_spec(), seed=5)
     joins, explored = block(run, CIRCLE), block(run, CIRCLING)
     assert (joins.state, joins.first, joins.trials, joins.by_rule) == ("planned", NEVER, 20, True)
     assert described(joins) == "circle clockwise joins, by its rule, selection frozen for 20 trials"
@@ -40,13 +26,13 @@ def test_what_a_rule_has_ahead_is_planned_without_a_trial() -> None:
 
 
 def test_without_the_schedule_no_rule_acts() -> None:
-    run = Run(spec_with_a_rule(), seed=5)
+    run = Run(ruled_spec(), seed=5)
     run.apply(FollowSchedule(on=False))
     assert block(run, CIRCLE).state == "idle"
 
 
 def test_a_trial_by_hand_takes_the_place_of_the_rule() -> None:
-    run = to(Run(spec_with_a_rule(), seed=5), 2)
+    run = to(Run(ruled_spec(), seed=5), 2)
     for id in (CIRCLE, AVOID):
         skill = id.partition(":")[2]
         plan = changed(run.spec.schedule, id, now_of(seen(run)), at=30)
@@ -57,14 +43,14 @@ def test_a_trial_by_hand_takes_the_place_of_the_rule() -> None:
 
 
 def test_another_freeze_leaves_the_rule() -> None:
-    run = Run(spec_with_a_rule(), seed=5)
+    run = Run(ruled_spec(), seed=5)
     plan = changed(run.spec.schedule, CIRCLE, now_of(seen(run)), trials=7)
     assert plan.skills["circle_clockwise"] == SkillTimer(freeze=7)
     assert plan.rule_of("circle_clockwise") == RULE
 
 
 def test_an_exploration_can_be_planned_for_when_a_rule_is_met() -> None:
-    run = Run(spec_with_a_rule("schedule.episodes=[]"), seed=5)
+    run = Run(ruled_spec("schedule.episodes=[]"), seed=5)
     plan = with_episode(run.spec.schedule, "avoid", 5, 40, 0.5, now_of(seen(run)))
     assert plan.episodes[-1].at == "introduction"
     run.apply(SetSchedule(plan))
@@ -72,7 +58,7 @@ def test_an_exploration_can_be_planned_for_when_a_rule_is_met() -> None:
 
 
 def test_a_preset_that_repeats_the_run_keeps_the_rule_for_what_has_not_joined() -> None:
-    run = to(Run(spec_with_a_rule(), seed=5), 2)
+    run = to(Run(ruled_spec(), seed=5), 2)
     spec, left_out = carried.preset_of(seen(run))
     assert spec.schedule.rule_of("circle_clockwise") == RULE
     assert spec.schedule.freeze_of("circle_clockwise") == 20
@@ -86,7 +72,7 @@ def test_a_preset_that_repeats_the_run_keeps_the_rule_for_what_has_not_joined() 
 
 @pytest.mark.parametrize("skill", ["circle_clockwise", "avoid"])
 def test_a_rule_that_is_switched_off_is_not_repeated(skill: str) -> None:
-    run = to(Run(spec_with_a_rule(), seed=5), 2)
+    run = to(Run(ruled_spec(), seed=5), 2)
     run.apply(FollowSchedule(on=False))
     schedule, left_out = carried.schedule_of(seen(run))
     assert schedule.introduced_at(skill) == NEVER

@@ -41,6 +41,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.skill_spec import SkillWeights
@@ -55,6 +57,8 @@ COMMANDS: tuple[Command, ...] = (
     Explore("avoid", 2_000, 0.3),
     Explore("avoid", 2_000, 0.3, value_at_most=-1.5),
     StopExploring("avoid"),
+    Teach("flank", 300),
+    StopTeaching(),
     FreezeSelection(True),
     FreezeSkills(False),
     FollowSchedule(False),

@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -24,7 +25,7 @@ from app.page.time.outlook import Outlook
 from app.picture.look import Look
 from tests.support.person import AtOnce
 
-PATIENCE_S: Final = 30.0
+PATIENCE_S: Final = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 
 SMALL: Final = """
@@ -193,15 +194,21 @@ class Room:
     """A session in whose lab there are a lesson and browsers."""
 
     def __init__(
-        self, session: Session, gui: viser.GuiApi, own: Lesson | None = None, sitters: int = 1
+        self,
+        session: Session,
+        gui: viser.GuiApi,
+        own: Lesson | None = None,
+        sitters: int = 1,
+        folder: Path | None = None,
     ) -> None:
+        """``folder`` is where what twenty runs answer is kept; by default it is not."""
         self.session = session
         self.grounds = Grounds(session)
         self.ticket = 0
         self.later: list[Callable[[], object]] = []
         service: Any = SimpleNamespace(standing=None)
         self.classroom: Any = None
-        self.desk = Desk(session, service, self.submit, lambda: None, folder=None)
+        self.desk = Desk(session, service, self.submit, lambda: None, folder=folder)
         if own is not None:
             self.desk.library.offer(own)
         self.sitters: list[Sitter] = []

@@ -30,7 +30,7 @@ from learners.run import replay
 from learners.spec import RunSpec
 from tests.support.person import Person
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 SEED = 3
 FOUR = ("timed", "hierarchical_2", "hierarchical_3", "standard_q")

@@ -8,7 +8,6 @@ from playwright.sync_api import Frame, FrameLocator, Locator, expect
 from app.documents.lesson_grammar import OCTANTS
 from app.documents.lesson_questions import Asked
 from app.lessons.markup import plain_of
-from tests.support.live import LiveLab
 from tests.support.screen import Screen
 
 FRAME = "iframe.pounce-lesson"
@@ -20,8 +19,6 @@ STOPS = """() => [...document.querySelectorAll("*")].filter(node => node.tabInde
 SIDE = "iframe.pounce-side"
 _MOST_HINTS = 3
 _MOST_PRESSES = 60
-_AGAIN_AND_AGAIN = ("One trial",)
-"""What stays as it is when it is pressed."""
 _PRESS = "(node, label) => node.textContent === label && (node.click(), true)"
 
 
@@ -159,30 +156,26 @@ class Pupil:
         field.fill(f"{number:.10g}")
         field.press("Tab")
 
-    def press(self, live: LiveLab) -> bool:
+    def press(self) -> bool:
         """Press what stands below the card, if that does what is asked for; whether it does."""
         label = self.primary.inner_text()
         if label == "Next" or self.primary.get_attribute("aria-disabled") == "true":
             return False
-        before = live.session.status.snapshot.trial
         # In one go: it may become what leads on to the next card.
         if self.primary.evaluate(_PRESS, label):
-            if label in _AGAIN_AND_AGAIN:
-                live.wait_for(lambda status: status.snapshot.trial > before)
-            else:
-                expect(self.primary).not_to_have_text(label)
+            expect(self.primary).not_to_have_text(label)
         return True
 
-    def do_it(self, live: LiveLab) -> None:
+    def do_it(self) -> None:
         """Do what the card asks for, with what stands below it; with hints where nothing does."""
-        if not self.press(live):
+        if not self.press():
             self.be_helped()
         ready = self.card.locator("footer .primary:not([aria-disabled])")
         for _ in range(_MOST_PRESSES):
             expect(ready).to_have_count(1)
             if ready.inner_text() == "Next":
                 return
-            self.press(live)
+            self.press()
         raise AssertionError(self.primary.inner_text())
 
     def race(self) -> None:

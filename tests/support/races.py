@@ -12,7 +12,7 @@ from learners.kernel.state import digest
 from learners.run import Run
 from learners.spec import RunSpec
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 SEED = 7
 

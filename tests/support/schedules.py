@@ -19,6 +19,7 @@ from learners.commands import (
     Undo,
 )
 from learners.run import Run
+from learners.schedule_spec import TriggerSpec
 from learners.spec import RunSpec
 
 SMALL = (
@@ -52,6 +53,19 @@ def small_spec(*settings: str) -> RunSpec:
 def small_run(*settings: str) -> Run:
     """A run of it that is about to begin."""
     return Run(small_spec(*settings), seed=5)
+
+
+RULE = TriggerSpec(by="novelty", window=50, below=0.2)
+
+
+def ruled_spec(*settings: str) -> RunSpec:
+    """The small schedule, but circle clockwise and avoid join by a rule."""
+    timers = [
+        "schedule.introduce={by: novelty, window: 50, below: 0.2}",
+        "schedule.skills={approach: {at: 0, freeze: 10}, circle_clockwise: {freeze: 20}}",
+    ]
+    rest = [setting for setting in SMALL if not setting.startswith("schedule.skills")]
+    return presets.load("hierarchical_3", [*rest, *timers, *settings])
 
 
 def to(run: Run, trial: int) -> Run:

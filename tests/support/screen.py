@@ -69,6 +69,14 @@ _HAS_ITS_HEIGHT = """() => {
     return Math.abs(frame.clientHeight - height) < 1.5;
 }"""
 
+_COMES_TO_LINE = """async ([line, patience]) => {
+    const { state } = await import(new URL("../../web/time/state.js", location.href));
+    const until = performance.now() + patience;
+    const isThere = () => state.bar?.line === line && state.moment?.line === line;
+    while (!isThere() && performance.now() < until)
+        await new Promise(done => setTimeout(done, 10));
+    return isThere();
+}"""
 _SEND = """async message => {
     const { send } = await import(new URL("../../web/player/pipe.js", location.href));
     return send(message);
@@ -175,6 +183,10 @@ class Screen:
     def tell(self, do: str, **what: Any) -> None:
         """Send what a hand on the time bar sends."""
         assert self.time_page.evaluate(_SEND, {"do": do, **what})
+
+    def expect_line(self, line: int) -> None:
+        """Wait until the time bar is that of a line."""
+        assert self.time_page.evaluate(_COMES_TO_LINE, [line, PATIENCE_S * 1000])
 
     def rest(self) -> None:
         """Wait until the time bar's frame has the height of what is in it, and rests."""

@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 
 from app.server.server import open_server
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
 
 CAMERA = wire.ViewerCameraMessage(

@@ -1,4 +1,4 @@
-"""The compiled learner and a slow reference side by side: the same run for both, and their steps."""
+"""The compiled learner beside a slow reference: the same run for both, and their steps."""
 
 import numpy as np
 

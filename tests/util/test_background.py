@@ -10,7 +10,7 @@ import pytest
 from app.util import background
 from app.util.background import Maker
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 class Workshop:

@@ -13,10 +13,11 @@ from app.analysis.estimates import Axis
 from app.charts.bar.axis import TimeAxis, axis_of
 from app.charts.bar.lanes import Lane, lanes_of
 from app.charts.bar.marks import Mark, marks_of
+from app.charts.bar.rule import Rule, rules_of
 from app.live.places import Mark as Note
 from app.live.snapshot import Snapshot, curve_window, curve_window_trials
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
-from app.schedule.blocks import FREEZES, Block
+from app.schedule.blocks import FREEZES, NEVER, Block
 from learners.measures import Curve, Progress
 
 Held = Literal["forced", "frozen"]
@@ -89,6 +90,7 @@ class Bar(NamedTuple):
     ghost: Points | None
     ghost_name: str
     ghost_hint: str
+    rules: tuple[Rule, ...]
     bands: tuple[Band, ...]
     marks: tuple[Mark, ...]
     lanes: tuple[Lane, ...]
@@ -116,7 +118,7 @@ def bar_of(moment: Moment, unit: Axis, greedy_every: int, view: View | None = No
     if view is not None:
         axis = axis._replace(start=float(view.first), end=float(view.end))
         ghost = None
-        seen = moment.greedy.trial <= (view.end if view.hides_after is None else view.hides_after)
+        seen = moment.greedy.trial <= _last_of(view)
         known = known & seen & (moment.greedy.trial >= view.first)
         blocks = tuple(block for block in blocks if _is_in(block, view))
         history = tuple(event for event in history if view.first <= event.trial <= view.end)
@@ -132,6 +134,7 @@ def bar_of(moment: Moment, unit: Axis, greedy_every: int, view: View | None = No
         ghost=None if ghost is None else ghost_of(ghost, axis),
         ghost_name="" if ghost is None else ghost.name,
         ghost_hint="" if ghost is None else ghost.hint,
+        rules=rules_of(snapshot.watched, None if view is None else _last_of(view)),
         bands=bands_of(blocks),
         marks=marks_of(history, axis, notes),
         lanes=lanes_of(blocks, snapshot.spec.learner.skills, axis, moment.chosen),
@@ -156,6 +159,11 @@ def _is_in(block: Block, view: View) -> bool:
     return block.until is None or block.until > view.first
 
 
+def _last_of(view: View) -> int:
+    """The trial after which nothing of it is seen."""
+    return view.end if view.hides_after is None else view.hides_after
+
+
 def _within(points: Points, axis: TimeAxis, view: View | None) -> Points:
     """The part of a curve that is seen.
 
@@ -164,8 +172,7 @@ def _within(points: Points, axis: TimeAxis, view: View | None) -> Points:
     """
     if view is None or not points.at.size:
         return points
-    hides_after = view.end if view.hides_after is None else view.hides_after
-    last = (hides_after - axis.start) / (axis.end - axis.start)
+    last = (_last_of(view) - axis.start) / (axis.end - axis.start)
     at, reward = points.at[points.at <= last], points.reward[points.at <= last]
     # The first point is at the beginning of the run, which is not after that of the axis.
     inside = at > 0.0
@@ -198,6 +205,8 @@ def bands_of(blocks: Sequence[Block]) -> tuple[Band, ...]:
     for block in blocks:
         is_freeze = block.kind in (*FREEZES, "introduction")
         is_held = is_freeze or block.kind == "exploration"
+        if block.first >= NEVER:
+            continue
         if is_held and block.state != "idle" and block.until != block.first:
             bands.append(Band(block, "frozen" if is_freeze else "forced"))
     return tuple(bands)

@@ -13,6 +13,7 @@ from app.charts.bar.axis import TimeAxis
 from app.charts.bar.lanes import Lane, Piece
 from app.charts.bar.marks import Mark
 from app.charts.bar.model import Band, Bar, Points
+from app.charts.bar.rule import Rule
 from app.charts.bar.tree import in_rows
 from app.explain.happenings import Happening
 from app.live.places import LineSeen
@@ -75,6 +76,7 @@ def bar_sent(bar: Bar, around: Around) -> Sent:
         "greedy": _points(bar.greedy),
         "gaps": list(bar.greedy_gaps),
         "ghost": None if bar.ghost is None else _points(bar.ghost),
+        "rules": [_rule(rule) for rule in bar.rules],
         "bands": [_band(band) for band in bar.bands],
         "marks": [_mark(mark) for mark in bar.marks],
         "lanes": [_lane(lane, around.ahead) for lane in bar.lanes],
@@ -184,6 +186,24 @@ def _greedy_hint(bar: Bar) -> str:
 def _band(band: Band) -> Sent:
     block = band.block
     return {"key": block.id, "first": block.first, "until": block.until, "kind": band.kind}
+
+
+def _rule(rule: Rule) -> Sent:
+    return {
+        "skill": rule.skill,
+        "first": rule.first,
+        "known": rule.known,
+        "until": rule.until,
+        "met": rule.met,
+        "below": rule.below,
+        "trials": rule.trials.tolist(),
+        "values": [float(f"{value:.3g}") for value in rule.values.tolist()],
+        "fires": rule.fires.tolist(),
+        "ends": list(rule.ends),
+        "what": list(rule.what),
+        "short": rule.short,
+        "long": rule.long,
+    }
 
 
 def _mark(mark: Mark) -> Sent:

@@ -33,7 +33,9 @@ from app.charts.paper.plane import hints_of, plane_figure
 from app.charts.paper.points import effects_figure, points_figure
 from app.charts.paper.schedules import schedules_figure
 from app.charts.paper.sheet import SMALL_PRINT, foot_of
+from app.charts.paper.standings import standings_figure
 from app.charts.paper.values import values_figure
+from app.charts.standings import Standings
 from app.util import csv_texts
 from app.util.html import escaped
 
@@ -107,6 +109,8 @@ def drawn(name: str, chart: Chart, small_print: str) -> Drawing:
             figure = arrivals_figure(chart, small_print)
         case Dots():
             figure, hints = dots_figure(chart, small_print), run_hints_of(chart)
+        case Standings():
+            figure = standings_figure(chart, small_print)
         case Plane():
             figure, hints = plane_figure(chart, small_print), hints_of(chart)
         case Points():

@@ -73,8 +73,7 @@ def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Pic
 
 def _frame(snapshot: Snapshot, option: int) -> str:
     learner = snapshot.spec.learner
-    name = learner.sub_policies[option] if learner.sub_policies else ""
-    if learner.sees_heading(name):
+    if learner.sub_policies and learner.sees_heading(learner.sub_policies[option]):
         return f"For a prey that looks {HEADING_NAMES[snapshot.heading]}, as now. North is up."
     who = "What obeys a command" if learner.options == COMMANDS else "A skill"
     return f"{who} does not know where the prey looks, so that is not shown. North is up."

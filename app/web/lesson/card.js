@@ -212,8 +212,9 @@ whenChanged(() => {
 primary.addEventListener("click", ({ detail }) => {
   const lesson = lessonShown();
   const what = lesson && primaryOf(lesson);
-  if (detail <= 1) pressed = what?.text ?? "";
-  // With a double click nobody means what the button has become by the first one.
+  // Nobody means what the button is about to become and is not drawn as yet, nor with a double click
+  // what it has become by the first one.
+  if (detail <= 1) pressed = primary.textContent;
   if (what?.isOn && what.text === pressed) what.act();
 });
 part(".back").addEventListener("click", () => send({ do: "back" }));

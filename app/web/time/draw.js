@@ -5,6 +5,7 @@ import { drawCurve } from "./curve.js";
 import { attribute, element, keep, write } from "./dom.js";
 import { drawBands, drawLanes, markLanes } from "./lanes.js";
 import { drawEvents, drawMarks, drawTicks, placeMoment, setWidth } from "./over.js";
+import { drawRule, markRule, ruleHtml } from "./rule.js";
 import { state, whenChanged } from "./state.js";
 import { drawTree, markTree } from "./tree.js";
 
@@ -24,6 +25,7 @@ time.innerHTML = `
       <div class="gutter"><span class="what">reward<br />per trial</span><span class="numbers"></span></div>
       <div class="plot"><svg viewBox="0 0 1000 100" preserveAspectRatio="none" role="img" aria-label="Learning curve: reward per trial"></svg></div>
     </div>
+    ${ruleHtml}
     <div class="tree" role="group" aria-label="Lines of this session" hidden></div>
     <div class="lanes"></div>
     <div class="row axis">
@@ -32,6 +34,7 @@ time.innerHTML = `
     </div>
     <div class="over marks"></div>
     <div class="over moving">
+      <div class="meets" hidden></div>
       <div class="veil" hidden></div>
       <div class="until" hidden><i title="The run stands still here"></i></div>
       <div class="between" hidden><b>A</b><b>B</b></div>
@@ -73,6 +76,7 @@ const drawBar = (bar) => {
     drawLegend(bar);
     drawUnits(bar);
     drawCurve(part(".curve"), bar);
+    drawRule(part(".rule"), bar);
     drawMarks(part(".marks"), bar);
     for (const [scheme, colours] of Object.entries(bar.colours))
       for (const [role, colour] of Object.entries(colours))
@@ -139,6 +143,7 @@ const draw = () => {
   const now = told.live && told.line === bar.line ? told : bar.end;
   const seen = scrub ? held(told, scrub) : told;
   markLanes(bar, now, seen);
+  markRule(part(".rule"), part(".meets"), bar, seen, seen.live || bar.recorded);
   markTree(part(".tree"), seen.line);
   placeMoment(time, bar, seen, now);
 };

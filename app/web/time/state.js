@@ -10,6 +10,12 @@ import { drawing } from "../player/drawing.js";
  * What lies along the axis of a bar, seldom sent anew.
  * @typedef {import("./axis.js").Axis} Axis
  * @typedef {{at: number[], reward: number[]}} Points places are shares of the axis
+ * @typedef {{
+ *   skill: string, first: number, known: number, until: number | null, below: number, met: boolean,
+ *   trials: number[], values: number[], fires: number[],
+ *   ends: [number, number], what: [string, string], short: string, long: string,
+ * }} Rule what a rule watches: `values` are known before `trials`, where it would be met in `fires`, or
+ *   never, which is -1; the first window is over in `known`, and the skill joined in `until`
  * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "frozen"}} Band
  * @typedef {{
  *   at: number, name: string, more: string, before: boolean, room: number,
@@ -40,7 +46,7 @@ import { drawing } from "../player/drawing.js";
  *   legend: Array<{kind: string, text: string, hint: string}>,
  *   rewards: [number, number], levels: Array<[number, string]>,
  *   learned: Points, greedy: Points, gaps: boolean[], ghost: Points | null,
- *   bands: Band[], marks: Mark[], lanes: Lane[],
+ *   rules: Rule[], bands: Band[], marks: Mark[], lanes: Lane[],
  *   happenings: Happening[], notes: Note[], lines: Line[],
  *   units: Array<{unit: string, name: string, hint: string}>,
  *   colours: {light: Record<string, string>, dark: Record<string, string>},

@@ -1,0 +1,149 @@
+"""What goes beyond the thesis, as its page says it: learners against one another, in five worlds."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from app.analysis import estimates
+from app.analysis.estimates import bootstrap_rng
+from app.charts.wording import shown_estimate
+from app.experiments.store import REPORT_PAGE, figures_of
+from app.metrics import BY_COLUMN
+from app.replication.page import Found, Table, with_place
+from app.replication.plan import BEYOND
+from app.replication.variants import REWARDS, mean_of, passage_of, results_in
+from app.report.sections.standings import AGAINST, COLUMNS, Field, field_of, in_order
+from app.results.read import ResultsError
+from app.util.files import write_whole
+from app.words.numbers import NONE
+
+PAGE: Final = "beyond.md"
+NUMBERS: Final = "beyond.json"
+TEMPLATE: Final = "beyond.md"
+_FIGURE: Final = "standings"
+_TITLES: Final = {
+    "horizon_area": "area",
+    "horizon_reward": "reward in the end",
+    "horizon_greedy": "by greed",
+    "mean_choice": "run of a choice",
+    "without_progress": "without progress",
+}
+"""Columns of the table of the standard world."""
+_FORMS: Final = {"without_progress": ".2f"}
+
+
+def beyond_in(path: Path) -> Found:
+    """Everything that the page says.
+
+    Args:
+        path: the folder of results of the experiment.
+
+    Raises:
+        ResultsError: it was not run, or not all of it.
+    """
+    results = results_in(path)
+    field = field_of(results.groups)
+    if field is None:
+        raise ResultsError(f"{str(path)!r} has not each learner in each world")
+    found = Found()
+    found.texts["runs"] = f"{len(results.folder.rows):,}"
+    found.texts["steps"] = f"{sum(run.steps for run in results.folder.rows) / 1e9:.1f}"
+    for (preset, world), group in field.groups.items():
+        for column in _TITLES:
+            found.texts[f"{preset}, {world}: {column}"] = shown_estimate(
+                mean_of(group, column), _FORMS.get(column, REWARDS)
+            )
+        found.texts[f"{preset}, {world}: steps_to_70"] = passage_of(group)
+    for world in field.worlds:
+        for column in COLUMNS:
+            _add_ranks(found, field, world, column)
+    order = in_order(field, COLUMNS[0])
+    found.tables["standard"] = _standard_table(field, order)
+    for column in COLUMNS:
+        found.tables[f"worlds: {column}"] = _worlds_table(field, order, column)
+    for column in _TITLES:
+        found.tables[f"leads: {column}"] = _leads_table(field, order, column)
+    return found
+
+
+def write_beyond(out: Path, docs: Path, tell: Callable[[str], object] = lambda _: None) -> Path:
+    """Write the part of the page that is from the results anew, with its numbers and its figure.
+
+    Args:
+        out: the folder of all results, with the report on this experiment.
+        docs: the folder of the documentation.
+        tell: told what is being done.
+
+    Returns:
+        The page.
+
+    Raises:
+        ResultsError: the experiment was not run.
+        OSError: something cannot be read or written.
+        ValueError: the page has no place for what came out.
+    """
+    (name,) = BEYOND
+    tell("setting learners against one another")
+    found = beyond_in(out / name)
+    page = docs / PAGE
+    text = with_place(page.read_text("utf-8"), TEMPLATE, found)
+    picture = (figures_of(out / name / REPORT_PAGE) / f"{_FIGURE}.png").read_bytes()
+    write_whole(docs / "figures" / f"{name}.png", picture)
+    write_whole(docs / NUMBERS, found.to_json().encode())
+    write_whole(page, text.encode())
+    return page
+
+
+def _add_ranks(found: Found, field: Field, world: str, column: str) -> None:
+    """Who comes first in a world, and how far each is from the one they are set against."""
+    order = sorted(field.presets, key=lambda p: -field.mean(p, world, column).value)
+    found.texts[f"order, {world}: {column}"] = ", ".join(f"`{preset}`" for preset in order)
+    for preset in field.presets:
+        found.texts[f"lead of {preset}, {world}: {column}"] = _lead(field, preset, world, column)
+
+
+def _lead(field: Field, preset: str, world: str, column: str) -> str:
+    """How much more a learner has than the one it is set against, paired by seed."""
+    if AGAINST not in field.presets or preset == AGAINST:
+        return NONE
+    pair = ((1.0, preset), (-1.0, AGAINST))
+    terms = [(weight, field.groups[who, world].by_seed(column)) for weight, who in pair]
+    estimate = estimates.contrast(terms, bootstrap_rng()).estimate
+    return shown_estimate(estimate, _FORMS.get(column, REWARDS))
+
+
+def _standard_table(field: Field, order: Sequence[str]) -> Table:
+    first = field.worlds[0]
+    rows: list[Sequence[str]] = []
+    for preset in order:
+        group = field.groups[preset, first]
+        cells = [
+            shown_estimate(mean_of(group, column), _FORMS.get(column, REWARDS))
+            for column in _TITLES
+        ]
+        rows.append((f"`{preset}`", *cells[:3], passage_of(group), *cells[3:]))
+    titles = [*_TITLES.values()]
+    return Table(("learner", *titles[:3], "M steps to 70", *titles[3:]), rows)
+
+
+def _worlds_table(field: Field, order: Sequence[str], column: str) -> Table:
+    rows = [
+        (
+            f"`{preset}`",
+            *(
+                shown_estimate(mean_of(field.groups[preset, world], column), REWARDS)
+                for world in field.worlds
+            ),
+        )
+        for preset in order
+    ]
+    return Table((f"{BY_COLUMN[column].title}", *field.worlds), rows)
+
+
+def _leads_table(field: Field, order: Sequence[str], column: str) -> Table:
+    rows = [
+        (f"`{preset}`", *(_lead(field, preset, world, column) for world in field.worlds))
+        for preset in order
+        if preset != AGAINST
+    ]
+    return Table((f"lead over `{AGAINST}`: {BY_COLUMN[column].title}", *field.worlds), rows)

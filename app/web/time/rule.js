@@ -1,0 +1,207 @@
+// @ts-check
+// What a rule watches, under the learning curve: how it goes, its threshold, and when it would be met.
+
+import { shareOf, shareOfTrial, trialAt } from "./axis.js";
+import { attribute, element, grouped, percent, write } from "./dom.js";
+
+/**
+ * @typedef {import("./state.js").Bar} Bar
+ * @typedef {import("./state.js").Place} Place
+ * @typedef {import("./state.js").Rule} Rule
+ */
+
+const WIDE = 1000;
+const HIGH = 100;
+const SVG = "http://www.w3.org/2000/svg";
+/** Of the line that says how it would go on: straight, and so bent on a scale of logarithms. */
+const PIECES = 16;
+
+/** The row of what rules watch, and the line from it to the lane of the skill that would join. */
+export const ruleHtml = `
+  <div class="row rule" hidden>
+    <div class="gutter"><span class="what"></span><span class="numbers"><span></span></span></div>
+    <div class="plot">
+      <p class="asks"><span class="long"></span><span class="short"></span><span class="now"></span></p>
+      <div class="course"><svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" role="img"></svg></div>
+    </div>
+  </div>`;
+
+/** What is drawn of it by now. @type {{bar: Bar | null, of: Rule | null, at: string}} */
+let drawn = { bar: null, of: null, at: "" };
+
+/**
+ * How high a number is, as a share.
+ * @param {Rule} rule
+ * @param {number} value
+ */
+const heightOf = ({ ends: [low, high] }, value) =>
+  Math.min(Math.max(Math.log(Math.max(value, low) / low) / Math.log(high / low), 0), 1);
+
+/** @param {Rule} rule @param {number} value */
+const y = (rule, value) => (HIGH * (1 - heightOf(rule, value))).toFixed(1);
+
+/** @param {string} kind @param {string} d */
+const pathOf = (kind, d) => {
+  const path = document.createElementNS(SVG, "path");
+  path.setAttribute("class", kind);
+  path.setAttribute("d", d);
+  return path;
+};
+
+/**
+ * Draw what goes by the bar alone.
+ * @param {HTMLElement} row
+ * @param {Bar} bar
+ */
+export const drawRule = (row, bar) => {
+  row.hidden = !bar.rules.length;
+  drawn = { bar, of: null, at: "" };
+  const at = (/** @type {number} */ trial) => (WIDE * shareOfTrial(bar.axis, trial)).toFixed(1);
+  const paths = bar.rules.flatMap((rule) => {
+    const points = rule.trials.map((trial, i) => `${at(trial)} ${y(rule, rule.values[i])}`);
+    const end = rule.until === null ? WIDE : at(rule.until);
+    const line = y(rule, rule.below);
+    const met = rule.met ? [pathOf("met", `M${points.at(-1)}h0`)] : [];
+    return [
+      pathOf("threshold", `M${at(rule.first)} ${line}H${end}`),
+      ...(points.length ? [pathOf("watched", `M${points.join("L")}`)] : []),
+      ...met,
+    ];
+  });
+  row.querySelector("svg")?.replaceChildren(...paths, pathOf("outlook", ""));
+};
+
+/**
+ * The one that is waited for at a moment, or the last that was.
+ * @param {Rule[]} rules
+ * @param {Place} seen
+ */
+const awaited = (rules, { trial }) =>
+  rules.find(({ until }) => until === null || trial < until) ?? rules[rules.length - 1];
+
+/**
+ * @param {Rule} rule
+ * @param {Place} seen
+ */
+const newest = ({ trials }, { trial }) => {
+  let last = trials.length - 1;
+  while (last >= 0 && trials[last] > trial) last -= 1;
+  return last;
+};
+
+/**
+ * What it is at a moment, and what would come of it.
+ * @param {Rule} rule
+ * @param {Place} seen
+ * @param {boolean} isNow
+ */
+const saidOf = (rule, seen, isNow) => {
+  if (rule.until !== null && seen.trial >= rule.until)
+    return rule.met ? `: so it did at trial ${grouped(rule.until)}` : "";
+  const last = newest(rule, seen);
+  if (last < 0) return `: known from trial ${grouped(rule.known)} on`;
+  const [when, rate] = isNow ? ["now", "this"] : ["then", "that"];
+  const value = `${Number(rule.values[last].toPrecision(2))}`;
+  const met = rule.fires[last];
+  const outlook = met < 0 ? "not falling" : `at ${rate} rate at trial ${grouped(met)}`;
+  return `: ${value} ${when}; ${outlook}`;
+};
+
+/**
+ * Say what goes by the moment that is looked at.
+ * @param {HTMLElement} row
+ * @param {HTMLElement} meets the line from the row to the lane
+ * @param {Bar} bar
+ * @param {Place} seen
+ * @param {boolean} isNow
+ */
+export const markRule = (row, meets, bar, seen, isNow) => {
+  if (!bar.rules.length) return void (meets.hidden = true);
+  const rule = awaited(bar.rules, seen);
+  if (drawn.of !== rule) nameIt(row, rule);
+  const said = saidOf(rule, seen, isNow);
+  const at = `${said} ${seen.step}`;
+  if (drawn.at === at && drawn.of === rule) return;
+  drawn = { bar, of: rule, at };
+  write(/** @type {HTMLElement} */ (row.querySelector(".now")), said);
+  placeWords(/** @type {HTMLElement} */ (row.querySelector(".asks")), shareOf(bar.axis, seen));
+  const about = `${rule.long}${said}`;
+  attribute(row, "title", about);
+  attribute(/** @type {SVGElement} */ (row.querySelector("svg")), "aria-label", about);
+  const last = newest(rule, seen);
+  const isOver = rule.until !== null && seen.trial >= rule.until;
+  const fires = last < 0 || isOver ? -1 : rule.fires[last];
+  row.querySelector(".outlook")?.setAttribute("d", outlookOf(rule, bar, seen, last, fires));
+  meets.hidden = fires < 0 || fires <= seen.trial || fires > trialAt(bar.axis, 1);
+  if (!meets.hidden) placeMeeting(row, meets, bar, rule, fires);
+};
+
+/**
+ * Words stand beside the moment, on that side of it where there is more room.
+ * @param {HTMLElement} words
+ * @param {number} share
+ */
+const placeWords = ({ style, classList }, share) => {
+  const isBefore = share > 0.5;
+  classList.toggle("before", isBefore);
+  style.left = isBefore ? "0" : percent(share);
+  style.right = isBefore ? percent(1 - share) : "0";
+};
+
+/**
+ * What it is of, beside its numbers.
+ * @param {HTMLElement} row
+ * @param {Rule} rule
+ */
+const nameIt = (row, rule) => {
+  const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ (row.querySelector(name));
+  const [what, per] = rule.what;
+  part(".what").replaceChildren(what, document.createElement("br"), per);
+  write(part(".long"), rule.long);
+  write(part(".short"), rule.short);
+  const number = part(".numbers > span");
+  write(number, `${rule.below}`);
+  number.style.bottom = percent(heightOf(rule, rule.below));
+};
+
+/**
+ * How it would go on.
+ * @param {Rule} rule
+ * @param {Bar} bar
+ * @param {Place} seen
+ * @param {number} last point that is known
+ * @param {number} fires
+ */
+const outlookOf = (rule, { axis }, { trial }, last, fires) => {
+  if (fires <= trial) return "";
+  const from = rule.values[last];
+  const points = [];
+  for (let piece = 0; piece <= PIECES; piece += 1) {
+    const share = piece / PIECES;
+    const then = trial + share * (fires - trial);
+    if (then > trialAt(axis, 1)) break;
+    const value = from + share * (rule.below - from);
+    points.push(`${(WIDE * shareOfTrial(axis, then)).toFixed(1)} ${y(rule, value)}`);
+  }
+  return points.length > 1 ? `M${points.join("L")}` : "";
+};
+
+/**
+ * Where the skill would join, from what is watched down to its lane.
+ * @param {HTMLElement} row
+ * @param {HTMLElement} meets
+ * @param {Bar} bar
+ * @param {Rule} rule
+ * @param {number} fires
+ */
+const placeMeeting = (row, meets, bar, rule, fires) => {
+  const lanes = /** @type {Iterable<HTMLElement>} */ (document.querySelectorAll(".time .lane"));
+  const lane = [...lanes].find(({ dataset }) => dataset.skill === rule.skill);
+  if (!lane) return void (meets.hidden = true);
+  const top = row.getBoundingClientRect();
+  const over = /** @type {HTMLElement} */ (meets.parentElement).getBoundingClientRect();
+  const line = top.bottom - heightOf(rule, rule.below) * (row.querySelector("svg")?.clientHeight ?? 0);
+  meets.style.top = `${line - over.top}px`;
+  meets.style.height = `${lane.getBoundingClientRect().bottom - line}px`;
+  meets.style.left = percent(shareOfTrial(bar.axis, fires));
+};
