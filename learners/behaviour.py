@@ -11,19 +11,22 @@ import numpy as np
 from learners import measures
 from learners.hunts import stream_of
 from learners.kernel.choices import skill_move
+from learners.kernel.forms import Forms, earned, forms_of, is_behind, skill_row
 from learners.kernel.state import STEP, TRAIL_LENGTH, TRIAL_STEP
 from learners.learner_spec import LearnerSpec
 from learners.run import Run, units
-from learners.skills import local_reward, wrapped
+from learners.skills import wrapped
 from sim import rng
 from sim.bits import U
 from sim.compiled import loop
 from sim.rng import GAMMA, mix
 from sim.world import (
+    FLIGHT,
     PREY_BIT,
     READING_SHIFT,
     World,
     moved,
+    outcome_of,
     skill_state_of,
     start_of_trial,
 )
@@ -34,7 +37,6 @@ EXERCISE_STEPS = 100
 EXERCISE_SEED = 5_110_377
 """Of where these start: the same for all runs in a world."""
 
-_ROW_SHIFT = U(4)
 _NOTHING = np.float32(0)
 
 
@@ -62,6 +64,7 @@ class Trials(NamedTuple):
 def exercise(
     world: World,
     words: np.ndarray,
+    forms: Forms | None,
     weights: np.ndarray,
     skill: np.uint64,
     epsilon16: np.uint64,
@@ -76,6 +79,7 @@ def exercise(
     Args:
         world: the world.
         words: rows of the skills.
+        forms: of the skills, where they differ.
         weights: of the local rewards, see ``learners.skills.local_reward``.
         skill: number of the skill.
         epsilon16: its chance of a random move, in units of 2**-16.
@@ -87,7 +91,7 @@ def exercise(
         Steps made, and those of them that earned a local reward above 0.
     """
     made = 0
-    earned = 0
+    paid = 0
     for number in range(n_exercises):
         cell, heading = start_of_trial(world, starts, number)
         counter = stream_of(starts, heading, cell)
@@ -95,7 +99,7 @@ def exercise(
             reading = U(world.cell_word[cell]) >> READING_SHIFT
             state = skill_state_of(world.skill_states, cell, reading)
             counter += GAMMA
-            row = (skill * world.n_skill_states + state) << _ROW_SHIFT
+            row = skill_row(forms, world.n_skill_states, skill, state, heading)
             move = skill_move(words, row, epsilon16, mix(counter))
             cell_t = moved(world.cell_word, world.clipped, world.move_step, cell, move)
             is_there = U(world.cell_word[cell_t]) & PREY_BIT
@@ -104,12 +108,15 @@ def exercise(
                 turn = wrapped(world.angle[cell_t] - world.angle[cell])
             d_tm1, d_t = world.distance[cell], world.distance[cell_t]
             made += 1
-            if local_reward(weights, None, skill, d_tm1, d_t, turn) > _NOTHING:
-                earned += 1
+            was_behind = is_behind(world.angle[cell], heading)
+            fled = outcome_of(world, cell, cell_t, heading) == FLIGHT
+            r_t = earned(forms, weights, None, skill, d_tm1, d_t, turn, was_behind, fled)
+            if r_t > _NOTHING:
+                paid += 1
             cell = cell_t
             if is_there:
                 break
-    return made, earned
+    return made, paid
 
 
 @loop
@@ -146,10 +153,11 @@ def progress(run: Run, skill: str) -> float:
     learner = run.spec.learner
     number = learner.skills.index(skill)
     weights = np.zeros((len(learner.skills), 4), np.float32)
-    weights[number, :3] = learner.reward_of(skill)[:3]
-    made, earned = exercise(
+    weights[number, :3] = learner.reward_of(skill)
+    made, paid = exercise(
         run.world,
         run.state.skill_words,
+        forms_of(run.spec, skills_learn=False),
         weights.ravel(),
         U(number),
         units(learner.epsilon, 16),
@@ -157,7 +165,7 @@ def progress(run: Run, skill: str) -> float:
         EXERCISES,
         EXERCISE_STEPS,
     )
-    return earned / made
+    return paid / made
 
 
 def travel(run: Run) -> Travel:

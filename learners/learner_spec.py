@@ -153,7 +153,7 @@ class LearnerSpec(Spec):
         return BUILT_IN[name] if name in BUILT_IN else self.custom_skills[name]
 
     def reward_of(self, skill: str) -> LocalReward:
-        """Local reward of a skill by its name, as weights of the metrics."""
+        """Local reward of a skill by its name, as weights of the thesis's metrics."""
         return self.skill_of(skill).reward(self.spiral_penalty)
 
     @property

@@ -14,7 +14,6 @@ def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     yield from _without_skills(schedule, learner)
     yield from _unknown_skills(schedule, learner)
     yield from _no_first_skill(schedule, learner.skills)
-    yield from _without_a_table(schedule, learner)
     yield from _misplaced_episodes(schedule)
     yield from _unwatchable(schedule, learner)
     yield from _without_context(schedule, learner)
@@ -45,26 +44,6 @@ def not_for_script(learner: LearnerSpec) -> str | None:
         f"chooses {', '.join(missing)}, not among the learner's options; allowed: none,"
         " or options with approach, avoid and a circle"
     )
-
-
-def _without_a_table(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
-    """What goes by the table of a selection that has none."""
-    if learner.selection == "learned":
-        return
-    rules = [(("introduce", "by"), schedule.introduce)]
-    rules += [
-        (("skills", skill, "introduce", "by"), timer.introduce)
-        for skill, timer in schedule.skills.items()
-    ]
-    for key, rule in rules:
-        if rule is not None and rule.by == "change":
-            message = f"asks how much a table changes, and {learner.selection} has none"
-            yield Problem(key, rule.by, f"{message}; allowed: novelty, reach")
-    for index, episode in enumerate(schedule.episodes):
-        if episode.where is not None:
-            key = ("episodes", index, "where", "value_at_most")
-            message = f"asks what a table says of a state, and {learner.selection} has none"
-            yield Problem(key, episode.where.value_at_most, f"{message}; allowed: none")
 
 
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:

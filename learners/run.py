@@ -398,7 +398,7 @@ class Run:
         n_options = n_options_of(self.spec)
         weights = np.zeros((max(len(learner.skills), 1), 4), np.float32)
         for skill, name in enumerate(learner.skills):
-            weights[skill, :3] = learner.reward_of(name)[:3]
+            weights[skill, :3] = learner.reward_of(name)
         present = (1 << n_options) - 1
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)

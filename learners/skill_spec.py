@@ -12,6 +12,10 @@ from sim.spec import FiniteFloat, Spec
 FLIGHT_IS_FEARED: Final = -50.0
 """What ``fear`` earns when the prey flees: as much as the trial does in the thesis."""
 
+_SLOWLY: Final = 0.05
+"""Learning rate of skills that see the prey's heading: what a move earns them differs from cell to
+cell of a state."""
+
 
 class SkillWeights(Spec):
     """A skill: its local reward is a weighted sum of those of the thesis's four skills, and more.
@@ -36,11 +40,10 @@ class SkillWeights(Spec):
     """Its own learning rate; that of all skills unless given."""
 
     def reward(self, spiral_penalty: float) -> LocalReward:
-        """The sum as weights of the metrics, for circles that are charged so much."""
+        """Weights of the thesis's metrics, for circles that are charged so much."""
         of_skill = rewards(spiral_penalty)
-        parts = [[getattr(self, name) * part for part in of_skill[name][:3]] for name in SKILLS]
-        sums = (sum(column) for column in zip(*parts, strict=True))
-        return LocalReward(*sums, behind=self.behind, flight=self.flight)
+        parts = [[getattr(self, name) * part for part in of_skill[name]] for name in SKILLS]
+        return LocalReward(*(sum(column) for column in zip(*parts, strict=True)))
 
 
 BUILT_IN: Final[Mapping[str, SkillWeights]] = {
@@ -48,7 +51,9 @@ BUILT_IN: Final[Mapping[str, SkillWeights]] = {
     "avoid": SkillWeights(avoid=1.0),
     "circle_clockwise": SkillWeights(circle_clockwise=1.0),
     "circle_counterclockwise": SkillWeights(circle_counterclockwise=1.0),
-    "appetite": SkillWeights(behind=1.0, sees="prey_heading", ends_with_trial=True),
-    "fear": SkillWeights(flight=FLIGHT_IS_FEARED, sees="prey_heading", ends_with_trial=True),
+    "appetite": SkillWeights(behind=1.0, sees="prey_heading", ends_with_trial=True, alpha=_SLOWLY),
+    "fear": SkillWeights(
+        flight=FLIGHT_IS_FEARED, sees="prey_heading", ends_with_trial=True, alpha=_SLOWLY
+    ),
 }
 """The skills that a preset can name without stating them."""

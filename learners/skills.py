@@ -13,8 +13,8 @@ behind d0 - d1         the same as gain, of moves that begin behind the prey; el
 flight 1               of moves that put the prey to flight; else 0
 ====== =============== =========================================================
 
-The thesis's four skills earn the first three; the others are for skills that see where the prey
-looks. Behind the prey is more than 105 degrees from there.
+The thesis's four skills earn the first three; the other two, see ``learners.kernel.forms``, are for
+skills that see where the prey looks. Behind the prey is more than 105 degrees from there.
 
 The penalty keeps a circle from spiralling inwards into the prey's view. How large it is the thesis
 leaves open, as it does whether a local reward says how well a move did or only that it did well:
@@ -37,13 +37,11 @@ _TURN = np.float32(2 * np.pi)
 
 
 class LocalReward(NamedTuple):
-    """Weights of the metrics."""
+    """Weights of the first three metrics."""
 
     gain: float
     arc: float
     inward: float
-    behind: float = 0.0
-    flight: float = 0.0
 
 
 CIRCLES = ("circle_clockwise", "circle_counterclockwise")

@@ -161,6 +161,10 @@ _WORDS: Mapping[str, tuple[str, str]] = {
         "chance that {} is taken at each step of its exploration",
         "chance that {} are taken at each step of their explorations",
     ),
+    r"schedule\.episodes\.(\d+)\.where\.value_at_most": (
+        "largest value of others where {} is explored",
+        "largest value of others where {} are explored",
+    ),
 }
 """What keys mean, for one skill and for several, by what a whole key looks like."""
 

@@ -446,18 +446,21 @@ class Lane(NamedTuple):
     variant: str
     skill: str
     joins: int
-    """Beyond the last trial if it never does."""
+    """Beyond the last trial if it never does, or if a rule says when."""
     freeze: int
     """For how long the selection does not learn then."""
     explored: Sequence[tuple[int, int, float]]
     """First trial, the one after the last, and the chance of each step that the skill is taken."""
     trials: int
     """Of the run."""
+    rule: str
+    """By which it joins, in words; empty if none does."""
 
     @property
     def words(self) -> str:
         """What is planned, in short."""
         joins = f"at {self.joins:,}" if self.joins else "from the start"
+        joins = self.rule or joins
         frozen = [f"frozen {self.freeze:,}"] if self.freeze else []
         explored = [
             f"explored {until - first:,} at {chance:.0%}"
@@ -479,6 +482,9 @@ class Schedules(NamedTuple):
         rows: Rows = [["variant", "skill", "what", "from_trial", "to_trial", "probability"]]
         for lane in self.lanes:
             name = lane.variant, lane.skill
+            if lane.rule:
+                rows.append([*name, lane.words, "", "", ""])
+                continue
             rows.append([*name, "can be chosen", lane.joins, lane.trials])
             if lane.freeze:
                 rows.append([*name, "selection frozen", lane.joins, lane.joins + lane.freeze])

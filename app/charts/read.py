@@ -13,7 +13,7 @@ from app.results import spread
 from app.results.read import Group, Reader, Trace
 from app.words.plain import plain
 from learners.learner_spec import LearnerSpec
-from learners.schedule_spec import ScheduleSpec
+from learners.schedule_spec import ScheduleSpec, TriggerSpec
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -90,7 +90,7 @@ def schedules_of(groups: Iterable[Group]) -> Schedules:
         settings = alike[0].runs[0].settings
         schedule = ScheduleSpec.model_validate(settings["schedule"])
         learner = LearnerSpec.model_validate(settings["learner"])
-        if not (schedule.skills or schedule.episodes):
+        if not (schedule.skills or schedule.episodes or schedule.introduce):
             continue
         name = ", ".join(dict.fromkeys(group.label for group in alike))
         lanes += [
@@ -105,7 +105,14 @@ def schedules_of(groups: Iterable[Group]) -> Schedules:
                     if e.skill == skill
                 ],
                 int(settings["trials"]),
+                _in_words(schedule.rule_of(skill)),
             )
             for skill in learner.skills
         ]
     return Schedules(lanes)
+
+
+def _in_words(rule: TriggerSpec | None) -> str:
+    if rule is None:
+        return ""
+    return f"once {rule.by} of {rule.window:,} trials is below {rule.below:g}"

@@ -7,10 +7,10 @@ before them: however often a thing is set there, only what comes of it is said.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, NamedTuple
 
-from app.schedule.blocks import planned_joins
+from app.schedule.blocks import NEVER, planned_joins
 from app.words.plain import PARAMETER_NAMES, joined_by_and, plain, shortened
 from learners.commands import Command, Event
-from learners.control import Control, Episode, evolve
+from learners.control import Control, Episode, evolve, exploration_of
 from learners.parameters import PARAMETERS, value_of
 from learners.schedule_spec import EpisodeSpec, ScheduleSpec
 
@@ -120,13 +120,21 @@ def _skills(before: Control, after: Control, trial: int) -> Iterator[_Difference
                 yield _Difference("no ", skill, "", said)
             continue
         now = trial if skill in after.present else is_planned.get(skill)
-        if now is None:
+        rules = before.spec.schedule.rule_of(skill), after.spec.schedule.rule_of(skill)
+        if now is None and rules[1] is not None:
+            if rules[0] != rules[1] and is_followed:
+                another = "a rule" if rules[0] is None else "another rule"
+                yield _Difference("", skill, f" by {another}", f"{name} joins by {another}")
+        elif now is None:
             if then is not None:
                 said = f"{name} does not join at trial {then:,}"
                 yield _Difference("no ", skill, "", said)
         elif then is None or (now == then and skill in after.present):
             rest = " added" if skill in after.present else f" at trial {now:,}"
-            yield _Difference("", skill, rest, f"{name} joins at trial {now:,}")
+            said = f"{name} joins at trial {now:,}"
+            if rules[0] is not None and is_followed:
+                said += " and not by its rule"
+            yield _Difference("", skill, rest, said)
         elif now != then:
             way = "earlier" if now < then else "later"
             said = f"{name} joins at trial {now:,} and not at {then:,}"
@@ -145,8 +153,8 @@ def _explorations(before: Control, after: Control, trial: int) -> Iterator[_Diff
         if was.get(skill) != episode:
             share = _share(episode.probability)
             said = (
-                f"{plain(skill)} is explored in {share} of the steps until trial"
-                f" {episode.until_trial:,}"
+                f"{plain(skill)} is explored in {share} of the steps"
+                f"{_where(episode.value_at_most)} until trial {episode.until_trial:,}"
             )
             yield _Difference("", skill, f" explored at {share}", said)
     for skill in was:
@@ -165,15 +173,23 @@ def _planned_explorations(before: Control, after: Control, trial: int) -> Iterat
         if former is not None:
             gone.remove(former)
         skill, first = episode.skill, now.starts_at(episode)
-        said = (
-            f"{plain(skill)} is explored in {_share(episode.probability)} of the steps, trials"
-            f" {first:,} to {first + episode.duration - 1:,}"
-        )
+        when = f"trials {first:,} to {first + episode.duration - 1:,}"
+        if first >= NEVER:
+            when = f"for {episode.duration:,} trials once it joins"
+        share, at_most = _share(episode.probability), exploration_of(episode).value_at_most
+        said = f"{plain(skill)} is explored in {share} of the steps{_where(at_most)}, {when}"
         yield _Difference("", skill, _planned_otherwise(episode, former, was, first), said)
     for episode in gone:
         first = was.starts_at(episode)
-        said = f"{plain(episode.skill)} is not explored from trial {first:,} on"
+        since = "once it joins" if first >= NEVER else f"from trial {first:,} on"
+        said = f"{plain(episode.skill)} is not explored {since}"
         yield _Difference("", episode.skill, " not explored", said)
+
+
+def _where(value_at_most: float | None) -> str:
+    if value_at_most is None:
+        return ""
+    return f" where nothing else is worth more than {value_at_most:g}"
 
 
 def _planned_otherwise(
@@ -182,7 +198,9 @@ def _planned_otherwise(
     """What of an exploration is not as it was, where that is one thing alone."""
     if former is not None and former.probability == episode.probability:
         if was.starts_at(former) != first:
-            return f" explored from {first:,} on"
+            return " explored on joining" if first >= NEVER else f" explored from {first:,} on"
+        if former.duration == episode.duration:
+            return " explored elsewhere"
         return f" explored for {episode.duration:,}"
     return f" explored at {_share(episode.probability)}"
 
@@ -213,11 +231,18 @@ def _held_still(before: Control, after: Control, trial: int) -> Iterator[_Differ
 def _freezes(before: Control, after: Control, trial: int) -> Iterator[_Difference]:
     """Freezes of skills to come that last longer or shorter."""
     was, now = before.spec.schedule, after.spec.schedule
-    for skill in planned_joins(after).keys() & planned_joins(before).keys():
+    for skill in _to_join(after) & _to_join(before):
         then, trials = was.freeze_of(skill), now.freeze_of(skill)
         if then != trials:
             said = f"the freeze for {plain(skill)} lasts {trials:,} trials and not {then:,}"
             yield _Difference("", skill, f", freeze of {trials:,}", said)
+
+
+def _to_join(control: Control) -> set[str]:
+    """Skills that the schedule has join, or a rule."""
+    skills = control.spec.learner.skills
+    by_rule = {skill for skill in skills if control.spec.schedule.rule_of(skill) is not None}
+    return (by_rule - {*control.present}) | planned_joins(control).keys()
 
 
 def _definitions(before: Control, after: Control, trial: int) -> Iterator[_Difference]:

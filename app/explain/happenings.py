@@ -87,8 +87,9 @@ def _commands(history: tuple[Event, ...]) -> Iterator[Happening]:
 
 
 def _said(event: Event, history: tuple[Event, ...]) -> str:
-    if isinstance(event.command, Introduce) and event.author == "schedule":
-        return f"{plain(event.command.skill)} joins"
+    if isinstance(event.command, Introduce) and event.author != "hand":
+        by_rule = " by its rule" if event.author == "trigger" else ""
+        return f"{plain(event.command.skill)} joins{by_rule}"
     if isinstance(event.command, Undo):
         return f"undone: {command_in_words(history[event.command.number].command)}"
     return command_in_words(event.command)

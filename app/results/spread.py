@@ -26,12 +26,14 @@ TIMED: Place = ("120", "timed")
 
 
 def joins(settings: Mapping[str, Any]) -> tuple[int, int] | None:
-    """Trials at which circle and avoid come in, if they do after the start and in this order."""
-    starts = {
-        skill: timer["at"]
-        for skill, timer in settings.get("schedule", {}).get("skills", {}).items()
-    }
-    circle, avoid = starts.get("circle_clockwise", 0), starts.get("avoid", 0)
+    """Trials at which circle and avoid come in, if they do after the start and in this order.
+
+    None as well where a rule says when, since each run then has trials of its own.
+    """
+    timers = settings.get("schedule", {}).get("skills", {})
+    circle, avoid = (timers.get(skill, {}).get("at") for skill in ("circle_clockwise", "avoid"))
+    if circle is None or avoid is None:
+        return None
     return (circle, avoid) if 0 < circle < avoid else None
 
 

@@ -54,14 +54,13 @@ def forms_of(spec: RunSpec, *, skills_learn: bool) -> Forms | None:
     skills = [learner.skill_of(name) for name in names]
     if learner.selection == "learned" and not any(_is_of_its_own(skill) for skill in skills):
         return None
-    rewards = [learner.reward_of(name) for name in names]
     rates = [learner.skill_alpha if skill.alpha is None else skill.alpha for skill in skills]
     n_rows = spec.world.n_skill_states
     return Forms(
         first_row=first_rows(spec)[:-1],
         per_heading=np.array([0 if skill.sees is None else n_rows for skill in skills], np.uint64),
-        behind=np.array([reward.behind for reward in rewards], np.float32),
-        flight=np.array([reward.flight for reward in rewards], np.float32),
+        behind=np.array([skill.behind for skill in skills], np.float32),
+        flight=np.array([skill.flight for skill in skills], np.float32),
         ends=U(sum(skill.ends_with_trial << number for number, skill in enumerate(skills))),
         alpha=np.array(rates if skills_learn else [0.0] * len(skills), np.float32),
     )

@@ -744,7 +744,7 @@ def test_the_keys_of_this_test_are_those_of_a_preset() -> None:
 BESIDE = {
     "learner.held.": "learner.held.until=steps",
     "schedule.introduce.": "schedule.introduce.by=novelty",
-    "schedule.skills.SKILL.introduce.": "schedule.skills.avoid={introduce: {by: novelty}, at: null}",
+    "schedule.skills.SKILL.introduce.": "schedule.skills.avoid={at: null, introduce: {by: reach}}",
     "schedule.teach.": "schedule.teach.trials=3",
 }
 """What is missing beside a key, if it is within something that a preset need not have."""

@@ -24,6 +24,7 @@ from learners.commands import (
 )
 from learners.names import MAX_TRIALS
 from learners.run import Run
+from learners.schedule_spec import TriggerSpec
 from learners.skill_spec import SkillWeights
 from tests.support.schedules import AVOID, AVOIDING, commands, driven, seen, small_run, to
 
@@ -164,3 +165,33 @@ def test_a_name_is_there_is_short_and_needs_no_escaping(
     assert 1 <= len(name) <= MOST_CHARACTERS
     assert len(note) < 400
     assert not set("<>&\"'\n") & set(name + note)
+
+
+def test_one_that_joins_by_a_rule_or_no_longer_is_named() -> None:
+    run = Run(presets.load("timed_context", ["world.size=30", "world.step_limit=5"]), 1)
+    plan, now = run.spec.schedule, now_of(seen(run))
+    assert told(run, SetSchedule(changed(plan, AVOID, now, at=900))) == (
+        "avoid at trial 900",
+        "Here avoid joins at trial 900 and not by its rule.",
+    )
+    assert told(run, Introduce("avoid", 0))[1].startswith(
+        "Here avoid joins at trial 0 and not by its rule"
+    )
+    novelty = plan.model_copy(update={"introduce": TriggerSpec(by="novelty")})
+    assert told(run, SetSchedule(novelty)) == (
+        "circle clock… by another rule and 1 more",
+        "Here circle clockwise joins by another rule and avoid joins by another rule.",
+    )
+    assert told(run, SetSchedule(changed(plan, AVOID, now, trials=7)))[0] == "avoid, freeze of 7"
+    assert told(run, SetSchedule(changed(plan, AVOIDING, now, probability=0.6))) == (
+        "avoid explored at 60%",
+        "Here avoid is explored in 60% of the steps where nothing else is worth more than 1, for"
+        " 2,000 trials once it joins.",
+    )
+    assert told(run, SetSchedule(without(plan, AVOIDING, now)))[1] == (
+        "Here avoid is not explored once it joins."
+    )
+    assert told(run, Explore("approach", 9, 0.5, value_at_most=2))[1] == (
+        "Here approach is explored in 50% of the steps where nothing else is worth more than 2"
+        " until trial 9."
+    )

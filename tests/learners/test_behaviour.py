@@ -1,11 +1,15 @@
 """What is measured of a learner between two steps, against the same as slowly as it can be."""
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy import float32
 
 from app.documents import presets
 from learners import behaviour
+from learners.kernel.forms import forms_of
 from learners.kernel.state import CELL, HEADING, TRAIL_LENGTH, digest, tables
 from learners.run import Run
 from sim import rng
@@ -36,9 +40,15 @@ def start_of(starts: int, number: int) -> tuple[tuple[int, int], int]:
 
 
 def slow_exercise(
-    skill_q: np.ndarray, skill: str, epsilon16: int, starts: int, n: int, max_steps: int
+    skill_q: np.ndarray,
+    skill: str,
+    epsilon16: int,
+    starts: int,
+    n: int,
+    max_steps: int,
+    counts: Callable[[tuple[int, int], int], bool] = lambda _cell, _heading: True,
 ) -> tuple[int, int]:
-    """Steps of a skill that is left to itself, and those that earned something."""
+    """Steps of a skill that is left to itself, and those that count and earned something."""
     made = earned = 0
     for number in range(n):
         cell, heading = start_of(starts, number)
@@ -48,17 +58,25 @@ def slow_exercise(
         draws = SplitMix64(seeds.draw())
         for _ in range(max_steps):
             draw = draws.draw()
-            values = skill_q[SLOW.reading(cell)]
+            view = skill_q if skill_q.ndim == 3 else skill_q[heading]
+            values = view[SLOW.reading(cell)]
             best = [move for move, value in enumerate(values) if value == max(values)]
             if draw >> 32 & 0xFFFF < epsilon16:
                 best = list(range(len(MOVES)))
             before, move = cell, best[(draw >> 48) * len(best) // 2**16]
             cell = SLOW.moved(before, MOVES[move])
             made += 1
-            earned += int(local_reward(SLOW, skill, before, cell) > float32(0))
+            gained = local_reward(SLOW, skill, before, cell) > float32(0)
+            earned += int(gained and counts(before, heading))
             if cell == SLOW.prey:
                 break
     return made, earned
+
+
+def is_behind(cell: tuple[int, int], heading: int) -> bool:
+    """More than 105 degrees from where the prey looks."""
+    relative = SLOW.bearing(cell) - heading * math.pi / 4
+    return abs(math.remainder(relative, 2 * math.pi)) > math.radians(105)
 
 
 @pytest.mark.parametrize("skill", SKILLS)
@@ -68,7 +86,9 @@ def test_a_skill_that_is_left_to_itself_does_what_it_would_while_it_learns(skill
     weights = np.zeros((3, 4), np.float32)
     weights[number, :3] = run.spec.learner.reward_of(skill)[:3]
     words, chance = run.state.skill_words, U(6554)
-    found = behaviour.exercise(run.world, words, weights.ravel(), U(number), chance, starts, 8, 40)
+    found = behaviour.exercise(
+        run.world, words, None, weights.ravel(), U(number), chance, starts, 8, 40
+    )
     skill_q = tables(run.spec, run.state)["skill_q"][number]
     assert found == slow_exercise(skill_q, skill, 6554, int(starts), 8, 40)
     assert 0 < found[1] < found[0]
@@ -145,3 +165,17 @@ def test_nothing_is_left_of_a_look() -> None:
     for each in (run, other):
         each.advance(max_steps=5_000)
     assert digest(run.state) == digest(other.state)
+
+
+def test_what_is_behind_the_prey_counts_for_a_skill_that_is_rewarded_for_it() -> None:
+    run = learned("static_appetite_fear")
+    skill_q = tables(run.spec, run.state)["skill_q"][0]
+    starts = rng.streams(3)[rng.STARTS]
+    forms = forms_of(run.spec, skills_learn=False)
+    found = behaviour.exercise(
+        run.world, run.state.skill_words, forms, np.zeros(8, np.float32), U(0), U(0), starts, 8, 40
+    )
+    expected = slow_exercise(skill_q, "approach", 0, int(starts), 8, 40, is_behind)
+    assert found == expected
+    assert 0 < found[1] < found[0]
+    assert behaviour.progress(run, "fear") == 0

@@ -201,6 +201,16 @@ def test_variants_that_share_a_schedule_share_its_lanes(folder: Path) -> None:
     assert lanes[1].words == "at 12,000, frozen 300, explored 2,000 at 95%"
 
 
+def test_a_schedule_says_which_skills_join_by_a_rule(folder: Path) -> None:
+    settings = presets.load("timed_auto").model_dump(mode="json")
+    add_run(folder, 0, variant="mine", settings=json.dumps(settings))
+    chart = schedules_of(groups_of(read_folder(folder).rows))
+    words = "once reach of 500 trials is below 0.01, frozen 300, explored 2,000 at 95%"
+    assert [lane.words for lane in chart.lanes][:2] == ["from the start, frozen 300", words]
+    assert ["mine", "circle_clockwise", words, "", "", ""] in chart.numbers
+    assert "When skills join" in text_of(page_of(folder))
+
+
 def test_learners_whose_skills_are_all_there_have_no_schedule(folder: Path) -> None:
     add_run(folder, 0, preset="hierarchical_3")
     assert not schedules_of(groups_of(read_folder(folder).rows)).lanes

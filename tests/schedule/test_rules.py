@@ -7,8 +7,8 @@ from app.schedule.blocks import NEVER, Block, described
 from app.schedule.edits import changed, now_of, with_episode
 from learners.commands import FollowSchedule, SetSchedule
 from learners.run import Run
-from learners.schedule_spec import SkillTimer
-from tests.support.schedules import AVOID, CIRCLE, CIRCLING, RULE, ruled_spec, seen, to
+from learners.schedule_spec import SkillTimer, TriggerSpec
+from tests.support.schedules import AVOID, CIRCLE, CIRCLING, RULE, ruled_spec, seen, small_run, to
 
 
 def block(run: Run, id: str) -> Block:
@@ -78,3 +78,21 @@ def test_a_rule_that_is_switched_off_is_not_repeated(skill: str) -> None:
     assert schedule.introduced_at(skill) == NEVER
     assert schedule.rule_of(skill) is None
     assert "What the schedule has ahead: it is not being followed." in left_out
+
+
+def test_a_rule_takes_the_place_of_a_trial() -> None:
+    run = to(Run(ruled_spec(), seed=5), 2)
+    own = TriggerSpec(by="reach", window=30, below=0.5)
+    for rule, kept in ((RULE, None), (own, own)):
+        at_trial = changed(run.spec.schedule, CIRCLE, now_of(seen(run)), at=30)
+        plan = changed(at_trial, CIRCLE, now_of(seen(run)), rule=rule, trials=9)
+        assert plan.skills["circle_clockwise"] == SkillTimer(introduce=kept, freeze=9)
+        assert plan.rule_of("circle_clockwise") == rule
+        run.apply(SetSchedule(plan))
+
+
+def test_a_skill_that_is_explored_at_a_trial_cannot_join_by_a_rule() -> None:
+    run = to(small_run(), 2)
+    plan = changed(run.spec.schedule, CIRCLING, now_of(seen(run)), at=150)
+    with pytest.raises(ValueError, match="at trial 150, so it cannot join by a rule"):
+        changed(plan, CIRCLE, now_of(seen(run)), rule=RULE)

@@ -41,8 +41,8 @@ class SlowSkill:
     alpha: float | None = None
 
 
-APPETITE = SlowSkill(behind=1.0, sees_heading=True, ends_with_trial=True)
-FEAR = SlowSkill(flight=-50.0, sees_heading=True, ends_with_trial=True)
+APPETITE = SlowSkill(behind=1.0, sees_heading=True, ends_with_trial=True, alpha=0.05)
+FEAR = SlowSkill(flight=-50.0, sees_heading=True, ends_with_trial=True, alpha=0.05)
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ class StaticLearner(SlowLearner):
             state = self.world.state(self.heading, before)
             weight = float32(self.settings.weights.get(skill, 1.0))
             w, alpha = self.w[skill][state], float32(self.settings.alpha)
-            if any(self.settings.timer(name).freezes(self.trial) for name in self.present):
+            if any(self.settings.timer(name).freezes(self.trial) for name in self.settings.skills):
                 # What a selection learns, it does not learn while it is frozen.
                 alpha = float32(0)
                 self.happened["frozen"] += 1

@@ -61,7 +61,7 @@ def _draw_lane(axes: Any, row: int, lane: Lane, end: int, scale: float) -> None:
         axes.text(
             0.5 * end * scale,
             row,
-            "does not join",
+            lane.words if lane.rule else "does not join",
             fontsize=7.5,
             color=GREY,
             ha="center",
