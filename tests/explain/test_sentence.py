@@ -32,6 +32,7 @@ from learners.run import Run
 from learners.spec import RunSpec
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
+from tests.support.schedules import ruled_spec
 
 SEEDS = (1, 2, 3)
 
