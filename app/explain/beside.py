@@ -47,7 +47,8 @@ def _manner_of(spec: RunSpec) -> str:
 def _options_of(spec: RunSpec) -> str:
     skills = spec.learner.skills
     if spec.learner.options == MOVES:
-        return "nine moves, no skills"
+        traces = "" if spec.learner.trace_decay is None else ", and traces of the last moves"
+        return f"nine moves, no skills{traces}"
     if spec.learner.options == COMMANDS:
         return "five commands of a manager, no skills"
     joins = [spec.schedule.introduced_at(skill) for skill in skills]

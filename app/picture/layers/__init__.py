@@ -1,5 +1,6 @@
 """The layers: all that the board can show, one module each."""
 
+from app.picture.acting import showing_where
 from app.picture.layer import Layer
 from app.picture.layers.advantage import ADVANTAGE
 from app.picture.layers.change import CHANGE
@@ -16,21 +17,9 @@ from app.picture.layers.value import VALUE
 from app.picture.layers.visits import VISITS
 from app.picture.reasons import reasoned
 
-_IN_ORDER = (
-    VALUE,
-    OPTION,
-    CHOSEN,
-    ADVANTAGE,
-    VISITS,
-    REACH,
-    NOW,
-    SUCCESS,
-    SKILL,
-    FLOW,
-    CHANGE,
-    STAKE,
-    ELIGIBLE,
-)
+_ACTING = tuple(map(showing_where, (VALUE, OPTION, CHOSEN, ADVANTAGE, VISITS, REACH, NOW)))
+"""Layers of what the learner knows now, and does."""
+_IN_ORDER = (*_ACTING, SUCCESS, SKILL, FLOW, CHANGE, STAKE, ELIGIBLE)
 """The first ten have the hotkeys 1...9 and 0."""
 
 LAYERS: dict[str, Layer] = {layer.key: reasoned(layer) for layer in _IN_ORDER}
