@@ -11,6 +11,7 @@ from typing import Any, Final
 import msgspec
 
 from app.audience.wishes import offer_of
+from app.charts.bar.rule import watched_at
 from app.live.places import Place
 from app.live.status import Status
 from app.picture.layer import Extras
@@ -154,4 +155,5 @@ def moment_on_bar(live: Status, status: Status, place: Place | None, line: int) 
         "holds": False,
         "stops": False,
         "until_step": None,
+        "watched": watched_at(shown),
     }

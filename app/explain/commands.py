@@ -25,8 +25,9 @@ def command_in_words(command: Command) -> str:
     match command:
         case Introduce(skill=skill):
             return f"{plain(skill)} added"
-        case Explore(skill=skill, probability=probability):
-            return f"{plain(skill)} explored at {probability:.0%}"
+        case Explore(skill=skill, probability=probability, value_at_most=value):
+            where = "" if value is None else f" where nothing else is worth more than {value:g}"
+            return f"{plain(skill)} explored at {probability:.0%}{where}"
         case StopExploring(skill=skill):
             return f"exploring {plain(skill)} stopped"
         case Teach(duration_trials=duration):

@@ -11,7 +11,7 @@ from app.live.held import Opened
 from app.live.places import Behind
 from app.live.snapshot import Snapshot
 from app.live.status import Status
-from app.schedule.forced import forced_now
+from app.schedule.forced import Forced, forced_now
 from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import counted
@@ -107,20 +107,29 @@ def _explored(snapshot: Snapshot) -> Markup | str:
     forced = forced_now(snapshot)
     if not forced:
         return ""
-    # Of one skill it is made to take what it would take anyway.
-    so = ", so rewards fall" if len(snapshot.present) > 1 else ""
+    # Of one skill it is made to take what it would take anyway, and where nothing is known there is
+    # little to lose.
+    costs = len(snapshot.present) > 1 and any(one.value_at_most is None for one in forced)
+    so = ", so rewards fall" if costs else ""
     name = term("forced exploration", "Forced exploration")
     first, *others = forced
-    taken = f"{plain(first.skill)} in {first.probability:.0%} of the steps"
+    taken = f"{plain(first.skill)} in {first.probability:.0%} of the steps{_where(first)}"
     if not others:
         return _said(name, f" until trial {first.until_trial:,}: {taken}{so}.")
     parts = [f"{taken} (until trial {first.until_trial:,})"]
     parts += [
-        f"{plain(one.skill)} in {one.probability:.0%} of the others"
+        f"{plain(one.skill)} in {one.probability:.0%} of the others{_where(one)}"
         f" (until trial {one.until_trial:,})"
         for one in others
     ]
     return _said(name, f": {', '.join(parts)}{so}.")
+
+
+def _where(forced: Forced) -> str:
+    """Where an exploration acts, if that is not everywhere."""
+    if forced.value_at_most is None:
+        return ""
+    return f" where nothing else is worth more than {forced.value_at_most:g}"
 
 
 def _held_still(snapshot: Snapshot) -> Markup | str:
@@ -155,8 +164,12 @@ def _practised(snapshot: Snapshot) -> Markup:
     if len(control.introductions) == 1:
         value = term("value", "worth")
         return _said(f"It is practised {until}; what places are ", value, " is learned after that.")
-    newest = named(control.introductions[-1].skill)
-    return _said(f"{newest} is new and practised first: ", frozen, ".")
+    newest = control.introductions[-1]
+    by_rule = any(
+        event.author == "trigger" and event.step == newest.step for event in control.history
+    )
+    how = "has joined by its rule, and is" if by_rule else "is new and"
+    return _said(f"{named(newest.skill)} {how} practised first: ", frozen, ".")
 
 
 def _spread(snapshot: Snapshot) -> Markup:

@@ -23,6 +23,8 @@ from sim.world import CAPTURE, FLIGHT, TIMEOUT
 
 _TEXT_SHARE = 0.021
 """Width of a character of a legend as a share of its bar."""
+_FRAME = "frame"
+"""Class of the last row of a legend."""
 _DECADES = 12
 """At most so many decades of a logarithmic bar are looked at for marks."""
 
@@ -147,10 +149,16 @@ def legend(
         element("div", title, style="font-weight:600"),
         *parts,
         _circles(look),
-        element("div", frame, class_="frame", style="opacity:0.75"),
+        element("div", frame, class_=_FRAME, style="opacity:0.75"),
     )
     style = "padding:0 0.7em;font-size:0.8em;line-height:1.5;overflow-wrap:anywhere"
     return element("div", joined(content, ""), class_="pounce-legend", style=style)
+
+
+def with_row(shown: Markup, row: Markup) -> Markup:
+    """A legend with one more row, before what says how the board lies."""
+    before, begins, after = shown.rpartition(f'<div class="{_FRAME}"')
+    return before + element("div", row) + Markup(begins) + after
 
 
 def _prey(look: Look, turns: bool) -> Markup:

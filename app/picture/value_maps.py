@@ -115,7 +115,7 @@ def value_picture(
 
     def edges_of_known() -> tuple[Contour, ...]:
         edge = _EDGE_ON_DARK if theme.is_dark else _EDGE_ON_LIGHT
-        return (Contour(_edge(is_shown, world), edge, is_edge=True),)
+        return (Contour(edge_of(is_shown, world), edge, is_edge=True),)
 
     def within() -> Over:
         if shading.scale != "steps":
@@ -127,7 +127,7 @@ def value_picture(
     return Picture(pixels, edges=edges_of_known, within=within)
 
 
-def _edge(region: np.ndarray, world: WorldSpec) -> np.ndarray:
+def edge_of(region: np.ndarray, world: WorldSpec) -> np.ndarray:
     """Segments round a region, without those that the prey's dot and arrow nearly cover."""
     parts = edges(region, world)
     return parts[np.hypot(parts[..., 0], parts[..., 1]).min(axis=1) > _LEAST_EDGE * world.scale]

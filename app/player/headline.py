@@ -10,7 +10,7 @@ from app.explain import sentence
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
-from app.schedule.forced import forced_now, forced_until
+from app.schedule.forced import forced_now, forced_until, where_in_short
 from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import NONE, rate_in_short, shown_number
@@ -158,7 +158,10 @@ def _forced(snapshot: Snapshot) -> Markup | str:
     forced = forced_now(snapshot)
     ended = forced_until(snapshot)
     if forced:
-        skills = ", ".join(f"{plain(one.skill)} {one.probability:.0%}" for one in forced)
+        skills = ", ".join(
+            f"{plain(one.skill)} {one.probability:.0%}{where_in_short(one.value_at_most)}"
+            for one in forced
+        )
         said = f": {skills}"
     elif ended > max(snapshot.trial - measures.RECENT_TRIALS, 0):
         said = f" until trial {ended:,} is in these numbers"

@@ -8,7 +8,7 @@ from app.live.snapshot import Snapshot
 from app.schedule.blocks import NEVER, episode_id
 from app.words.plain import named, plain
 from learners.names import INTRODUCTION, MAX_TRIALS
-from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer, TriggerSpec
 
 
 class Now(NamedTuple):
@@ -47,10 +47,12 @@ def changed(
     at: int | None = None,
     trials: int | None = None,
     probability: float | None = None,
+    rule: TriggerSpec | None = None,
 ) -> ScheduleSpec:
     """Change a block's start, length and probability at once; what is None stays.
 
-    Numbers out of range become the nearest allowed one.
+    A ``rule`` by which a skill joins takes the place of the trial in which it does, and a trial
+    that of a rule. Numbers out of range become the nearest allowed one.
 
     Raises:
         ValueError: there is no such block, it is past, an introduction was given a probability,
@@ -69,6 +71,10 @@ def changed(
             introduce=timer.introduce if at is None else None,
             freeze=timer.freeze if trials is None else _clamped(trials, 0, MAX_TRIALS),
         )
+        if rule is not None:
+            # Its own only where it is not the schedule's.
+            own = None if rule == schedule.introduce else rule
+            new = SkillTimer(introduce=own, freeze=new.freeze)
         after = schedule.model_copy(update={"skills": {**schedule.skills, skill: new}})
     return _fitting(after, skill, now)
 
@@ -203,9 +209,10 @@ def _fitting(schedule: ScheduleSpec, skill: str, now: Now) -> ScheduleSpec:
     )
     for first, _ in spans:
         if first < joins:
+            when = "by a rule" if joins >= NEVER else f"at {joins:,}"
             raise ValueError(
-                f"{named(skill)} is to be explored at trial {first:,}, so it cannot join at"
-                f" {joins:,}. Move or delete that exploration first."
+                f"{named(skill)} is to be explored at trial {first:,}, so it cannot join {when}."
+                " Move or delete that exploration first."
             )
     for (first, until), (later, _) in itertools.pairwise(spans):
         if later < until:

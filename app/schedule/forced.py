@@ -30,3 +30,8 @@ def forced_until(snapshot: Snapshot) -> int:
     """
     ends = (episode.until_trial for episode in snapshot.control.episodes)
     return max((end for end in ends if end <= snapshot.trial), default=0)
+
+
+def where_in_short(value_at_most: float | None) -> str:
+    """Where an exploration acts, to be said after how often; empty if it is everywhere."""
+    return "" if value_at_most is None else f" where worth at most {value_at_most:g}"

@@ -32,6 +32,7 @@ from learners.run import Run
 from learners.spec import RunSpec
 from sim import geometry
 from sim.spec import N_HEADINGS, WorldSpec
+from tests.support.schedules import ruled_spec
 
 SEEDS = (1, 2, 3)
 
@@ -212,6 +213,12 @@ def test_primitive_moves_are_no_skills() -> None:
     assert in_words(status_of(run)).startswith("Nine moves, no skills. No prey has been")
 
 
+def test_commands_are_no_skills() -> None:
+    run = Run(spec_of(preset="feudal"), seed=1)
+    said = in_words(status_of(run))
+    assert said.startswith("A manager with five commands, no skills. No prey has been")
+
+
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
     run = Run(spec_of(), seed=1)
     run.apply(FollowSchedule(False))  # and with it the explorations that it would bring
@@ -288,6 +295,23 @@ def test_what_an_exploration_costs_is_said_where_there_are_other_skills() -> Non
         "Forced exploration: avoid in 50% of the steps (until trial 100), approach in 75% of the"
         " others (until trial 250), so rewards fall."
     ) in in_words(status_of(run))
+
+
+def test_an_exploration_by_context_is_said_with_where_it_acts_and_costs_little() -> None:
+    run = Run(spec_of(preset="hierarchical_3"), seed=1)
+    run.apply(Explore("avoid", 100, 0.5, 1.0))
+    assert (
+        "Forced exploration until trial 100: avoid in 50% of the steps where nothing else is worth"
+        " more than 1."
+    ) in in_words(status_of(run))
+
+
+def test_a_skill_that_has_just_joined_by_a_rule_is_said_to_have() -> None:
+    run = Run(ruled_spec("trials=2000"), 5)
+    run.advance(until_trial=440)
+    assert "Circle clockwise has joined by its rule, and is practised first" in in_words(
+        status_of(run)
+    )
 
 
 def test_an_exploration_is_over_when_its_last_trial_is() -> None:

@@ -222,6 +222,8 @@ class _Writer:
                 text = "joins by its rule"
         elif is_beyond:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
+        elif block.by_rule:
+            after = " by its rule"
         spot = self._room.take_nearest(_wide(before + text + after), near, math.inf)
         if spot is not None:
             self._put(before, text, after, spot, [block])

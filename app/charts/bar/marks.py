@@ -175,5 +175,6 @@ def _named(spot: _Spot | _Written, room: Room) -> Mark:
 
 def _name(event: Event) -> str:
     if isinstance(event.command, Introduce):
-        return f"{plain(event.command.skill)} joins"
+        by = " by its rule" if event.author == "trigger" else ""
+        return f"{plain(event.command.skill)} joins{by}"
     return command_in_words(event.command)

@@ -5,10 +5,11 @@ the same share again and again, and the threshold is a small part of where it be
 """
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from app.live.snapshot import Snapshot
 from app.live.watched import NEVER, Watched
 from app.words.plain import named
 from learners.schedule_spec import TriggerSpec
@@ -45,13 +46,13 @@ class Rule(NamedTuple):
     values: np.ndarray
     """(point,) float64: what is watched."""
     fires: np.ndarray
-    """(point,) int64: when it would be met if it fell on as it did then; ``NEVER`` if it did not."""
+    """(point,) int64: when it would be met if it fell on as it did; ``NEVER`` if it did not."""
     ends: tuple[float, float]
     """Of the scale: what is seen lies between them."""
     what: tuple[str, str]
     """What is watched."""
-    short: str
-    """What it asks for, in as few words as can be."""
+    short: tuple[str, str]
+    """Who joins, and below which number, in as few words as can be."""
     long: str
     """The same in a sentence that explains it."""
 
@@ -94,7 +95,7 @@ def _rule(one: Watched, all_of_them: Sequence[Watched]) -> Rule:
         fires=one.fires,
         ends=(low, high),
         what=_WATCHED[one.rule.by],
-        short=f"{named(one.skill)} joins below {one.rule.below:g}",
+        short=(named(one.skill), f"joins below {one.rule.below:g}"),
         long=long_of(one.skill, one.rule),
     )
 
@@ -124,15 +125,28 @@ def long_of(skill: str, rule: TriggerSpec) -> str:
     return f"{named(skill)} joins when {window} {what} fewer than {below} new states a trial"
 
 
-def outlook_in_words(watched: Watched) -> str:
+def outlook_in_words(watched: Watched, is_now: bool = True) -> str:
     """What a rule watches at the newest of its places, and when it would be met."""
+    when, that = ("now", "this") if is_now else ("then", "that")
     if not watched.trials.size:
         return f"known from trial {watched.since + watched.rule.window:,} on"
     fires = int(watched.fires[-1])
-    rate = "not falling" if fires == NEVER else f"at this rate at trial {fires:,}"
-    return f"{shown_value(float(watched.values[-1]))} now; {rate}"
+    rate = "not falling" if fires == NEVER else f"at {that} rate at trial {fires:,}"
+    return f"{shown_value(float(watched.values[-1]))} {when}; {rate}"
 
 
 def shown_value(value: float) -> str:
     """What is watched as a number of two digits, as the scripts write it."""
     return f"{float(f'{value:.2g}'):g}"
+
+
+def watched_at(snapshot: Snapshot) -> dict[str, Any] | None:
+    """What a rule watches at a moment, as the scripts take it; None while none is known.
+
+    Of what was watched along a run, only some places are sent with the bar.
+    """
+    one = next((one for one in snapshot.watched if one.until is None), None)
+    if one is None or not one.trials.size:
+        return None
+    trial, fires = int(one.trials[-1]), int(one.fires[-1])
+    return {"trial": trial, "value": float(one.values[-1]), "fires": fires}

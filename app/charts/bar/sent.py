@@ -201,7 +201,7 @@ def _rule(rule: Rule) -> Sent:
         "fires": rule.fires.tolist(),
         "ends": list(rule.ends),
         "what": list(rule.what),
-        "short": rule.short,
+        "short": list(rule.short),
         "long": rule.long,
     }
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import viser
 
+from app.charts.bar.rule import outlook_in_words
 from app.explain.called import run_on_board
 from app.live.requests import Request, StepOnce, TrialOnce
 from app.live.snapshot import Snapshot
@@ -26,6 +27,7 @@ from app.page.panels.start_again import StartingAgain
 from app.page.panels.steering import Steering, introduction_of
 from app.page.panels.transport import Transport, faster, play_or_pause
 from app.page.widgets import CALM, Choice, Input, add_hints, assign
+from app.schedule.forced import where_in_short
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
 from app.words.glossary import term
@@ -91,7 +93,7 @@ def skill_state(status: Status, skill: str) -> str:
             return "not yet"
         if not control.schedule_on:
             return "not yet: the schedule is not followed"
-        return "joins by its rule" if by_rule else f"joins at trial {planned:,}"
+        return _by_rule(status, skill) if by_rule else f"joins at trial {planned:,}"
     index = snapshot.spec.learner.skills.index(skill)
     total = int(snapshot.option_visits.sum())
     parts = ["active"]
@@ -103,6 +105,17 @@ def skill_state(status: Status, skill: str) -> str:
     if control.skills_frozen:
         parts.append("frozen by hand")
     return ", ".join(parts)
+
+
+def _by_rule(status: Status, skill: str) -> str:
+    """What is to be said of a skill that joins by its rule."""
+    waited = next((one for one in status.snapshot.watched if one.until is None), None)
+    if waited is None:
+        return "joins by its rule"
+    if waited.skill != skill:
+        return f"joins by its rule, after {plain(waited.skill)}"
+    outlook = outlook_in_words(waited, status.behind is None)
+    return f"joins by its rule, below {waited.rule.below:g}: {outlook}"
 
 
 @dataclass
@@ -345,7 +358,7 @@ class Controls:
         label = "Stop exploring" if ending is None else f"Stop exploring {plain(ending)}"
         assign(self._end, "label", label)
         lines = [
-            f"{escaped(plain(e.skill))} at {e.probability:.0%}:"
+            f"{escaped(plain(e.skill))} at {e.probability:.0%}{where_in_short(e.value_at_most)}:"
             f" {counted(e.until_trial - snapshot.trial, 'trial')} left"
             for e in snapshot.control.running(snapshot.trial)
         ]

@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 import viser
 
 from app.charts.bar.axis import last_trial
+from app.charts.bar.rule import long_of
 from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.inbox import Ask, Intent, StatusOf
@@ -22,7 +23,7 @@ from app.util.html import escaped
 from app.words.plain import plain
 from learners.commands import SetSchedule
 from learners.names import MAX_TRIALS
-from learners.schedule_spec import ScheduleSpec
+from learners.schedule_spec import ScheduleSpec, TriggerSpec
 
 EARLIER: Final[Mapping[str, int]] = {
     "\N{MINUS SIGN}1,000": -1_000,
@@ -31,6 +32,17 @@ EARLIER: Final[Mapping[str, int]] = {
 }
 LATER: Final[Mapping[str, int]] = {"+100": 100, "+500": 500, "+1,000": 1_000}
 """Trials to move a block by, as the buttons say it."""
+
+JOINS: Final[Mapping[str, bool]] = {"At a trial": False, "By a rule": True}
+"""How a skill can be told when to join: whether by a rule."""
+WATCHED: Final[Mapping[str, str]] = {
+    "New states visited": "novelty",
+    "New states of value": "reach",
+    "Change of value": "change",
+}
+"""What a rule can watch, by what it is called here."""
+_RULE: Final = TriggerSpec(by="reach")
+"""What is proposed."""
 
 _NOTHING: Final = "\N{EN DASH} nothing \N{EN DASH}"
 _NEW_TRIALS: Final = 2_000
@@ -58,6 +70,12 @@ class Form(NamedTuple):
     """Whether it has a probability."""
     deletable: bool = False
     is_new: bool = False
+    joins: bool = False
+    """Whether it is a skill that joins."""
+    rule: TriggerSpec | None = None
+    """By which it does; None if it does so in a trial."""
+    comes_by_rule: bool = False
+    """Whether a rule says when it comes, so that it cannot be moved."""
 
 
 def new_id(skill: str) -> str:
@@ -125,22 +143,28 @@ def _if_followed(caption: str, snapshot: Snapshot) -> str:
 
 def _form_of_block(block: Block, snapshot: Snapshot) -> Form:
     joins = block.kind == "introduction"
-    caption = (
-        "It can be moved, not deleted. Explorations move along."
-        if joins
-        else "It can be moved, changed and deleted until it begins."
-    )
+    rule = snapshot.spec.schedule.rule_of(block.skill) if block.by_rule else None
+    caption = "It can be moved, changed and deleted until it begins."
+    if joins:
+        caption = "It can be moved, not deleted. Explorations move along."
+        if rule is not None:
+            caption = f"{long_of(block.skill, rule)}. A trial can take the place of the rule."
+    elif rule is not None:
+        caption = "It begins when its skill joins, by a rule; it can be changed and deleted."
     return Form(
         chosen=block.id,
         caption=_if_followed(caption, snapshot),
-        at=block.first,
+        at=_soon(snapshot) if block.by_rule else block.first,
         trials=block.trials,
         trials_label="Freeze" if joins else "Lasts",
         probability=0.0 if block.probability is None else block.probability,
-        movable=True,
+        movable=not block.by_rule,
         editable=True,
         explores=not joins,
         deletable=not joins,
+        joins=joins,
+        rule=rule if joins else None,
+        comes_by_rule=block.by_rule,
     )
 
 
@@ -156,7 +180,7 @@ def _form_of_new(chosen: str, skill: str, blocks: Sequence[Block], snapshot: Sna
     )
     if not here and joins is None:
         return Form(chosen, f"{plain(skill)} is not going to join: add it or plan that first.")
-    soon = -(-(snapshot.trial + _NEW_AHEAD) // _NEW_EVERY) * _NEW_EVERY
+    soon = _soon(snapshot)
     return Form(
         chosen=chosen,
         caption=_if_followed("Say when, how long and how likely; then add it.", snapshot),
@@ -167,6 +191,11 @@ def _form_of_new(chosen: str, skill: str, blocks: Sequence[Block], snapshot: Sna
         explores=True,
         is_new=True,
     )
+
+
+def _soon(snapshot: Snapshot) -> int:
+    """A round trial a little ahead, which is proposed."""
+    return -(-(snapshot.trial + _NEW_AHEAD) // _NEW_EVERY) * _NEW_EVERY
 
 
 # --- The panel -----------------------------------------------------------------------------------
@@ -199,6 +228,7 @@ class PlanPanel:
             self._choice: Choice[str] = Choice(gui, "Change", {_NOTHING: ""}, self._chose)
             self._earlier = add_buttons(gui, "Earlier", EARLIER, self._nudge, visible=False)
             self._later = add_buttons(gui, "Later", LATER, self._nudge, visible=False)
+            self._build_rule(gui)
             trials = Limits(0, MAX_TRIALS)
             self._at = NumberField(gui, "At trial", 0, trials)
             self._trials = NumberField(gui, "Lasts", 0, trials, "In trials")
@@ -214,6 +244,24 @@ class PlanPanel:
         self._apply.on_click(Intent(lambda client, _: self._edit(client, self._applied)))
         self._delete.on_click(Intent(lambda client, _: self._edit(client, self._deleted)))
         self.update(status)
+
+    def _build_rule(self, gui: viser.GuiApi) -> None:
+        """How a skill is told when to join, and the rule by which it may."""
+        hint = "In a trial that is known, or once learning on without it brings little."
+        self._joins: Choice[bool] = Choice(gui, "Joins", JOINS, hint=hint)
+        self._watched: Choice[str] = Choice(
+            gui, "Watches", WATCHED, hint="What is to have become rare before the skill joins."
+        )
+        self._window = NumberField(
+            gui, "Over", _RULE.window, Limits(1, 100_000), "Trials over which the mean is taken."
+        )
+        self._below = NumberField(
+            gui,
+            "Below",
+            _RULE.below,
+            Limits(0.0, 1e6, whole=False),
+            "The skill joins once the mean is less than this: states a trial, or change a step.",
+        )
 
     @property
     def left_out(self) -> int:
@@ -242,8 +290,8 @@ class PlanPanel:
     def _show_form(self, form: Form, snapshot: Snapshot) -> None:
         assign(self._earlier, "visible", form.movable)
         assign(self._later, "visible", form.movable)
-        for field in (self._at, self._trials):
-            assign(field.handle, "visible", form.editable)
+        assign(self._trials.handle, "visible", form.editable)
+        assign(self._joins.handle, "visible", form.joins)
         assign(self._chance.handle, "visible", form.explores)
         assign(self._trials.handle, "label", form.trials_label)
         assign(self._apply, "label", "Add" if form.is_new else "Apply")
@@ -254,9 +302,19 @@ class PlanPanel:
             self._at.put(form.at)
             self._trials.put(form.trials)
             self._chance.put(form.probability)
+            rule = form.rule or _RULE
+            self._joins.choose(form.rule is not None)
+            self._watched.choose(rule.by)
+            self._window.put(rule.window)
+            self._below.put(rule.below)
+        by_rule = form.joins and self._joins.chosen
+        for handle in (self._watched.handle, self._window.handle, self._below.handle):
+            assign(handle, "visible", by_rule)
+        has_trial = not by_rule if form.joins else form.editable and not form.comes_by_rule
+        assign(self._at.handle, "visible", has_trial)
         changed = form.editable and (form.is_new or self._is_typed(form))
         assign(self._apply, "disabled", not changed)
-        sentences = form.caption, self._beyond(form, snapshot) if form.editable else ""
+        sentences = form.caption, self._beyond(form, snapshot) if has_trial else ""
         text = " ".join(sentence for sentence in sentences if sentence)
         assign(self._caption, "content", f'<div class="pounce-plan">{escaped(text)}</div>')
 
@@ -272,9 +330,12 @@ class PlanPanel:
         former = self._loaded
         if former is None or former.chosen != form.chosen:
             return True
-        values = (form.at, form.trials, form.probability)
-        # The start that a new exploration is proposed to have moves on with the run.
-        return not form.is_new and values != (former.at, former.trials, former.probability)
+        # The start that is proposed moves on with the run.
+        is_proposed = form.is_new or form.comes_by_rule
+        values = (form.at if not is_proposed else 0, form.trials, form.probability, form.rule)
+        former_at = former.at if not is_proposed else 0
+        known = (former_at, former.trials, former.probability, former.rule)
+        return not form.is_new and values != known
 
     def _typed(self, form: Form) -> dict[str, Any]:
         """What the fields hold that is not so.
@@ -282,8 +343,20 @@ class PlanPanel:
         Raises:
             RefusedError: one of them holds no number.
         """
-        typed: dict[str, Any] = {"at": int(self._at.read()), "trials": int(self._trials.read())}
-        true: dict[str, Any] = {"at": form.at, "trials": form.trials}
+        typed: dict[str, Any] = {"trials": int(self._trials.read())}
+        true: dict[str, Any] = {"trials": form.trials}
+        if form.joins and self._joins.chosen:
+            typed["rule"] = TriggerSpec.model_validate(
+                {
+                    "by": self._watched.chosen,
+                    "window": int(self._window.read()),
+                    "below": self._below.read(),
+                }
+            )
+            true["rule"] = form.rule
+        elif form.joins or not form.comes_by_rule:
+            typed["at"] = int(self._at.read())
+            true["at"] = None if form.comes_by_rule else form.at
         if form.explores:
             typed["probability"] = self._chance.read()
             true["probability"] = form.probability

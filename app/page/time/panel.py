@@ -11,9 +11,11 @@ import viser
 from app.analysis.estimates import Axis
 from app.charts.bar.axis import axis_of, last_trial
 from app.charts.bar.model import rewards_of
+from app.charts.bar.rule import watched_at
 from app.charts.page.svg import frame_html
 from app.live import requests
 from app.live.places import Place
+from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.inbox import Inbox
 from app.page.slots import slot_html
@@ -185,7 +187,7 @@ class TimePanel:
         asked = self._asking.news()
         if asked is not None:
             self._channel.send("ask", asked)
-        moment = moment_sent(self._outlook.walk, self._outlook.place, live, ground)
+        moment = moment_sent(self._outlook.walk, self._outlook.place, live, ground, seen.snapshot)
         if moment != self._moment:
             self._moment = moment
             self._channel.send("moment", moment)
@@ -351,8 +353,13 @@ def edited(plan: ScheduleSpec, message: Edit, now: edits.Now) -> ScheduleSpec:
             return edits.without(plan, id, now)
 
 
-def moment_sent(walk: Walk, place: Place | None, live: Status, ground: Ground) -> dict[str, Any]:
-    """What the frame is told of where a browser is, with each frame in which that changes."""
+def moment_sent(
+    walk: Walk, place: Place | None, live: Status, ground: Ground, seen: Snapshot
+) -> dict[str, Any]:
+    """What the frame is told of where a browser is, with each frame in which that changes.
+
+    ``seen`` is the moment that is shown there, which may be one on the way to the place.
+    """
     now = live.snapshot
     line = walk.line(ground)
     course = ground.course_of(line)
@@ -379,6 +386,7 @@ def moment_sent(walk: Walk, place: Place | None, live: Status, ground: Ground) -
         "holds": walk.holds,
         "stops": walk.stops,
         "until_step": _until_step(live),
+        "watched": watched_at(seen),
     }
 
 

@@ -1,5 +1,6 @@
 """The layers: all that the board can show, one module each."""
 
+from app.picture.acting import showing_where
 from app.picture.layer import Layer
 from app.picture.layers.advantage import ADVANTAGE
 from app.picture.layers.change import CHANGE
@@ -13,7 +14,9 @@ from app.picture.layers.success import SUCCESS
 from app.picture.layers.value import VALUE
 from app.picture.layers.visits import VISITS
 
-_IN_ORDER = (VALUE, OPTION, CHOSEN, ADVANTAGE, VISITS, REACH, NOW, SUCCESS, SKILL, FLOW, CHANGE)
+_ACTING = tuple(map(showing_where, (VALUE, OPTION, CHOSEN, ADVANTAGE, VISITS, REACH, NOW)))
+"""Layers of what the learner knows now, and does."""
+_IN_ORDER = (*_ACTING, SUCCESS, SKILL, FLOW, CHANGE)
 """The first ten have the hotkeys 1...9 and 0."""
 
 LAYERS: dict[str, Layer] = {layer.key: layer for layer in _IN_ORDER}

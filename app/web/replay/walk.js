@@ -87,7 +87,7 @@ export class Walk {
       ...{ line: this.line, ...this.#place(this.shot), live: false, behind_trials: 0, behind_steps: 0 },
       ...{ playing: this.direction !== 0, direction: this.direction || 1, rate: this.rate, rates: RATES },
       ...{ a: this.a && { line: this.a.line, ...this.#place(this.a.shot) }, loop },
-      ...{ holds: false, stops: this.stops, until_step: null },
+      ...{ holds: false, stops: this.stops, until_step: null, watched: null },
     };
   }
 

@@ -143,7 +143,7 @@ const draw = () => {
   const now = told.live && told.line === bar.line ? told : bar.end;
   const seen = scrub ? held(told, scrub) : told;
   markLanes(bar, now, seen);
-  markRule(part(".rule"), part(".meets"), bar, seen, seen.live || bar.recorded);
+  markRule(part(".rule"), part(".meets"), bar, seen);
   markTree(part(".tree"), seen.line);
   placeMoment(time, bar, seen, now);
 };
@@ -156,6 +156,7 @@ const draw = () => {
 const atEnd = ({ line, live, end }) => ({
   ...{ line, live, ...end, behind_trials: 0, behind_steps: 0, playing: false, direction: 1 },
   ...{ rate: 1, rates: [], a: null, loop: null, holds: false, stops: false, until_step: null },
+  watched: null,
 });
 
 /**

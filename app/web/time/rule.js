@@ -1,12 +1,12 @@
 // @ts-check
 // What a rule watches, under the learning curve: how it goes, its threshold, and when it would be met.
 
-import { shareOf, shareOfTrial, trialAt } from "./axis.js";
+import { shareOfTrial, trialAt } from "./axis.js";
 import { attribute, element, grouped, percent, write } from "./dom.js";
 
 /**
  * @typedef {import("./state.js").Bar} Bar
- * @typedef {import("./state.js").Place} Place
+ * @typedef {import("./state.js").Moment} Moment
  * @typedef {import("./state.js").Rule} Rule
  */
 
@@ -20,14 +20,14 @@ const PIECES = 16;
 export const ruleHtml = `
   <div class="row rule" hidden>
     <div class="gutter"><span class="what"></span><span class="numbers"><span></span></span></div>
+    <p class="asks"><span class="long"></span><span class="short"><span class="more"></span><span></span></span><span class="now"></span></p>
     <div class="plot">
-      <p class="asks"><span class="long"></span><span class="short"></span><span class="now"></span></p>
       <div class="course"><svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" role="img"></svg></div>
     </div>
   </div>`;
 
-/** What is drawn of it by now. @type {{bar: Bar | null, of: Rule | null, at: string}} */
-let drawn = { bar: null, of: null, at: "" };
+/** What is said by now. @type {{of: Rule | null, at: string}} */
+let drawn = { of: null, at: "" };
 
 /**
  * How high a number is, as a share.
@@ -55,7 +55,7 @@ const pathOf = (kind, d) => {
  */
 export const drawRule = (row, bar) => {
   row.hidden = !bar.rules.length;
-  drawn = { bar, of: null, at: "" };
+  drawn = { of: null, at: "" };
   const at = (/** @type {number} */ trial) => (WIDE * shareOfTrial(bar.axis, trial)).toFixed(1);
   const paths = bar.rules.flatMap((rule) => {
     const points = rule.trials.map((trial, i) => `${at(trial)} ${y(rule, rule.values[i])}`);
@@ -74,37 +74,38 @@ export const drawRule = (row, bar) => {
 /**
  * The one that is waited for at a moment, or the last that was.
  * @param {Rule[]} rules
- * @param {Place} seen
+ * @param {Moment} seen
  */
 const awaited = (rules, { trial }) =>
   rules.find(({ until }) => until === null || trial < until) ?? rules[rules.length - 1];
 
 /**
+ * What is known of it at a moment: of what the bar has the newest, unless the moment itself has more.
  * @param {Rule} rule
- * @param {Place} seen
+ * @param {Moment} seen
+ * @returns {{value: number, fires: number} | null}
  */
-const newest = ({ trials }, { trial }) => {
+const knownOf = ({ trials, values, fires }, { trial, watched }) => {
   let last = trials.length - 1;
   while (last >= 0 && trials[last] > trial) last -= 1;
-  return last;
+  if (watched && watched.trial <= trial && watched.trial >= (trials[last] ?? 0)) return watched;
+  return last < 0 ? null : { value: values[last], fires: fires[last] };
 };
 
 /**
  * What it is at a moment, and what would come of it.
  * @param {Rule} rule
- * @param {Place} seen
+ * @param {Moment} seen
+ * @param {{value: number, fires: number} | null} known
  * @param {boolean} isNow
  */
-const saidOf = (rule, seen, isNow) => {
+const saidOf = (rule, seen, known, isNow) => {
   if (rule.until !== null && seen.trial >= rule.until)
     return rule.met ? `: so it did at trial ${grouped(rule.until)}` : "";
-  const last = newest(rule, seen);
-  if (last < 0) return `: known from trial ${grouped(rule.known)} on`;
-  const [when, rate] = isNow ? ["now", "this"] : ["then", "that"];
-  const value = `${Number(rule.values[last].toPrecision(2))}`;
-  const met = rule.fires[last];
-  const outlook = met < 0 ? "not falling" : `at ${rate} rate at trial ${grouped(met)}`;
-  return `: ${value} ${when}; ${outlook}`;
+  if (!known) return `: known from trial ${grouped(rule.known)} on`;
+  const [when, that] = isNow ? ["now", "this"] : ["then", "that"];
+  const outlook = known.fires < 0 ? "not falling" : `at ${that} rate at trial ${grouped(known.fires)}`;
+  return `: ${Number(known.value.toPrecision(2))} ${when}; ${outlook}`;
 };
 
 /**
@@ -112,40 +113,26 @@ const saidOf = (rule, seen, isNow) => {
  * @param {HTMLElement} row
  * @param {HTMLElement} meets the line from the row to the lane
  * @param {Bar} bar
- * @param {Place} seen
- * @param {boolean} isNow
+ * @param {Moment} seen
  */
-export const markRule = (row, meets, bar, seen, isNow) => {
+export const markRule = (row, meets, bar, seen) => {
   if (!bar.rules.length) return void (meets.hidden = true);
   const rule = awaited(bar.rules, seen);
-  if (drawn.of !== rule) nameIt(row, rule);
-  const said = saidOf(rule, seen, isNow);
+  const known = knownOf(rule, seen);
+  const said = saidOf(rule, seen, known, seen.live || bar.recorded);
   const at = `${said} ${seen.step}`;
   if (drawn.at === at && drawn.of === rule) return;
-  drawn = { bar, of: rule, at };
+  if (drawn.of !== rule) nameIt(row, rule);
+  drawn = { of: rule, at };
   write(/** @type {HTMLElement} */ (row.querySelector(".now")), said);
-  placeWords(/** @type {HTMLElement} */ (row.querySelector(".asks")), shareOf(bar.axis, seen));
   const about = `${rule.long}${said}`;
   attribute(row, "title", about);
   attribute(/** @type {SVGElement} */ (row.querySelector("svg")), "aria-label", about);
-  const last = newest(rule, seen);
   const isOver = rule.until !== null && seen.trial >= rule.until;
-  const fires = last < 0 || isOver ? -1 : rule.fires[last];
-  row.querySelector(".outlook")?.setAttribute("d", outlookOf(rule, bar, seen, last, fires));
-  meets.hidden = fires < 0 || fires <= seen.trial || fires > trialAt(bar.axis, 1);
-  if (!meets.hidden) placeMeeting(row, meets, bar, rule, fires);
-};
-
-/**
- * Words stand beside the moment, on that side of it where there is more room.
- * @param {HTMLElement} words
- * @param {number} share
- */
-const placeWords = ({ style, classList }, share) => {
-  const isBefore = share > 0.5;
-  classList.toggle("before", isBefore);
-  style.left = isBefore ? "0" : percent(share);
-  style.right = isBefore ? percent(1 - share) : "0";
+  const ahead = known && !isOver && known.fires > seen.trial ? known : null;
+  row.querySelector(".outlook")?.setAttribute("d", ahead ? outlookOf(rule, bar, seen, ahead) : "");
+  meets.hidden = !ahead || ahead.fires > trialAt(bar.axis, 1);
+  if (ahead && !meets.hidden) placeMeeting(row, meets, bar, rule, ahead.fires);
 };
 
 /**
@@ -158,7 +145,9 @@ const nameIt = (row, rule) => {
   const [what, per] = rule.what;
   part(".what").replaceChildren(what, document.createElement("br"), per);
   write(part(".long"), rule.long);
-  write(part(".short"), rule.short);
+  const [who, asks] = rule.short;
+  write(part(".short > .more"), `${who} `);
+  write(part(".short > :last-child"), asks);
   const number = part(".numbers > span");
   write(number, `${rule.below}`);
   number.style.bottom = percent(heightOf(rule, rule.below));
@@ -168,20 +157,17 @@ const nameIt = (row, rule) => {
  * How it would go on.
  * @param {Rule} rule
  * @param {Bar} bar
- * @param {Place} seen
- * @param {number} last point that is known
- * @param {number} fires
+ * @param {Moment} seen
+ * @param {{value: number, fires: number}} known
  */
-const outlookOf = (rule, { axis }, { trial }, last, fires) => {
-  if (fires <= trial) return "";
-  const from = rule.values[last];
+const outlookOf = (rule, { axis }, { trial }, { value, fires }) => {
   const points = [];
   for (let piece = 0; piece <= PIECES; piece += 1) {
     const share = piece / PIECES;
     const then = trial + share * (fires - trial);
     if (then > trialAt(axis, 1)) break;
-    const value = from + share * (rule.below - from);
-    points.push(`${(WIDE * shareOfTrial(axis, then)).toFixed(1)} ${y(rule, value)}`);
+    const falls = value + share * (rule.below - value);
+    points.push(`${(WIDE * shareOfTrial(axis, then)).toFixed(1)} ${y(rule, falls)}`);
   }
   return points.length > 1 ? `M${points.join("L")}` : "";
 };

@@ -13,7 +13,7 @@ import { drawing } from "../player/drawing.js";
  * @typedef {{
  *   skill: string, first: number, known: number, until: number | null, below: number, met: boolean,
  *   trials: number[], values: number[], fires: number[],
- *   ends: [number, number], what: [string, string], short: string, long: string,
+ *   ends: [number, number], what: [string, string], short: [string, string], long: string,
  * }} Rule what a rule watches: `values` are known before `trials`, where it would be met in `fires`, or
  *   never, which is -1; the first window is over in `known`, and the skill joined in `until`
  * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "frozen"}} Band
@@ -59,7 +59,8 @@ import { drawing } from "../player/drawing.js";
  *   playing: boolean, direction: number, rate: number, rates: Array<[number, string]>,
  *   a: (Place & {line?: number}) | null, loop: {a: Place, b: Place} | null,
  *   holds: boolean, stops: boolean, until_step: number | null,
- * }} Moment
+ *   watched: {trial: number, value: number, fires: number} | null,
+ * }} Moment `watched` is what the rule that is waited for watches there
  *
  * What is asked on the bar: at which trial, or how the curve will go from one trial to another. `run` and
  * what is of other runs is there once it may be seen. Points are trials and rewards.

@@ -32,7 +32,7 @@ def test_a_stretch_says_what_it_asks_for_and_whether_it_was_met() -> None:
     )
     assert (circle.met, avoid.met, avoid.until) == (True, False, None)
     assert circle.what == ("new states", "per trial")
-    assert circle.short == "Circle clockwise joins below 0.2"
+    assert circle.short == ("Circle clockwise", "joins below 0.2")
     assert circle.ends == avoid.ends
     low, high = circle.ends
     assert low < circle.below < circle.values.max() < high
@@ -94,3 +94,14 @@ def test_of_a_part_whose_end_is_hidden_nothing_later_is_sent() -> None:
 
 def test_what_is_planned_for_no_known_trial_is_no_band() -> None:
     assert all(band["first"] < 2_000 for band in sent(run_at(100))["bands"])
+
+
+def test_lanes_say_which_skills_joined_by_a_rule_and_which_will() -> None:
+    (_, circle, avoid) = sent(run_at(600))["lanes"]
+    (joined,) = (label for label in circle["labels"] if label["before"])
+    assert (joined["before"], joined["text"], joined["after"]) == (
+        "joined at ",
+        "436",
+        " by its rule",
+    )
+    assert [label["text"] for label in avoid["labels"]] == ["joins by its rule"]

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 import viser
 
+from app.charts.bar.rule import outlook_in_words
 from app.documents import presets
 from app.live import snapshot
 from app.live.held import Opened
@@ -51,6 +52,7 @@ from learners.schedule_spec import ScheduleSpec, SkillTimer
 from learners.spec import RunSpec
 from sim.rng import MAX_SEED
 from tests.support.person import Person
+from tests.support.schedules import ruled_spec
 
 
 def spec_of(name: str = "timed") -> RunSpec:
@@ -550,6 +552,20 @@ def test_a_skill_says_how_it_stands(desk: Desk) -> None:
     assert state(desk.status, "approach") == "active, frozen by hand"
 
 
+def test_a_skill_that_joins_by_a_rule_says_what_that_sees(desk: Desk) -> None:
+    run = Run(ruled_spec("trials=2000"), 5)
+    run.advance(until_trial=120)
+    desk.show(run)
+    outlook = outlook_in_words(desk.status.snapshot.watched[-1])
+    assert skill_state(desk.status, "circle_clockwise") == (
+        f"joins by its rule, below 0.2: {outlook}"
+    )
+    assert skill_state(desk.status, "avoid") == "joins by its rule, after circle clockwise"
+    run.apply(FollowSchedule(False))
+    desk.show(run)
+    assert skill_state(desk.status, "avoid") == "not yet: the schedule is not followed"
+
+
 def test_only_a_skill_that_has_joined_can_be_explored(desk: Desk) -> None:
     assert desk.person.options("Explore a skill > Skill") == ["approach"]
     absent = replace(desk.status, snapshot=replace(desk.status.snapshot, present=()))
@@ -584,6 +600,25 @@ def test_rows_of_skills_follow_the_run_and_no_widget_is_removed(
         assert [skill for skill in ALL_SKILLS if desk.person.reads(f"{skill}: ")] == skills
     assert "GuiUpdateMessage" in sent
     assert "GuiRemoveMessage" not in sent
+
+
+def test_what_a_learner_does_not_have_cannot_be_frozen_or_followed(desk: Desk) -> None:
+    boxes = "Freeze selection", "Freeze skills", "Follow schedule"
+    for preset, enabled, said in (
+        ("timed", [True, True, True], None),
+        (
+            "standard_q",
+            [True, False, False],
+            "The options are moves: there are no skills",
+        ),
+        # What obeys the commands has tables that can be frozen like those of skills.
+        ("feudal", [True, True, False], "The options are commands: no skill joins"),
+    ):
+        desk.show(Run(spec_of(preset), 3))
+        assert [desk.person.can_use(box) for box in boxes] == enabled
+        for words in ("The options are moves", "The options are commands"):
+            assert desk.person.reads(words) == bool(said and said.startswith(words))
+        assert said is None or desk.person.reads(said)
 
 
 def test_where_nothing_is_explored_nothing_can_be_stopped(desk: Desk) -> None:
