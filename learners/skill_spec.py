@@ -12,6 +12,10 @@ from sim.spec import FiniteFloat, Spec
 FLIGHT_IS_FEARED: Final = -50.0
 """What ``fear`` earns when the prey flees: as much as the trial does in the thesis."""
 
+_SLOWLY: Final = 0.05
+"""Learning rate of skills that see the prey's heading: what a move earns them differs from cell to
+cell of a state."""
+
 
 class SkillWeights(Spec):
     """A skill: its local reward is a weighted sum of those of the thesis's four skills, and more.
@@ -47,9 +51,9 @@ BUILT_IN: Final[Mapping[str, SkillWeights]] = {
     "avoid": SkillWeights(avoid=1.0),
     "circle_clockwise": SkillWeights(circle_clockwise=1.0),
     "circle_counterclockwise": SkillWeights(circle_counterclockwise=1.0),
-    # Were its task over with the trial, capture would end its income: it would learn to go round
-    # and come in from behind again and again, and capture less with each thousand trials.
-    "appetite": SkillWeights(behind=1.0, sees="prey_heading"),
-    "fear": SkillWeights(flight=FLIGHT_IS_FEARED, sees="prey_heading", ends_with_trial=True),
+    "appetite": SkillWeights(behind=1.0, sees="prey_heading", ends_with_trial=True, alpha=_SLOWLY),
+    "fear": SkillWeights(
+        flight=FLIGHT_IS_FEARED, sees="prey_heading", ends_with_trial=True, alpha=_SLOWLY
+    ),
 }
 """The skills that a preset can name without stating them."""

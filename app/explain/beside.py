@@ -24,7 +24,8 @@ def repertoire(spec: RunSpec) -> str:
     """What a learner chooses among, in a few words for those who do not know its name."""
     skills = spec.learner.skills
     if spec.learner.options == MOVES:
-        return "nine moves, no skills"
+        traces = "" if spec.learner.trace_decay is None else ", and traces of the last moves"
+        return f"nine moves, no skills{traces}"
     if spec.learner.options == COMMANDS:
         return "five commands of a manager, no skills"
     joins = [spec.schedule.introduced_at(skill) for skill in skills]

@@ -1,19 +1,23 @@
 """What goes beyond the thesis, as its page says it: learners against one another, in five worlds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 from app.analysis import estimates
 from app.analysis.estimates import bootstrap_rng
+from app.charts.model import Curves, Dot, Dots, Panel, RunDot, with_clear_marks
+from app.charts.paper.drawing import Drawing, drawn
+from app.charts.read import line_of
+from app.charts.styles import style_of
 from app.charts.wording import shown_estimate
 from app.experiments.store import REPORT_PAGE, figures_of
 from app.metrics import BY_COLUMN
 from app.replication.page import Found, Table, with_place
 from app.replication.plan import BEYOND
-from app.replication.variants import REWARDS, mean_of, passage_of, results_in
+from app.replication.variants import REWARDS, logs_of, mean_of, passage_of, results_in
 from app.report.sections.standings import AGAINST, COLUMNS, Field, field_of, in_order
-from app.results.read import ResultsError
+from app.results.read import Group, ResultsError
 from app.util.files import write_whole
 from app.words.numbers import NONE
 
@@ -21,6 +25,19 @@ PAGE: Final = "beyond.md"
 NUMBERS: Final = "beyond.json"
 TEMPLATE: Final = "beyond.md"
 _FIGURE: Final = "standings"
+_DRAWN: Final[Mapping[str, Sequence[str]]] = {
+    "introduction": ("timed", "timed_auto"),
+    "context": ("timed_auto", "timed_context"),
+    "held": ("standard_q", "standard_q_held", "timed_context", "timed_held"),
+    "lin": ("hierarchical_3", "hierarchical_3_persistent", "hierarchical_3_taught"),
+    "static": ("timed", "static_appetite_fear"),
+    "feudal": ("standard_q", "timed", "feudal"),
+    "q_lambda": ("standard_q", "q_lambda"),
+}
+"""By page on one thing, whose name its figure has: the learners whose curves are in it."""
+_CURVED: Final = ("standard", "sensors 8 x 6")
+"""The worlds in which: the one in which all is tuned, and the one in which least can be seen."""
+_COHERENCE: Final = ("mean_choice", "without_progress")
 _TITLES: Final = {
     "horizon_area": "area",
     "horizon_reward": "reward in the end",
@@ -87,11 +104,58 @@ def write_beyond(out: Path, docs: Path, tell: Callable[[str], object] = lambda _
     found = beyond_in(out / name)
     page = docs / PAGE
     text = with_place(page.read_text("utf-8"), TEMPLATE, found)
+    tell("drawing figures")
+    for figure, drawing in _figures_of(out / name):
+        write_whole(docs / "figures" / f"{name}_{figure}.png", drawing.png)
     picture = (figures_of(out / name / REPORT_PAGE) / f"{_FIGURE}.png").read_bytes()
     write_whole(docs / "figures" / f"{name}.png", picture)
     write_whole(docs / NUMBERS, found.to_json().encode())
     write_whole(page, text.encode())
     return page
+
+
+def _figures_of(path: Path) -> Iterator[tuple[str, Drawing]]:
+    """Figures of the pages on one thing each, by their names."""
+    results = results_in(path)
+    field = field_of(results.groups)
+    assert field is not None, "asked before"
+    reader, note = logs_of([results]).reader, "Made by: pounce replicate --beyond"
+    n = max(len(group.runs) for group in results.groups)
+    for name, presets in _DRAWN.items():
+        panels = [
+            Panel(
+                world,
+                with_clear_marks(
+                    [
+                        line_of(reader, p, field.groups[p, world].runs, "steps", style_of(place))
+                        for place, p in enumerate(presets)
+                    ]
+                ),
+            )
+            for world in _CURVED
+        ]
+        small = (
+            f"Mean reward per trial, and its 95 % bootstrap interval over {n} runs, in windows of"
+            f" {reader.widths.of('steps', 'steps') / 1e6:g} M steps.\n{note}"
+        )
+        yield name, drawn(name, Curves("steps", panels), small)
+    first, order = field.worlds[0], in_order(field, COLUMNS[0])
+    columns = {
+        BY_COLUMN[column].label: [
+            Dot(p, field.mean(p, first, column), _dots(field.groups[p, first], column))
+            for p in order
+        ]
+        for column in _COHERENCE
+    }
+    small = (
+        "Small: a run each, in the standard world. Large: their mean with its 95 % interval."
+        f" Of greedy hunts.\n{note}"
+    )
+    yield "coherence", drawn("coherence", Dots(columns), small)
+
+
+def _dots(group: Group, column: str) -> list[RunDot]:
+    return [RunDot(run.values[column], run.seed) for run in group.runs]
 
 
 def _add_ranks(found: Found, field: Field, world: str, column: str) -> None:

@@ -23,8 +23,11 @@ def test_the_readme_is_short() -> None:
 
 
 def test_every_page_is_looked_at_and_can_be_reached_from_the_readme() -> None:
-    assert {f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")} < set(PAGES)
-    reached = {link.target.resolve() for link in links_of(ROOT / "README.md")}
+    kept = {page.relative_to(ROOT).as_posix() for page in (ROOT / "docs").rglob("*.md")}
+    assert kept < set(PAGES)
+    # What goes beyond the thesis has a list of pages of its own.
+    first = (ROOT / "README.md", ROOT / "docs" / "beyond.md")
+    reached = {link.target.resolve() for page in first for link in links_of(page)}
     assert {(ROOT / page).resolve() for page in PAGES} - {ROOT / "README.md"} <= reached
 
 

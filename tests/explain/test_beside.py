@@ -27,6 +27,8 @@ def with_rewards(*rewards: float) -> list[Snapshot]:
     ("preset", "words"),
     [
         ("standard_q", "nine moves, no skills"),
+        ("q_lambda", "nine moves, no skills, and traces of the last moves"),
+        ("feudal", "five commands of a manager, no skills"),
         ("hierarchical_2", "approach and circle clockwise, all from the start"),
         ("hierarchical_3", "approach, circle clockwise and avoid, all from the start"),
         (

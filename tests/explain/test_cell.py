@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.documents import presets
 from app.explain.cell import (
     ACTION_NAMES,
     HuntShown,
@@ -116,6 +117,24 @@ def test_a_reading_of_moves_has_nine_options_and_no_skill() -> None:
     assert [option.name for option in reading.options] == list(ACTION_NAMES)
     assert [option.greedy for option in reading.options].index(True) == MOVE_EAST
     assert reading.skills == ()
+
+
+def test_a_reading_of_commands_has_all_five_and_what_each_obeys_by() -> None:
+    taken = snapshot.take(Run(presets.load("feudal", ["world.size=40"]), 1), "feudal", 0)
+    skill_q = np.zeros_like(taken.skill_q)
+    skill_q[4, WEST, :, :, MOVE_NORTH] = 0.5
+    skill_q[2, :, :, :, MOVE_EAST] = 0.25
+    taken = replace(taken, skill_q=skill_q)
+    reading = reading_at(taken, 6, 10, WEST)
+    names = ["counterclockwise", "clockwise", "inwards", "outwards", "search"]
+    assert [option.name for option in reading.options] == names
+    assert [skill.name for skill in reading.skills] == names
+    assert reading.skills[2].greedy == (MOVE_EAST,)
+    assert reading.skills[4].greedy == (MOVE_NORTH,)
+    # Only the search tells headings apart.
+    other = reading_at(taken, 6, 10, EAST)
+    assert other.skills[2].greedy == (MOVE_EAST,)
+    assert other.skills[4].greedy == tuple(range(N_MOVES))
 
 
 def test_success_is_read_off_a_map_if_there_is_one(behind: Snapshot) -> None:

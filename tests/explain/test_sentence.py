@@ -213,6 +213,12 @@ def test_primitive_moves_are_no_skills() -> None:
     assert in_words(status_of(run)).startswith("Nine moves, no skills. No prey has been")
 
 
+def test_commands_are_no_skills() -> None:
+    run = Run(spec_of(preset="feudal"), seed=1)
+    said = in_words(status_of(run))
+    assert said.startswith("A manager with five commands, no skills. No prey has been")
+
+
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
     run = Run(spec_of(), seed=1)
     run.apply(FollowSchedule(False))  # and with it the explorations that it would bring

@@ -34,6 +34,7 @@ VARIANTS: dict[str, tuple[str, list[str]]] = {
             "learner.skills_that_learn=all",
         ],
     ),
+    "a rule, by what was reached": ("timed_auto", ["schedule.introduce.by=reach"]),
 }
 
 

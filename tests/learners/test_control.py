@@ -23,6 +23,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.control import (
@@ -116,6 +118,8 @@ commands = st.one_of(
     st.builds(Remove, st.sampled_from(SKILLS[1:])),
     st.builds(FreezeSelection, st.booleans()),
     st.builds(FreezeSkills, st.booleans()),
+    st.builds(Teach, st.just("flank"), st.sampled_from([2, 60])),
+    st.just(StopTeaching()),
     st.builds(SetParameter, st.just("learner.alpha"), st.sampled_from([0.2, 0.4])),
     st.builds(SetSchedule, st.sampled_from(PLANS)),
 )

@@ -29,6 +29,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.control import Control
@@ -608,6 +610,8 @@ later_plans = st.builds(plan_with, plans, **{JOINING: ats})
 changes = st.one_of(
     st.builds(FreezeSelection, st.booleans()),
     st.builds(FreezeSkills, st.booleans()),
+    st.builds(Teach, st.just("flank"), st.integers(0, 60)),
+    st.just(StopTeaching()),
     st.builds(FollowSchedule, st.booleans()),
     st.builds(SetParameter, st.just("learner.alpha"), st.sampled_from([0.2, 0.4])),
     st.builds(SetSchedule, plans),
@@ -953,6 +957,8 @@ REFUSED: Sequence[tuple[Command, str]] = (
     (SetParameter("learner.epsilon", float("nan")), "learner.epsilon: nan is not allowed"),
     (DefineSkill("avoid", SkillWeights()), "'avoid' is the name of a built-in skill; allowed: "),
     (DefineSkill("Not a name", SkillWeights()), "Not a name"),
+    (StopTeaching(), "no script is teaching"),
+    (Teach("flank", 0), "duration: 0 trials is not allowed; allowed: 1 to 2000000"),
     (Undo(0), "nothing was done by hand under the number 0"),
     (Undo(-1), "nothing was done by hand under the number -1"),
     (Undo(2), "nothing was done by hand under the number 2"),
@@ -961,6 +967,10 @@ REFUSED: Sequence[tuple[Command, str]] = (
         "is past and cannot change",
     ),
     (SetSchedule(ScheduleSpec(skills={"approach": LATER})), "is past and cannot change"),
+    (
+        SetSchedule(ScheduleSpec(pretrain=5)),
+        "pretrain: 5 is not allowed, since pre-training comes before the first step of a run",
+    ),
     (
         SetSchedule(ScheduleSpec(skills={"sneak": LATER})),
         "schedule.skills.sneak: 'sneak' is not among the learner's options; allowed: approach, ",

@@ -778,6 +778,65 @@ def test_a_skill_looks_the_same_in_every_frame() -> None:
         assert same(first, other)
 
 
+SEARCH = 4
+"""Number of the command whose table sees the prey's heading."""
+
+
+def commanding(search_q: np.ndarray | None = None, **tables: Any) -> Snapshot:
+    """A moment of a manager, what searches having ``(heading, distance, direction, move)``."""
+    base = fresh("feudal")
+    skill_q = np.zeros_like(base.skill_q)
+    if search_q is not None:
+        skill_q[SEARCH] = search_q
+    return made(base, skill_q=skill_q, **tables)
+
+
+def moving(ways: np.ndarray) -> np.ndarray:
+    """Values by which the best move in all places is one for each heading."""
+    values = np.zeros((*MAP, N_MOVES), np.float32)
+    values[np.arange(N_HEADINGS), ..., ways] = 1
+    return values
+
+
+def test_what_searches_is_shown_as_it_is_for_the_prey_of_the_trial() -> None:
+    ways = np.array([EAST, EAST, EAST, WEST, WEST, WEST, WEST, WEST])
+    for heading, east in ((2, 4.5), (6, -4.5)):
+        taken = dataclasses.replace(commanding(moving(ways) * 0.5), heading=heading)
+        picture = paint("skill", taken, option=SEARCH)
+        # A capture is told to it as 1, and nothing is worth more.
+        assert colour_at(picture, 20, 0) == gain(0.5)
+        assert picture.arrows is not None
+        way = picture.arrows[:, 1] - picture.arrows[:, 0]
+        assert way == pytest.approx(np.broadcast_to([east, 0.0], way.shape), abs=1e-4)
+        legend, caption = words("skill", taken, option=SEARCH)
+        assert f"For a prey that looks {HEADING_NAMES[heading]}, as now." in legend
+        assert caption.startswith("What search has learned for itself")
+        blind, _ = words("skill", taken, option=SEARCH - 1)
+        assert "What obeys a command does not know where the prey looks" in blind
+
+
+def test_the_flow_of_what_sees_headings_goes_by_each() -> None:
+    values = zeros(5)
+    values[..., SEARCH] = 1
+    # Towards where the prey looks, whichever that is: the same way in all turned pictures.
+    compass = [MOVES.tolist().index(way) for way in geometry.HEADINGS.tolist()]
+    taken = commanding(moving(np.array(compass)), selection_q=values)
+    for frame, (east, north) in ((FOLDED, (4.5, 0.0)), (0, (4.5, 0.0)), (2, (0.0, 4.5))):
+        arrows = paint("flow", taken, frame=frame).arrows
+        assert arrows is not None
+        assert len(arrows) > 350
+        way = arrows[:, 1] - arrows[:, 0]
+        assert way == pytest.approx(np.broadcast_to([east, north], way.shape), abs=1e-4)
+
+
+def test_a_manager_chooses_a_command() -> None:
+    values = zeros(5)
+    values[..., SEARCH] = 1
+    legend, caption = words("chosen", commanding(selection_q=values))
+    assert "The command of most value" in legend
+    assert caption.startswith("The command that at least half of the prey")
+
+
 def test_a_learner_of_moves_has_no_skills_to_show() -> None:
     moment = fresh("standard_q")
     assert everywhere_blank(paint("skill", moment))

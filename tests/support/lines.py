@@ -20,6 +20,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.run import Run
@@ -64,6 +66,8 @@ commands = st.one_of(
     st.builds(Remove, st.sampled_from((*SKILLS[1:], NEW))),
     st.builds(FreezeSelection, st.booleans()),
     st.builds(FreezeSkills, st.booleans()),
+    st.builds(Teach, st.just("flank"), st.sampled_from([2, 30])),
+    st.just(StopTeaching()),
     st.builds(FollowSchedule, st.booleans()),
     st.builds(SetParameter, st.just("learner.alpha"), st.sampled_from([0.2, 0.4])),
     st.builds(SetParameter, st.just("world.vision_radius"), st.sampled_from([3.0, 6.0])),

@@ -41,8 +41,8 @@ class SlowSkill:
     alpha: float | None = None
 
 
-APPETITE = SlowSkill(behind=1.0, sees_heading=True)
-FEAR = SlowSkill(flight=-50.0, sees_heading=True, ends_with_trial=True)
+APPETITE = SlowSkill(behind=1.0, sees_heading=True, ends_with_trial=True, alpha=0.05)
+FEAR = SlowSkill(flight=-50.0, sees_heading=True, ends_with_trial=True, alpha=0.05)
 
 
 @dataclass(frozen=True)

@@ -602,5 +602,24 @@ def test_rows_of_skills_follow_the_run_and_no_widget_is_removed(
     assert "GuiRemoveMessage" not in sent
 
 
+def test_what_a_learner_does_not_have_cannot_be_frozen_or_followed(desk: Desk) -> None:
+    boxes = "Freeze selection", "Freeze skills", "Follow schedule"
+    for preset, enabled, said in (
+        ("timed", [True, True, True], None),
+        (
+            "standard_q",
+            [True, False, False],
+            "The options are moves: there are no skills",
+        ),
+        # What obeys the commands has tables that can be frozen like those of skills.
+        ("feudal", [True, True, False], "The options are commands: no skill joins"),
+    ):
+        desk.show(Run(spec_of(preset), 3))
+        assert [desk.person.can_use(box) for box in boxes] == enabled
+        for words in ("The options are moves", "The options are commands"):
+            assert desk.person.reads(words) == bool(said and said.startswith(words))
+        assert said is None or desk.person.reads(said)
+
+
 def test_where_nothing_is_explored_nothing_can_be_stopped(desk: Desk) -> None:
     assert not desk.person.reads("Stop exploring")
