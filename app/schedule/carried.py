@@ -104,8 +104,8 @@ def _teach_of(blocks: Sequence[Block], former: ScheduleSpec) -> TeachSpec | None
     first = next((block for block in blocks if _is_teaching(block) and block.first == 0), None)
     if first is None or not first.trials:
         return None
-    script = {} if former.teach is None else {"script": former.teach.script}
-    return TeachSpec(**script, trials=min(first.trials, MAX_TRIALS))
+    teach = former.teach or TeachSpec(trials=MAX_TRIALS)
+    return teach.model_copy(update={"trials": min(first.trials, MAX_TRIALS)})
 
 
 def _is_teaching(block: Block) -> bool:

@@ -366,7 +366,7 @@ class Steering:
         weights = {skill: round(dial.read(), 3) for skill, dial in self._weights.items()}
         if not any(weights.values()):
             raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
-        self._ask(client, DefineSkill(name, SkillWeights(**weights)))
+        self._ask(client, DefineSkill(name, SkillWeights.model_validate(weights)))
         self._ask(client, Introduce(name, DEFAULT_FREEZE_TRIALS))
 
     def _show_skills(self, snapshot: Snapshot) -> None:

@@ -244,19 +244,7 @@ def test_while_a_script_teaches_it_says_until_when_and_can_be_stopped(
     assert desk.requests == [StopTeaching()]
 
 
-def test_who_has_no_circle_cannot_be_taught_and_says_why(server: viser.ViserServer) -> None:
-    run = Run(
-        presets.load(
-            "timed",
-            [
-                "world.size=40",
-                "learner.options=[approach, avoid]",
-                "schedule.skills={}",
-                "schedule.episodes=[]",
-            ],
-        ),
-        seed=1,
-    )
-    desk = Desk(server.gui, run)
+def test_who_has_no_avoid_cannot_be_taught_and_says_why(server: viser.ViserServer) -> None:
+    desk = Desk(server.gui, Run(presets.load("hierarchical_2", ["world.size=40"]), seed=1))
     assert not desk.person.can_use("Teach now")
-    assert desk.person.reads("chooses a circle, not among the learner's options")
+    assert desk.person.reads("chooses avoid, not among the learner's options")
