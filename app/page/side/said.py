@@ -9,6 +9,7 @@ from app.explain.sentence import success_share
 from app.live.divergence import Divergence
 from app.live.racer import Stand
 from app.live.snapshot import Snapshot
+from app.picture.layers import LAYERS
 from app.picture.look import Look
 from app.picture.options import option_names
 from app.schedule.forced import forced_now, where_in_short
@@ -82,7 +83,8 @@ def looks_with(look: Look, named: Snapshot, snapshot: Snapshot) -> Look:
     """
     names, own = option_names(named), option_names(snapshot)
     name = names[look.option] if look.option < len(names) else ""
-    return look._replace(option=own.index(name) if name in own else 0)
+    look = look._replace(option=own.index(name) if name in own else 0)
+    return LAYERS[look.layer].heeded(look, snapshot.spec.learner)
 
 
 def apart_said(found: Divergence | None, names: tuple[str, str], step: int, trial: int) -> str:

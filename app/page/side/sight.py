@@ -229,7 +229,7 @@ def _legend(view: View) -> dict[str, Any]:
         view.hall.extras(one, look, None) for one, look in zip(view.shown, looks, strict=True)
     ]
     return {
-        "layer": layer.title,
+        "layer": layer.title_of(view.shown[0].spec.learner),
         "html": str(layer.legend(view.shown[0], looks[0], extras[0])),
         "captions": [layer.caption(*each) for each in zip(view.shown, looks, extras, strict=True)],
     }
