@@ -13,7 +13,6 @@ from learners.hunts import stream_of
 from learners.kernel.choices import skill_move
 from learners.kernel.forms import Forms, earned, forms_of, is_behind, skill_row
 from learners.kernel.state import STEP, TRAIL_LENGTH, TRIAL_STEP
-from learners.learner_spec import LearnerSpec
 from learners.run import Run, units
 from learners.skills import wrapped
 from sim import rng
@@ -138,18 +137,8 @@ def fill_starts(
         headings[place] = heading
 
 
-def blind(learner: LearnerSpec) -> bool:
-    """Whether no skill sees where the prey looks, in its state or by its local reward."""
-    rewards = map(learner.reward_of, learner.skills)
-    sees = any(map(learner.sees_heading, learner.skills))
-    return not sees and not any(reward.behind or reward.flight for reward in rewards)
-
-
 def progress(run: Run, skill: str) -> float:
-    """Share of the steps of a skill left to itself that earn a local reward above 0.
-
-    Only for learners whose skills are all :func:`blind`.
-    """
+    """Share of the steps of a skill left to itself that earn a local reward above 0."""
     learner = run.spec.learner
     number = learner.skills.index(skill)
     weights = np.zeros((len(learner.skills), 4), np.float32)

@@ -91,8 +91,6 @@ class Facts:
         return [Probe(look, trials=at, steps=after) for look, at, after in looks if at or after]
 
     def _skills(self, step: int, run: Run) -> None:
-        if not behaviour.blind(run.spec.learner):
-            return
         for skill in run.present:
             self._found[progress(skill, step)] = behaviour.progress(run, skill)
 

@@ -144,9 +144,9 @@ def test_the_layers_are_in_the_order_of_their_hotkeys() -> None:
     assert all(layer.key == key for key, layer in LAYERS.items())
 
 
-def test_two_layers_ask_which_option_they_are_about() -> None:
+def test_three_layers_ask_which_option_they_are_about() -> None:
     about = {key: layer.about for key, layer in LAYERS.items() if layer.about != "nothing"}
-    assert about == {"option": "option", "skill": "skill"}
+    assert about == {"option": "option", "skill": "skill", "stake": "skill"}
 
 
 def test_looks_and_extras_that_agree_can_share_a_picture() -> None:
@@ -1217,7 +1217,9 @@ def test_a_fixed_heading_shows_its_own_rows(key: str) -> None:
     turned = dataclasses.replace(ends, since=only(extras.since, heading))
     seen = paint(key, moment, extras, frame=heading)
     assert same(seen, paint(key, alone, turned, frame=0))
-    assert key == "skill" or not same(seen, paint(key, moment, extras, frame=5))
+    assert key in ("skill", "stake", "traces") or not same(
+        seen, paint(key, moment, extras, frame=5)
+    )
 
 
 @every_layer
@@ -1275,7 +1277,7 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     else:
         assert "are turned so that it looks right" in folded
         assert "North is up, and the prey looks north." in north
-    assert ("what it sees" in folded) == ("frame" in LAYERS[key].heeds)
+    assert ("what it sees" in folded) == ("frame" in LAYERS[key].heeds_of(fresh().spec.learner))
     assert "what it sees" not in words(key, fresh(), field=False)[0]
 
 
