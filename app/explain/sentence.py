@@ -19,6 +19,7 @@ from app.words.glossary import term
 from app.words.numbers import counted
 from app.words.plain import RULES_IN_WORDS, joined_by_and, named, plain
 from learners.names import COMMANDS
+from learners.policies.alone import Alone, alone_at
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -148,6 +149,30 @@ def _explored(snapshot: Snapshot) -> Markup | str:
         for one in others
     ]
     return _said(name, f": {', '.join(parts)}{so}.")
+
+
+def alone_in(snapshot: Snapshot) -> Alone | None:
+    """The skill that learns alone at a moment, before the first trial; None where none does."""
+    preset = snapshot.preset_spec
+    return alone_at(snapshot.step, preset.schedule.pretrain, preset.learner.skills)
+
+
+def _alone(alone: Alone, snapshot: Snapshot) -> Markup:
+    return _said(
+        "Before the first hunt each ",
+        term("skill"),
+        f" learns alone: {plain(alone.skill)} until step {alone.until_step:,}, of"
+        f" {snapshot.preset_spec.schedule.pretrain * len(snapshot.preset_spec.learner.skills):,}.",
+    )
+
+
+def _taught(snapshot: Snapshot) -> Markup | str:
+    """That a script chooses the skills, and until when."""
+    until = snapshot.control.taught_until
+    if until <= snapshot.trial:
+        return ""
+    taught = term("teaching", "Taught")
+    return _said(taught, f" until trial {until:,}: a script shows it which skill to take.")
 
 
 def _where(forced: Forced) -> str:
@@ -318,7 +343,10 @@ def said_of(snapshot: Snapshot) -> Markup:
 
 def _of_moment(snapshot: Snapshot) -> list[Markup | str]:
     """What a moment's tables and control say; some of it may be empty."""
-    parts = [_repertoire(snapshot), _explored(snapshot), _held_still(snapshot)]
+    alone = alone_in(snapshot)
+    if alone is not None:
+        return [_alone(alone, snapshot)]
+    parts = [_repertoire(snapshot), _taught(snapshot), _explored(snapshot), _held_still(snapshot)]
     if not snapshot.selection_frozen:
         parts.append(_spread(snapshot))
     return parts

@@ -206,6 +206,7 @@ def _readings(view: View) -> dict[str, Any]:
                 hall.greedy.at(place, view.step),
                 digests[place],
                 place in leads,
+                view.is_live,
             )
             for place, one in enumerate(view.shown)
         ],
