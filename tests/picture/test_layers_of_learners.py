@@ -107,8 +107,13 @@ def test_names_of_layers_are_those_of_what_they_show() -> None:
 
 @pytest.mark.parametrize(
     ("preset", "noun"),
-    [("timed", "steps"), ("standard_q_held", "steps"), ("timed_held", "choices")]
-    + [("feudal", "commands"), ("q_lambda", "steps")],
+    [
+        ("timed", "steps"),
+        ("standard_q_held", "steps"),
+        ("timed_held", "choices"),
+        ("feudal", "commands"),
+        ("q_lambda", "steps"),
+    ],
 )
 def test_a_value_counts_what_it_is_discounted_by(preset: str, noun: str) -> None:
     legend, _ = words("value", fresh(preset))
