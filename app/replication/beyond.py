@@ -1,4 +1,4 @@
-"""What goes beyond the thesis, as its page says it: learners against one another, in five worlds."""
+"""What goes beyond the thesis, as its page says it: learners beside each other, in five worlds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
