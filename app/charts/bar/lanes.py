@@ -84,19 +84,35 @@ def lanes_of(
     blocks: Sequence[Block], skills: Iterable[str], axis: TimeAxis, chosen: str = ""
 ) -> tuple[Lane, ...]:
     """A lane for each skill, and others where a script taught and something was frozen by hand."""
+    comes_next = next((block.id for block in blocks if _waits_for_its_rule(block)), "")
     lanes = [
-        _lane(skill, plain(skill), [b for b in blocks if b.skill == skill], axis, chosen)
+        _lane(
+            skill, plain(skill), [b for b in blocks if b.skill == skill], axis, chosen, comes_next
+        )
         for skill in skills
     ]
     taught = [block for block in blocks if block.kind == "teaching"]
     freezes = [block for block in blocks if block.kind in FREEZES]
     for name, found in ((TEACHING_LANE, taught), (FREEZE_LANE, freezes)):
         if found:
-            lanes.append(_lane("", name, found, axis, chosen))
+            lanes.append(_lane("", name, found, axis, chosen, ""))
     return tuple(lanes)
 
 
-def _lane(skill: str, name: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
+def _waits_for_its_rule(block: Block) -> bool:
+    """Whether its skill is to join by a rule; the first of these is the next one that does."""
+    is_ahead = block.kind == "introduction" and block.state == "planned"
+    return is_ahead and block.by_rule and block.first >= NEVER
+
+
+def _lane(
+    skill: str,
+    name: str,
+    blocks: Sequence[Block],
+    axis: TimeAxis,
+    chosen: str,
+    comes_next: str,
+) -> Lane:
     # One that another took the place of at once has held nothing.
     blocks = [
         block for block in blocks if block.kind == "introduction" or block.until != block.first
@@ -110,7 +126,7 @@ def _lane(skill: str, name: str, blocks: Sequence[Block], axis: TimeAxis, chosen
         skill=skill,
         presence=tuple(_presence(shown, axis)),
         pieces=tuple(_piece(block, chosen) for block in drawn),
-        labels=_Writer(axis, drawn).labels(blocks),
+        labels=_Writer(axis, drawn, comes_next).labels(blocks),
     )
 
 
@@ -151,8 +167,9 @@ def _piece(block: Block, chosen: str) -> Piece:
 class _Writer:
     """Finds room in a lane for what is said of its blocks."""
 
-    def __init__(self, axis: TimeAxis, drawn: Iterable[Block]) -> None:
-        self._axis = axis
+    def __init__(self, axis: TimeAxis, drawn: Iterable[Block], comes_next: str) -> None:
+        """``comes_next`` is the id of the block whose skill is the next to join by a rule."""
+        self._axis, self._comes_next = axis, comes_next
         self._taken = [self._span(block) for block in drawn]
         self._room = Room(0.0, 1.0)
         for span in self._taken:
@@ -229,7 +246,8 @@ class _Writer:
         if block.first >= NEVER:
             before, text, near = "", "not planned to join", 1.0
             if block.by_rule:
-                text = "joins by its rule"
+                is_next = block.id == self._comes_next
+                text = "joins next, by its rule" if is_next else "joins by its rule"
         elif is_beyond:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
         elif block.by_rule:
