@@ -13,6 +13,7 @@ def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     """All that does not, each with what is allowed."""
     yield from _without_skills(schedule, learner)
     yield from _unknown_skills(schedule, learner)
+    yield from _without_a_time(schedule)
     yield from _no_first_skill(schedule, learner.skills)
     yield from _without_a_table(schedule, learner)
     yield from _misplaced_episodes(schedule)
@@ -76,6 +77,13 @@ def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Pr
             hint = "" if skill in known else did_you_mean(skill, known)
             message = f"is not among the learner's options{hint}; allowed: {allowed}"
             yield Problem(key, skill, message)
+
+
+def _without_a_time(schedule: ScheduleSpec) -> Iterator[Problem]:
+    for skill, timer in schedule.skills.items():
+        if timer.at is None and schedule.rule_of(skill) is None:
+            message = "is missing; allowed: a trial, or a rule under introduce"
+            yield Problem(("skills", skill, "at"), ..., message)
 
 
 def _no_first_skill(schedule: ScheduleSpec, skills: Sequence[str]) -> Iterator[Problem]:

@@ -405,7 +405,7 @@ class Run:
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
         skill_alpha = 0.0 if self.control.skills_frozen else learner.skill_alpha
-        script = np.zeros(0, np.uint8)
+        script = None
         if regime.is_taught and alone is None:
             name = self.control.script
             script = taught.table_of(name, self.spec.world, learner.skills, self.present)

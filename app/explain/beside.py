@@ -31,8 +31,6 @@ def _manner_of(spec: RunSpec) -> str:
     parts: list[str] = []
     if learner.selection != "learned":
         parts.append("selected by a rule")
-    if learner.trace_decay is not None:
-        parts.append("each reward reaches the moves before it")
     if held is not None:
         most = counted(held.most, "step")
         until = "the place changes" if held.until == "change" else ""

@@ -41,6 +41,8 @@ _BESIDE = np.radians(75)
 """Farther than this from straight behind the prey is beside the cone."""
 _STANDING_SHARE = 1 / 170
 """Value that lately rose in fewer of the states than this has stopped spreading."""
+_EVERYWHERE = 0.995
+"""Of the places that they know: skills that agree in so many do so nearly everywhere."""
 _NEARLY_ALL = 0.95
 """In more of the places in which skills are at odds than this one is said to have its way."""
 _LEAN = 1 / 3
@@ -265,7 +267,8 @@ def _agreed(snapshot: Snapshot) -> Markup:
         return _said(f"{success_share(snapshot):.0%} of recent hunts end in capture.")
     contested = minds(snapshot).any(axis=0) & known
     share = 1 - contested.sum() / known.sum()
-    parts = [f"They agree in {share:.0%} of places"]
+    where = "nearly everywhere" if share >= _EVERYWHERE else f"in {share:.0%} of places"
+    parts = [f"They agree {where}"]
     if contested.any():
         wins = np.maximum(snapshot.choice_q, 0)[contested].mean(axis=0)
         most = int(wins.argmax())

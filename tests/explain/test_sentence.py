@@ -216,7 +216,10 @@ def test_primitive_moves_are_no_skills() -> None:
 def test_commands_are_no_skills() -> None:
     run = Run(spec_of(preset="feudal"), seed=1)
     said = in_words(status_of(run))
-    assert said.startswith("A manager with five commands, no skills. No prey has been")
+    assert said.startswith(
+        "A manager with five commands, no skills. A command holds until the predator leaves the"
+        " region. No prey has been"
+    )
 
 
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:

@@ -798,18 +798,18 @@ def moving(ways: np.ndarray) -> np.ndarray:
     return values
 
 
-def test_what_searches_is_shown_as_it_is_for_the_prey_of_the_trial() -> None:
+def test_what_searches_is_shown_as_it_is_for_one_heading() -> None:
     ways = np.array([EAST, EAST, EAST, WEST, WEST, WEST, WEST, WEST])
     for heading, east in ((2, 4.5), (6, -4.5)):
         taken = dataclasses.replace(commanding(moving(ways) * 0.5), heading=heading)
-        picture = paint("skill", taken, option=SEARCH)
+        picture = paint("skill", taken, option=SEARCH, frame=OF_TRIAL)
         # A capture is told to it as 1, and nothing is worth more.
         assert colour_at(picture, 20, 0) == gain(0.5)
         assert picture.arrows is not None
         way = picture.arrows[:, 1] - picture.arrows[:, 0]
         assert way == pytest.approx(np.broadcast_to([east, 0.0], way.shape), abs=1e-4)
-        legend, caption = words("skill", taken, option=SEARCH)
-        assert f"For a prey that looks {HEADING_NAMES[heading]}, as now." in legend
+        legend, caption = words("skill", taken, option=SEARCH, frame=OF_TRIAL)
+        assert f"the prey looks {HEADING_NAMES[heading]}." in legend
         assert caption.startswith("What search has learned for itself")
         blind, _ = words("skill", taken, option=SEARCH - 1)
         assert "What obeys a command does not know where the prey looks" in blind
