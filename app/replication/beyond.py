@@ -1,4 +1,4 @@
-"""What goes beyond the thesis, as its page says it: learners against one another, in five worlds."""
+"""What goes beyond the thesis, as its page says it: learners against one another in five worlds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -28,7 +28,7 @@ _FIGURE: Final = "standings"
 _DRAWN: Final[Mapping[str, Sequence[str]]] = {
     "introduction": ("timed", "timed_auto"),
     "context": ("timed_auto", "timed_context"),
-    "held": ("standard_q", "standard_q_held", "timed_context", "timed_held"),
+    "held": ("standard_q", "standard_q_held", "timed_held"),
     "lin": ("hierarchical_3", "hierarchical_3_persistent", "hierarchical_3_taught"),
     "static": ("timed", "static_appetite_fear"),
     "feudal": ("standard_q", "timed", "feudal"),
@@ -37,7 +37,8 @@ _DRAWN: Final[Mapping[str, Sequence[str]]] = {
 """By page on one thing, whose name its figure has: the learners whose curves are in it."""
 _CURVED: Final = ("standard", "sensors 8 x 6")
 """The worlds in which: the one in which all is tuned, and the one in which least can be seen."""
-_COHERENCE: Final = ("mean_choice", "without_progress")
+_COHERENCE: Final = ("without_progress",)
+"""What is drawn of it: what means the same for all learners."""
 _TITLES: Final = {
     "horizon_area": "area",
     "horizon_reward": "reward in the end",
