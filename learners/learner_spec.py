@@ -19,6 +19,7 @@ from learners.names import (
 )
 from learners.skill_spec import BUILT_IN, SkillWeights
 from learners.skills import SPIRAL_PENALTY, LocalReward
+from learners.template_spec import SELECTION, WAYS, TemplateSpec
 from sim.spec import FiniteFloat, Problem, ProblemsError, Spec
 
 _ALLOWED_OPTIONS: Final = (
@@ -122,6 +123,9 @@ class LearnerSpec(Spec):
     """Only skills are selected whose largest value is at least this share of the largest that it
     ever was."""
 
+    templates: Annotated[tuple[TemplateSpec, ...], Field(strict=False, max_length=32)] = ()
+    """What tables begin with (section 2.3.2); of several for the same value the last counts."""
+
     @model_validator(mode="after")
     def _parts_go_together(self) -> Self:
         problems = list(clashes(self))
@@ -213,3 +217,31 @@ def clashes(learner: LearnerSpec) -> Iterator[Problem]:
             allowed = ", ".join(learner.skills)
             message = f"is not among the learner's options; allowed: {allowed}"
             yield Problem(("weights", skill), skill, message)
+    yield from _misplaced_templates(learner)
+
+
+def _misplaced_templates(learner: LearnerSpec) -> Iterator[Problem]:
+    tables = (SELECTION, *learner.skills)
+    for index, template in enumerate(learner.templates):
+        key = ("templates", index)
+        if learner.options == COMMANDS:
+            message = "is for moves or skills, and the options are commands; allowed: none"
+            yield Problem((*key, "table"), template.table, message)
+            continue
+        if template.table not in tables:
+            message = f"is no table of this learner; allowed: {', '.join(tables)}"
+            yield Problem((*key, "table"), template.table, message)
+            continue
+        if template.table == SELECTION and learner.selection != "learned":
+            message = f"is not learned, but by {learner.selection}; allowed: a skill"
+            yield Problem((*key, "table"), template.table, message)
+            continue
+        is_of_skills = template.table == SELECTION and learner.skills
+        allowed = learner.skills if is_of_skills else WAYS
+        if template.prefer not in allowed:
+            message = f"is not what this table is about; allowed: {', '.join(allowed)}"
+            yield Problem((*key, "prefer"), template.prefer, message)
+        is_blind = template.table != SELECTION and not learner.sees_heading(template.table)
+        if is_blind and template.bearing != (0.0, 180.0):
+            message = f"is not known to {template.table}, which does not see where the prey looks"
+            yield Problem((*key, "bearing"), template.bearing, f"{message}; allowed: none")

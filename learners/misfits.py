@@ -13,10 +13,11 @@ def misfits(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     """All that does not, each with what is allowed."""
     yield from _without_skills(schedule, learner)
     yield from _unknown_skills(schedule, learner)
+    yield from _without_a_time(schedule)
     yield from _no_first_skill(schedule, learner.skills)
+    yield from _without_a_table(schedule, learner)
     yield from _misplaced_episodes(schedule)
-    yield from _unwatchable(schedule, learner)
-    yield from _without_context(schedule, learner)
+    yield from _nothing_to_reach(schedule, learner)
 
 
 def _without_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
@@ -46,6 +47,21 @@ def not_for_script(learner: LearnerSpec) -> str | None:
     )
 
 
+def _without_a_table(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    """What goes by the table of a selection that has none."""
+    if learner.selection == "learned":
+        return
+    for key, rule in _rules(schedule):
+        if rule.by == "change":
+            message = f"asks how much a table changes, and {learner.selection} has none"
+            yield Problem(key, rule.by, f"{message}; allowed: novelty, reach")
+    for index, episode in enumerate(schedule.episodes):
+        if episode.where is not None:
+            key = ("episodes", index, "where", "value_at_most")
+            message = f"asks what a table says of a state, and {learner.selection} has none"
+            yield Problem(key, episode.where.value_at_most, f"{message}; allowed: none")
+
+
 def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
     allowed = ", ".join(learner.skills) or f"none, because the options are {learner.options}"
     named: list[tuple[tuple[str | int, ...], str]] = [
@@ -61,6 +77,13 @@ def _unknown_skills(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Pr
             hint = "" if skill in known else did_you_mean(skill, known)
             message = f"is not among the learner's options{hint}; allowed: {allowed}"
             yield Problem(key, skill, message)
+
+
+def _without_a_time(schedule: ScheduleSpec) -> Iterator[Problem]:
+    for skill, timer in schedule.skills.items():
+        if timer.at is None and schedule.rule_of(skill) is None:
+            message = "is missing; allowed: a trial, or a rule under introduce"
+            yield Problem(("skills", skill, "at"), ..., message)
 
 
 def _no_first_skill(schedule: ScheduleSpec, skills: Sequence[str]) -> Iterator[Problem]:
@@ -101,21 +124,11 @@ def _misplaced_episodes(schedule: ScheduleSpec) -> Iterator[Problem]:
         taken.setdefault(episode.skill, []).append((first, first + episode.duration))
 
 
-def _unwatchable(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
-    rules: list[tuple[tuple[str, ...], TriggerSpec | None]] = [
-        (("introduce", "by"), schedule.introduce),
-        *(
-            (("skills", skill, "introduce", "by"), t.introduce)
-            for skill, t in schedule.skills.items()
-        ),
-    ]
-    for key, rule in rules:
-        if rule is None or not learner.skills or rule.by == "novelty":
-            continue
-        if learner.selection != "learned":
-            message = "watches what the selection learns, and here it learns nothing"
-            yield Problem(key, rule.by, f"{message}; allowed: novelty")
-        elif rule.by == "reach" and learner.initial_q > 0:
+def _nothing_to_reach(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
+    if learner.initial_q <= 0:
+        return
+    for key, rule in _rules(schedule):
+        if rule.by == "reach":
             message = (
                 "waits for states whose value rises above 0, and all begin there, with initial_q"
                 f" {learner.initial_q:g}"
@@ -123,12 +136,10 @@ def _unwatchable(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Probl
             yield Problem(key, rule.by, f"{message}; allowed: novelty, change")
 
 
-def _without_context(schedule: ScheduleSpec, learner: LearnerSpec) -> Iterator[Problem]:
-    for index, episode in enumerate(schedule.episodes):
-        if episode.where is not None and learner.selection != "learned":
-            message = "asks what a state is worth, and a selection by a rule does not learn that"
-            yield Problem(
-                ("episodes", index, "where"),
-                episode.where.value_at_most,
-                f"{message}; allowed: none",
-            )
+def _rules(schedule: ScheduleSpec) -> Iterator[tuple[tuple[str, ...], TriggerSpec]]:
+    """Rules by which skills join, and the keys of what they watch."""
+    if schedule.introduce is not None:
+        yield ("introduce", "by"), schedule.introduce
+    for skill, timer in schedule.skills.items():
+        if timer.introduce is not None:
+            yield ("skills", skill, "introduce", "by"), timer.introduce

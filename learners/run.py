@@ -7,7 +7,7 @@ one such event to the next.
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -54,6 +54,7 @@ from learners.kernel.state import (
     with_option,
     with_room_for,
 )
+from learners.kernel.templates import seed_option
 from learners.learner_spec import HeldSpec
 from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.policies import taught
@@ -325,7 +326,8 @@ class Run:
             match effect:
                 case Join():
                     safely = after.spec.schedule.safe_introduction
-                    join_option(self.state, option, learner.initial_q, safely=safely)
+                    seed = partial(seed_option, after.spec, effect.skill)
+                    join_option(self.state, option, learner.initial_q, safely=safely, seed=seed)
                 case Leave():
                     self._keep(leave_option(self.state, option))
                 case Return(number=number):
@@ -403,7 +405,7 @@ class Run:
         if learner.skills:
             present = sum(1 << self._option(skill) for skill in self.present)
         skill_alpha = 0.0 if self.control.skills_frozen else learner.skill_alpha
-        script = np.zeros(0, np.uint8)
+        script = None
         if regime.is_taught and alone is None:
             name = self.control.script
             script = taught.table_of(name, self.spec.world, learner.skills, self.present)

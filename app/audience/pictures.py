@@ -108,10 +108,11 @@ def word_parts(status: Status, look: Look, extras: Extras) -> Parts:
     """What is read beside the board."""
     words = words_sent(status, look, extras)
     sentence = words["sentence"]
+    title = LAYERS[look.layer].title_of(status.snapshot.spec.learner)
     if status.error:
         sentence = str(element("b", status.error))
     return {
-        "legend": part("legend", {"html": words["legend"], "title": LAYERS[look.layer].title}),
+        "legend": part("legend", {"html": words["legend"], "title": title}),
         "said": part(
             "said",
             {

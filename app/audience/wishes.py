@@ -12,8 +12,6 @@ from app.audience.taps import Tap
 from app.live.snapshot import Snapshot
 from app.picture.layer import Layer
 from app.picture.layers import LAYERS
-from app.picture.layers.change import CHANGE
-from app.picture.layers.success import SUCCESS
 from app.picture.look import FOLDED, OF_TRIAL, Look
 from app.picture.options import option_names
 from app.picture.theme import DARK, LIGHT
@@ -24,7 +22,8 @@ MOST_MOMENTS: Final = 256
 are the same as far as that can be, so that each is made once."""
 _MOST: Final = 2**53
 
-OFFERED: Final = {key: layer for key, layer in LAYERS.items() if layer not in (SUCCESS, CHANGE)}
+_FOR_PRESENTER: Final = ("success", "change")
+OFFERED: Final = {key: layer for key, layer in LAYERS.items() if key not in _FOR_PRESENTER}
 """Layers that one can choose for oneself: what the others need is made for the presenter alone."""
 _FRAMES: Final = {
     FOLDED: "All as one, prey looks right",
@@ -117,7 +116,8 @@ def offered_step(step: int, end_step: int, events: tuple[int, ...]) -> int:
 
 def offer_of(snapshot: Snapshot) -> dict[str, object]:
     """What there is to choose from, for a page of the audience."""
-    skills = tuple(map(plain, snapshot.spec.learner.sub_policies))
+    learner = snapshot.spec.learner
+    skills = tuple(map(plain, learner.sub_policies))
     options = option_names(snapshot)
 
     def names_of(layer: Layer) -> tuple[str, ...]:
@@ -127,13 +127,12 @@ def offer_of(snapshot: Snapshot) -> dict[str, object]:
         "layers": [
             {
                 "key": layer.key,
-                "title": layer.title,
+                "title": layer.title_of(learner),
                 "of": names_of(layer),
                 "headings": "frame" in layer.heeds,
             }
             for layer in OFFERED.values()
-            # A learner of moves has no skills.
-            if layer.about != "skill" or skills
+            if layer.lacks(learner) is None
         ],
         "headings": [[frame, name] for frame, name in _FRAMES.items()],
     }

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from app.explain.cell import OUTCOME_NAMES, CellReading
 from app.live.snapshot import Snapshot
 from app.util.html import element, joined
-from app.words.numbers import NONE, counted, shown_number
+from app.words.numbers import NONE, counted, shown_number, significant
 from app.words.plain import joined_by_and, plain
 from learners import measures
 from learners.names import COMMANDS, MOVES
@@ -21,7 +21,28 @@ _COUNTS: Final = {2: "Two", 3: "Three", 4: "Four"}
 
 
 def repertoire(spec: RunSpec) -> str:
-    """What a learner chooses among, in a few words for those who do not know its name."""
+    """What a learner chooses among, and how, in a few words for those who do not know its name."""
+    return f"{_options_of(spec)}{_manner_of(spec)}"
+
+
+def _manner_of(spec: RunSpec) -> str:
+    """What is besides of how it chooses and learns, each after a comma."""
+    learner, schedule, held = spec.learner, spec.schedule, spec.learner.held
+    parts: list[str] = []
+    if learner.selection != "learned":
+        parts.append("selected by a rule")
+    if held is not None:
+        most = counted(held.most, "step")
+        until = "the place changes" if held.until == "change" else ""
+        parts.append(f"a choice is kept until {until}" if until else f"a choice is kept {most}")
+    if schedule.pretrain and learner.skills:
+        parts.append(f"pre-trained {schedule.pretrain:,} steps each")
+    if schedule.teach is not None:
+        parts.append(f"taught for {counted(schedule.teach.trials, 'trial')}")
+    return "".join(f", {part}" for part in parts)
+
+
+def _options_of(spec: RunSpec) -> str:
     skills = spec.learner.skills
     if spec.learner.options == MOVES:
         traces = "" if spec.learner.trace_decay is None else ", and traces of the last moves"
@@ -145,8 +166,13 @@ def cell_rows(readings: Sequence[CellReading | None]) -> list[Row]:
 def _worth(reading: CellReading) -> str:
     best = max((option.q for option in reading.options), default=0.0)
     if best <= 0:
+        if not reading.unit.counts:
+            return "nothing to any skill"
         return "will be seen" if best < 0 else "nothing yet"
-    return f"{reading.unit.steps_in_words(best)} steps"
+    unit = reading.unit
+    if not unit.counts:
+        return f"{significant(best)} to a skill"
+    return f"{unit.steps_in_words(best)} {unit.noun}s"
 
 
 def _choice(reading: CellReading) -> str:

@@ -98,6 +98,7 @@ def _differences_between(before: Control, after: Control, trial: int) -> list[_D
         _skills,
         _explorations,
         _planned_explorations,
+        _teaching,
         _parameters,
         _held_still,
         _freezes,
@@ -203,6 +204,16 @@ def _planned_otherwise(
             return " explored elsewhere"
         return f" explored for {episode.duration:,}"
     return f" explored at {_share(episode.probability)}"
+
+
+def _teaching(before: Control, after: Control, trial: int) -> Iterator[_Difference]:
+    """Whether a script teaches, and for how long from now on."""
+    was, now = (max(control.taught_until - trial, 0) for control in (before, after))
+    if now == 0 < was:
+        yield _Difference("not taught", "", "", f"no script teaches from trial {trial:,} on")
+    elif was != now:
+        said = f"a script teaches until trial {after.taught_until:,}"
+        yield _Difference(f"taught for {now:,}", "", "", said)
 
 
 def _parameters(before: Control, after: Control, trial: int) -> Iterator[_Difference]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.explain.ruled import Ruling, holding_at, ruling_at
 from app.explain.worth import Unit
 from app.live.snapshot import Snapshot
 from app.words.plain import MOVE_NAMES, plain
@@ -81,6 +82,10 @@ class CellReading:
     """Trial in which the state's value first rose above 0."""
     outcome: int
     """How a hunt from the cell ends if the learner neither explores nor learns."""
+    ruling: Ruling | None = None
+    """How a rule selects there; None where a table does."""
+    holding: str = ""
+    """How long what is chosen there holds; empty where each step has a choice of its own."""
 
 
 def policy_of(snapshot: Snapshot) -> Policy:
@@ -174,6 +179,8 @@ def reading_at(
         skills=_skills_read(snapshot, heading, *of_skills),
         first_reach=None if first_reach == NOT_REACHED else first_reach,
         outcome=outcome,
+        ruling=ruling_at(snapshot, here),
+        holding=holding_at(snapshot, here),
     )
 
 

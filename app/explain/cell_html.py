@@ -18,6 +18,7 @@ from app.explain.cell import (
     OptionReading,
     SkillReading,
 )
+from app.explain.ruled import ruling_html
 from app.explain.worth import Unit
 from app.picture.colours import css
 from app.picture.frames import folds
@@ -26,7 +27,7 @@ from app.picture.theme import Theme
 from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import counted, significant
-from app.words.plain import HEADING_NAMES
+from app.words.plain import HEADING_NAMES, joined_by_and
 from sim import geometry
 from sim.geometry import N_MOVES, STAY
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
@@ -76,7 +77,8 @@ def reading_html(reading: CellReading, look: Look) -> str:
         element("div", _sensed_html(reading)),
         element("div", _frame(reading, look)),
         element("div", joined([_sentence(_reach(reading, look)), " ", hunt, "."], "")),
-        options_html(reading),
+        element("div", reading.holding) if reading.holding else "",
+        options_html(reading) if reading.ruling is None else ruling_html(reading.ruling),
         _roses_html(reading),
     )
 
@@ -96,6 +98,12 @@ def _worth_of_one(reading: CellReading, look: Look) -> str:
 
 def _chosen(reading: CellReading, look: Look) -> str:
     """What the learner does here."""
+    if reading.ruling is not None:
+        gives_way = [wish.name for wish in reading.ruling.wishes if wish.minds]
+        if not gives_way:
+            return "the skills agree"
+        winner = max(reading.ruling.wishes, key=lambda wish: wish.decides)
+        return f"{winner.name} has its way against {joined_by_and(gives_way)}"
     best = [option.name for option in reading.options if option.greedy]
     return f"it takes {best[0]}" if len(best) == 1 else f"no choice is best of {len(best)}"
 
@@ -118,10 +126,22 @@ def _ends(reading: CellReading, look: Look) -> str:
     return f"a hunt from here ends in {OUTCOME_NAMES[reading.outcome]}"
 
 
+def _gives_up(reading: CellReading, look: Look) -> str:
+    """What it costs the skill that the picture is about that the move is not its own."""
+    if reading.ruling is None or look.option >= len(reading.options):
+        return _worth(reading, look)
+    name = reading.options[look.option].name
+    wish = next(wish for wish in reading.ruling.wishes if wish.name == name)
+    if wish.w is not None:
+        return f"W of {name} is {significant(wish.w)}"
+    return f"the move costs {name} {significant(wish.loses, 2) if wish.minds else 'nothing'}"
+
+
 _LEADS: Final[Mapping[str, Callable[[CellReading, Look], str]]] = {
     "option": _worth_of_one,
     "chosen": _chosen,
     "flow": _chosen,
+    "stake": _gives_up,
     "visits": _visited,
     "reach": _reach,
     "success": _ends,
@@ -189,7 +209,7 @@ def options_html(reading: CellReading) -> Markup:
         element("th", name, style=f"font-weight:400;text-align:{side};padding:{pad}")
         for name, side, pad in [
             (term("option", "Choice"), "left", "0"),
-            (term("steps to capture", "Steps"), "right", "0 0 0 0.8em"),
+            (term("steps to capture", f"{unit.noun.capitalize()}s"), "right", "0 0 0 0.8em"),
             (term("Q"), "right", "0 0 0 0.8em"),
             ("Visits", "right", "0 0 0 0.8em"),
         ]
@@ -227,8 +247,8 @@ def _roses_html(reading: CellReading) -> Markup:
     """A compass rose for each skill, or one for the nine moves where they are the options."""
     skills = reading.skills
     about = (
-        "What each skill makes of the nine moves: longer is better for its purpose, orange is"
-        " best; below, worst to best."
+        f"What each {'command' if reading.unit.noun == 'command' else 'skill'} makes of the nine"
+        " moves: longer is better for its purpose, orange is best; below, worst to best."
     )
     if not skills:
         about = "The nine moves: longer is better, orange is best; below, worst to best Q."

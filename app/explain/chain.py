@@ -12,7 +12,7 @@ from app.explain.worth import Unit
 from app.live.snapshot import Snapshot
 from app.util.html import element, joined
 from app.words.glossary import term
-from app.words.numbers import significant
+from app.words.numbers import counted, significant
 from learners import hunts
 from learners.hunts import Policy
 from sim.bits import U
@@ -25,30 +25,37 @@ LINKS_FOLLOWED = 600
 
 _DIGITS = 3
 """Of each number that mean something."""
+_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
-Ending = Literal["capture", "flight", "loop", "unknown", "limit"]
+Ending = Literal["capture", "flight", "loop", "unknown", "limit", "rule"]
 
 
 class Link(NamedTuple):
-    """One backup of a chain, with its numbers: target = reward + gamma * future."""
+    """One backup of a chain, with its numbers: target = reward + gamma ** power * future."""
 
     x: int
     y: int
     option: str
     move: int
+    """The first one, where a choice is kept for several."""
     reward: float
+    """Of all its steps, discounted as the learner does."""
     gamma: float
     future: float
     """Largest value of the present options in the next cell's state; 0 where the trial ends."""
     q: float
     """Value of the option in this cell's state."""
     unit: Unit
+    power: int = 1
+    """How often what follows is discounted: once, or once for each step of a choice."""
+    steps: int = 1
+    """For which the choice is kept."""
 
     @property
     def target(self) -> float:
         """What the value is learned towards."""
-        return self.reward + self.gamma * self.future
+        return self.reward + self.gamma**self.power * self.future
 
 
 class Chain(NamedTuple):
@@ -56,10 +63,12 @@ class Chain(NamedTuple):
 
     links: tuple[Link, ...]
     cells: tuple[int, ...]
-    """The cell of each link, and the one that the last link leads to."""
+    """All on the way: that of the first link, and those that each leads to."""
     last: tuple[int, int]
     """Grid coordinates of the last of the cells."""
     ending: Ending
+    trace: float = 0.0
+    """What is left of an update one move earlier, where earlier moves learn from it as well."""
 
 
 def chain_of(
@@ -77,12 +86,16 @@ def chain_of(
     Where greedy options or moves tie, the chain prefers a cell where it has not been yet, and then
     the largest target, since that is what feeds the value. It ends with the trial, with a cell
     where it has been, where the best value is still the one the table began with, or after
-    ``limit`` links.
+    ``limit`` links. Where choices or commands are kept, each link is one of them, with all of its
+    steps. Where a rule selects there is no chain: no value there is learned from the next.
 
     Raises:
         ValueError: the cell is off the grid.
     """
-    policy, initial_q = policy_of(snapshot), np.float32(snapshot.spec.learner.initial_q)
+    learner = snapshot.spec.learner
+    if learner.selection != "learned":
+        return Chain((), (cell_at(snapshot.world, x, y),), (x, y), "rule")
+    policy, initial_q = policy_of(snapshot), np.float32(learner.initial_q)
     cells = [cell_at(snapshot.world, x, y)]
     links: list[Link] = []
     been = {cells[0]}
@@ -92,28 +105,34 @@ def chain_of(
             ending = "unknown"
             break
         steps = _greedy_steps(snapshot, policy, cells[-1], heading)
-        step = min(steps, key=lambda step: (step.cell_t in been, -step.link.target))
+        step = min(steps, key=lambda step: (step.cells[-1] in been, -step.link.target))
         links.append(step.link)
-        cells.append(step.cell_t)
+        cells += step.cells
         if step.outcome != ONGOING:
             ending = "capture" if step.outcome == CAPTURE else "flight"
             break
-        if step.cell_t in been:
+        if step.cells[-1] in been:
             ending = "loop"
             break
-        been.add(step.cell_t)
-    return Chain(tuple(links), tuple(cells), board_xy(snapshot.world, cells[-1]), ending)
+        been.add(step.cells[-1])
+    trace = learner.gamma * learner.trace_decay if learner.trace_decay is not None else 0.0
+    return Chain(tuple(links), tuple(cells), board_xy(snapshot.world, cells[-1]), ending, trace)
 
 
 class _Step(NamedTuple):
     link: Link
-    cell_t: int
+    cells: tuple[int, ...]
+    """To which it leads, one after the other."""
     outcome: int
 
 
 def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -> Iterator[_Step]:
-    """The steps that the learner might make from a cell without exploring."""
+    """The steps that the learner might make from a cell without exploring.
+
+    Where a choice is kept it is all of its steps, of moves that tie the first each time.
+    """
     world, names, unit = snapshot.world, actions_of(snapshot), Unit.of(snapshot)
+    gamma, once = snapshot.spec.learner.gamma, _discounts_once(snapshot)
     ring, direction = sensed(snapshot, cell)
     x, y = board_xy(world, cell)
     reward_of = {
@@ -123,15 +142,53 @@ def _greedy_steps(snapshot: Snapshot, policy: Policy, cell: int, heading: int) -
     }
     for option in _members(policy.options[heading, ring, direction]):
         q = float(snapshot.selection_q[heading, ring, direction, option])
-        view = heading % policy.moves.shape[1]
-        for move in _members(policy.moves[(option, view, *sensed_by_skills(snapshot, cell))]):
-            after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
-            cell_t, future = int(after), 0.0
+        for move in _greedy_of(snapshot, policy, option, cell, heading):
+            made, outcome = _made(snapshot, policy, option, move, cell, heading)
+            future = 0.0
             if outcome == ONGOING:
-                future = float(snapshot.value[(heading, *sensed(snapshot, cell_t))])
-            gamma = snapshot.spec.learner.gamma
-            link = Link(x, y, names[option], move, reward_of[outcome], gamma, future, q, unit)
-            yield _Step(link, cell_t, outcome)
+                future = float(snapshot.value[(heading, *sensed(snapshot, made[-1]))])
+            # All but the last of the steps earn nothing, or the trial would have ended.
+            reward = reward_of[outcome] * (1.0 if once else gamma ** (len(made) - 1))
+            power = 1 if once else len(made)
+            link = Link(x, y, names[option], move, reward, gamma, future, q, unit, power, len(made))
+            yield _Step(link, made, outcome)
+
+
+def _discounts_once(snapshot: Snapshot) -> bool:
+    """Whether what follows is discounted once for all steps of a choice."""
+    held = snapshot.spec.learner.held
+    return held is None or held.discount == "choice"
+
+
+def _greedy_of(
+    snapshot: Snapshot, policy: Policy, option: int, cell: int, heading: int
+) -> list[int]:
+    """The greedy moves of an option at a cell."""
+    view = heading % policy.moves.shape[1]
+    return _members(policy.moves[(option, view, *sensed_by_skills(snapshot, cell))])
+
+
+def _made(
+    snapshot: Snapshot, policy: Policy, option: int, move: int, cell: int, heading: int
+) -> tuple[tuple[int, ...], int]:
+    """The cells to which a choice leads that begins with a move, and what the last one ends in."""
+    world, kept = snapshot.world, policy.kept
+    ring, direction = sensed(snapshot, cell)
+    n_directions = snapshot.spec.world.n_directions
+    cells: list[int] = []
+    outcome = ONGOING
+    begun = None if kept is None else int(kept.group[ring * n_directions + direction])
+    while outcome == ONGOING:
+        after, outcome = hunts.stepped(world, U(cell), U(heading), U(move))
+        cell = int(after)
+        cells.append(cell)
+        ring, direction = sensed(snapshot, cell)
+        if kept is None or len(cells) >= kept.most:
+            break
+        if int(kept.group[ring * n_directions + direction]) != begun:
+            break
+        move = _greedy_of(snapshot, policy, option, cell, heading)[0]
+    return tuple(cells), outcome
 
 
 def _members(bits: np.integer) -> list[int]:
@@ -141,20 +198,29 @@ def _members(bits: np.integer) -> list[int]:
 def action_text(link: Link) -> str:
     """What is done: option and move, or the move alone where it is itself the option."""
     move = ACTION_NAMES[link.move]
+    if link.steps > 1:
+        return f"{link.option} for {counted(link.steps, 'step')}"
     return move if link.option == move else f"{link.option}, {move}"
+
+
+def discount_text(link: Link) -> str:
+    """The discount of what follows: the learner's, as often as it counts."""
+    power = "" if link.power == 1 else str(link.power).translate(_RAISED)
+    return f"{link.gamma:g}{power}"
 
 
 def sum_text(link: Link) -> str:
     """The update of a link with its numbers filled in, which add up as they are shown."""
     future = float(f"{link.future:.{_DIGITS}g}")
-    target = link.reward + link.gamma * future
+    target = link.reward + link.gamma**link.power * future
     in_steps = ""
     # Of a reward nothing is to come; any other target is that of a place.
     if future > 0 and target > 0:
         steps = link.unit.steps_in_words(target)
-        in_steps = f" ({steps} {'step' if steps == '1' else 'steps'})"
+        noun = link.unit.noun
+        in_steps = f" ({steps} {noun if steps == '1' else f'{noun}s'})"
     return (
-        f"{significant(link.reward)} + {link.gamma:g} {_TIMES} {significant(future)}"
+        f"{significant(link.reward)} + {discount_text(link)} {_TIMES} {significant(future)}"
         f" = {significant(target)}{in_steps}; Q = {significant(link.q)}"
     )
 
@@ -176,6 +242,11 @@ def ending_text(chain: Chain) -> str:
             return f"At ({x}, {y}) nothing is known yet."
         case "unknown":
             return "Nothing is known here yet: the value is the one that the table began with."
+        case "rule":
+            return (
+                "No chain leads from here to a capture: a rule selects, and each skill learns from"
+                " its own reward alone."
+            )
         case "limit":
             return f"And so on: only {len(chain.links)} links are followed."
 
@@ -188,21 +259,34 @@ def chain_html(chain: Chain) -> str:
         more = element("li", f"… {hidden} more …", style="list-style:none;opacity:0.7")
         items[_FIRST_LINKS : _FIRST_LINKS + hidden] = [more]
     links = element("ol", joined(items, ""), style="margin:0.3em 0;padding-left:2.2em")
-    about = _about(chain.links[0]) if chain.links else ""
+    about = _about(chain) if chain.links else ""
     return block(about, links, element("div", ending_text(chain)))
 
 
-def _about(link: Link) -> Markup:
+def _about(chain: Chain) -> Markup:
     """What the sums say."""
+    link = chain.links[0]
+    noun, nouns = link.unit.noun, f"{link.unit.noun}s"
+    each = {"choice": "kept choice"}.get(noun, noun)
+    discount = f"{link.gamma:g}"
+    if any(one.power > 1 for one in chain.links):
+        each, discount = "kept choice", f"{link.gamma:g}, once for each of its steps,"
     parts = [
         "What each ",
         term("Q"),
         " is learned towards: the ",
         term("reward"),
-        f" of the step + {link.gamma:g} {_TIMES} the ",
+        f" of the {each} + {discount} {_TIMES} the ",
         term("value"),
         " of the place that it leads to.",
     ]
+    if noun != "step":
+        parts.append(f" However many steps it takes, so value counts {nouns}.")
+    if chain.trace:
+        parts.append(
+            " Each error is learned at once by the moves before it as well: by"
+            f" {chain.trace:.3g} of it one move earlier, {chain.trace**2:.2g} two, and so on."
+        )
     return element("div", joined(parts, ""))
 
 

@@ -16,6 +16,7 @@ from app.live.places import Mark
 from app.words.plain import plain
 from learners.commands import Event, Introduce, Undo
 from learners.control import Control, evolve
+from learners.spec import RunSpec
 from sim.world import CAPTURE
 
 Kind = Literal["join", "freeze", "exploration", "command", "capture", "mark"]
@@ -57,6 +58,7 @@ def happenings_of(
     found += [
         Happening(step_of_trial(end), end, kind, text) for end, kind, text in _ends(control, trial)
     ]
+    found += _pretraining(control.preset) if trial else ()
     if first_capture is not None and first_capture < trial:
         after = first_capture + 1
         found.append(Happening(step_of_trial(after), after, "capture", "the first capture"))
@@ -86,6 +88,13 @@ def _commands(history: tuple[Event, ...]) -> Iterator[Happening]:
         yield Happening(event.step, event.trial, kind, _said(event, history))
 
 
+def _pretraining(preset: RunSpec) -> Iterator[Happening]:
+    """Where each skill has learned alone, all of them before the first trial."""
+    steps = preset.schedule.pretrain
+    for number, skill in enumerate(preset.learner.skills if steps else (), 1):
+        yield Happening(number * steps, 0, "exploration", f"{plain(skill)} has learned alone")
+
+
 def _said(event: Event, history: tuple[Event, ...]) -> str:
     if isinstance(event.command, Introduce) and event.author != "hand":
         by_rule = " by its rule" if event.author == "trigger" else ""
@@ -105,6 +114,8 @@ def _ends(control: Control, trial: int) -> Iterator[tuple[int, Kind, str]]:
             held = evolve(held, replace(event, undone=False))
         if first < held.frozen_until <= last and not held.selection_frozen:
             yield held.frozen_until, "freeze", "the selection learns again"
+        if first < held.taught_until <= last:
+            yield held.taught_until, "exploration", "the script teaches no more"
         for episode in held.episodes:
             if first < episode.until_trial <= last:
                 skill = plain(episode.skill)

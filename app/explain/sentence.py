@@ -1,5 +1,6 @@
 """What is going on now, in words: read off the state, never off a script."""
 
+import math
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
@@ -11,12 +12,14 @@ from app.live.held import Opened
 from app.live.places import Behind
 from app.live.snapshot import Snapshot
 from app.live.status import Status
+from app.picture.giving_way import has_rule, minds
 from app.schedule.forced import Forced, forced_now
 from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import counted
-from app.words.plain import joined_by_and, named, plain
+from app.words.plain import RULES_IN_WORDS, joined_by_and, named, plain
 from learners.names import COMMANDS
+from learners.policies.alone import Alone, alone_at
 from sim import geometry
 from sim.spec import WorldSpec
 
@@ -38,6 +41,10 @@ _BESIDE = np.radians(75)
 """Farther than this from straight behind the prey is beside the cone."""
 _STANDING_SHARE = 1 / 170
 """Value that lately rose in fewer of the states than this has stopped spreading."""
+_EVERYWHERE = 0.995
+"""Of the places that they know: skills that agree in so many do so nearly everywhere."""
+_NEARLY_ALL = 0.95
+"""In more of the places in which skills are at odds than this one is said to have its way."""
 _LEAN = 1 / 3
 """A front that grows so much more on one side than on the other goes round the prey, ..."""
 _ROUND = 1 / 12
@@ -91,7 +98,8 @@ def _repertoire(snapshot: Snapshot) -> Markup:
     if not _has_skills(snapshot):
         is_manager = snapshot.spec.learner.options == COMMANDS
         what = "A manager with five commands" if is_manager else "Nine moves"
-        return _said(f"{what}, no ", term("skill", "skills"), ".")
+        parts = [_said(f"{what}, no ", term("skill", "skills"), "."), _manner(snapshot)]
+        return joined([part for part in parts if part], " ")
     names = [plain(introduction.skill) for introduction in snapshot.control.introductions]
     if not names:
         return _said("No ", term("skill"), " yet.")
@@ -99,7 +107,25 @@ def _repertoire(snapshot: Snapshot) -> Markup:
     count = _COUNTS.get(len(names), str(len(names)))
     # What is explored is named anyway, and all of it must fit in two lines.
     which = "" if forced_now(snapshot) else f": {joined_by_and(names)}"
-    return _said(f"{count} ", word, f"{which}.")
+    manner = "" if forced_now(snapshot) else _manner(snapshot)
+    return joined([part for part in (_said(f"{count} ", word, f"{which}."), manner) if part], " ")
+
+
+def _manner(snapshot: Snapshot) -> str:
+    """How it chooses, or learns of its choices, where that is not anew and once in each step."""
+    learner = snapshot.spec.learner
+    if learner.selection != "learned":
+        return f"No table selects: each move is {RULES_IN_WORDS[learner.selection]}."
+    if learner.options == COMMANDS:
+        return "A command holds until the predator leaves the region."
+    if learner.trace_decay is not None:
+        return "Each reward reaches the moves that led to it."
+    held = learner.held
+    if held is None:
+        return ""
+    if held.until == "steps":
+        return f"A choice is kept for {counted(held.most, 'step')}."
+    return f"A choice is kept until the place changes, {counted(held.most, 'step')} at most."
 
 
 def _explored(snapshot: Snapshot) -> Markup | str:
@@ -123,6 +149,30 @@ def _explored(snapshot: Snapshot) -> Markup | str:
         for one in others
     ]
     return _said(name, f": {', '.join(parts)}{so}.")
+
+
+def alone_in(snapshot: Snapshot) -> Alone | None:
+    """The skill that learns alone at a moment, before the first trial; None where none does."""
+    preset = snapshot.preset_spec
+    return alone_at(snapshot.step, preset.schedule.pretrain, preset.learner.skills)
+
+
+def _alone(alone: Alone, snapshot: Snapshot) -> Markup:
+    return _said(
+        "Before the first hunt each ",
+        term("skill"),
+        f" learns alone: {plain(alone.skill)} until step {alone.until_step:,}, of"
+        f" {snapshot.preset_spec.schedule.pretrain * len(snapshot.preset_spec.learner.skills):,}.",
+    )
+
+
+def _taught(snapshot: Snapshot) -> Markup | str:
+    """That a script chooses the skills, and until when."""
+    until = snapshot.control.taught_until
+    if until <= snapshot.trial:
+        return ""
+    taught = term("teaching", "Taught")
+    return _said(taught, f" until trial {until:,}: a script shows it which skill to take.")
 
 
 def _where(forced: Forced) -> str:
@@ -174,6 +224,8 @@ def _practised(snapshot: Snapshot) -> Markup:
 
 def _spread(snapshot: Snapshot) -> Markup:
     """What value is doing, from where it rose lately, and what it looks like."""
+    if has_rule(snapshot):
+        return _agreed(snapshot)
     value = term("value", "Value")
     if not (snapshot.value > 0).any():
         return _said("No prey has been caught yet, so no place is of any ", term("value"), ".")
@@ -204,6 +256,29 @@ def _spread(snapshot: Snapshot) -> Markup:
     if shape == "arm":
         return _said(value, " spreads from the cone behind the prey and from the arm beside it.")
     return _said(value, " spreads back from the prey as a cone: from there it sees nobody come.")
+
+
+def _agreed(snapshot: Snapshot) -> Markup:
+    """How often skills between which a rule selects are of one mind, and who has its way else."""
+    known = np.broadcast_to((snapshot.skill_q != 0).any(axis=(0, -1)), snapshot.value.shape)
+    if not known.any():
+        return _said("No ", term("skill"), " has learned anything yet.")
+    if len(snapshot.present) == 1:
+        return _said(f"{success_share(snapshot):.0%} of recent hunts end in capture.")
+    contested = minds(snapshot).any(axis=0) & known
+    share = 1 - contested.sum() / known.sum()
+    where = "nearly everywhere" if share >= _EVERYWHERE else f"in {share:.0%} of places"
+    parts = [f"They agree {where}"]
+    if contested.any():
+        wins = np.maximum(snapshot.choice_q, 0)[contested].mean(axis=0)
+        most = int(wins.argmax())
+        name = plain(snapshot.spec.learner.skills[most])
+        how_often = "" if wins[most] > _NEARLY_ALL else " mostly"
+        parts.append(f"elsewhere {name}{how_often} has its way")
+    caught = success_share(snapshot)
+    if not math.isnan(caught):
+        parts.append(f"{caught:.0%} of recent hunts end in capture")
+    return _said(f"{'; '.join(parts)}.")
 
 
 _STANDING: Final[Mapping[Shape, str]] = {
@@ -268,7 +343,10 @@ def said_of(snapshot: Snapshot) -> Markup:
 
 def _of_moment(snapshot: Snapshot) -> list[Markup | str]:
     """What a moment's tables and control say; some of it may be empty."""
-    parts = [_repertoire(snapshot), _explored(snapshot), _held_still(snapshot)]
+    alone = alone_in(snapshot)
+    if alone is not None:
+        return [_alone(alone, snapshot)]
+    parts = [_repertoire(snapshot), _taught(snapshot), _explored(snapshot), _held_still(snapshot)]
     if not snapshot.selection_frozen:
         parts.append(_spread(snapshot))
     return parts

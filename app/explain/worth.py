@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.live.snapshot import Snapshot
+from app.picture.counted import counted_by
 from app.picture.shading import FARTHEST_STEPS
 from app.picture.value_maps import reward_of
 from app.words.numbers import NONE, significant
@@ -18,11 +19,18 @@ class Unit(NamedTuple):
     reward: float
     """Of a capture."""
     gamma: float
+    noun: str = "step"
+    """What is counted on the way to a capture."""
+    counts: bool = True
+    """Whether anything is: where a rule selects, values are what skills expect for themselves."""
 
     @classmethod
     def of(cls, snapshot: Snapshot) -> "Unit":
         """That of the colours at a moment."""
-        return cls(reward_of(snapshot), snapshot.spec.learner.gamma)
+        learner = snapshot.spec.learner
+        counted = counted_by(learner)
+        noun = "step" if counted is None else counted.noun
+        return cls(reward_of(snapshot), learner.gamma, noun, counted is not None)
 
     def steps(self, value: float) -> float:
         """Steps from a certain capture that is worth as much; NaN where there is none."""
@@ -30,6 +38,8 @@ class Unit(NamedTuple):
 
     def steps_in_words(self, value: float) -> str:
         """The same, for a table."""
+        if not self.counts:
+            return NONE
         steps = self.steps(value)
         if math.isnan(steps):
             return NONE
@@ -37,12 +47,16 @@ class Unit(NamedTuple):
 
     def in_words(self, value: float) -> str:
         """How good a place of this value is."""
+        if not self.counts:
+            if value == 0:
+                return "no skill expects anything here"
+            return f"the happiest skill expects {significant(value)} of its own reward"
         said = f"(value {significant(value)})"
         if value < 0:
             return f"the predator expects to be seen {said}"
         if value == 0:
             return "nothing is known yet (value 0)"
         steps = self.steps_in_words(value)
-        unit = "step" if steps == "1" else "steps"
+        unit = self.noun if steps == "1" else f"{self.noun}s"
         about = "more than " if steps.startswith("> ") else "about "
         return f"{about}{steps.removeprefix('> ')} {unit} from a capture {said}"

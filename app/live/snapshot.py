@@ -5,6 +5,7 @@ The worker takes one between two slices of learning; views and panels read it an
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,10 @@ from learners.comparators.q_lambda import eligibility
 from learners.control import Control
 from learners.kernel.state import (
     CELL,
+    CHOICE_STATE,
+    CHOICE_STEPS,
     HEADING,
+    OPTION,
     TRAIL_LENGTH,
     TRIAL_STEP,
     n_options_of,
@@ -60,6 +64,16 @@ class TrialPath:
     outcome: int
     cells: np.ndarray
     """(step + 1,) int64, its start included."""
+
+
+class HeldChoice(NamedTuple):
+    """A choice that is kept between two steps."""
+
+    option: int
+    state: int
+    """Main state in which it was made, and for which its reward will be learned."""
+    steps: int
+    """For which it has been kept so far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +138,8 @@ class Snapshot:
     """(heading, distance, direction, move) float32: traces; None of a learner without any."""
     commanded: Commanded | None = None
     """The command that holds; None where a manager gives one next, or there is none."""
+    held: HeldChoice | None = None
+    """The choice that is kept; None where one is made next, or none is ever kept."""
 
     @cached_property
     def choices(self) -> Choices | None:
@@ -238,7 +254,16 @@ def take(
         watched=watched,
         eligibility=eligibility(spec, state),
         commanded=commanded(state),
+        held=_held(run),
     )
+
+
+def _held(run: Run) -> HeldChoice | None:
+    choice = run.state.choice
+    if not choice.size or not choice[CHOICE_STEPS]:
+        return None
+    option = int(run.state.place[OPTION])
+    return HeldChoice(option, int(choice[CHOICE_STATE]), int(choice[CHOICE_STEPS]))
 
 
 def _learning_now(selection_q: np.ndarray, former: Snapshot | None) -> np.ndarray:

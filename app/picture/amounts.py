@@ -50,6 +50,7 @@ def amount_legend(
     ramp: Ramp,
     write: Callable[[float], str],
     nothing: str,
+    each: str = "the mean over its eight headings",
 ) -> Markup:
     """Legend of a map of amounts.
 
@@ -61,11 +62,12 @@ def amount_legend(
         ramp: its colours.
         write: an amount as people read it.
         nothing: what it means that a place is blank.
+        each: what a place of a folded picture shows.
     """
     parts = [
         bar(amount_colours(ramp, look.theme), bar_marks(ruler, write)),
         limits(look, write(ruler.low), write(ruler.high)),
         element("div", patch_of_board(look, nothing)),
     ]
-    frame = frame_in_words(snapshot, look, "the mean over its eight headings")
+    frame = frame_in_words(snapshot, look, each)
     return legend(look, title, parts, frame)

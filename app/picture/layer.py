@@ -11,6 +11,7 @@ from app.live.snapshot import Snapshot
 from app.picture.contours import Contour
 from app.picture.look import OF_TRIAL, Look
 from app.picture.raster import Raster, on_raster, raster
+from learners.learner_spec import LearnerSpec
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +81,15 @@ class Picture(NamedTuple):
 Heeded = Literal["frame", "scale", "fitted", "flight"]
 
 
+class Lack(NamedTuple):
+    """What a learner has not that a layer is about."""
+
+    word: str
+    """In a few words, for the list of layers."""
+    why: str
+    """In a sentence, in the place of what would be seen."""
+
+
 class Layer(NamedTuple):
     """One thing that the board can show."""
 
@@ -103,14 +113,34 @@ class Layer(NamedTuple):
     by: Literal["state", "cell"] = "state"
     """What its colours depend on, besides the patterns of a raster: on the state alone that lies
     under a pixel, or on its cell."""
+    lacks: Callable[[LearnerSpec], Lack | None] = lambda learner: None
+    """Why there is nothing to see of a learner; None where there is."""
+    titled: Callable[[LearnerSpec], str | None] = lambda learner: None
+    """What it is called for a learner; None where by its title."""
+    ignores: Callable[[LearnerSpec, int], frozenset[Heeded]] = lambda learner, option: frozenset()
+    """What it does not heed of a look for a learner, if it is about such an option or skill."""
 
-    def heeded(self, look: Look) -> Look:
+    def title_of(self, learner: LearnerSpec) -> str:
+        """What it is called where it shows a learner."""
+        return self.titled(learner) or self.title
+
+    def listed(self, learner: LearnerSpec) -> str:
+        """How a list of layers names it: with what the learner lacks, where it shows nothing."""
+        lack = self.lacks(learner)
+        return self.title_of(learner) + (f" ({lack.word})" if lack else "")
+
+    def heeds_of(self, learner: LearnerSpec | None, option: int = 0) -> frozenset[Heeded]:
+        """What of a look matters to it for a learner; None if it is not known which one."""
+        return self.heeds if learner is None else self.heeds - self.ignores(learner, option)
+
+    def heeded(self, look: Look, learner: LearnerSpec | None) -> Look:
         """A look in which what does not matter to this layer is as it is at first."""
+        heeds = self.heeds_of(learner, look.option)
         return look._replace(
-            frame=look.frame if "frame" in self.heeds else OF_TRIAL,
-            scale=look.scale if "scale" in self.heeds else "steps",
-            fitted="fitted" in self.heeds and look.fitted,
-            flight="flight" in self.heeds and look.flight,
+            frame=look.frame if "frame" in heeds else OF_TRIAL,
+            scale=look.scale if "scale" in heeds else "steps",
+            fitted="fitted" in heeds and look.fitted,
+            flight="flight" in heeds and look.flight,
         )
 
     def paint(self, snapshot: Snapshot, look: Look, extras: Extras) -> Picture:

@@ -3,11 +3,12 @@
 from typing import Final
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import css, gain_colours, over_board, palette
 from app.picture.contours import Contour, edges, isolines, segments
+from app.picture.counted import STEPS_COUNTED, Counted, counted_by
 from app.picture.frames import folds, in_frame
 from app.picture.layer import Heeded, Over, Picture
 from app.picture.legend import (
@@ -24,6 +25,7 @@ from app.picture.look import Look
 from app.picture.raster import Raster, on_raster
 from app.picture.shading import (
     SHOWN_FROM,
+    Ruler,
     Shading,
     fitted_shading,
     fixed_shading,
@@ -33,13 +35,14 @@ from app.util.html import element, joined
 from app.words.glossary import term
 from app.words.numbers import of_any_size
 from app.words.plain import joined_by_and
+from learners.comparators.feudal import SEARCHED
+from learners.kernel.state import weights_of
+from learners.names import COMMANDS, SEARCH
 from sim.spec import WorldSpec
 
 VALUE_HEEDS: Final[frozenset[Heeded]] = frozenset({"frame", "scale", "fitted", "flight"})
 HATCH_COVER = 0.4
 """How strongly a hatch covers the board."""
-_LINES_AT = (20.0, 50.0, 100.0)
-"""Steps to capture at which maps of value have a line."""
 _LINE = (18, 62, 74)
 """A dark shade of the values' own colours, on light and on dark boards."""
 _EDGE_ON_LIGHT, _EDGE_ON_DARK = (0, 88, 84), (170, 240, 205)
@@ -62,6 +65,44 @@ def penalty_of(snapshot: Snapshot) -> float:
     return max(-world.flight_reward, -world.capture_reward, 1e-9)
 
 
+def own_most(snapshot: Snapshot, option: int) -> float:
+    """What the own value of a skill, or of what obeys a command, is at most.
+
+    Nothing earns more than that at every step; 0 of a skill that only has something to lose.
+    """
+    learner, world = snapshot.spec.learner, snapshot.spec.world
+    if learner.options == COMMANDS:
+        # What obeys is rewarded once, and then its task is over.
+        searched = float(SEARCHED) * abs(world.capture_reward)
+        return searched or 1.0 if learner.sub_policies[option] == SEARCH else 1.0
+    skill = learner.skills[option]
+    stated, weights = learner.skill_of(skill), learner.reward_of(skill)
+    moves = max(abs(weights.gain), abs(weights.arc), abs(stated.behind))
+    if not moves and stated.flight < 0:
+        return 0.0
+    # A move covers at most the diagonal of a cell, towards the prey or round it.
+    earned = float(np.sqrt(2.0) * (moves or 1.0)) if learner.local_rewards == "signed" else 1.0
+    return earned / (1.0 - learner.gamma)
+
+
+def own_least(snapshot: Snapshot, option: int) -> float:
+    """Size of what a skill has to lose at once: what it is punished with for flight, or 0."""
+    learner = snapshot.spec.learner
+    if not learner.skills:
+        return 0.0
+    return max(0.0, -learner.skill_of(learner.skills[option]).flight)
+
+
+def counted_of(snapshot: Snapshot) -> Counted:
+    """What the values of a learner count where they count anything."""
+    return counted_by(snapshot.spec.learner) or STEPS_COUNTED
+
+
+def counts(snapshot: Snapshot) -> bool:
+    """Whether its values say how far off a capture is, and are not skills' own rewards."""
+    return counted_by(snapshot.spec.learner) is not None
+
+
 def or_zero(values: np.ndarray) -> np.ndarray:
     """Values, 0 where there is no option."""
     return np.where(np.isfinite(values), values, 0)
@@ -78,8 +119,17 @@ def value_shading(snapshot: Snapshot, look: Look, values: np.ndarray) -> Shading
         look: whether to fit.
         values: all values of the map, any shape, finite.
     """
-    reward = reward_of(snapshot)
-    fixed = fixed_shading(look.scale, reward)
+    if not counts(snapshot):
+        skills = range(len(snapshot.spec.learner.skills))
+        weights = weights_of(snapshot.spec.learner)
+        reward = max(float(weights[k]) * own_most(snapshot, k) for k in skills) or 1.0
+        fixed = fixed_shading("linear", reward)
+    else:
+        reward = reward_of(snapshot)
+        fixed = fixed_shading(look.scale, reward)
+        if fixed.scale == "steps":
+            farthest = counted_of(snapshot).farthest
+            fixed = fixed._replace(gain=Ruler(0.0, farthest, "root"))
     if not look.fitted:
         return fixed
     return fitted_shading(values, snapshot.spec.learner.gamma, fixed, reward)
@@ -121,7 +171,7 @@ def value_picture(
         if shading.scale != "steps":
             return Over()
         steps = np.where(is_shown, known.steps, np.nan)
-        lines = isolines(steps, world, _LINES_AT)
+        lines = isolines(steps, world, counted_of(snapshot).lines)
         return Over(tuple(Contour(segments(line.points), _LINE) for line in lines))
 
     return Picture(pixels, edges=edges_of_known, within=within)
@@ -143,12 +193,13 @@ def state_value_picture(snapshot: Snapshot, look: Look, raster: Raster) -> Pictu
 # Legends ------------------------------------------------------------------------------------
 
 
-def value_scale(shading: Shading, look: Look) -> list[Markup]:
+def value_scale(shading: Shading, look: Look, nouns: str = "steps") -> list[Markup]:
     """The bar of a scale of gains, and its limits.
 
     Args:
         shading: the scale.
         look: how the board is seen.
+        nouns: what is counted, where something is.
     """
     gain, colours = shading.gain, gain_colours()
     if shading.scale == "steps":
@@ -156,7 +207,8 @@ def value_scale(shading: Shading, look: Look) -> list[Markup]:
         marks = [(1.0 - place, text) for place, text in bar_marks(gain, _steps)]
         if not look.fitted:
             marks = [(place, f"{text}+" if place == 0 else text) for place, text in marks]
-        return [bar(colours, marks), limits(look, f"{_steps(gain.high)} steps", _steps(gain.low))]
+        ends = f"{_steps(gain.high)} {nouns}", _steps(gain.low)
+        return [bar(colours, marks), limits(look, *ends)]
     ends = of_any_size(gain.low), of_any_size(gain.high)
     return [bar(colours, bar_marks(gain, of_any_size)), limits(look, *ends)]
 
@@ -175,15 +227,19 @@ def value_legend(snapshot: Snapshot, look: Look, of: str, shading: Shading) -> M
         shading: their scale.
     """
     theme = look.theme
+    counted = counted_by(snapshot.spec.learner)
     title = joined([term("value", "Value"), of], " ")
     lines = Markup()
     if shading.scale == "steps":
-        title += ", as " + term("steps to capture")
-        at = joined_by_and([_steps(steps) for steps in _LINES_AT])
+        nouns = counted_of(snapshot).nouns
+        title += ", as " + term("steps to capture", f"{nouns} to capture")
+        at = joined_by_and([_steps(steps) for steps in counted_of(snapshot).lines])
         lines = element(
-            "div", f"Thick line: where value ends. Thin lines: {at} steps.", class_="lines"
+            "div", f"Thick line: where value ends. Thin lines: {at} {nouns}.", class_="lines"
         )
-    key = [patch_of_board(look, "no value yet")]
+    if counted is None:
+        title = escape("Own reward that a skill expects, times its weight, of the happiest skill")
+    key = [patch_of_board(look, "no value yet" if counted else "no skill expects any")]
     if look.flight:
         flees = css(over_board(np.array(theme.flight), HATCH_COVER, theme))
         key.append(hatch(flees, "expects to be noticed"))
@@ -193,6 +249,10 @@ def value_legend(snapshot: Snapshot, look: Look, of: str, shading: Shading) -> M
     return legend(
         look,
         title,
-        [*value_scale(shading, look), element("div", joined(key, "")), lines],
+        [
+            *value_scale(shading, look, counted_of(snapshot).nouns),
+            element("div", joined(key, "")),
+            lines,
+        ],
         frame_in_words(snapshot, look, "the mean of those for which it has value"),
     )

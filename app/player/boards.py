@@ -106,7 +106,7 @@ def over_sent(snapshot: Snapshot, look: Look, extras: Extras) -> dict[str, Any]:
 def _painted(snapshot: Snapshot, look: Look, extras: Extras) -> tuple[Look, Picture]:
     """The picture, its colours by states where it goes by states; and the look that it has."""
     layer, world = LAYERS[look.layer], snapshot.spec.world
-    look = layer.heeded(look)
+    look = layer.heeded(look, snapshot.spec.learner)
     if look.frame == ALL:
         return look, all_headings(snapshot, look, layer, extras, _raster(layer, world, SIDE))
     return look, layer.draw(snapshot, look, extras, _raster(layer, world, world.size))
@@ -141,7 +141,7 @@ def _ground(
     snapshot: Snapshot, look: Look, picture: Picture, rests: bool, named: bool
 ) -> dict[str, Any]:
     layer = LAYERS[look.layer]
-    turns = "frame" in layer.heeds
+    turns = "frame" in layer.heeds_of(snapshot.spec.learner, look.option)
     shown = heading_shown(look, snapshot.heading)
     return {
         "world": world_key(snapshot.spec.world),
@@ -300,5 +300,6 @@ def _line(
 
 def described(snapshot: Snapshot, look: Look) -> str:
     """What the board is, for those who cannot see it."""
-    size, title = snapshot.spec.world.size, LAYERS[look.layer].title
+    size = snapshot.spec.world.size
+    title = LAYERS[look.layer].title_of(snapshot.spec.learner)
     return f"The board, {size} by {size} cells, the prey in its middle. Layer: {title}."

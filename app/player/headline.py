@@ -157,6 +157,11 @@ def _forced(snapshot: Snapshot) -> Markup | str:
     """A word on why rewards say little for now, where they do."""
     forced = forced_now(snapshot)
     ended = forced_until(snapshot)
+    taught_until = snapshot.control.taught_until
+    if taught_until > snapshot.trial:
+        content = joined([term("teaching", "Taught"), f" by a script until trial {taught_until:,}"])
+        hint = "Success and reward are those of a learner whose skills a script chooses"
+        return element("div", content, class_="forced", title=hint)
     if forced:
         skills = ", ".join(
             f"{plain(one.skill)} {one.probability:.0%}{where_in_short(one.value_at_most)}"

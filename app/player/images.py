@@ -74,7 +74,7 @@ def picture_of(
     writer.skip(8)
     writer.write(said, _PLAIN)
     writer.skip(12)
-    writer.write(layer.title, _PLAIN, is_bold=True)
+    writer.write(layer.title_of(snapshot.spec.learner), _PLAIN, is_bold=True)
     writer.write(layer.caption(snapshot, look, extras), _SMALL, is_quiet=True)
     writer.skip(6)
     writer.legend(str(layer.legend(snapshot, look, extras)))

@@ -55,7 +55,7 @@ def words_sent(of: Status | Snapshot, look: Look, extras: Extras) -> dict[str, A
     is_status = isinstance(of, Status)
     snapshot = of.snapshot if is_status else of
     layer = LAYERS[look.layer]
-    look = layer.heeded(look)
+    look = layer.heeded(look, snapshot.spec.learner)
     said = sentence.said(of) if is_status else sentence.said_of(snapshot)
     return {
         "step": snapshot.step,

@@ -11,17 +11,20 @@ from typing import Literal
 
 from app.live.snapshot import Snapshot
 from app.words.plain import plain
-from learners.commands import Event, Explore, Introduce, Undo
+from learners.commands import Event, Explore, Introduce, Teach, Undo
 from learners.control import Control, Episode, Introduction, evolve
 from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.schedule_spec import EpisodeSpec, TriggerSpec
 from learners.spec import RunSpec
 from learners.timers import exploration_of, timers_of
 
-Kind = Literal["presence", "introduction", "exploration", "selection_freeze", "skills_freeze"]
+Kind = Literal[
+    "presence", "introduction", "exploration", "teaching", "selection_freeze", "skills_freeze"
+]
 State = Literal["done", "running", "planned", "idle"]
 Lane = tuple[Kind, str]
-"""Of what there is one at a time: a kind and a skill, which is empty for a freeze by hand."""
+"""Of what there is one at a time: a kind and a skill, which is empty for a freeze by hand and for
+teaching."""
 
 FREEZES: tuple[Kind, Kind] = ("selection_freeze", "skills_freeze")
 """Kinds that only a person begins; they share the last lane."""
@@ -44,7 +47,7 @@ class Block:
     """What it is edited by: it stays the same while time passes, and while blocks change."""
     kind: Kind
     skill: str
-    """Its lane; empty for a freeze by hand."""
+    """Its lane; empty for a freeze by hand and for teaching."""
     first: int
     """First trial; ``NEVER`` of what comes by a rule, since nobody knows when."""
     until: int | None
@@ -128,13 +131,19 @@ class _Reel:
                     source = self._source_of(what)
                     self._begin(event, source, lane, what.until_trial, what)
                 else:
-                    self._begin(event, event, lane)
+                    self._begin(event, event, lane, self._until(lane))
+
+    def _until(self, lane: Lane) -> int | None:
+        """The first trial after what has just begun, where that is known."""
+        return self.control.taught_until if lane[0] == "teaching" else None
 
     def _begun_anew(self, event: Event) -> set[Lane]:
         """Lanes in which something ends and begins with an event, though it may be the same."""
         match event.command:
             case Explore(skill=skill):
                 return {("exploration", skill)}
+            case Teach():
+                return {("teaching", "")}
             case Undo(number=number):
                 # What was taken back ends even where another command holds still what it held.
                 return {lane for lane, id in self._open.items() if self._sources[id] == number}
@@ -197,6 +206,9 @@ class _Reel:
                     exploration_of(episode) == event.command and episode.at in starts
                     for episode in preset.schedule.episodes
                 )
+            case Teach(duration_trials=duration):
+                teach = preset.schedule.teach
+                return teach is not None and (event.trial, duration) == (0, teach.trials)
         return True
 
     def _end(self, lane: Lane, event: Event) -> None:
@@ -247,12 +259,13 @@ class Past:
         self._kept = tuple(block for block in reel.blocks if block.id not in lost)
 
 
-def _lasting(control: Control, trial: int) -> dict[Lane, Introduction | Episode | bool]:
+def _lasting(control: Control, trial: int) -> dict[Lane, Introduction | Episode | int]:
     """What lasts in a trial until an event ends it, or its time."""
     frozen = zip(FREEZES, (control.selection_frozen, control.skills_frozen), strict=True)
     return {
         **{("presence", entry.skill): entry for entry in control.introductions},
         **{("exploration", episode.skill): episode for episode in control.running(trial)},
+        **({("teaching", ""): control.taught_until} if control.taught_until > trial else {}),
         **{(kind, ""): True for kind, is_frozen in frozen if is_frozen},
     }
 
@@ -398,6 +411,8 @@ def described(block: Block) -> str:
             where = f" where nothing else is worth more than {block.value_at_most:g}"
         share = f"{block.probability:.0%} of the steps{where}"
         text = f"{skill} is explored in {share}, {_span(block)}, {who}"
+    elif block.kind == "teaching":
+        text = f"a script chooses the skill, {_span(block)}, {who}"
     else:
         text = f"{FROZEN[block.kind]} frozen by hand, {_span(block)}"
     if block.undone:

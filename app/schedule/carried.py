@@ -10,7 +10,7 @@ from app.words.plain import PARAMETER_NAMES, named
 from learners.commands import Remove, SetParameter
 from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.parameters import value_of
-from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer, WhereSpec
+from learners.schedule_spec import EpisodeSpec, ScheduleSpec, SkillTimer, TeachSpec, WhereSpec
 from learners.spec import RunSpec
 
 
@@ -40,7 +40,8 @@ def schedule_of(snapshot: Snapshot) -> Carried:
     episodes = [e for skill, at in joins.items() for e in _episodes_of(blocks, skill, at)]
     places = {skill: place for place, skill in enumerate(skills)}
     episodes.sort(key=lambda e: (schedule.starts_at(e), places[e.skill]))
-    schedule = schedule.model_copy(update={"episodes": tuple(episodes)})
+    taught = {"episodes": tuple(episodes), "teach": _teach_of(blocks, former)}
+    schedule = schedule.model_copy(update=taught)
     return Carried(schedule, tuple(_left_out(snapshot, blocks, skills)))
 
 
@@ -98,6 +99,19 @@ def _timer_of(blocks: Sequence[Block], skill: str, former: ScheduleSpec) -> Skil
     return SkillTimer(at=kept[0].first, freeze=freeze)
 
 
+def _teach_of(blocks: Sequence[Block], former: ScheduleSpec) -> TeachSpec | None:
+    """The teaching at the start, for as long as it really was; None if there was none."""
+    first = next((block for block in blocks if _is_teaching(block) and block.first == 0), None)
+    if first is None or not first.trials:
+        return None
+    teach = former.teach or TeachSpec(trials=MAX_TRIALS)
+    return teach.model_copy(update={"trials": min(first.trials, MAX_TRIALS)})
+
+
+def _is_teaching(block: Block) -> bool:
+    return block.kind == "teaching" and not block.undone
+
+
 def _episodes_of(blocks: Sequence[Block], skill: str, joins: int) -> list[EpisodeSpec]:
     """Explorations of a skill, none before it joins, each over before the next begins."""
     spans = sorted(
@@ -136,7 +150,7 @@ def _left_out(
     snapshot: Snapshot, blocks: Sequence[Block], skills: dict[str, SkillTimer]
 ) -> Iterable[str]:
     for block in blocks:
-        if block.kind in FREEZES:
+        if block.kind in FREEZES or (_is_teaching(block) and block.first > 0):
             sentence = described(block)
             yield f"{sentence[:1].upper()}{sentence[1:]}."
         elif block.kind == "introduction" and block.undone:

@@ -61,6 +61,10 @@ TERMS: Final[Mapping[str, str]] = {
         "For some trials the learner is made to use one skill with a given chance, whether that"
         " pays or not, to find out what the skill is good for."
     ),
+    "teaching": (
+        "For some trials a script, which somebody wrote who knows the task, chooses the skill; the"
+        " learner learns from what comes of it."
+    ),
     "freeze": "What is frozen is used as it is, and learns nothing until it is let go.",
     "schedule": "The plan of which skill joins in which trial, and when it is explored.",
     "preset": "Ready-made settings to start from: the world, the skills and their schedule.",

@@ -26,6 +26,14 @@ PARAMETER_NAMES: Final[Mapping[str, str]] = {
     "world.vision_radius": "Vision radius",
 }
 """What the parameters that can be steered are called, by their keys in a preset."""
+RULES_IN_WORDS: Final[Mapping[str, str]] = {
+    "best_happiness": "that of the skill that expects most",
+    "worst_unhappiness": "the one that leaves the others least unhappy",
+    "negotiated_unhappiness": "that of the skill that has most to lose, as they negotiate it",
+    "collective": "the one that is worth most to all skills together",
+    "w_learning": "that of the skill that has learned that it loses most (its W)",
+}
+"""Which move the rules of static selection make."""
 MOVE_NAMES = tuple(_TOWARDS.get(tuple(way), "staying") for way in geometry.MOVES.tolist())
 
 

@@ -53,7 +53,7 @@ from learners.policies.applicable import applicable_among
 from learners.policies.held import Held, begin_choice, concluded, kept_option
 from learners.policies.lesson import learn_from, note_wish
 from learners.policies.static import Static, static_choice
-from learners.policies.taught import scripted_option
+from learners.policies.taught import is_taught, scripted_option
 from learners.skills import local_reward, wrapped
 from learners.triggers.watch import Watch, is_below, sums_after, sums_before
 from sim.bits import U, lowest
@@ -100,8 +100,8 @@ class Settings(NamedTuple):
     """(episode,) uint64: option of each running exploration episode, the newest first."""
     episode_chance: np.ndarray
     """(episode,) uint64: its probability in units of 2**-32."""
-    script: np.ndarray
-    """(heading * cell,) uint8: option that a script chooses, or ``NO_OPTION``; empty without."""
+    script: np.ndarray | None = None
+    """(heading * cell,) uint8: option that a script chooses, or ``NO_OPTION``; None without one."""
     held: Held | None = None
     """For how long a choice is kept; None for one step."""
     applicable: np.float32 | None = None
@@ -165,7 +165,7 @@ def advance(
     episode_option = settings.episode_option
     episode_chance = settings.episode_chance
     script = settings.script
-    is_directed = n_episodes > 0 or script.size > 0
+    is_directed = n_episodes > 0 or is_taught(script)
     n_cells = U(cell_word.size)
     held = settings.held
     choice = state.choice

@@ -1,15 +1,18 @@
 """All that a learner is at a moment: its arrays, and how they are made, copied and identified."""
 
 import hashlib
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from learners.kernel import rows
 from learners.kernel.layout import by_main_state, by_sub_policy, first_rows, n_selection_rows
+from learners.kernel.templates import seed_moves
 from learners.learner_spec import LearnerSpec
-from learners.names import COMMANDS, MAX_TRIALS
+from learners.names import COMMANDS, MAX_TRIALS, MOVES
 from learners.spec import RunSpec
+from learners.template_spec import SELECTION
 from sim import rng
 from sim.geometry import N_MOVES
 from sim.spec import N_HEADINGS
@@ -145,12 +148,22 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
     initial_q = spec.learner.initial_q
     selection = rows.new_table(n_selection_rows(spec), 0 if n_skills else n_options, initial_q)
     skills = rows.new_table(int(first_rows(spec)[-1]), N_MOVES, initial_q)
+    for number, skill in enumerate(spec.learner.skills):
+        first, last = (int(row) for row in first_rows(spec)[number : number + 2])
+        seed_moves(spec, skill, rows.values(skills)[first:last])
+    if spec.learner.options == MOVES:
+        seed_moves(spec, SELECTION, rows.values(selection))
+    if spec.learner.templates:
+        rows.rescan_all(skills, skills.view(np.uint32))
+        rows.rescan_all(selection, selection.view(np.uint32))
     streams = rng.streams(seed)
     is_pretrained = n_skills > 0 and spec.schedule.pretrain > 0
     first = MAX_TRIALS if is_pretrained else 0
     cell, heading = start_of_trial(world, streams[rng.STARTS], first)
     # Values that start above 0 have been there from the first trial on.
-    reached = 0 if initial_q > 0 else NOT_REACHED
+    first_reach = np.full(n_states, 0 if initial_q > 0 else NOT_REACHED, np.int32)
+    if spec.learner.options == MOVES:
+        first_reach[rows.best(selection) > 0] = 0
     tally = np.zeros(N_TALLIES, np.int64)
     tally[REPERTOIRE] = 1
     tally[EXERCISES] = int(is_pretrained)
@@ -163,7 +176,7 @@ def new_state(spec: RunSpec, world: World, seed: int) -> LearnerState:
         skills=skills,
         skill_words=skills.view(np.uint32),
         visits=np.zeros(n_states * n_options, np.uint32),
-        first_reach=np.full(n_states, reached, np.int32),
+        first_reach=first_reach,
         seen=np.zeros(n_states, np.uint8),
         trail=np.full(TRAIL_LENGTH, cell, np.uint32),
         place=np.array([cell, heading, NO_OPTION], np.uint64),
@@ -214,7 +227,14 @@ def _longer(log: np.ndarray, size: int) -> np.ndarray:
     return longer
 
 
-def join_option(state: LearnerState, option: int, initial_q: float, *, safely: bool) -> None:
+def join_option(
+    state: LearnerState,
+    option: int,
+    initial_q: float,
+    *,
+    safely: bool,
+    seed: Callable[[np.ndarray], None] = lambda _column: None,
+) -> None:
     """Give an option its first values.
 
     Args:
@@ -224,12 +244,15 @@ def join_option(state: LearnerState, option: int, initial_q: float, *, safely: b
         safely: Q(s, new) = min(initial, max of the present) for every s, so that no state's utility
             changes (section 3.3.4); otherwise Q(s, new) = initial, which raises the utility of
             states that are known to be worth less.
+        seed: changes what a template says of some states, ``(state,) float32``; that is known, and
+            not held down by what the present are worth.
     """
     utility = rows.best(state.selection)
     column = np.full_like(utility, initial_q)
     if safely:
         present = np.isfinite(utility)
         column[present] = np.minimum(column[present], utility[present])
+    seed(column)
     rows.values(state.selection)[:, option] = column
     rows.rescan_all(state.selection, state.selection_words)
 

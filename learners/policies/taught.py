@@ -77,10 +77,16 @@ def _table(
 
 
 @piece
+def is_taught(script: np.ndarray | None) -> bool:
+    """Whether a script chooses."""
+    return script is not None
+
+
+@piece
 def scripted_option(
-    script: np.ndarray, n_cells: np.uint64, heading: np.uint64, cell: np.uint64
+    script: np.ndarray | None, n_cells: np.uint64, heading: np.uint64, cell: np.uint64
 ) -> np.uint64:
     """Option that a script chooses at a cell; ``NO_OPTION`` where there is none, or no script."""
-    if script.size == 0:
+    if script is None:
         return U(NO_OPTION)
     return U(script[heading * n_cells + cell])

@@ -49,6 +49,9 @@ class Watch(NamedTuple):
     """The rule is met once the mean is less than this."""
     first_trial: int
     """The first trial before which it may be met; the window then begins after the freeze."""
+    limit: float
+    """The mean is less than that if the sum is less than this, of changes for each step: no trial
+    ends with a division, which would cost more than all the rest of it."""
 
 
 class Statistic(NamedTuple):
@@ -62,7 +65,17 @@ class Statistic(NamedTuple):
 
 def watch_for(rule: TriggerSpec, since: int) -> Watch:
     """What to watch for a rule, of trials from ``since`` on."""
-    return Watch(_WATCHED[rule.by], rule.window, rule.below, since + rule.window)
+    by = _WATCHED[rule.by]
+    limit = rule.below * _UNITS if by == CHANGE else _least_not_below(rule.below, rule.window)
+    return Watch(by, rule.window, rule.below, since + rule.window, limit)
+
+
+def _least_not_below(below: float, window: int) -> float:
+    """The least whole number whose part for each trial of a window is not below a mean."""
+    least = max(math.floor(below * window) - 1, 0)
+    while least / window < below:
+        least += 1
+    return float(least)
 
 
 @piece
@@ -77,15 +90,17 @@ def _noted(state: LearnerState, by: int, trial: int) -> int:
 
 @piece
 def _size(state: LearnerState, by: int, trial: int) -> int:
-    """What it adds to what that is divided by."""
-    return int(state.log_steps[trial]) if by == CHANGE else 1
+    """What it adds to what the limit is for."""
+    return int(state.log_steps[trial]) if by == CHANGE else 0
 
 
 @piece
 def sums_before(state: LearnerState, watch: Watch | None, trial: int) -> tuple[int, int]:
-    """Sum over the window that ends before a trial, and what it is to be divided by."""
+    """Sum over the window that ends before a trial, and how many times the limit is for it."""
     total = 0
     size = 0
+    if watch is not None and watch.by != CHANGE:
+        size = 1
     if watch is not None:
         for ended in range(max(watch.first_trial, trial) - watch.window, trial):
             total += _noted(state, watch.by, ended)
@@ -116,10 +131,7 @@ def is_below(watch: Watch | None, trial: int, total: int, size: int) -> bool:
         return False
     if trial < watch.first_trial:
         return False
-    mean = total / size
-    if watch.by == CHANGE:
-        mean /= _UNITS
-    return mean < watch.below
+    return total < watch.limit * size
 
 
 @loop

@@ -24,7 +24,7 @@ from app.page.panels import steering
 from app.page.panels.transport import slider_of
 from app.picture.layer import Extras, Layer, SuccessMap
 from app.picture.layers import LAYERS
-from app.picture.look import ALL, FOLDED, OF_TRIAL, Look
+from app.picture.look import ALL, OF_TRIAL, Look
 from app.picture.multiples import SIDE
 from app.words.plain import HEADING_NAMES
 from learners import hunts
@@ -98,8 +98,8 @@ def success_of(snapshot: Snapshot) -> Extras:
 
 def expect_layer(screen: Screen, live: LiveLab, layer: Layer, extras: Extras) -> np.ndarray:
     """Wait until a page shows a layer with its words; returns its colours."""
-    frame = FOLDED if "frame" in layer.heeds else OF_TRIAL
-    snapshot, look = now_of(live), Look(layer=layer.key, frame=frame)
+    snapshot = now_of(live)
+    look = layer.heeded(Look(layer=layer.key), snapshot.spec.learner)
     colours = layer.paint(snapshot, look, extras).colours
     screen.expect_cell_colours(colours)
     assert live.look_of() == look

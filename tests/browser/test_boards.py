@@ -144,7 +144,9 @@ def test_each_cell_has_the_colour_that_the_layer_paints(page: Page, frame: int, 
     taken, extras = moment()
     make(page, taken)
     for key, layer in LAYERS.items():
-        look = layer.heeded(Look(layer=key, frame=frame, theme=theme, flight=True))
+        look = layer.heeded(
+            Look(layer=key, frame=frame, theme=theme, flight=True), taken.spec.learner
+        )
         page.evaluate(DRAW, ["a", [bare(taken, look, extras)]])
         drawn = at_middles(pixels(page))
         middles = cell_centres(taken.spec.world)[:, :2]

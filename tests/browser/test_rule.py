@@ -1,4 +1,4 @@
-"""In a real browser: what a rule watches stands under the curve, of the moment that is looked at."""
+"""In a real browser: what a rule watches, at the moment that is looked at, under the curve."""
 
 import re
 

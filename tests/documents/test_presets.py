@@ -736,12 +736,13 @@ KEYS = dict(fields(RunSpec))
 
 
 def test_the_keys_of_this_test_are_those_of_a_preset() -> None:
-    assert len(KEYS) == 5 + 11 + 16 + 9 + 3 + 6 + 2 * 3 + 3 + 5 + 1 + 2
+    assert len(KEYS) == 5 + 11 + 17 + 5 + 9 + 3 + 6 + 2 * 3 + 3 + 5 + 1 + 2
     assert {"world.size", "schedule.skills.SKILL.at", "schedule.episodes.N.skill"} <= KEYS.keys()
     assert "learner.custom_skills.SKILL.approach" in KEYS
 
 
 BESIDE = {
+    "learner.templates.N.": "learner.templates=[{table: selection, prefer: avoid, value: 0}]",
     "learner.held.": "learner.held.until=steps",
     "schedule.introduce.": "schedule.introduce.by=novelty",
     "schedule.skills.SKILL.introduce.": "schedule.skills.avoid={at: null, introduce: {by: reach}}",

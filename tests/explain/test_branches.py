@@ -20,6 +20,8 @@ from learners.commands import (
     SetParameter,
     SetSchedule,
     StopExploring,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.names import MAX_TRIALS
@@ -195,3 +197,17 @@ def test_one_that_joins_by_a_rule_or_no_longer_is_named() -> None:
         "Here approach is explored in 50% of the steps where nothing else is worth more than 2"
         " until trial 9."
     )
+
+
+def test_teaching_is_said_with_its_end() -> None:
+    run = standard(14_600)
+    assert told(run, Teach("flank", 200)) == (
+        "taught for 200",
+        "Here a script teaches until trial 14,800.",
+    )
+    run.apply(Teach("flank", 200))
+    assert told(run, StopTeaching()) == (
+        "not taught",
+        "Here no script teaches from trial 14,600 on.",
+    )
+    assert told(run, Teach("flank", 200))[0] == "the same again"

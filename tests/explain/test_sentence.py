@@ -216,7 +216,10 @@ def test_primitive_moves_are_no_skills() -> None:
 def test_commands_are_no_skills() -> None:
     run = Run(spec_of(preset="feudal"), seed=1)
     said = in_words(status_of(run))
-    assert said.startswith("A manager with five commands, no skills. No prey has been")
+    assert said.startswith(
+        "A manager with five commands, no skills. A command holds until the predator leaves the"
+        " region. No prey has been"
+    )
 
 
 def test_two_skills_and_three_are_listed_in_the_order_in_which_they_came() -> None:
@@ -312,6 +315,26 @@ def test_a_skill_that_has_just_joined_by_a_rule_is_said_to_have() -> None:
     assert "Circle clockwise has joined by its rule, and is practised first" in in_words(
         status_of(run)
     )
+
+
+def test_while_a_script_teaches_it_is_said_until_when() -> None:
+    run = Run(spec_of(preset="hierarchical_3_taught"), seed=1)
+    run.advance(until_trial=299)
+    said = "Taught until trial 300: a script shows it which skill to take."
+    assert said in in_words(status_of(run))
+    run.advance(until_trial=300)
+    assert "Taught" not in in_words(status_of(run))
+
+
+def test_before_the_first_hunt_it_is_said_which_skill_learns_alone() -> None:
+    run = Run(spec_of("schedule.pretrain=1000", preset="hierarchical_3"), seed=1)
+    run.advance(max_steps=1_500)
+    assert in_words(status_of(run)) == (
+        "Before the first hunt each skill learns alone: circle clockwise until step 2,000, of"
+        " 3,000."
+    )
+    run.advance(max_steps=1_500)
+    assert "alone" not in in_words(status_of(run))
 
 
 def test_an_exploration_is_over_when_its_last_trial_is() -> None:

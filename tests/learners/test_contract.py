@@ -34,6 +34,10 @@ VARIANTS: dict[str, tuple[str, list[str]]] = {
             "learner.skills_that_learn=all",
         ],
     ),
+    **{
+        f"appetite and fear by {rule}": ("static_appetite_fear", [f"learner.selection={rule}"])
+        for rule in ("best_happiness", "worst_unhappiness", "negotiated_unhappiness", "w_learning")
+    },
     "a rule, by what was reached": ("timed_auto", ["schedule.introduce.by=reach"]),
 }
 

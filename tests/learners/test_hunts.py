@@ -148,10 +148,10 @@ def test_greedy_sets_name_all_that_tie_and_nothing_absent() -> None:
 
 def test_primitive_moves_are_options_that_know_only_themselves() -> None:
     selection_q = np.zeros((N_HEADINGS, RINGS, SECTORS, N_MOVES), np.float32)
-    moves, options, _ = greedy_moves(selection_q, NO_SKILLS)
-    assert (options == 0b111111111).all()
+    policy = greedy_moves(selection_q, NO_SKILLS)
+    assert (policy.options == 0b111111111).all()
     for move in range(N_MOVES):
-        assert (moves[move] == 1 << move).all()
+        assert (policy.moves[move] == 1 << move).all()
 
 
 def test_a_state_without_any_option_is_an_error() -> None:

@@ -10,6 +10,7 @@ from learners.spec import RunSpec
 from sim.spec import ProblemsError
 
 SKILLS: dict[str, Any] = {"options": ["approach", "avoid"], "alpha": 0.1}
+BY_A_RULE = SKILLS | {"selection": "collective", "skills_that_learn": "all"}
 REACH = {"by": "reach"}
 
 
@@ -33,17 +34,15 @@ def test_a_rule_needs_skills() -> None:
     ]
 
 
-@pytest.mark.parametrize("by", ["reach", "change"])
-def test_what_a_selection_learns_cannot_be_watched_where_it_learns_nothing(by: str) -> None:
-    learner = SKILLS | {"selection": "collective"}
-    (line,) = refusals(learner, {"skills": {"avoid": {"introduce": {"by": by}}}})
-    assert line == (
-        f"skills.avoid.introduce.by: '{by}' watches what the selection learns, and here it learns"
-        " nothing; allowed: novelty"
+def test_the_change_of_a_table_cannot_be_watched_where_there_is_none() -> None:
+    by_change = {"by": "change"}
+    expected = (
+        "introduce.by: 'change' asks how much a table changes, and collective has none;"
+        " allowed: novelty, reach"
     )
-    RunSpec.model_validate(
-        {"learner": learner, "schedule": {"introduce": {"by": "novelty"}}, "trials": 10}
-    )
+    assert refusals(BY_A_RULE, {"introduce": by_change}) == [expected]
+    own = {"skills": {"avoid": {"introduce": by_change}}}
+    assert refusals(BY_A_RULE, own) == [f"skills.avoid.{expected}"]
 
 
 def test_nothing_is_to_be_reached_where_all_begins_above_0() -> None:
@@ -56,11 +55,10 @@ def test_nothing_is_to_be_reached_where_all_begins_above_0() -> None:
 
 def test_a_context_needs_values_of_states() -> None:
     episode = {"skill": "avoid", "duration": 5, "probability": 0.5, "where": {"value_at_most": 1}}
-    (line,) = refusals(SKILLS | {"selection": "w_learning"}, {"episodes": [episode]})
-    assert line == (
-        "episodes.0.where: 1.0 asks what a state is worth, and a selection by a rule does not learn"
-        " that; allowed: none"
-    )
+    assert refusals(BY_A_RULE, {"episodes": [episode]}) == [
+        "episodes.0.where.value_at_most: 1.0 asks what a table says of a state, and collective has"
+        " none; allowed: none"
+    ]
 
 
 def test_an_exploration_of_a_skill_that_joins_by_a_rule_begins_with_that() -> None:

@@ -264,12 +264,12 @@ def test_a_greedy_hunt_asks_the_rule_in_each_step_with_the_steps_draw(rule: str)
         (
             {"schedule": {"introduce": {"by": "change"}}},
             "introduce.by",
-            "here it learns nothing; allowed: novelty",
+            "asks how much a table changes, and collective has none; allowed: novelty, reach",
         ),
         (
             {"schedule": {"skills": {"fear": {"introduce": {"by": "change"}}}}},
             "skills.fear.introduce.by",
-            "here it learns nothing; allowed: novelty",
+            "asks how much a table changes, and collective has none; allowed: novelty, reach",
         ),
         (
             {
@@ -284,8 +284,8 @@ def test_a_greedy_hunt_asks_the_rule_in_each_step_with_the_steps_draw(rule: str)
                     ]
                 }
             },
-            "episodes.0.where",
-            "a selection by a rule does not learn that; allowed: none",
+            "episodes.0.where.value_at_most",
+            "asks what a table says of a state, and collective has none; allowed: none",
         ),
         ({"schedule": {"teach": {"trials": 5}}}, "teach", "is for a selection that learns"),
     ],

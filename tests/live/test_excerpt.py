@@ -12,13 +12,17 @@ from app.live.excerpt import Excerpt, excerpt
 from app.live.lines import Family
 from app.live.made_again import made_again
 from app.live.past import Budget
+from app.live.places import Place
 from app.live.replayed import replayed
+from app.live.requests import Branch, RunTo
 from app.live.session import Session
 from app.live.shared import MOST_STEPS, code_of, read_link, read_shared
 from app.live.worker import FULL_SPEED
 from app.live.written import SessionError
+from learners.commands import Introduce
 from learners.kernel.state import digest
 from tests.support.lines import SEED, SPEC
+from tests.support.schedules import ruled_spec
 from tests.support.sessions import Deed, deeds, do
 
 
@@ -70,3 +74,33 @@ def test_whatever_was_done_its_lines_are_the_same_elsewhere(some: Sequence[Deed]
         assert remade.differ == ()
         (its,) = stands(remade.made.family).values()
         assert its == theirs[line.name]
+
+
+def test_a_session_whose_skills_join_by_a_rule_is_the_same_elsewhere() -> None:
+    session = Session(ruled_spec(), "timed", 5, FULL_SPEED, False, name_of=name_of)
+    session.start()
+    try:
+        session.submit(RunTo(480))
+        session.wait_for(lambda status: status.snapshot.trial >= 480 and not status.playing, 60)
+        # In a branch, circling joins by hand before its rule is met.
+        place = Place(session.status.snapshot.generation, 900)
+        session.submit(Branch(place, Introduce("circle_clockwise", 20)))
+        session.wait_for(
+            lambda status: len(status.lines) > 1 and not any(o.is_growing for o in status.lines), 60
+        )
+        family = session._tree.family  # pyright: ignore[reportPrivateUsage]
+        theirs = stands(family)
+        shared = excerpt(family, None)
+    finally:
+        session.stop()
+    joined = [
+        [event.author for event in history if isinstance(event.command, Introduce)]
+        for _, _, history in theirs.values()
+    ]
+    assert ["schedule", "trigger"] in joined
+    assert any("hand" in authors for authors in joined)
+    written = read_shared(Path(shared.file_name), shared.data)
+    assert replayed(written.records).is_same
+    remade = made_again(written, Budget(), name_of, most_steps=MOST_STEPS)
+    assert remade.differ == ()
+    assert stands(remade.made.family) == theirs

@@ -144,9 +144,9 @@ def test_the_layers_are_in_the_order_of_their_hotkeys() -> None:
     assert all(layer.key == key for key, layer in LAYERS.items())
 
 
-def test_two_layers_ask_which_option_they_are_about() -> None:
+def test_three_layers_ask_which_option_they_are_about() -> None:
     about = {key: layer.about for key, layer in LAYERS.items() if layer.about != "nothing"}
-    assert about == {"option": "option", "skill": "skill"}
+    assert about == {"option": "option", "skill": "skill", "stake": "skill"}
 
 
 def test_looks_and_extras_that_agree_can_share_a_picture() -> None:
@@ -798,18 +798,18 @@ def moving(ways: np.ndarray) -> np.ndarray:
     return values
 
 
-def test_what_searches_is_shown_as_it_is_for_the_prey_of_the_trial() -> None:
+def test_what_searches_is_shown_as_it_is_for_one_heading() -> None:
     ways = np.array([EAST, EAST, EAST, WEST, WEST, WEST, WEST, WEST])
     for heading, east in ((2, 4.5), (6, -4.5)):
         taken = dataclasses.replace(commanding(moving(ways) * 0.5), heading=heading)
-        picture = paint("skill", taken, option=SEARCH)
+        picture = paint("skill", taken, option=SEARCH, frame=OF_TRIAL)
         # A capture is told to it as 1, and nothing is worth more.
         assert colour_at(picture, 20, 0) == gain(0.5)
         assert picture.arrows is not None
         way = picture.arrows[:, 1] - picture.arrows[:, 0]
         assert way == pytest.approx(np.broadcast_to([east, 0.0], way.shape), abs=1e-4)
-        legend, caption = words("skill", taken, option=SEARCH)
-        assert f"For a prey that looks {HEADING_NAMES[heading]}, as now." in legend
+        legend, caption = words("skill", taken, option=SEARCH, frame=OF_TRIAL)
+        assert f"the prey looks {HEADING_NAMES[heading]}." in legend
         assert caption.startswith("What search has learned for itself")
         blind, _ = words("skill", taken, option=SEARCH - 1)
         assert "What obeys a command does not know where the prey looks" in blind
@@ -1217,7 +1217,9 @@ def test_a_fixed_heading_shows_its_own_rows(key: str) -> None:
     turned = dataclasses.replace(ends, since=only(extras.since, heading))
     seen = paint(key, moment, extras, frame=heading)
     assert same(seen, paint(key, alone, turned, frame=0))
-    assert key == "skill" or not same(seen, paint(key, moment, extras, frame=5))
+    assert key in ("skill", "stake", "traces") or not same(
+        seen, paint(key, moment, extras, frame=5)
+    )
 
 
 @every_layer
@@ -1275,7 +1277,7 @@ def test_the_legend_says_how_the_board_lies(key: str) -> None:
     else:
         assert "are turned so that it looks right" in folded
         assert "North is up, and the prey looks north." in north
-    assert ("what it sees" in folded) == ("frame" in LAYERS[key].heeds)
+    assert ("what it sees" in folded) == ("frame" in LAYERS[key].heeds_of(fresh().spec.learner))
     assert "what it sees" not in words(key, fresh(), field=False)[0]
 
 

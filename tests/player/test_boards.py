@@ -91,7 +91,7 @@ def expanded(sent: dict[str, Any], world: dict[str, Any], side: int) -> np.ndarr
 def test_what_is_sent_is_what_is_painted(key: str, preset: str, is_late: bool, **how: Any) -> None:
     early, late, extras = moments(preset)
     moment, layer = (late if is_late else early), LAYERS[key]
-    look = layer.heeded(Look(layer=key, **how))
+    look = layer.heeded(Look(layer=key, **how), moment.spec.learner)
     if look.frame == ALL:
         painted, side = all_headings(moment, look, layer, extras), SIDE
     else:

@@ -36,7 +36,7 @@ def test_a_picture_has_the_colours_that_the_layer_paints(
 ) -> None:
     layer = LAYERS[key]
     extras = Extras(success_of(snapshot, lambda: True), snapshot)
-    look = layer.heeded(Look(DARK, key, frame=frame))
+    look = layer.heeded(Look(DARK, key, frame=frame), snapshot.spec.learner)
     if look.frame == ALL:
         return
     board = board_sent(snapshot, look, extras)
@@ -57,7 +57,9 @@ def test_an_svg_has_the_words_that_are_read_beside_the_board(
     words = " ".join(node.text or "" for node in root.iter(f"{SVG}text"))
     assert f"Trial {snapshot.trial:,}, step {snapshot.step:,}" in words
     assert LAYERS[key].title in words
-    caption = LAYERS[key].caption(snapshot, LAYERS[key].heeded(look), Extras())
+    caption = LAYERS[key].caption(
+        snapshot, LAYERS[key].heeded(look, snapshot.spec.learner), Extras()
+    )
     for word in caption.split():
         assert word in words
     assert "predator" in words

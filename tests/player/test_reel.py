@@ -9,7 +9,7 @@ from app.player.reel import Stop, bars_of, happenings_along, recorded_run, stops
 from learners.kernel.state import digest
 from learners.run import replay
 from tests.support.replays import SEED, small_branchy, small_recorded
-from tests.support.schedules import small_spec
+from tests.support.schedules import ruled_spec, small_spec
 
 
 def test_a_preset_s_run_is_that_of_its_seed() -> None:
@@ -77,3 +77,12 @@ def test_a_run_that_has_hardly_begun_can_be_played() -> None:
     recorded = recorded_run(small_spec("trials=1"), "timed", 1)
     assert stops_of(recorded, 9)[0] == Stop(0, 0)
     assert bars_of(recorded)[0].trials["end"]["trial"] == 1
+
+
+def test_bars_have_what_a_rule_watched_along_either_axis() -> None:
+    recorded = recorded_run(ruled_spec(), "timed", 5)
+    bars = bars_of(recorded)[recorded.live.number]
+    for bar in (bars.trials, bars.steps):
+        circle, avoid = bar["rules"]
+        assert (circle["skill"], circle["until"], circle["met"]) == ("circle_clockwise", 436, True)
+        assert (avoid["skill"], avoid["until"]) == ("avoid", None)

@@ -2,10 +2,12 @@
 
 import pytest
 
+from app.documents import presets
 from app.schedule import blocks, carried
 from app.schedule.blocks import NEVER, Block, described
 from app.schedule.edits import changed, now_of, with_episode
 from learners.commands import FollowSchedule, SetSchedule
+from learners.kernel.state import digest
 from learners.run import Run
 from learners.schedule_spec import SkillTimer, TriggerSpec
 from tests.support.schedules import AVOID, CIRCLE, CIRCLING, RULE, ruled_spec, seen, small_run, to
@@ -68,6 +70,49 @@ def test_a_preset_that_repeats_the_run_keeps_the_rule_for_what_has_not_joined() 
     ]
     assert left_out == ()
     assert Run(spec, seed=5).planned()[-1].trial == NEVER
+
+
+@pytest.fixture(scope="module")
+def joined() -> Run:
+    """A run in which both have joined by their rule, and which explores the second by context."""
+    where = "where: {value_at_most: 1}"
+    episodes = f"schedule.episodes=[{{skill: avoid, duration: 900, probability: 0.3, {where}}}]"
+    run = Run(ruled_spec(episodes, "trials=3000"), seed=5)
+    run.advance()
+    assert len(run.present) == 3
+    return run
+
+
+def test_what_joined_by_a_rule_says_so(joined: Run) -> None:
+    happened = [one for one in blocks.blocks_of(seen(joined)) if one.kind == "introduction"]
+    assert [one.by_rule for one in happened] == [False, True, True]
+    assert not any(one.by_hand for one in happened)
+    *_, avoid = happened
+    assert described(avoid).startswith(f"avoid joins at trial {avoid.first:,}, by its rule")
+    (explored,) = [one for one in blocks.blocks_of(seen(joined)) if one.kind == "exploration"]
+    assert (explored.first, explored.by_rule, explored.by_hand) == (avoid.first, False, False)
+    assert described(explored) == (
+        "avoid is explored in 30% of the steps where nothing else is worth more than 1, trials"
+        f" {avoid.first:,} to {avoid.first + 899:,}, by the schedule"
+    )
+
+
+def test_a_rule_that_was_set_by_hand_is_said_to_be(joined: Run) -> None:
+    run = Run(joined.preset, seed=5)
+    rule = TriggerSpec(by="reach", window=5, below=100)
+    run.apply(SetSchedule(run.spec.schedule.model_copy(update={"introduce": rule})))
+    run.advance(until_trial=40)
+    circle = [one for one in blocks.blocks_of(seen(run)) if one.kind == "introduction"][1]
+    assert (circle.skill, circle.by_rule, circle.by_hand) == ("circle_clockwise", True, True)
+
+
+def test_a_preset_that_repeats_the_run_has_the_trials_that_the_rule_found(joined: Run) -> None:
+    spec, left_out = carried.preset_of(seen(joined))
+    assert left_out == ()
+    assert spec.schedule.introduce is None
+    again = Run(presets.parse(presets.dump(spec), "mine.yaml"), seed=5)
+    again.advance(until_trial=joined.trial)
+    assert digest(again.state) == digest(joined.state)
 
 
 @pytest.mark.parametrize("skill", ["circle_clockwise", "avoid"])

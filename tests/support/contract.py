@@ -291,7 +291,7 @@ class LearnerContract:
         options = range(seen.selection_q.shape[-1])
         for key, layer in LAYERS.items():
             for option in options if layer.about != "nothing" else (0,):
-                look = layer.heeded(Look(layer=key, frame=frame, option=option))
+                look = layer.heeded(Look(layer=key, frame=frame, option=option), run.spec.learner)
                 picture = layer.paint(seen, look, extras)
                 assert picture.colours.shape == (run.world.size**2, 3)
                 picture.over()

@@ -11,6 +11,7 @@ from app.words.placing import Room
 from app.words.plain import plain
 
 FREEZE_LANE: Final = "frozen by hand"
+TEACHING_LANE: Final = "taught"
 _LEAST: Final = 1 / 120
 """Width of the shortest block, as a share of the axis."""
 
@@ -18,7 +19,7 @@ _NEAR: Final = 2 * CHARACTER
 """Farther from its block a text is as short as can be."""
 
 Side = Literal["before", "after", "within"]
-Shape = Literal["join", "forced", "frozen"]
+Shape = Literal["join", "forced", "taught", "frozen"]
 """What a block is drawn as."""
 Half = Literal["whole", "upper", "lower"]
 """What part of the height of its lane a block takes."""
@@ -68,7 +69,7 @@ class Lane(NamedTuple):
 
     name: str
     skill: str
-    """Whose blocks these are; empty for those frozen by hand."""
+    """Whose blocks these are; empty for those taught, or frozen by hand."""
     presence: tuple[Stretch, ...]
     pieces: tuple[Piece, ...]
     labels: tuple[Label, ...]
@@ -82,18 +83,36 @@ def _wide(text: str) -> float:
 def lanes_of(
     blocks: Sequence[Block], skills: Iterable[str], axis: TimeAxis, chosen: str = ""
 ) -> tuple[Lane, ...]:
-    """A lane for each skill, and a last one where something was frozen by hand."""
+    """A lane for each skill, and others where a script taught and something was frozen by hand."""
+    comes_next = next((block.id for block in blocks if _waits_for_its_rule(block)), "")
     lanes = [
-        _lane(skill, [block for block in blocks if block.skill == skill], axis, chosen)
+        _lane(
+            skill, plain(skill), [b for b in blocks if b.skill == skill], axis, chosen, comes_next
+        )
         for skill in skills
     ]
+    taught = [block for block in blocks if block.kind == "teaching"]
     freezes = [block for block in blocks if block.kind in FREEZES]
-    if freezes:
-        lanes.append(_lane("", freezes, axis, chosen))
+    for name, found in ((TEACHING_LANE, taught), (FREEZE_LANE, freezes)):
+        if found:
+            lanes.append(_lane("", name, found, axis, chosen, ""))
     return tuple(lanes)
 
 
-def _lane(skill: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> Lane:
+def _waits_for_its_rule(block: Block) -> bool:
+    """Whether its skill is to join by a rule; the first of these is the next one that does."""
+    is_ahead = block.kind == "introduction" and block.state == "planned"
+    return is_ahead and block.by_rule and block.first >= NEVER
+
+
+def _lane(
+    skill: str,
+    name: str,
+    blocks: Sequence[Block],
+    axis: TimeAxis,
+    chosen: str,
+    comes_next: str,
+) -> Lane:
     # One that another took the place of at once has held nothing.
     blocks = [
         block for block in blocks if block.kind == "introduction" or block.until != block.first
@@ -103,11 +122,11 @@ def _lane(skill: str, blocks: Sequence[Block], axis: TimeAxis, chosen: str) -> L
     # What is short is drawn over what is long.
     drawn.sort(key=lambda block: axis.of_trial(block.first) - _until(block, axis))
     return Lane(
-        name=plain(skill) or FREEZE_LANE,
+        name=name,
         skill=skill,
         presence=tuple(_presence(shown, axis)),
         pieces=tuple(_piece(block, chosen) for block in drawn),
-        labels=_Writer(axis, drawn).labels(blocks),
+        labels=_Writer(axis, drawn, comes_next).labels(blocks),
     )
 
 
@@ -132,7 +151,11 @@ def _presence(blocks: Iterable[Block], axis: TimeAxis) -> Iterable[Stretch]:
 
 
 _HALVES: Final[Mapping[Kind, Half]] = {FREEZES[0]: "upper", FREEZES[1]: "lower"}
-_SHAPES: Final[Mapping[Kind, Shape]] = {"introduction": "join", "exploration": "forced"}
+_SHAPES: Final[Mapping[Kind, Shape]] = {
+    "introduction": "join",
+    "exploration": "forced",
+    "teaching": "taught",
+}
 
 
 def _piece(block: Block, chosen: str) -> Piece:
@@ -144,8 +167,9 @@ def _piece(block: Block, chosen: str) -> Piece:
 class _Writer:
     """Finds room in a lane for what is said of its blocks."""
 
-    def __init__(self, axis: TimeAxis, drawn: Iterable[Block]) -> None:
-        self._axis = axis
+    def __init__(self, axis: TimeAxis, drawn: Iterable[Block], comes_next: str) -> None:
+        """``comes_next`` is the id of the block whose skill is the next to join by a rule."""
+        self._axis, self._comes_next = axis, comes_next
         self._taken = [self._span(block) for block in drawn]
         self._room = Room(0.0, 1.0)
         for span in self._taken:
@@ -166,6 +190,9 @@ class _Writer:
         for stretch in self._stretches(freezes, 0.0):
             kinds = {block.kind for block in stretch}
             self._beside(stretch, " and ".join(FROZEN[k] for k in FREEZES if k in kinds))
+        for block in here:
+            if block.kind == "teaching" and not block.undone:
+                self._beside([block], "by a script")
         for block in blocks:
             # One that was taken back would say that a skill is there which is not.
             if block.kind == "introduction" and not block.undone:
@@ -219,7 +246,8 @@ class _Writer:
         if block.first >= NEVER:
             before, text, near = "", "not planned to join", 1.0
             if block.by_rule:
-                text = "joins by its rule"
+                is_next = block.id == self._comes_next
+                text = "joins next, by its rule" if is_next else "joins by its rule"
         elif is_beyond:
             after, near = " \N{BLACK RIGHT-POINTING SMALL TRIANGLE}", 1.0
         elif block.by_rule:

@@ -20,7 +20,7 @@ from app.metrics.course import GREEDY_HUNTS, NO_CURVE, GreedyCurve
 from app.schedule.blocks import FREEZES, NEVER, Block
 from learners.measures import Curve, Progress
 
-Held = Literal["forced", "frozen"]
+Held = Literal["forced", "taught", "frozen"]
 
 
 class Ghost(NamedTuple):
@@ -60,7 +60,7 @@ class View(NamedTuple):
 
 
 class Band(NamedTuple):
-    """Where something is held from outside: forced exploration, or a freeze."""
+    """Where something is held from outside: forced exploration, teaching, or a freeze."""
 
     block: Block
     kind: Held
@@ -200,15 +200,17 @@ def _from_the_start(at: np.ndarray, reward: np.ndarray, axis: TimeAxis) -> Point
 
 
 def bands_of(blocks: Sequence[Block]) -> tuple[Band, ...]:
-    """Where exploration is forced or something frozen, or going to be."""
+    """Where exploration is forced, a script teaches or something is frozen, or going to be."""
     bands: list[Band] = []
     for block in blocks:
         is_freeze = block.kind in (*FREEZES, "introduction")
-        is_held = is_freeze or block.kind == "exploration"
+        is_taught = block.kind == "teaching"
+        is_held = is_freeze or is_taught or block.kind == "exploration"
         if block.first >= NEVER:
             continue
         if is_held and block.state != "idle" and block.until != block.first:
-            bands.append(Band(block, "frozen" if is_freeze else "forced"))
+            kind: Held = "taught" if is_taught else "frozen" if is_freeze else "forced"
+            bands.append(Band(block, kind))
     return tuple(bands)
 
 

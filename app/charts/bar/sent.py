@@ -148,6 +148,8 @@ def _legend(bar: Bar) -> Iterable[tuple[str, str, str]]:
     kinds = {band.kind for band in bar.bands}
     if "forced" in kinds:
         yield "forced", "forced exploration", TERMS["forced exploration"]
+    if "taught" in kinds:
+        yield "taught", "taught", TERMS["teaching"]
     if "frozen" in kinds:
         yield "frozen", "frozen", TERMS["freeze"]
     blocks = [piece.block for lane in bar.lanes for piece in lane.pieces]
@@ -277,6 +279,8 @@ def _what(block: Block) -> str:
         return f"{named(block.skill)} joins"
     if block.kind == "exploration":
         return f"Forced exploration of {plain(block.skill)}"
+    if block.kind == "teaching":
+        return "Taught by a script"
     return "Frozen by hand"
 
 

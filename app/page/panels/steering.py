@@ -14,7 +14,7 @@ from app.live.snapshot import Snapshot
 from app.live.status import Status
 from app.page.confirm import confirm
 from app.page.inbox import Ask, Intent, StatusOf
-from app.page.number_field import DIALS_HTML, Dial, Limits
+from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
 from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
@@ -26,8 +26,11 @@ from learners.commands import (
     Introduce,
     Remove,
     SetParameter,
+    StopTeaching,
+    Teach,
     Undo,
 )
+from learners.misfits import not_for_script
 from learners.names import MAX_TRIALS, SkillName
 from learners.parameters import value_of
 from learners.skill_spec import SkillWeights
@@ -36,6 +39,8 @@ from learners.skills import SKILLS
 DEFAULT_FREEZE_TRIALS: Final = 300
 """Freeze of a skill added by hand when the schedule has none for it: the thesis's."""
 
+_TAUGHT_TRIALS: Final = 300
+"""For which a script teaches unless somebody wants it otherwise."""
 _SHOWN_CHANGES = 6
 _MOST_CHANGES = 100
 """The latest changes by hand, which alone can be taken back here."""
@@ -161,6 +166,7 @@ class Steering:
         self._dials: dict[str, Dial] = {}
         self._build_parameters(status.snapshot)
         self._build_undo()
+        self._build_teaching()
         self._build_skills()
         self._build_removal()
 
@@ -176,6 +182,7 @@ class Steering:
             dial.show(value_of(snapshot.spec, key))
         self._dials["learner.skill_alpha"].disable(not snapshot.spec.learner.sub_policies)
         self._show_undo(snapshot)
+        self._show_teaching(snapshot)
         self._show_skills(snapshot)
 
     def _build_parameters(self, snapshot: Snapshot) -> None:
@@ -247,6 +254,49 @@ class Steering:
             self._undoable.choose(open_events[0].number)
         assign(self._undo, "disabled", not open_events)
 
+    def _build_teaching(self) -> None:
+        gui = self._gui
+        with gui.add_folder("Teaching", expand_by_default=False) as folder:
+            self._taught_for = NumberField(
+                gui,
+                "Trials",
+                _TAUGHT_TRIALS,
+                Limits(1, MAX_TRIALS),
+                "For how many trials, that is hunts, from now on.",
+            )
+            self._teach = gui.add_button(
+                "Teach now",
+                icon=viser.Icon.SCHOOL,
+                color=CALM,
+                hint="A script chooses the skill: avoid before the prey sees it, approach from"
+                " behind, and else a circle to get there. The learner learns from that.",
+            )
+            self._stop_teaching = gui.add_button(
+                "Stop teaching",
+                icon=viser.Icon.PLAYER_STOP,
+                color=CALM,
+                hint="From now on the learner chooses for itself again.",
+            )
+            self._taught = gui.add_html("")
+            add_hints(gui, self._teach, self._stop_teaching)
+        self._teaching_folder = folder
+        self._teach.on_click(Intent(self._teach_clicked))
+        self._stop_teaching.on_click(Intent(lambda client, _: self._ask(client, StopTeaching())))
+
+    def _teach_clicked(self, client: viser.ClientHandle, _: object) -> None:
+        self._ask(client, Teach("flank", int(self._taught_for.read())))
+
+    def _show_teaching(self, snapshot: Snapshot) -> None:
+        learner, until = snapshot.spec.learner, snapshot.control.taught_until
+        why_not, is_taught = not_for_script(learner), until > snapshot.trial
+        assign(self._teaching_folder, "visible", bool(learner.skills))
+        assign(self._teach, "disabled", why_not is not None)
+        assign(self._stop_teaching, "visible", is_taught)
+        said = "" if why_not is None else f"The script {why_not}."
+        if is_taught:
+            said = f"A script chooses until trial {until:,}."
+        assign(self._taught, "content", f'<div class="pounce-note">{escaped(said)}</div>')
+
     def _build_skills(self) -> None:
         gui = self._gui
         with gui.add_folder("Other skills", expand_by_default=False) as folder:
@@ -316,7 +366,7 @@ class Steering:
         weights = {skill: round(dial.read(), 3) for skill, dial in self._weights.items()}
         if not any(weights.values()):
             raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
-        self._ask(client, DefineSkill(name, SkillWeights(**weights)))
+        self._ask(client, DefineSkill(name, SkillWeights.model_validate(weights)))
         self._ask(client, Introduce(name, DEFAULT_FREEZE_TRIALS))
 
     def _show_skills(self, snapshot: Snapshot) -> None:

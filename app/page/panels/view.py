@@ -20,6 +20,7 @@ from app.picture.options import option_names
 from app.picture.shading import Scale
 from app.picture.theme import DARK, LIGHT
 from app.words.plain import HEADING_NAMES, plain
+from learners.learner_spec import LearnerSpec
 
 _SCALES: dict[str, Scale] = {"Steps to capture": "steps", "Its size": "linear"}
 _FRAMES = {
@@ -52,6 +53,8 @@ class View:
         self._names: tuple[str, ...] = ()
         """What a layer may be of."""
         self._came_from_all = False
+        self._learner: LearnerSpec | None = None
+        """Whom it has been offered of."""
         layers = {layer.title: layer for layer in LAYERS.values()}
         self._layer = Choice(gui, "Layer", layers, hint="What the board shows.")
         self._about: Choice[str | None] = Choice(gui, "of", {}, hint="Which one it shows.")
@@ -108,24 +111,29 @@ class View:
             flight=bool(self._flight.value),
             **{field: bool(box.value) for field, box in self._overlays.items()},
         )
-        return layer.heeded(look)
+        return layer.heeded(look, self._learner)
 
     def update(self, snapshot: Snapshot) -> None:
         """Offer what there is to choose at a moment."""
+        learner = self._learner = snapshot.spec.learner
+        self._layer.offer({layer.listed(learner): layer for layer in LAYERS.values()})
         layer = self._layer.chosen
         names = option_names(snapshot)
         if layer.about == "skill":
-            names = tuple(map(plain, snapshot.spec.learner.sub_policies))
+            names = tuple(map(plain, learner.sub_policies))
         if names:
             self._names = names
             self._about.offer({name: name for name in names})
+        is_there = layer.lacks(learner) is None
+        about = self._about.chosen
+        heeds = layer.heeds_of(learner, names.index(about) if about in names else 0)
         offered: Sequence[tuple[Any, bool]] = (
-            (self._about.handle, layer.about != "nothing" and bool(names)),
-            (self._frame.handle, "frame" in layer.heeds),
-            (self._back, "frame" in layer.heeds and self._came_from_all),
-            (self._scale.handle, "scale" in layer.heeds),
-            (self._fitted, "fitted" in layer.heeds),
-            (self._flight, "flight" in layer.heeds),
+            (self._about.handle, layer.about != "nothing" and bool(names) and is_there),
+            (self._frame.handle, "frame" in heeds),
+            (self._back, "frame" in heeds and self._came_from_all),
+            (self._scale.handle, "scale" in heeds),
+            (self._fitted, "fitted" in heeds),
+            (self._flight, "flight" in heeds),
         )
         for handle, is_offered in offered:
             assign(handle, "visible", is_offered)

@@ -161,7 +161,7 @@ class BoardView(Parts):
         assign(self._grid, "visible", look.grid and is_whole)
         assign(self._sensors, "visible", look.sensors and is_whole)
         assign(self._zone, "visible", look.start_zone and is_whole)
-        turns = "frame" in LAYERS[look.layer].heeds
+        turns = "frame" in LAYERS[look.layer].heeds_of(snapshot.spec.learner, look.option)
         assign(self._field, "visible", look.field and turns)
         assign(self._arrow, "visible", turns)
         if look.sensors:

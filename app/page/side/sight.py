@@ -206,6 +206,7 @@ def _readings(view: View) -> dict[str, Any]:
                 hall.greedy.at(place, view.step),
                 digests[place],
                 place in leads,
+                view.is_live,
             )
             for place, one in enumerate(view.shown)
         ],
@@ -228,7 +229,7 @@ def _legend(view: View) -> dict[str, Any]:
         view.hall.extras(one, look, None) for one, look in zip(view.shown, looks, strict=True)
     ]
     return {
-        "layer": layer.title,
+        "layer": layer.title_of(view.shown[0].spec.learner),
         "html": str(layer.legend(view.shown[0], looks[0], extras[0])),
         "captions": [layer.caption(*each) for each in zip(view.shown, looks, extras, strict=True)],
     }

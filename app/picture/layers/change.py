@@ -11,20 +11,19 @@ from markupsafe import Markup
 from app.live.snapshot import Snapshot
 from app.picture.colours import FARTHER, NEARER, Ramp, amount_colours, css, palette
 from app.picture.contours import Contour, edges
+from app.picture.counted import counted_by
 from app.picture.frames import in_frame
-from app.picture.layer import Extras, Layer, Picture, blank
+from app.picture.layer import Extras, Lack, Layer, Picture, blank
 from app.picture.legend import bar, frame_in_words, hatch, legend, limits, patch_of_board, swatch
 from app.picture.look import ALL, Look
 from app.picture.raster import Raster, on_raster, raster, sensors_of
 from app.picture.shading import SHOWN_FROM, Ruler, equivalent_steps, mean_of
 from app.picture.theme import Colour, Theme
-from app.picture.value_maps import or_zero, reward_of
+from app.picture.value_maps import counted_of, or_zero, reward_of
 from app.util.html import element, joined
 from app.words.glossary import term
 from sim.spec import N_HEADINGS
 
-_MOST_STEPS: Final = 50.0
-"""Beyond this it matters no more how much nearer or farther a capture is."""
 _LEAST_STEPS: Final = 1.0
 """Less than a step is no change that anybody should look at."""
 _MARKS: Final = (20.0, 5.0)
@@ -34,6 +33,10 @@ _LEAST_SHARE: Final = 0.005
 """Less of the area than this is not told of."""
 _SAME_ON_LIGHT: Final[Colour] = (204, 207, 213)
 _SAME_ON_DARK: Final[Colour] = (68, 72, 82)
+_NO_TABLE: Final = Lack(
+    "no table selects",
+    "A rule selects here, so no value says how far off a capture is, and none can come nearer.",
+)
 _NO_A: Final = (
     "There is no A yet. The key A makes the moment that you look at A; then go to another moment."
 )
@@ -123,9 +126,11 @@ def _words_of_two(snapshot: Snapshot, since: Snapshot, other: str, own: str) -> 
 
 
 def _since(snapshot: Snapshot, extras: Extras) -> Snapshot | None:
-    """The moment A, if it is of a world with the same places."""
+    """The moment A, if it is of a world with the same places, and its values count the same."""
     since = extras.since
     if since is None or sensors_of(since.spec.world) != sensors_of(snapshot.spec.world):
+        return None
+    if counted_by(since.spec.learner) != counted_by(snapshot.spec.learner):
         return None
     return since
 
@@ -150,7 +155,7 @@ def _change(snapshot: Snapshot, since: Snapshot, look: Look) -> _Change:
 
 def _ruler(snapshot: Snapshot, since: Snapshot, look: Look) -> Ruler:
     """Of the size of a change; the same for what is nearer and for what is farther."""
-    most = _MOST_STEPS
+    most = counted_of(snapshot).most_changed
     if look.fitted:
         # Of all headings, whatever the frame.
         sizes = np.abs(_steps(snapshot) - _steps(since))
@@ -219,9 +224,11 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
         patch_of_board(look, "no value"),
     ]
     left, right = words.ends
+    nouns = counted_of(snapshot).nouns
+    left = left.replace("steps", nouns, 1)
     return legend(
         look,
-        term("steps to capture", "Steps to capture") + f": {words.what}",
+        term("steps to capture", f"{nouns.capitalize()} to capture") + f": {words.what}",
         [
             bar(_bar(ruler, theme), _bar_marks(ruler, marks, look)),
             limits(look, f"{_number(ruler.high)} {left}", right),
@@ -262,8 +269,13 @@ def _title(extras: Extras) -> str:
 def _why_none(extras: Extras) -> str:
     """What to do, or why nothing is to be seen."""
     if extras.names is not None:
-        return "Their worlds have other places, so they cannot be set against one another."
-    return _NO_A if extras.since is None else "A is a moment of another world; set A (key A) anew."
+        return (
+            "Their worlds have other places, or their values count other things, so they cannot be"
+            " set against one another."
+        )
+    if extras.since is None:
+        return _NO_A
+    return "A is a moment of another world, or of another kind of learner; set A (key A) anew."
 
 
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
@@ -308,4 +320,11 @@ def _shares(snapshot: Snapshot, since: Snapshot, look: Look) -> np.ndarray:
     return areas[:-1] / max(areas[-1], 1)
 
 
-CHANGE = Layer("change", "Change since A", _draw, _legend, _caption)
+CHANGE = Layer(
+    "change",
+    "Change since A",
+    _draw,
+    _legend,
+    _caption,
+    lacks=lambda learner: None if counted_by(learner) else _NO_TABLE,
+)

@@ -1,11 +1,14 @@
 """Value of one option: what each place is worth if that one is taken next."""
 
+from typing import Final
+
 import numpy as np
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
+from app.picture.counted import counted_by
 from app.picture.frames import UNTURNED, folds, in_frame
-from app.picture.layer import Extras, Layer, Picture
+from app.picture.layer import Extras, Lack, Layer, Picture
 from app.picture.look import Look
 from app.picture.options import has_moves, option_names, option_shown, present
 from app.picture.raster import Raster
@@ -16,7 +19,14 @@ from app.picture.value_maps import (
     value_picture,
     value_shading,
 )
+from learners.names import COMMANDS
 from sim.spec import N_HEADINGS
+
+_NO_TABLE: Final = Lack(
+    "no table selects",
+    "A rule selects here, and no table says what a hunt is worth by one choice or the other;"
+    " Skill's own value has what each expects.",
+)
 
 
 def _values(snapshot: Snapshot, look: Look) -> np.ndarray:
@@ -52,9 +62,20 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     if has_moves(snapshot):
         frame = " (directions as drawn)" if folds(look) else ""
         return f"What a place is worth if the next move is {name}{frame}, and the best after that."
+    if snapshot.spec.learner.options == COMMANDS:
+        return f"What a place is worth if {name} is commanded there, and the best command after it."
+    if snapshot.spec.learner.held is not None:
+        return f"What a place is worth if {name} is chosen there and kept, and the best after that."
     return f"What a place is worth if {name} makes the next move, and the best skill those after."
 
 
 OPTION = Layer(
-    "option", "Value of one option", _draw, _legend, _caption, about="option", heeds=VALUE_HEEDS
+    "option",
+    "Value of one option",
+    _draw,
+    _legend,
+    _caption,
+    about="option",
+    heeds=VALUE_HEEDS,
+    lacks=lambda learner: None if counted_by(learner) else _NO_TABLE,
 )

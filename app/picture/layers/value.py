@@ -3,11 +3,13 @@
 from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
+from app.picture.counted import counted_by
 from app.picture.layer import Extras, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import Raster
 from app.picture.value_maps import (
     VALUE_HEEDS,
+    counts,
     or_zero,
     state_value_picture,
     value_legend,
@@ -27,6 +29,11 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
 def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     if not or_zero(snapshot.value).any():
         return "Nothing has been learned yet: no place is worth anything."
+    if not counts(snapshot):
+        return (
+            "No table says what a place is worth. What is seen is what the happiest skill expects"
+            " of its own reward there."
+        )
     if look.scale == "linear":
         return "What each place is worth: that falls so fast with distance that little else shows."
     return (
@@ -35,4 +42,13 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
-VALUE = Layer("value", "State value", _draw, _legend, _caption, heeds=VALUE_HEEDS)
+VALUE = Layer(
+    "value",
+    "State value",
+    _draw,
+    _legend,
+    _caption,
+    heeds=VALUE_HEEDS,
+    titled=lambda learner: None if counted_by(learner) else "Best happiness",
+    ignores=lambda learner, _: frozenset(() if counted_by(learner) else ("scale", "flight")),
+)

@@ -96,7 +96,7 @@ const drawBar = (bar) => {
 };
 
 /** What has a meaning of its own beside the curves: it is explained to the keyboard, too. */
-const TERMS = ["forced", "frozen"];
+const TERMS = ["forced", "taught", "frozen"];
 
 /** @param {Bar} bar */
 const drawLegend = (bar) =>

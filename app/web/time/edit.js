@@ -69,7 +69,7 @@ const isFree = (piece) => piece.editable && piece.first >= firstAhead();
 /** @param {Piece} piece */
 const whyLocked = (piece) => {
   if (state.bar?.recorded) return "This is a recording: nothing of it can be changed.";
-  if (piece.kind === "frozen" || piece.first >= firstAhead())
+  if (piece.kind === "frozen" || piece.kind === "taught" || piece.first >= firstAhead())
     return "What was done by hand is not in the plan. Undo takes it back.";
   if (piece.first === 0) return "This was there from the beginning, and is locked.";
   return (

@@ -316,7 +316,7 @@ const markFree = (block, piece, seen, last, isFixed) => {
   block.dataset.free = state;
   block.toggleAttribute("data-editable", isFree);
   block.classList.toggle("locked", !isFree);
-  const why = isFree ? CHANGED : piece.kind === "frozen" || !isOver ? BY_HAND : LOCKED;
+  const why = isFree ? CHANGED : ["taught", "frozen"].includes(piece.kind) || !isOver ? BY_HAND : LOCKED;
   const { first, hint } = piece;
   attribute(block, "title", isFixed ? hint : `${hint}\n${why}`);
   attribute(block, "aria-label", hint);

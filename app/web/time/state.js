@@ -16,14 +16,14 @@ import { drawing } from "../player/drawing.js";
  *   ends: [number, number], what: [string, string], short: [string, string], long: string,
  * }} Rule what a rule watches: `values` are known before `trials`, where it would be met in `fires`, or
  *   never, which is -1; the first window is over in `known`, and the skill joined in `until`
- * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "frozen"}} Band
+ * @typedef {{key: string, first: number, until: number | null, kind: "forced" | "taught" | "frozen"}} Band
  * @typedef {{
  *   at: number, name: string, more: string, before: boolean, room: number,
  *   hint: string, note: number | null,
  * }} Mark `note` is its number in `notes`, if somebody wrote it
  * @typedef {{first: number, until: number | null, ahead: boolean}} Stretch
  * @typedef {{
- *   key: string, id: string, kind: "join" | "forced" | "frozen", half: "whole" | "upper" | "lower",
+ *   key: string, id: string, kind: "join" | "forced" | "taught" | "frozen", half: "whole" | "upper" | "lower",
  *   first: number, until: number | null, probability: number | null, what: string,
  *   idle: boolean, hand: boolean, editable: boolean, chosen: boolean, hint: string,
  * }} Piece `until` is null of what nobody has ended; `key` tells blocks apart, `id` is what

@@ -92,7 +92,7 @@ def test_no_name_is_cut_or_lies_over_another(script: list[tuple[int, Command]]) 
             spans.append(
                 (mark.at - width, mark.at) if mark.is_before else (mark.at, mark.at + width)
             )
-    assert all(first >= -0.15 and until <= 1 for first, until in spans)
+    assert all(first >= -0.2 - 1e-9 and until <= 1 for first, until in spans)
     assert all(one[1] <= other[0] for one, other in pairwise(sorted(spans)))
 
 

@@ -104,4 +104,7 @@ def test_lanes_say_which_skills_joined_by_a_rule_and_which_will() -> None:
         "436",
         " by its rule",
     )
+    assert [label["text"] for label in avoid["labels"]] == ["joins next, by its rule"]
+    (_, circle, avoid) = sent(run_at(100))["lanes"]
+    assert [label["text"] for label in circle["labels"]] == ["joins next, by its rule"]
     assert [label["text"] for label in avoid["labels"]] == ["joins by its rule"]

@@ -24,6 +24,8 @@ from learners.commands import (
     Introduce,
     Remove,
     SetParameter,
+    StopTeaching,
+    Teach,
     Undo,
 )
 from learners.names import MAX_TRIALS
@@ -220,3 +222,29 @@ def test_changes_by_hand_are_counted_from_one_whatever_the_schedule_did(
     (undo,) = desk.requests
     assert isinstance(undo, Undo)
     assert run.control.history[undo.number].command == Explore("approach", 100, 0.5)
+
+
+# Teaching
+
+
+def test_a_script_is_asked_to_teach_and_to_stop(server: viser.ViserServer) -> None:
+    desk = Desk(server.gui, after())
+    assert not desk.person.sees("Stop teaching")
+    desk.person.type("Teaching > Trials", "120")
+    desk.person.click("Teach now")
+    assert desk.requests == [Teach("flank", 120)]
+
+
+def test_while_a_script_teaches_it_says_until_when_and_can_be_stopped(
+    server: viser.ViserServer,
+) -> None:
+    desk = Desk(server.gui, after(Teach("flank", 120)))
+    assert desk.person.reads("A script chooses until trial 120.")
+    desk.person.click("Stop teaching")
+    assert desk.requests == [StopTeaching()]
+
+
+def test_who_has_no_avoid_cannot_be_taught_and_says_why(server: viser.ViserServer) -> None:
+    desk = Desk(server.gui, Run(presets.load("hierarchical_2", ["world.size=40"]), seed=1))
+    assert not desk.person.can_use("Teach now")
+    assert desk.person.reads("chooses avoid, not among the learner's options")

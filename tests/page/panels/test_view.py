@@ -24,7 +24,7 @@ class Seen:
         self.view = View(cast(viser.ClientHandle, SimpleNamespace(gui=gui)))
         self.view.add_overlays()
         self._gui = gui
-        self._moment = snapshot.take(Run(presets.load("timed", ["world.size=20"]), 1), "timed", 0)
+        self.moment = snapshot.take(Run(presets.load("timed", ["world.size=20"]), 1), "timed", 0)
 
     def widget(self, label: str) -> Any:
         return Person(self._gui).widget(label)
@@ -37,8 +37,9 @@ class Seen:
         return True
 
     def show(self, layer: str) -> Look:
-        self.widget("Layer").value = LAYERS[layer].title
-        self.view.update(self._moment)
+        self.view.update(self.moment)
+        self.widget("Layer").value = LAYERS[layer].listed(self.moment.spec.learner)
+        self.view.update(self.moment)
         return self.view.look
 
 
@@ -65,10 +66,11 @@ def test_what_a_layer_does_not_heed_is_neither_offered_nor_part_of_the_look(seen
     for key, layer in LAYERS.items():
         look = seen.show(key)
         offered = {field for field, label in labels.items() if seen.offers(label)}
-        assert offered == layer.heeds
-        assert look.fitted == ("fitted" in layer.heeds)
-        assert look.flight == ("flight" in layer.heeds)
-        assert look.frame == (FOLDED if "frame" in layer.heeds else OF_TRIAL)
+        heeds = layer.heeds_of(seen.moment.spec.learner)
+        assert offered == heeds
+        assert look.fitted == ("fitted" in heeds)
+        assert look.flight == ("flight" in heeds)
+        assert look.frame == (FOLDED if "frame" in heeds else OF_TRIAL)
 
 
 def test_one_of_all_headings_is_shown_alone(seen: Seen) -> None:
