@@ -177,7 +177,7 @@ def _figures_of(path: Path) -> Iterator[tuple[str, Drawing]]:
 def _templates_figure(results: Results) -> Drawing:
     """What tables gain that begin with something."""
     columns = {
-        BY_COLUMN[column].at(_HORIZON).label: [
+        BY_COLUMN[column].at(_HORIZON).title: [
             Dot(g.label, mean_of(g, column), _dots(g, column)) for g in results.groups
         ]
         for column in COLUMNS[:2]

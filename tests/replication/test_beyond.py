@@ -64,12 +64,12 @@ def test_the_part_between_the_marks_is_written_anew_with_its_figures(
     (docs / "figures").mkdir(parents=True)
     (docs / "beyond").mkdir()
     for page in PAGES:
-        (docs / page).write_text(f"before\n{HEADLINE_BEGINS}\nold\n{HEADLINE_ENDS}\nafter\n")
+        (docs / page).write_text(f"before\n{HEADLINE_BEGINS}\nas it was\n{HEADLINE_ENDS}\nafter\n")
     assert write_beyond(out, docs) == docs / PAGE
     text = (docs / PAGE).read_text("utf-8")
     assert text.startswith("before\n")
     assert text.endswith("after\n")
-    assert "old" not in text
+    assert "as it was" not in text
     assert "| `feudal` |" in text
     assert "{{" not in text
     assert (docs / "figures" / "beyond.png").read_bytes() == b"a picture"
