@@ -51,10 +51,7 @@ def pages(here: Path) -> Path:
         (["--seeds", "0"], "--seeds"),
         (["--out", ""], "--out: '' is not allowed; allowed: a folder"),
         (["--docs", "nowhere"], "--docs: 'nowhere' is not allowed; allowed: a folder with a"),
-        (
-            ["--beyond", "--docs", "docs"],
-            "allowed: a folder with beyond.md and beyond/templates.md",
-        ),
+        (["--beyond", "--docs", "docs"], "a folder with beyond.md and beyond/templates.md"),
         (["figure_4_1"], "'figure_4_1' is one word too many"),
     ],
 )

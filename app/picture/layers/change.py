@@ -6,7 +6,7 @@ The other moment may be of another run: then it is the difference of two that ar
 from typing import Final, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import FARTHER, NEARER, Ramp, amount_colours, css, palette
@@ -229,7 +229,9 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     left = left.replace("steps", nouns, 1)
     return legend(
         look,
-        term("steps to capture", f"{nouns.capitalize()} to capture") + f": {words.what}",
+        escape(f"{nouns.capitalize()} to capture: {words.what}")
+        if nouns != "steps"
+        else term("steps to capture", "Steps to capture") + f": {words.what}",
         [
             bar(_bar(ruler, theme), _bar_marks(ruler, marks, look)),
             limits(look, f"{_number(ruler.high)} {left}", right),
