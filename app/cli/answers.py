@@ -4,6 +4,7 @@ Like the command line, it imports what takes long only once it is needed.
 """
 
 import math
+import re
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
@@ -70,6 +71,21 @@ def whole_number(option: str, text: str, low: int, high: int) -> int:
         raise UsageError(
             f"{option}: {shown(text)} is not allowed; allowed: a whole number, {low} to {high}"
         ) from None
+
+
+def parts_of(option: str, text: str, what: str) -> list[str]:
+    """The parts of a list that an option was given, as texts.
+
+    Raises:
+        UsageError: its commas may be those that group the digits of a number.
+    """
+    first, *others = text.split(",")
+    if any(re.fullmatch(r"0\d\d", part) for part in others):
+        raise UsageError(
+            f"{option}: {shown(text)} is not allowed, as its commas may be within a number;"
+            f" allowed: {what} with commas between them alone"
+        )
+    return [first, *others]
 
 
 def workers_of(text: str | None) -> int:

@@ -30,6 +30,7 @@ from app.cli import (
     replicate,
     report,
     run,
+    tune,
 )
 from app.cli.answers import (
     COLUMNS,
@@ -55,6 +56,7 @@ from app.cli.replay import Replay
 from app.cli.replicate import Replicate
 from app.cli.report import Report
 from app.cli.run import Run
+from app.cli.tune import Tune
 from app.util import interrupts
 from app.util.interrupts import as_interrupts, ended_by
 
@@ -76,6 +78,7 @@ Command = (
     | Export
     | Presets
     | Run
+    | Tune
     | Experiment
     | Report
     | Replicate
@@ -90,6 +93,7 @@ COMMANDS: dict[str, type[Command]] = {
     "export": Export,
     "presets": Presets,
     "run": Run,
+    "tune": Tune,
     "experiment": Experiment,
     "report": Report,
     "replicate": Replicate,
@@ -104,6 +108,7 @@ EXAMPLES: dict[type[Command], Sequence[str]] = {
     Export: export.EXAMPLES,
     Presets: ("pounce presets",),
     Run: run.EXAMPLES,
+    Tune: tune.EXAMPLES,
     Experiment: experiment.EXAMPLES,
     Report: report.EXAMPLES,
     Replicate: replicate.EXAMPLES,
@@ -126,6 +131,7 @@ class Pounce:
         | Annotated[Export, tyro.conf.subcommand("export")]
         | Annotated[Presets, tyro.conf.subcommand("presets")]
         | Annotated[Run, tyro.conf.subcommand("run")]
+        | Annotated[Tune, tyro.conf.subcommand("tune")]
         | Annotated[Experiment, tyro.conf.subcommand("experiment")]
         | Annotated[Report, tyro.conf.subcommand("report")]
         | Annotated[Replicate, tyro.conf.subcommand("replicate")]
@@ -307,6 +313,8 @@ def _obey(command: Command | Pounce | None) -> int:
             return _presets()
         case Run():
             return run.obey(command)
+        case Tune():
+            return tune.obey(command)
         case Experiment():
             return experiment.obey(command)
         case Report():

@@ -5,7 +5,6 @@ Like the command line, it imports what takes long only once it is needed.
 
 import contextlib
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from app.cli.answers import (
     UsageError,
     complain,
     number,
+    parts_of,
     say,
     shown,
     spec_of,
@@ -143,12 +143,7 @@ def seeds_of(command: Run) -> Sequence[int]:
         return range(whole_number("--seeds", command.seeds or "1", 1, MAX_RUNS))
     if command.seeds is not None:
         raise UsageError("--seeds and --seed-list exclude each other; allowed: one of them")
-    parts = command.seed_list.split(",")
-    if any(_ends_a_number(part) for part in parts[1:]):
-        raise UsageError(
-            f"--seed-list: {shown(command.seed_list)} is not allowed, as its commas may be within"
-            " a number; allowed: seeds with commas between them alone"
-        )
+    parts = parts_of("--seed-list", command.seed_list, "seeds")
     if len(parts) > MAX_RUNS:
         raise UsageError(
             f"--seed-list: {len(parts)} seeds are not allowed; allowed: 1 to {MAX_RUNS}"
@@ -160,11 +155,6 @@ def seeds_of(command: Run) -> Sequence[int]:
             raise UsageError(f"--seed-list: {seed} is there twice; allowed: each seed once")
         seeds[seed] = None
     return tuple(seeds)
-
-
-def _ends_a_number(part: str) -> bool:
-    """Whether a part between commas looks like the end of a number that is grouped by them."""
-    return re.fullmatch(r"0\d\d", part) is not None
 
 
 def _settings(command: Run) -> Sequence[str]:
