@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 
+import numpy as np
 import pytest
 from markupsafe import Markup
 
@@ -93,7 +94,8 @@ def test_w_is_told_where_it_is_learned() -> None:
 
 def test_no_chain_leads_to_a_capture_where_a_rule_selects() -> None:
     chain = chain_of(at_odds("collective"), 40, 60, 0)
-    assert (chain.links, chain.ending) == ((), "rule")
+    assert not chain.links
+    assert chain.ending == "rule"
     assert "own reward" in ending_text(chain)
     assert "No chain leads" in Markup(chain_html(chain)).striptags()
 
@@ -131,13 +133,10 @@ def test_learners_beside_each_other_say_what_is_special() -> None:
 
 
 def worth_towards_the_prey(preset: str) -> Snapshot:
-    """A moment in which whatever goes towards the prey is worth more, from 100 down by 10."""
+    """A moment in which going east is worth something, the more the nearer the prey."""
     base = fresh(preset)
-    value = base.selection_q.copy()
-    rings = value.shape[1]
-    worth = 100.0 - 5.0 * value[0, :, 0, 0].size * 0 - 5.0 * (base.value[0, :, 0] * 0 + 1).cumsum()
-    assert len(worth) == rings
-    value[..., :] = 0
+    value = np.zeros_like(base.selection_q)
+    worth = 100.0 - 5.0 * np.arange(1, value.shape[1] + 1)
     value[..., EAST] = worth[None, :, None]
     return dataclasses.replace(base, selection_q=value, value=value.max(axis=-1))
 
