@@ -277,8 +277,9 @@ def _comparison(view: View) -> dict[str, Any]:
     if view.between is not None:
         other, one = view.between
         extras, look = Extras(since=other, names=(other_name, one_name)), view.look_at_change
-        sent["caption"] = CHANGE.caption(one, look, extras)
-        sent["legend"] = str(CHANGE.legend(one, look, extras))
+        change = LAYERS[CHANGE.key]
+        sent["caption"] = change.caption(one, look, extras)
+        sent["legend"] = str(change.legend(one, look, extras))
     return sent
 
 
