@@ -23,7 +23,7 @@ import pytest
 from tests.support.pages import PAGES, ROOT, links_of
 
 EXPERIMENT = "presets: [timed]\nset: {world.size: 40}\ntrials: 60\nseeds: 1\nmetrics: [captures]\n"
-PATIENCE_S = 120
+PATIENCE_S = 300
 
 
 class Installed:
