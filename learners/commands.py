@@ -96,7 +96,7 @@ class Remove:
 class SetParameter:
     """Change a number of the preset from here on, by its dotted key.
 
-    ``learners.parameters.PARAMETERS`` are those that may.
+    ``learners.parameters.parameters_of`` says which may.
     """
 
     key: str

@@ -33,7 +33,7 @@ from learners.commands import (
 )
 from learners.misfits import not_for_script
 from learners.names import INTRODUCTION, MAX_TRIALS, MAX_VALUE, Script
-from learners.parameters import PARAMETERS, with_value
+from learners.parameters import parameters_of, with_value
 from learners.schedule_spec import SkillTimer
 from learners.spec import RunSpec
 from learners.timers import Awaited, exploration_of, timers_of
@@ -339,14 +339,12 @@ def _check(control: Control, event: Event) -> None:
             if len(control.present) == 1:
                 raise CommandError(_only(skill))
         case SetParameter(key=key, value=value):
-            if key not in PARAMETERS:
+            allowed = parameters_of(control.spec)
+            if key not in allowed:
                 raise CommandError(
-                    f"{key!r} cannot change while a run goes on; allowed: {', '.join(PARAMETERS)}"
+                    f"{key!r} cannot change while a run goes on; allowed: {', '.join(allowed)}"
                 )
-            document = control.spec.model_dump()
-            section, name = key.split(".")
-            document[section][name] = value
-            _check_spec(document)
+            _check_spec(with_value(control.spec, key, value).model_dump())
         case SetSchedule(schedule=schedule):
             _check_spec(control.spec.model_dump() | {"schedule": schedule.model_dump()})
         case Undo(number=number):

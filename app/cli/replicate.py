@@ -132,11 +132,13 @@ def _docs_of(command: Replicate) -> Path | None:
 
     docs = Path(command.docs)
     if command.beyond:
-        page = docs / "beyond.md"
-        if not page.is_file() or not has_place(page.read_text("utf-8", "replace")):
+        from app.replication.beyond import PAGES
+
+        pages = [docs / page for page in PAGES]
+        if not all(p.is_file() and has_place(p.read_text("utf-8", "replace")) for p in pages):
             raise UsageError(
-                f"--docs: {shown(command.docs)} is not allowed; allowed: a folder with a beyond.md"
-                " in it that has a place for what came out"
+                f"--docs: {shown(command.docs)} is not allowed; allowed: a folder with"
+                f" {' and '.join(PAGES)} in it that have a place for what came out"
             )
         return docs
     readme = docs.parent / "README.md"

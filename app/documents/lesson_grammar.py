@@ -144,6 +144,8 @@ LAYERS: Final = (
     "skill",
     "flow",
     "change",
+    "stake",
+    "traces",
 )
 LayerKey = Annotated[
     str, PlainValidator(_known(LAYERS, "layer")), Field(description=", ".join(LAYERS))

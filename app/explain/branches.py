@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, NamedTuple
 
 from app.schedule.blocks import NEVER, planned_joins
-from app.words.plain import PARAMETER_NAMES, joined_by_and, plain, shortened
+from app.words.plain import joined_by_and, parameter_name, plain, shortened
 from learners.commands import Command, Event
 from learners.control import Control, Episode, evolve, exploration_of
-from learners.parameters import PARAMETERS, value_of
+from learners.parameters import parameters_of, value_of
 from learners.schedule_spec import EpisodeSpec, ScheduleSpec
 
 MOST_CHARACTERS: Final = 40
@@ -217,10 +217,10 @@ def _teaching(before: Control, after: Control, trial: int) -> Iterator[_Differen
 
 
 def _parameters(before: Control, after: Control, trial: int) -> Iterator[_Difference]:
-    for key in PARAMETERS:
+    for key in parameters_of(after.spec):
         then, now = value_of(before.spec, key), value_of(after.spec, key)
         if then != now:
-            name = PARAMETER_NAMES[key]
+            name = parameter_name(key)
             said = f"{name[:1].lower()}{name[1:]} is {now:g} and not {then:g}"
             yield _Difference(_SYMBOLS[key], "", f" {now:g}", said.replace("-", "\N{MINUS SIGN}"))
 

@@ -1,7 +1,7 @@
 """What the learner was asked for, in a few words."""
 
 from app.words.numbers import counted
-from app.words.plain import PARAMETER_NAMES, plain
+from app.words.plain import parameter_name, plain
 from learners.commands import (
     Command,
     DefineSkill,
@@ -45,7 +45,7 @@ def command_in_words(command: Command) -> str:
         case Remove(skill=skill):
             return f"{plain(skill)} removed"
         case SetParameter(key=key, value=value):
-            return f"{PARAMETER_NAMES[key]} = {value:g}"
+            return f"{parameter_name(key)} = {value:g}"
         case SetSchedule():
             return "schedule edited"
         case Undo(number=number):

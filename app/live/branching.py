@@ -75,7 +75,7 @@ class Begun:
             fork_trial=self.run.trial,
             before=self.before,
             commands=self.commands,
-            computed_name=self.name,
+            plain_name=self.name,
         )
 
 

@@ -14,7 +14,7 @@ from typing import Final
 from app import __version__
 from app.live.branching import run_at
 from app.live.kept import name_of_file
-from app.live.lines import FIRST_RUN, MOST_CHARACTERS, Family, Line, one_line
+from app.live.lines import FIRST_RUN, MOST_CHARACTERS, Family, Line, one_line, unlike
 from app.live.places import Mark, Place
 from app.live.records import Began, Branched, Gave, Marked, NamedLine, Record, Stood, WentLive
 from app.live.shared import MOST_STEPS, read_shared
@@ -86,7 +86,8 @@ def _of_tree(family: Family) -> Iterator[Record]:
     else:
         raise SessionError("so much is done at once that there is no telling it; try again")
     live = next(line.number for line in lines if line.parent is None)
-    there, numbers = {line.number for line in lines}, {live: 0}
+    there, numbers = {line.number: line for line in lines}, {live: 0}
+    made_again = {live: there[live].computed_name}
     come = dict.fromkeys(there, 0)
     yield _began(family, runs[0])
     for record in given:
@@ -99,6 +100,7 @@ def _of_tree(family: Family) -> Iterator[Record]:
         come[on] = max(come[on], record.step)
         if isinstance(record, Branched):
             numbers[record.run] = len(numbers)
+            made_again[record.run] = unlike(made_again.values(), there[record.run].plain_name)
             yield replace(
                 record, run=numbers[record.run], parent=numbers[record.parent], instead_of=None
             )
@@ -109,8 +111,9 @@ def _of_tree(family: Family) -> Iterator[Record]:
         yield replace(record, run=numbers[record.run])
     for line, run in zip(lines, runs, strict=True):
         yield _stood(numbers[line.number], run)
-        if line.given_name:
-            yield NamedLine(numbers[line.number], line.given_name)
+        # A computed name depends on the lines that were there then, deleted ones among them.
+        if line.given_name or line.name != made_again[line.number]:
+            yield NamedLine(numbers[line.number], line.name)
     marks = [mark for mark in family.marks if mark.place.line in there]
     for number, mark in enumerate(marks, 1):
         place = mark.place

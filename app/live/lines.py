@@ -75,7 +75,10 @@ class Line:
     """What held where it branched off, before its commands."""
     commands: tuple[Command, ...] = ()
     """Given where it branched off."""
+    plain_name: str = FIRST_RUN
+    """Computed of its commands, whatever other lines are called."""
     computed_name: str = FIRST_RUN
+    """The same, made unlike the names of the lines that were there when it began."""
     given_name: str = ""
     is_leaving: bool = False
     """Whether it is about to be live, and not to be made up to anywhere any more."""
@@ -227,7 +230,7 @@ class Family:
             self._forget(instead_of)
             line.given_name = former.given_name
         others = {other.name for other in self.lines.values()}
-        line.computed_name = unlike(others, line.computed_name)
+        line.computed_name = unlike(others, line.plain_name)
         self.lines[line.number] = line
 
     def check_going_live(self, number: int, step: int | None) -> Line:

@@ -44,6 +44,9 @@ class GreedyCurve(NamedTuple):
     """(point,) int64: steps that had been made."""
     reward: np.ndarray
     """(point,) float32: mean per hunt."""
+    without_progress: np.ndarray = np.zeros(0, np.float32)
+    """(point,) float32: share of a hunt's steps that lead where it has been before, see
+    :func:`learners.measures.coherence`; of no points where only the reward was measured."""
 
 
 NO_CURVE: Final = GreedyCurve(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.float32))

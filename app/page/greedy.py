@@ -15,8 +15,9 @@ from app.explain.cell import policy_of
 from app.live.places import LineSeen
 from app.live.snapshot import Snapshot
 from app.live.status import Status
-from app.metrics.course import NO_CURVE, Greedy, GreedyCurve, greedy_by
+from app.metrics.course import NO_CURVE, Greedy, GreedyCurve, coherence_by, greedy_by
 from app.util.background import Maker
+from learners.measures import Coherence
 
 EVERY_TRIALS: Final = 2_000
 """A run is measured as soon as a moment is published after so many more trials."""
@@ -37,11 +38,20 @@ def greedy_at(snapshot: Snapshot) -> Greedy:
     return greedy_by(snapshot.world, policy_of(snapshot), snapshot.spec.world)
 
 
+class _Measured(NamedTuple):
+    greedy: Greedy
+    coherence: Coherence
+
+
+def _measured_at(snapshot: Snapshot) -> _Measured:
+    return _Measured(greedy_at(snapshot), coherence_by(snapshot.world, policy_of(snapshot)))
+
+
 class GreedyWatch:
     """Greedy curves of the runs of a session; one loop calls :meth:`follow`."""
 
     def __init__(self) -> None:
-        self._measured: Maker[Greedy] = Maker(rest_ratio=_REST_RATIO)
+        self._measured: Maker[_Measured] = Maker(rest_ratio=_REST_RATIO)
         self._curves: dict[int, GreedyCurve] = {}
         """By the number of a run, the one that was measured last at the end."""
 
@@ -55,7 +65,7 @@ class GreedyWatch:
         curve = self._curves.get(snapshot.generation, NO_CURVE)
         if _is_due(status, curve):
             of = _Moment(snapshot.generation, snapshot.trial, snapshot.step)
-            self._measured.want(of, lambda: greedy_at(snapshot))
+            self._measured.want(of, lambda: _measured_at(snapshot))
         return curve
 
     def until(self, snapshot: Snapshot, lines: Iterable[LineSeen]) -> GreedyCurve:
@@ -83,14 +93,15 @@ class GreedyWatch:
 
     def _take_measured(self) -> None:
         of, found = self._measured.latest
-        if not isinstance(of, _Moment) or not isinstance(found, Greedy):
+        if not isinstance(of, _Moment) or not isinstance(found, _Measured):
             return
         curve = self._curves.pop(of.generation, NO_CURVE)
         if not curve.step.size or curve.step[-1] < of.step:
             curve = GreedyCurve(
                 np.append(curve.trial, of.trial),
                 np.append(curve.step, of.step),
-                np.append(curve.reward, np.float32(found.reward)),
+                np.append(curve.reward, np.float32(found.greedy.reward)),
+                np.append(curve.without_progress, np.float32(found.coherence.without_progress)),
             )
         self._curves[of.generation] = curve
         for former in list(self._curves)[:-_MOST_RUNS]:
@@ -101,7 +112,7 @@ def _until(curve: GreedyCurve, step: float) -> GreedyCurve:
     known = int(np.searchsorted(curve.step, step, side="right"))
     if known == curve.step.size:
         return curve
-    return GreedyCurve(curve.trial[:known], curve.step[:known], curve.reward[:known])
+    return GreedyCurve(*(column[:known] for column in curve))
 
 
 def _is_due(status: Status, curve: GreedyCurve) -> bool:

@@ -232,7 +232,9 @@ def value_legend(snapshot: Snapshot, look: Look, of: str, shading: Shading) -> M
     lines = Markup()
     if shading.scale == "steps":
         nouns = counted_of(snapshot).nouns
-        title += ", as " + term("steps to capture", f"{nouns} to capture")
+        # The term speaks of steps.
+        to_capture = f"{nouns} to capture"
+        title += ", as " + (term(to_capture) if nouns == "steps" else escape(to_capture))
         at = joined_by_and([_steps(steps) for steps in counted_of(snapshot).lines])
         lines = element(
             "div", f"Thick line: where value ends. Thin lines: {at} {nouns}.", class_="lines"

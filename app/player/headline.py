@@ -57,6 +57,9 @@ def numbers_html(status: Status, viewers: int = 1, greedy: GreedyCurve = NO_CURV
         newest = n_by_then - 1
         greedy_reward = float(greedy.reward[newest])
         measured = f"measured at trial {greedy.trial[newest]:,}, step {greedy.step[newest]:,}"
+        if newest < greedy.without_progress.size:
+            share = 100 * greedy.without_progress[newest]
+            measured += f". Steps into cells in which the same hunt has been before: {share:.0f} %"
     large = [
         *_main_numbers(snapshot),
         _Number(

@@ -23,7 +23,7 @@ from app.live.past import Budget, Past
 from app.live.places import LineSeen, Mark
 from app.live.snapshot import Snapshot, take
 from app.live.status import Status
-from app.metrics.course import GreedyCurve, greedy_of
+from app.metrics.course import GreedyCurve, coherence_of, greedy_of
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, FOLDED, Look
@@ -384,12 +384,12 @@ def _greedy(recorded: Recorded, line: LineSeen) -> GreedyCurve:
     trials = range(max(-(-first // every), 1) * every, last + 1, every)
     steps = sorted({*map(past.step_of_trial, trials), line.until_step})
     points = [
-        (run.trial, run.step, greedy_of(run).reward)
+        (run.trial, run.step, greedy_of(run).reward, coherence_of(run).without_progress)
         for run in _runs_at(past, steps)
         if run.trial > 0
     ]
-    columns = tuple(zip(*points, strict=True)) or ((), (), ())
-    kinds = np.int64, np.int64, np.float32
+    columns = tuple(zip(*points, strict=True)) or ((), (), (), ())
+    kinds = np.int64, np.int64, np.float32, np.float32
     return GreedyCurve(*(np.array(c, k) for c, k in zip(columns, kinds, strict=True)))
 
 

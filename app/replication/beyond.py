@@ -1,4 +1,4 @@
-"""What goes beyond the thesis, as its page says it: learners against one another, in five worlds."""
+"""What goes beyond the thesis, as its page says it: learners against one another in five worlds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +15,15 @@ from app.experiments.store import REPORT_PAGE, figures_of
 from app.metrics import BY_COLUMN
 from app.replication.page import Found, Table, with_place
 from app.replication.plan import BEYOND
-from app.replication.variants import REWARDS, logs_of, mean_of, passage_of, results_in
+from app.replication.variants import (
+    REWARDS,
+    Results,
+    logs_of,
+    mean_of,
+    passage_of,
+    results_in,
+    variants_table,
+)
 from app.report.sections.standings import AGAINST, COLUMNS, Field, field_of, in_order
 from app.results.read import Group, ResultsError
 from app.util.files import write_whole
@@ -23,12 +31,16 @@ from app.words.numbers import NONE
 
 PAGE: Final = "beyond.md"
 NUMBERS: Final = "beyond.json"
-TEMPLATE: Final = "beyond.md"
+PAGES: Final[Mapping[str, str]] = {PAGE: "beyond.md", "beyond/templates.md": "templates.md"}
+"""Pages with a part that is from the results, and the templates of these."""
+_TOLD: Final = "three skills, approach behind the prey, circle in front"
+"""The variant with templates that the first page speaks of."""
+_HORIZON: Final = 5_500_000
 _FIGURE: Final = "standings"
 _DRAWN: Final[Mapping[str, Sequence[str]]] = {
     "introduction": ("timed", "timed_auto"),
     "context": ("timed_auto", "timed_context"),
-    "held": ("standard_q", "standard_q_held", "timed_context", "timed_held"),
+    "held": ("standard_q", "standard_q_held", "timed_held"),
     "lin": ("hierarchical_3", "hierarchical_3_persistent", "hierarchical_3_taught"),
     "static": ("timed", "static_appetite_fear"),
     "feudal": ("standard_q", "timed", "feudal"),
@@ -37,7 +49,8 @@ _DRAWN: Final[Mapping[str, Sequence[str]]] = {
 """By page on one thing, whose name its figure has: the learners whose curves are in it."""
 _CURVED: Final = ("standard", "sensors 8 x 6")
 """The worlds in which: the one in which all is tuned, and the one in which least can be seen."""
-_COHERENCE: Final = ("mean_choice", "without_progress")
+_COHERENCE: Final = ("without_progress",)
+"""What is drawn of it: what means the same for all learners."""
 _TITLES: Final = {
     "horizon_area": "area",
     "horizon_reward": "reward in the end",
@@ -84,34 +97,41 @@ def beyond_in(path: Path) -> Found:
 
 
 def write_beyond(out: Path, docs: Path, tell: Callable[[str], object] = lambda _: None) -> Path:
-    """Write the part of the page that is from the results anew, with its numbers and its figure.
+    """Write the parts of the pages that are from the results anew, with numbers and figures.
 
     Args:
-        out: the folder of all results, with the report on this experiment.
+        out: the folder of all results, with the reports on these experiments.
         docs: the folder of the documentation.
         tell: told what is being done.
 
     Returns:
-        The page.
+        The first of the pages.
 
     Raises:
-        ResultsError: the experiment was not run.
+        ResultsError: an experiment was not run.
         OSError: something cannot be read or written.
-        ValueError: the page has no place for what came out.
+        ValueError: a page has no place for what came out.
     """
-    (name,) = BEYOND
+    name, templates = BEYOND
     tell("setting learners against one another")
     found = beyond_in(out / name)
-    page = docs / PAGE
-    text = with_place(page.read_text("utf-8"), TEMPLATE, found)
+    seeded = results_in(out / templates)
+    found.tables[templates] = variants_table(seeded)
+    told = mean_of(seeded.group(_TOLD), COLUMNS[0])
+    found.texts[f"{templates}: {COLUMNS[0]}"] = shown_estimate(told, REWARDS)
+    pages = {
+        docs / place: with_place((docs / place).read_text("utf-8"), template, found)
+        for place, template in PAGES.items()
+    }
     tell("drawing figures")
-    for figure, drawing in _figures_of(out / name):
+    for figure, drawing in (*_figures_of(out / name), (templates, _templates_figure(seeded))):
         write_whole(docs / "figures" / f"{name}_{figure}.png", drawing.png)
     picture = (figures_of(out / name / REPORT_PAGE) / f"{_FIGURE}.png").read_bytes()
     write_whole(docs / "figures" / f"{name}.png", picture)
     write_whole(docs / NUMBERS, found.to_json().encode())
-    write_whole(page, text.encode())
-    return page
+    for page, text in pages.items():
+        write_whole(page, text.encode())
+    return docs / PAGE
 
 
 def _figures_of(path: Path) -> Iterator[tuple[str, Drawing]]:
@@ -152,6 +172,18 @@ def _figures_of(path: Path) -> Iterator[tuple[str, Drawing]]:
         f" Of greedy hunts.\n{note}"
     )
     yield "coherence", drawn("coherence", Dots(columns), small)
+
+
+def _templates_figure(results: Results) -> Drawing:
+    """What tables gain that begin with something."""
+    columns = {
+        BY_COLUMN[column].at(_HORIZON).title: [
+            Dot(g.label, mean_of(g, column), _dots(g, column)) for g in results.groups
+        ]
+        for column in COLUMNS[:2]
+    }
+    small = "Small: a run each, in the standard world. Large: their mean with its 95 % interval."
+    return drawn("templates", Dots(columns), f"{small}\nMade by: pounce replicate --beyond")
 
 
 def _dots(group: Group, column: str) -> list[RunDot]:

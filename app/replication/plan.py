@@ -19,7 +19,7 @@ EXPERIMENTS: Final[Sequence[str]] = (
 )
 """Shipped experiments, in the order in which they are run."""
 
-BEYOND: Final[Sequence[str]] = ("beyond",)
+BEYOND: Final[Sequence[str]] = ("beyond", "templates")
 """What goes beyond the thesis, run and reported on by itself."""
 
 DRAWN: Final[Mapping[str, tuple[str, str]]] = {

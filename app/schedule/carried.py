@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from app.live.snapshot import Snapshot
 from app.schedule.blocks import FREEZES, NEVER, Block, blocks_of, described
-from app.words.plain import PARAMETER_NAMES, named
+from app.words.plain import named, parameter_name
 from learners.commands import Remove, SetParameter
 from learners.names import INTRODUCTION, MAX_TRIALS
 from learners.parameters import value_of
@@ -163,7 +163,7 @@ def _left_out(
                 yield f"{named(skill)} was removed at trial {event.trial:,}: it joins and stays."
             case SetParameter(key=key, value=value):
                 yield (
-                    f"{PARAMETER_NAMES[key]} was set to {value:g} at trial {event.trial:,}: it is"
+                    f"{parameter_name(key)} was set to {value:g} at trial {event.trial:,}: it is"
                     f" {value_of(snapshot.spec, key):g}, the latest value, from the start."
                 )
     for skill, timer in skills.items():

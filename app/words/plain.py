@@ -26,6 +26,15 @@ PARAMETER_NAMES: Final[Mapping[str, str]] = {
     "world.vision_radius": "Vision radius",
 }
 """What the parameters that can be steered are called, by their keys in a preset."""
+
+
+def parameter_name(key: str) -> str:
+    """What a parameter is called: one of ``PARAMETER_NAMES``, or the weight of a skill."""
+    if key in PARAMETER_NAMES:
+        return PARAMETER_NAMES[key]
+    return f"Weight of {plain(key.rpartition('.')[2])}"
+
+
 RULES_IN_WORDS: Final[Mapping[str, str]] = {
     "best_happiness": "that of the skill that expects most",
     "worst_unhappiness": "the one that leaves the others least unhappy",

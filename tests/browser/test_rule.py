@@ -11,8 +11,8 @@ from tests.support.schedules import ruled_spec
 from tests.support.screen import OpenPage, Screen, StartLab
 
 CIRCLE = "circle_clockwise"
-LATE, EARLY, MET = 600, 120, 436
-"""Trials: of the live run, of a moment of the past, and in which circling joined."""
+LATE, EARLY = 600, 120
+"""Trials: of the live run, in which circling has joined, and of a moment of the past."""
 
 
 @pytest.fixture
@@ -52,6 +52,13 @@ def test_it_is_said_of_the_moment_that_is_looked_at(lab: LiveLab, open_page: Ope
     assert screen.reads(f"joins by its rule, below 0.2: {then}")
     screen.tell("seek_trial", trial=30)
     expect(said).to_contain_text("known from trial 60 on")
+    # Just before the skill joins, and when it has.
+    met = lab.session.status.snapshot.watched[0].until
+    assert met is not None
+    screen.tell("seek_trial", trial=met)
+    expect(said).to_contain_text(f"then; at that rate at trial {met}")
+    screen.tell("seek_trial", trial=met + 1)
+    expect(said).to_contain_text(f"Avoid joins below 0.2: known from trial {met + 20 + 50} on")
     screen.tell("live")
     expect(said).to_contain_text(now)
 

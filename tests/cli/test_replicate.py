@@ -51,6 +51,7 @@ def pages(here: Path) -> Path:
         (["--seeds", "0"], "--seeds"),
         (["--out", ""], "--out: '' is not allowed; allowed: a folder"),
         (["--docs", "nowhere"], "--docs: 'nowhere' is not allowed; allowed: a folder with a"),
+        (["--beyond", "--docs", "docs"], "a folder with beyond.md and beyond/templates.md"),
         (["figure_4_1"], "'figure_4_1' is one word too many"),
     ],
 )
@@ -79,6 +80,18 @@ def test_all_is_run_and_reported_on(here: Path, capsys: pytest.CaptureFixture[st
     assert runs.startswith("4 runs, ")
     assert page == "results/replication/report.html"
     assert (here / page).is_file()
+
+
+def test_what_goes_beyond_the_thesis_is_run_by_itself(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.replication.plan.BEYOND", ("two",))
+    assert main.main(["replicate", "--beyond", "--seeds", "2", "--workers", "1"]) == 0
+    runs, page = capsys.readouterr().out.splitlines()
+    assert runs.startswith("4 runs, ")
+    assert page == "results/replication/two/report.html"
+    assert (here / page).is_file()
+    assert not (here / "results" / "replication" / "one").exists()
 
 
 def test_a_folder_with_other_results_is_refused_and_kept(

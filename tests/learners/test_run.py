@@ -939,7 +939,7 @@ def test_an_exploration_that_is_stopped_ends_at_once() -> None:
 
 REFUSED: Sequence[tuple[Command, str]] = (
     (Introduce("approach", 0), "approach has joined already"),
-    (Introduce("pounce", 0), "'pounce' is not a skill of this learner; allowed: approach, "),
+    (Introduce("pounce", 0), "'pounce' is not a skill of this learner; allowed: appetite, "),
     (Introduce("avoid", -1), "freeze: -1 trials is not allowed; allowed: 0 to "),
     (Introduce("avoid", MAX_TRIALS + 1), "freeze: 2000001 trials is not allowed"),
     (Explore("avoid", 10, 0.5), "'avoid' has not joined, so it cannot be explored"),

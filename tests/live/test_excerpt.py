@@ -76,6 +76,28 @@ def test_whatever_was_done_its_lines_are_the_same_elsewhere(some: Sequence[Deed]
         assert its == theirs[line.name]
 
 
+def test_branches_keep_their_names_though_one_is_deleted_that_had_the_first_of_them() -> None:
+    by_hand = Introduce("avoid", 20)
+    branch: Deed = ("branch", 0, 99, by_hand)
+    family = done(
+        [
+            ("step", 0, 0, by_hand),
+            branch,
+            ("step", 0, 0, by_hand),
+            branch,
+            ("delete", 1, 0, by_hand),
+            ("step", 0, 0, by_hand),
+            branch,
+        ]
+    )._tree.family  # pyright: ignore[reportPrivateUsage]
+    names = ["first run", "another way (2)", "another way"]
+    assert [line.name for line in family.lines.values()] == names
+    shared = excerpt(family, None)
+    written = read_shared(Path(shared.file_name), shared.data)
+    remade = made_again(written, Budget(), name_of, most_steps=MOST_STEPS)
+    assert [line.name for line in remade.made.family.lines.values()] == names
+
+
 def test_a_session_whose_skills_join_by_a_rule_is_the_same_elsewhere() -> None:
     session = Session(ruled_spec(), "timed", 5, FULL_SPEED, False, name_of=name_of)
     session.start()

@@ -14,7 +14,7 @@ from app.live.kept import LATEST, begun, clear, default_folder, found, sessions_
 from app.live.records import Gave, Record, Stood
 from app.live.written import SessionError, read, whole
 from learners.commands import FreezeSkills
-from tests.support.journals import HEADER, RECORDS
+from tests.support.journals import COMMANDS, HEADER, RECORDS
 
 STOOD = Stood(0, 700, 12, "ab" * 32, 500)
 GAVE = Gave(0, 800, FreezeSkills(True))
@@ -55,7 +55,7 @@ def test_sessions_are_listed_the_newest_first_with_what_was_done(tmp_path: Path)
     listed = sessions_in(tmp_path)
     assert [session.name for session in listed] == ["b", "c", "a"]
     assert [(session.glance.trial, session.glance.n_commands) for session in listed] == [
-        (12, 13),
+        (12, len(COMMANDS) + 2),
         (0, 0),
         (12, 1),
     ]

@@ -266,7 +266,12 @@ def test_on_any_machine_the_worker_is_deaf_only_for_moments(
     now_s = 0.0
 
     class Machine(Run):
-        def advance(self, max_steps: int = 2**62, until_trial: int | None = None) -> int:
+        def advance(
+            self,
+            max_steps: int = 2**62,
+            until_trial: int | None = None,
+            stops_at_rules: bool = False,
+        ) -> int:
             nonlocal now_s
             now_s += max_steps * step_s
             return max_steps
@@ -635,7 +640,7 @@ class BrokenError(Exception):
 def break_learner(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let learning fail from now on."""
 
-    def broken(self: Run, **limits: Any) -> int:
+    def broken(self: Run, *limits: Any, **more: Any) -> int:
         raise BrokenError("the learner is broken")
 
     monkeypatch.setattr(Run, "advance", broken)

@@ -6,35 +6,40 @@ import pytest
 
 from app.documents import experiments
 from app.experiments.store import REPORT_PAGE, figures_of
-from app.replication.beyond import NUMBERS, PAGE, TEMPLATE, beyond_in, write_beyond
+from app.replication.beyond import NUMBERS, PAGE, PAGES, beyond_in, write_beyond
 from app.replication.page import HEADLINE_BEGINS, HEADLINE_ENDS, Found, with_place
 from app.replication.plan import BEYOND
 from app.results.read import ResultsError
 from tests.support.folders import add_run, new_folder
 from tests.support.pages import ROOT
 
-(NAME,) = BEYOND
+NAME, TEMPLATES = BEYOND
 
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two runs of each of the shipped experiment's variants, made up."""
     out = tmp_path_factory.mktemp("results")
-    folder = new_folder(out / NAME)
-    for variant in experiments.load(NAME).variants:
+    for name in BEYOND:
+        _make_up(new_folder(out / name), name)
+    return out
+
+
+def _make_up(folder: Path, name: str) -> None:
+    for variant in experiments.load(name).variants:
         level = 10.0 if variant.preset == "timed" else 20.0
         for seed in range(2):
             made_up = dict.fromkeys(
                 ("horizon_area", "horizon_reward", "horizon_greedy"), level + seed
             )
             add_run(folder, seed, variant.preset, variant.label, variant.overrides, **made_up)
-    return out
 
 
-def test_the_page_is_what_the_template_makes_of_the_kept_numbers() -> None:
-    text = (ROOT / "docs" / PAGE).read_text("utf-8")
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_is_what_its_template_makes_of_the_kept_numbers(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text("utf-8")
     kept = Found.from_json((ROOT / "docs" / NUMBERS).read_text("utf-8"))
-    assert with_place(text, TEMPLATE, kept) == text
+    assert with_place(text, PAGES[page], kept) == text
 
 
 def test_learners_are_set_against_the_timed_one_in_each_world(out: Path) -> None:
@@ -57,12 +62,14 @@ def test_the_part_between_the_marks_is_written_anew_with_its_figures(
     (figures / "standings.png").write_bytes(b"a picture")
     docs = tmp_path / "docs"
     (docs / "figures").mkdir(parents=True)
-    (docs / PAGE).write_text(f"before\n{HEADLINE_BEGINS}\nold\n{HEADLINE_ENDS}\nafter\n")
+    (docs / "beyond").mkdir()
+    for page in PAGES:
+        (docs / page).write_text(f"before\n{HEADLINE_BEGINS}\nas it was\n{HEADLINE_ENDS}\nafter\n")
     assert write_beyond(out, docs) == docs / PAGE
     text = (docs / PAGE).read_text("utf-8")
     assert text.startswith("before\n")
     assert text.endswith("after\n")
-    assert "old" not in text
+    assert "as it was" not in text
     assert "| `feudal` |" in text
     assert "{{" not in text
     assert (docs / "figures" / "beyond.png").read_bytes() == b"a picture"

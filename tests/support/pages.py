@@ -22,6 +22,7 @@ PAGES: Final = (
     "docs/beyond/not_built.md",
     "docs/beyond/q_lambda.md",
     "docs/beyond/static.md",
+    "docs/beyond/templates.md",
     "docs/commands.md",
     "docs/lessons.md",
     "docs/page.md",

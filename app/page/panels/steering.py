@@ -15,6 +15,7 @@ from app.live.status import Status
 from app.page.confirm import confirm
 from app.page.inbox import Ask, Intent, StatusOf
 from app.page.number_field import DIALS_HTML, Dial, Limits, NumberField
+from app.page.panels.weights import Weights
 from app.page.widgets import CALM, DESTROYS, NAME_HTML, Choice, add_hints, assign
 from app.server.callbacks import RefusedError
 from app.util.html import escaped
@@ -165,6 +166,9 @@ class Steering:
         """As it was when the list of changes was made."""
         self._dials: dict[str, Dial] = {}
         self._build_parameters(status.snapshot)
+        self._of_rule = Weights(
+            gui, lambda client, key, value: ask(client, SetParameter(key, value))
+        )
         self._build_undo()
         self._build_teaching()
         self._build_skills()
@@ -174,6 +178,7 @@ class Steering:
         """Ask for what parameters were set to that came to rest."""
         for dial in self._dials.values():
             dial.settle(now_s)
+        self._of_rule.settle(now_s)
 
     def update(self, status: Status) -> None:
         """Show what is true."""
@@ -181,6 +186,7 @@ class Steering:
         for key, dial in self._dials.items():
             dial.show(value_of(snapshot.spec, key))
         self._dials["learner.skill_alpha"].disable(not snapshot.spec.learner.sub_policies)
+        self._of_rule.update(snapshot)
         self._show_undo(snapshot)
         self._show_teaching(snapshot)
         self._show_skills(snapshot)
@@ -330,6 +336,29 @@ class Steering:
                 )
                 for skill in SKILLS
             }
+            self._behind = Dial(
+                gui,
+                "× coming near from behind",
+                0.0,
+                Limits(-2.0, 2.0, whole=False),
+                0.1,
+                "How much it is rewarded for coming nearer where the prey does not look; needs to"
+                " see where it does.",
+            )
+            self._flight = Dial(
+                gui,
+                "When the prey flees",
+                0.0,
+                Limits(-100.0, 100.0, whole=False),
+                5.0,
+                "What it earns when a move puts the prey to flight; below 0 it fears that.",
+            )
+            self._sees = gui.add_checkbox(
+                "Sees where the prey looks",
+                False,
+                hint="Its table then tells the prey's eight headings apart, and is eight times as"
+                " large.",
+            )
             gui.add_html(NAME_HTML)
             self._name = gui.add_text(
                 "Own skill",
@@ -364,9 +393,17 @@ class Steering:
             # Or the skill of that name that there is would join in the place of this one.
             raise RefusedError(f"there is a skill named {name!r}; allowed: another name")
         weights = {skill: round(dial.read(), 3) for skill, dial in self._weights.items()}
-        if not any(weights.values()):
+        own = SkillWeights.model_validate(
+            {
+                **weights,
+                "behind": round(self._behind.read(), 3),
+                "flight": round(self._flight.read(), 3),
+                "sees": "prey_heading" if self._sees.value else None,
+            }
+        )
+        if not (any(weights.values()) or own.behind or own.flight):
             raise RefusedError("all weights are 0, so nothing would be rewarded; set at least one")
-        self._ask(client, DefineSkill(name, SkillWeights.model_validate(weights)))
+        self._ask(client, DefineSkill(name, own))
         self._ask(client, Introduce(name, DEFAULT_FREEZE_TRIALS))
 
     def _show_skills(self, snapshot: Snapshot) -> None:

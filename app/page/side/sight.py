@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
 import msgspec
+from markupsafe import Markup
 
 from app.charts.race import looks_of
 from app.explain.beside import ahead_of_others, cell_rows, repertoire, standing
@@ -17,13 +18,16 @@ from app.page.side.messages import Compare, Point
 from app.page.side.said import apart_said, looks_with, run_sent
 from app.page.side.show import Hall, are_same
 from app.page.time.walk import rates_of
-from app.picture.layer import Extras
+from app.picture.counted import counted_by
+from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
 from app.picture.layers.change import CHANGE
 from app.picture.look import ALL, Look, heading_shown
 from app.player.boards import world_key, world_sent
 from app.server.channels import Channel
+from app.util.html import element, joined
 from app.words.numbers import rate_in_short
+from app.words.plain import joined_by_and
 
 _SLOWLY_S: Final = 0.25
 """How often what is read, and lines over boards, are made anew while runs go on."""
@@ -230,9 +234,29 @@ def _legend(view: View) -> dict[str, Any]:
     ]
     return {
         "layer": layer.title_of(view.shown[0].spec.learner),
-        "html": str(layer.legend(view.shown[0], looks[0], extras[0])),
+        "html": str(_colours_meant(view, layer, extras)),
         "captions": [layer.caption(*each) for each in zip(view.shown, looks, extras, strict=True)],
     }
+
+
+def _colours_meant(view: View, layer: Layer, extras: Sequence[Extras]) -> Markup:
+    """What colours mean: once where they mean the same in all runs, or else of which runs what."""
+    names = [entry.name for entry in view.hall.status.entries]
+    looks, learners = view.looks, [one.spec.learner for one in view.shown]
+    meant = [
+        (layer.title_of(learner), layer.lacks(learner), counted_by(learner)) for learner in learners
+    ]
+    firsts = [place for place, one in enumerate(meant) if meant.index(one) == place]
+    legends = [layer.legend(view.shown[place], looks[place], extras[place]) for place in firsts]
+    if len(firsts) == 1:
+        return legends[0]
+    parts: list[Markup] = []
+    for first, legend in zip(firsts, legends, strict=True):
+        of = joined_by_and(
+            [name for name, one in zip(names, meant, strict=True) if one == meant[first]]
+        )
+        parts += [element("b", f"{layer.title_of(learners[first])}, {of}"), legend]
+    return element("div", joined(parts, ""))
 
 
 def _comparison(view: View) -> dict[str, Any]:

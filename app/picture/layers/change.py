@@ -6,7 +6,7 @@ The other moment may be of another run: then it is the difference of two that ar
 from typing import Final, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from app.live.snapshot import Snapshot
 from app.picture.colours import FARTHER, NEARER, Ramp, amount_colours, css, palette
@@ -22,6 +22,7 @@ from app.picture.theme import Colour, Theme
 from app.picture.value_maps import counted_of, or_zero, reward_of
 from app.util.html import element, joined
 from app.words.glossary import term
+from learners.learner_spec import LearnerSpec
 from sim.spec import N_HEADINGS
 
 _LEAST_STEPS: Final = 1.0
@@ -228,7 +229,9 @@ def _legend(snapshot: Snapshot, look: Look, extras: Extras) -> Markup:
     left = left.replace("steps", nouns, 1)
     return legend(
         look,
-        term("steps to capture", f"{nouns.capitalize()} to capture") + f": {words.what}",
+        escape(f"{nouns.capitalize()} to capture: {words.what}")
+        if nouns != "steps"
+        else term("steps to capture", "Steps to capture") + f": {words.what}",
         [
             bar(_bar(ruler, theme), _bar_marks(ruler, marks, look)),
             limits(look, f"{_number(ruler.high)} {left}", right),
@@ -320,11 +323,15 @@ def _shares(snapshot: Snapshot, since: Snapshot, look: Look) -> np.ndarray:
     return areas[:-1] / max(areas[-1], 1)
 
 
+def _lacks(learner: LearnerSpec) -> Lack | None:
+    return None if counted_by(learner) else _NO_TABLE
+
+
 CHANGE = Layer(
     "change",
     "Change since A",
     _draw,
     _legend,
     _caption,
-    lacks=lambda learner: None if counted_by(learner) else _NO_TABLE,
+    lacks=_lacks,
 )

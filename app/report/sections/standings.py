@@ -15,9 +15,13 @@ from app.results import thesis
 from app.results.read import Group, measured
 from app.util.html import element, joined
 
-COLUMNS: Final = ("horizon_area", "horizon_reward", "horizon_greedy")
-"""What learners are set against one another by: speed, where they end, and that without exploring;
-in the order of the first of these are their rows."""
+_SAYS: Final[Mapping[str, str]] = {
+    "horizon_area": "speed",
+    "horizon_reward": "end, as it learns",
+    "horizon_greedy": "end, by greed",
+}
+COLUMNS: Final = (*_SAYS,)
+"""What learners are set against one another by; in the order of the first are their rows."""
 AGAINST: Final = "timed"
 """The learner whose values are marked."""
 REWARDS: Final = ".1f"
@@ -79,7 +83,7 @@ def write_standings(page: Page, field: Field, metrics: Sequence[Metric]) -> None
         return
     order = in_order(field, shown[0].column)
     columns = {
-        metric.label: [
+        f"{_SAYS[metric.column]}: {metric.title}": [
             Standing(
                 preset,
                 [field.mean(preset, world, metric.column) for world in field.worlds],
@@ -92,9 +96,9 @@ def write_standings(page: Page, field: Field, metrics: Sequence[Metric]) -> None
     every = (e for rows in columns.values() for row in rows for e in row.estimates)
     marked = f" The dashed line is {AGAINST} there." if AGAINST in order else ""
     small = page.small_print(
-        f"Mean over n runs (seeds). {bars_note(every)} Large: the world {field.worlds[0]}; empty if"
-        f" the learner is one of the thesis's four.{marked} Rows are in the order of the first"
-        f" column there. {GREED}"
+        f"Mean reward over n runs (seeds). {bars_note(every)} Large: the world {field.worlds[0]};"
+        f" empty if the learner is one of the thesis's four.{marked} Rows are in the order of the"
+        f" first column there. {GREED}"
     )
     against = AGAINST if AGAINST in order else ""
     chart = Standings(field.worlds, columns, against)

@@ -72,12 +72,20 @@ export const drawRule = (row, bar) => {
 };
 
 /**
+ * Whether it is over at a moment. One that was met lets its skill join at the start of a trial, of which
+ * one sees the moment before, too.
+ * @param {Rule} rule
+ * @param {Moment} seen
+ */
+const isOver = ({ until, met }, { trial }) => until !== null && (met ? trial > until : trial >= until);
+
+/**
  * The one that is waited for at a moment, or the last that was.
  * @param {Rule[]} rules
  * @param {Moment} seen
  */
-const awaited = (rules, { trial }) =>
-  rules.find(({ until }) => until === null || trial < until) ?? rules[rules.length - 1];
+const awaited = (rules, seen) =>
+  rules.find((rule) => !isOver(rule, seen)) ?? rules[rules.length - 1];
 
 /**
  * What is known of it at a moment: of what the bar has the newest, unless the moment itself has more.
@@ -100,8 +108,7 @@ const knownOf = ({ trials, values, fires }, { trial, watched }) => {
  * @param {boolean} isNow
  */
 const saidOf = (rule, seen, known, isNow) => {
-  if (rule.until !== null && seen.trial >= rule.until)
-    return rule.met ? `: so it did at trial ${grouped(rule.until)}` : "";
+  if (isOver(rule, seen)) return rule.met ? `: so it did at trial ${grouped(rule.until ?? 0)}` : "";
   if (!known) return `: known from trial ${grouped(rule.known)} on`;
   const [when, that] = isNow ? ["now", "this"] : ["then", "that"];
   const outlook = known.fires < 0 ? "not falling" : `at ${that} rate at trial ${grouped(known.fires)}`;
@@ -128,8 +135,7 @@ export const markRule = (row, meets, bar, seen) => {
   const about = `${rule.long}${said}`;
   attribute(row, "title", about);
   attribute(/** @type {SVGElement} */ (row.querySelector("svg")), "aria-label", about);
-  const isOver = rule.until !== null && seen.trial >= rule.until;
-  const ahead = known && !isOver && known.fires > seen.trial ? known : null;
+  const ahead = known && !isOver(rule, seen) && known.fires > seen.trial ? known : null;
   row.querySelector(".outlook")?.setAttribute("d", ahead ? outlookOf(rule, bar, seen, ahead) : "");
   meets.hidden = !ahead || ahead.fires > trialAt(bar.axis, 1);
   if (ahead && !meets.hidden) placeMeeting(row, meets, bar, rule, ahead.fires);

@@ -4,6 +4,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from app.documents import presets
@@ -114,6 +115,15 @@ def test_markup_in_the_name_of_a_run_is_shown_and_not_obeyed(same: bool | None) 
     assert name in shown.text
     expected = Page(sentence_html(status_of(moment(), opened=harmless)))
     assert shown.tags == expected.tags
+
+
+def test_greedy_says_how_much_of_a_hunt_leads_where_it_has_been() -> None:
+    status = status_of(moment(step=2_000))
+    curve = greedy_curve((10, 1_000, 1.0), (20, 3_000, 2.0))
+    assert "in which the same hunt has been before" not in headline.numbers_html(status, 1, curve)
+    with_shares = curve._replace(without_progress=np.array([0.283, 0.5], np.float32))
+    shown = headline.numbers_html(status, 1, with_shares)
+    assert "in which the same hunt has been before: 28 %" in shown
 
 
 def test_numbers_are_those_of_the_moment() -> None:

@@ -17,6 +17,7 @@ from app.server.server import close_server, open_server
 from app.words.plain import PARAMETER_NAMES
 from learners.commands import (
     Command,
+    CommandError,
     DefineSkill,
     Explore,
     FreezeSelection,
@@ -248,3 +249,39 @@ def test_who_has_no_avoid_cannot_be_taught_and_says_why(server: viser.ViserServe
     desk = Desk(server.gui, Run(presets.load("hierarchical_2", ["world.size=40"]), seed=1))
     assert not desk.person.can_use("Teach now")
     assert desk.person.reads("chooses avoid, not among the learner's options")
+
+
+# Weights of a rule
+
+
+def test_the_weight_of_a_skill_is_set_where_a_rule_selects(server: viser.ViserServer) -> None:
+    run = Run(presets.load("static_appetite_fear", ["world.size=40"]), seed=1)
+    desk = Desk(server.gui, run)
+    desk.person.choose("Weight of", "fear")
+    desk.steering.update(desk.status)
+    desk.person.fill("Weight as a number", 2.5)
+    desk.steering.settle(now_s=1e12)
+    assert desk.requests == [SetParameter("learner.weights.fear", 2.5)]
+    run.apply(SetParameter("learner.weights.fear", 2.5))
+    assert run.control.spec.learner.weights == {"fear": 2.5}
+
+
+def test_there_are_no_weights_where_a_table_selects(server: viser.ViserServer) -> None:
+    desk = Desk(server.gui, after())
+    with pytest.raises(AssertionError):
+        desk.person.widget("Weight of")
+    with pytest.raises(CommandError, match="cannot change while a run goes on"):
+        after(SetParameter("learner.weights.approach", 2.0))
+
+
+def test_a_skill_of_ones_own_may_see_where_the_prey_looks(server: viser.ViserServer) -> None:
+    desk = Desk(server.gui, after())
+    desk.person.fill("When the prey flees as a number", -50)
+    desk.person.send(desk.person.widget("Sees where the prey looks"), True)
+    desk.person.send(desk.person.widget("Own skill"), "wary")
+    desk.person.click("Add my own skill now")
+    wary = SkillWeights(flight=-50.0, sees="prey_heading")
+    assert desk.requests[0] == DefineSkill("wary", wary)
+    run = after(DefineSkill("wary", wary), Introduce("wary", 0))
+    run.advance(max_steps=1_000)
+    assert run.step == 1_000
