@@ -31,6 +31,7 @@ from app.experiments.record import Record
 from app.experiments.runner import Progress, run_experiment
 from app.experiments.seeds import SeedFailedError
 from app.experiments.task import Finished
+from learners.names import MAX_TRIALS
 from learners.spec import RunSpec
 
 GRID: Final = (0.0, *(2.0**power for power in range(-4, 5)))
@@ -130,7 +131,10 @@ def search(
         tried = [Tried(*each) for each in zip(wanted, rewards, strict=True)]
         best = min(tried, key=_rank)
         if math.isnan(best.mean):
-            raise TuningError("ends no trial within the horizon; allowed: a longer one")
+            raise TuningError(
+                f"ends no trial within the horizon, or all {MAX_TRIALS:,} that there may be;"
+                " allowed: another --horizon"
+            )
         kept[skill] = best.weight
         stages.append(Stage(skill, tried, best.weight))
     return stages

@@ -110,7 +110,7 @@ def test_of_equal_weights_the_one_nearest_to_1_is_kept(
 
 def test_seeds_without_a_reward_do_not_count_unless_there_is_no_other() -> None:
     assert tuning.Tried(1, {0: math.nan, 1: 4.0, 2: 6.0}).mean == 5
-    with pytest.raises(TuningError, match="no trial within the horizon"):
+    with pytest.raises(TuningError, match="ends no trial within the horizon"):
         tuning.search(SKILLS, GRID, lambda sets: [{0: math.nan} for _ in sets])
 
 
