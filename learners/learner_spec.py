@@ -1,7 +1,7 @@
 """Options and learning parameters, as a preset states them (section 4.2)."""
 
-from collections.abc import Iterator
-from typing import Annotated, Final, Literal, Self
+from collections.abc import Iterable, Iterator
+from typing import Annotated, Final, Literal, Self, cast
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -41,7 +41,8 @@ Selection = Literal[
 def _options(value: object) -> object:
     if value in (MOVES, COMMANDS):
         return value
-    names: tuple[object, ...] = tuple(value) if isinstance(value, list | tuple) else ()
+    several = cast("Iterable[object]", value) if isinstance(value, list | tuple) else ()
+    names = tuple(several)
     if not names or not all(isinstance(name, str) for name in names):
         raise ValueError(f"names no skills; allowed: {_ALLOWED_OPTIONS}")
     if len(set(names)) != len(names):

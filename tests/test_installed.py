@@ -23,7 +23,7 @@ import pytest
 from tests.support.pages import PAGES, ROOT, links_of
 
 EXPERIMENT = "presets: [timed]\nset: {world.size: 40}\ntrials: 60\nseeds: 1\nmetrics: [captures]\n"
-PATIENCE_S = 120
+PATIENCE_S = 300
 
 
 class Installed:
@@ -127,9 +127,11 @@ def test_the_documentation_comes_with_it_and_its_links_hold(installed: Installed
     (guide,) = (Path(one["found"]) for one in found["findings"] if one["name"] == "guide")
     assert guide == installed.bin.parent / "share" / "doc" / "pounce-lab" / "README.md"
     for page in PAGES:
-        links = list(links_of(guide.parent / page))
-        # The architecture leads into the code, which lies elsewhere.
-        assert page == "ARCHITECTURE.md" or [one for one in links if not one.leads_somewhere] == []
+        nowhere = [one for one in links_of(guide.parent / page) if not one.leads_somewhere]
+        # These lead into the code, which lies elsewhere.
+        if page.startswith("docs/beyond/"):
+            nowhere = [one for one in nowhere if one.target.suffix != ".py"]
+        assert page == "ARCHITECTURE.md" or nowhere == []
 
 
 @contextlib.contextmanager

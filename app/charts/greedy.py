@@ -39,7 +39,7 @@ def averaged(curves: Sequence[GreedyCurve], axis: Axis) -> Greedy | None:
     """
     points: dict[int, list[tuple[int, float]]] = {}
     for curve in curves:
-        trials, steps, rewards = (part.tolist() for part in curve)
+        trials, steps, rewards = curve.trial.tolist(), curve.step.tolist(), curve.reward.tolist()
         for trial, step, reward in zip(trials, steps, rewards, strict=True):
             points.setdefault(trial, []).append((step, reward))
     fewest = estimates.LEAST_SHARE * len(curves)

@@ -202,7 +202,7 @@ def tune(
     spec: RunSpec,
     plan: Plan,
     crew: Callable[[], Crew],
-    on_progress: Callable[[float, Progress], object] = lambda *_: None,
+    on_progress: Callable[[float, Progress], object] = lambda _done, _progress: None,
 ) -> Tuned:
     """Find the weights of a preset's skills, and judge them.
 

@@ -17,7 +17,7 @@ _NOTHING = 0.01
 
 def has_rule(snapshot: Snapshot) -> bool:
     """Whether a rule selects between skills, and no table."""
-    return snapshot.choices is not None
+    return snapshot.spec.learner.selection != "learned"
 
 
 def stakes(snapshot: Snapshot) -> np.ndarray:

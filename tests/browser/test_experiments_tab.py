@@ -368,8 +368,9 @@ def test_results_lie_beside_the_board_or_over_it_and_never_over_the_controls(beg
 
     def box(thing: Locator) -> tuple[float, float]:
         """Where it begins and ends, from left to right."""
-        found = thing.bounding_box()
-        assert found is not None
+        # What is drawn anew is nowhere for a moment.
+        while (found := thing.bounding_box()) is None:
+            expect(thing).to_be_visible()
         return found["x"], found["x"] + found["width"]
 
     expect(board).to_be_visible()

@@ -219,6 +219,7 @@ def test_what_a_rule_did_cannot_be_undone(run: Run) -> None:
 def test_a_skill_may_have_a_rule_of_its_own_and_another_a_trial() -> None:
     own = spec(
         "null",
+        "schedule.skills.approach.at=0",
         "schedule.skills.circle_clockwise={introduce: {by: novelty, window: 30, below: 0.7}}",
         "schedule.skills.avoid={at: 20}",
     )

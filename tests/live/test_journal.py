@@ -335,10 +335,10 @@ def test_a_disk_that_is_full_for_long_is_owed_one_moment_alone(
 
     monkeypatch.setattr(os, "fsync", fail)
     for step in range(100):
-        journal.stood(stood(step))
+        journal.stood(stood(step), at_rest=True)
     journal.note(WentLive(1))
     for step in range(100):
-        journal.stood(stood(step, run=1))
+        journal.stood(stood(step, run=1), at_rest=True)
     monkeypatch.setattr(os, "fsync", fsync)
     journal.close()
     assert read(path).records == (FEW[0], stood(99), WentLive(1), stood(99, run=1))

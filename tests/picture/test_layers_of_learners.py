@@ -20,7 +20,7 @@ from app.picture.theme import LIGHT
 from learners.comparators.feudal import Commanded
 from learners.kernel import rows
 from learners.run import Run
-from sim.geometry import MOVES
+from sim.geometry import MOVES, N_MOVES
 from sim.spec import N_HEADINGS
 
 SIZE = 120
@@ -64,7 +64,7 @@ def at_odds(rule: str = "collective", *, fears: float = -50.0, wins: float = 1.0
     run.advance(max_steps=1)
     values = rows.values(run.state.skills)
     half = len(values) // 2
-    values[:] = 0
+    values[:, :N_MOVES] = 0
     values[:half, EAST] = wins
     values[half:, EAST] = fears
     rows.rescan_all(run.state.skills, run.state.skill_words)

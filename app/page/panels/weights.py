@@ -21,7 +21,7 @@ class Weights:
     """A skill to choose, and its weight; not seen of a learner without a rule."""
 
     def __init__(
-        self, gui: viser.GuiApi, ask: Callable[[viser.ClientHandle, str, float], None]
+        self, gui: viser.GuiApi, ask: Callable[[viser.ClientHandle, str, float], object]
     ) -> None:
         """``ask`` is called with who has set which parameter to what."""
         self._ask = ask

@@ -18,6 +18,7 @@ from app.picture.raster import Raster
 from app.picture.shading import Ruler, equivalent_steps, mean_of
 from app.picture.value_maps import VALUE_HEEDS, counted_of, reward_of
 from app.words.numbers import of_any_size
+from learners.learner_spec import LearnerSpec
 
 _NO_TABLE: Final = Lack(
     "no table selects",
@@ -108,6 +109,10 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
+def _lacks(learner: LearnerSpec) -> Lack | None:
+    return None if counted_by(learner) else _NO_TABLE
+
+
 ADVANTAGE = Layer(
     "advantage",
     "Advantage",
@@ -115,5 +120,5 @@ ADVANTAGE = Layer(
     _legend,
     _caption,
     heeds=VALUE_HEEDS,
-    lacks=lambda learner: None if counted_by(learner) else _NO_TABLE,
+    lacks=_lacks,
 )

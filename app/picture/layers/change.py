@@ -22,6 +22,7 @@ from app.picture.theme import Colour, Theme
 from app.picture.value_maps import counted_of, or_zero, reward_of
 from app.util.html import element, joined
 from app.words.glossary import term
+from learners.learner_spec import LearnerSpec
 from sim.spec import N_HEADINGS
 
 _LEAST_STEPS: Final = 1.0
@@ -322,11 +323,15 @@ def _shares(snapshot: Snapshot, since: Snapshot, look: Look) -> np.ndarray:
     return areas[:-1] / max(areas[-1], 1)
 
 
+def _lacks(learner: LearnerSpec) -> Lack | None:
+    return None if counted_by(learner) else _NO_TABLE
+
+
 CHANGE = Layer(
     "change",
     "Change since A",
     _draw,
     _legend,
     _caption,
-    lacks=lambda learner: None if counted_by(learner) else _NO_TABLE,
+    lacks=_lacks,
 )

@@ -79,7 +79,7 @@ def _choices(snapshot: Snapshot, look: Look) -> np.ndarray:
     choice = greedy(options_in_frame(snapshot, look))
     if not has_rule(snapshot):
         return choice
-    is_contested = in_frame(minds(snapshot).any(axis=0), snapshot, look)
+    is_contested = in_frame(np.asarray(minds(snapshot).any(axis=0)), snapshot, look)
     is_known = in_frame(_is_known_to_skills(snapshot), snapshot, look)
     return np.where(is_known, np.where(is_contested, choice, snapshot.choice_q.shape[-1]), -1)
 

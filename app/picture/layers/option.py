@@ -19,6 +19,7 @@ from app.picture.value_maps import (
     value_picture,
     value_shading,
 )
+from learners.learner_spec import LearnerSpec
 from learners.names import COMMANDS
 from sim.spec import N_HEADINGS
 
@@ -69,6 +70,10 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     return f"What a place is worth if {name} makes the next move, and the best skill those after."
 
 
+def _lacks(learner: LearnerSpec) -> Lack | None:
+    return None if counted_by(learner) else _NO_TABLE
+
+
 OPTION = Layer(
     "option",
     "Value of one option",
@@ -77,5 +82,5 @@ OPTION = Layer(
     _caption,
     about="option",
     heeds=VALUE_HEEDS,
-    lacks=lambda learner: None if counted_by(learner) else _NO_TABLE,
+    lacks=_lacks,
 )

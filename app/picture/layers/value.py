@@ -4,7 +4,7 @@ from markupsafe import Markup
 
 from app.live.snapshot import Snapshot
 from app.picture.counted import counted_by
-from app.picture.layer import Extras, Layer, Picture
+from app.picture.layer import Extras, Heeded, Layer, Picture
 from app.picture.look import Look
 from app.picture.raster import Raster
 from app.picture.value_maps import (
@@ -15,6 +15,7 @@ from app.picture.value_maps import (
     value_legend,
     value_shading,
 )
+from learners.learner_spec import LearnerSpec
 
 
 def _draw(snapshot: Snapshot, look: Look, extras: Extras, raster: Raster) -> Picture:
@@ -42,6 +43,14 @@ def _caption(snapshot: Snapshot, look: Look, extras: Extras) -> str:
     )
 
 
+def _titled(learner: LearnerSpec) -> str | None:
+    return None if counted_by(learner) else "Best happiness"
+
+
+def _ignores(learner: LearnerSpec, option: int) -> frozenset[Heeded]:
+    return frozenset() if counted_by(learner) else frozenset({"scale", "flight"})
+
+
 VALUE = Layer(
     "value",
     "State value",
@@ -49,6 +58,6 @@ VALUE = Layer(
     _legend,
     _caption,
     heeds=VALUE_HEEDS,
-    titled=lambda learner: None if counted_by(learner) else "Best happiness",
-    ignores=lambda learner, _: frozenset(() if counted_by(learner) else ("scale", "flight")),
+    titled=_titled,
+    ignores=_ignores,
 )

@@ -25,13 +25,13 @@ from app.page.time import messages
 from app.page.time.messages import FromFrame
 from app.picture.layer import Extras, Layer
 from app.picture.layers import LAYERS
-from app.picture.layers.change import CHANGE
 from learners.commands import Command, FreezeSelection, SetParameter
 from learners.kernel.state import digest
 from learners.run import Run, replay
 from tests.support.live import PATIENCE_S
 from tests.support.server import CAMERA, Page
 
+CHANGE = LAYERS["change"]
 SEED = 7
 SPEC = presets.load(
     "timed",
