@@ -38,7 +38,7 @@ SEARCH: Final = "search"
 COMMAND_NAMES: Final = ("counterclockwise", "clockwise", "inwards", "outwards", SEARCH)
 """What the manager of a feudal learner may command, in the order of its options."""
 
-_MOST_NAMES: Final = 32
+_MOST_NAMES: Final = 40
 
 
 def listed(names: Iterable[str]) -> str:
