@@ -89,6 +89,12 @@ class Stage(NamedTuple):
     weight: float
     """That was best, and is kept."""
 
+    @property
+    def is_at_an_end(self) -> bool:
+        """Whether weights beyond those that were tried may be better still."""
+        tried = [each.weight for each in self.tried if each.weight]
+        return len(tried) > 1 and self.weight in (min(tried), max(tried))
+
 
 @dataclass(frozen=True)
 class Tuned:

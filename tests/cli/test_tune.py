@@ -79,6 +79,15 @@ def test_a_table_has_each_skill_with_each_weight(capsys: pytest.CaptureFixture[s
     assert any(line.startswith("all weights 1") for line in lines)
 
 
+def test_where_the_best_weight_is_at_an_end_more_may_be_tried(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hint = "Of fear the best is at an end of what was tried"
+    for is_at_an_end in (False, True):
+        monkeypatch.setattr(tuning.Stage, "is_at_an_end", is_at_an_end)
+        assert (hint in " ".join(answer(capsys, *QUICK).split())) == is_at_an_end
+
+
 def test_what_was_found_is_a_preset_that_runs(
     capsys: pytest.CaptureFixture[str], here: Path
 ) -> None:
