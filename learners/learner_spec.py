@@ -194,12 +194,14 @@ def clashes(learner: LearnerSpec) -> Iterator[Problem]:
         )
         message = f"does not go with this learner: {what}; allowed: none"
         yield Problem(("held",), learner.held.until, message)
+    elif learner.held is not None and learner.selection != "learned":
+        message = (
+            f"keeps a choice, and {learner.selection} chooses anew in each step; allowed: none"
+        )
+        yield Problem(("held",), learner.held.until, message)
     if learner.selection != "learned":
         if not learner.skills:
             message = "selects between skills, and there are none; allowed: learned"
-            yield Problem(("selection",), learner.selection, message)
-        elif learner.held is not None:
-            message = "chooses anew in each step, so no choice is held; allowed: learned"
             yield Problem(("selection",), learner.selection, message)
         elif learner.skills_that_learn != "all":
             message = (
@@ -215,9 +217,9 @@ def clashes(learner: LearnerSpec) -> Iterator[Problem]:
             message = "is a weight, and a learned selection has none; allowed: another selection"
             yield Problem(("weights", skill), weight, message)
         elif skill not in learner.skills:
-            allowed = ", ".join(learner.skills)
+            allowed = listed(learner.skills) or f"none, because the options are {learner.options}"
             message = f"is not among the learner's options; allowed: {allowed}"
-            yield Problem(("weights", skill), skill, message)
+            yield Problem(("weights", skill), weight, message)
     yield from _misplaced_templates(learner)
 
 

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 from sim.spec import FiniteFloat
 
 MAX_TRIALS = 2_000_000
-"""Trials a run may have: its log takes 29 bytes for each."""
+"""Trials a run may have: its log takes 33 bytes for each."""
 
 MAX_VALUE: Final = 1e6
 """Size of a value that a preset may name."""
@@ -38,7 +38,7 @@ SEARCH: Final = "search"
 COMMAND_NAMES: Final = ("counterclockwise", "clockwise", "inwards", "outwards", SEARCH)
 """What the manager of a feudal learner may command, in the order of its options."""
 
-_MOST_NAMES: Final = 32
+_MOST_NAMES: Final = 40
 
 
 def listed(names: Iterable[str]) -> str:

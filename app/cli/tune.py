@@ -260,6 +260,15 @@ def _report(preset: str, plan: "Plan", tuned: "Tuned") -> str:
                 "",
             ),
             searched,
+            *(
+                filled(
+                    f"Of {stage.skill} the best is at an end of what was tried, and one beyond it"
+                    " may be better: see --weights.",
+                    "",
+                )
+                for stage in tuned.stages
+                if stage.is_at_an_end
+            ),
             filled(
                 f"Judged with {counted(n_judges, 'seed')} that the search has not seen"
                 f" ({_seeds_in_words(plan.judge_seeds)}). In brackets are intervals of"

@@ -188,7 +188,7 @@ _WRONG: Final = {
     "model_type": "must be a mapping",
     "dict_type": "must be a mapping",
     "tuple_type": "must be a list",
-    "too_long": "has too many items",
+    "too_long": "has more than {max_length} items",
     "too_short": "has too few items",
     "literal_error": "is not among what is allowed",
     "finite_number": "must be finite",

@@ -31,6 +31,7 @@ from app.experiments.record import Record
 from app.experiments.runner import Progress, run_experiment
 from app.experiments.seeds import SeedFailedError
 from app.experiments.task import Finished
+from learners.names import MAX_TRIALS
 from learners.spec import RunSpec
 
 GRID: Final = (0.0, *(2.0**power for power in range(-4, 5)))
@@ -88,6 +89,12 @@ class Stage(NamedTuple):
     weight: float
     """That was best, and is kept."""
 
+    @property
+    def is_at_an_end(self) -> bool:
+        """Whether weights beyond those that were tried may be better still."""
+        tried = [each.weight for each in self.tried if each.weight]
+        return len(tried) > 1 and self.weight in (min(tried), max(tried))
+
 
 @dataclass(frozen=True)
 class Tuned:
@@ -130,7 +137,10 @@ def search(
         tried = [Tried(*each) for each in zip(wanted, rewards, strict=True)]
         best = min(tried, key=_rank)
         if math.isnan(best.mean):
-            raise TuningError("ends no trial within the horizon; allowed: a longer one")
+            raise TuningError(
+                f"ends no trial within the horizon, or all {MAX_TRIALS:,} that there may be;"
+                " allowed: another --horizon"
+            )
         kept[skill] = best.weight
         stages.append(Stage(skill, tried, best.weight))
     return stages

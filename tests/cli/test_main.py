@@ -421,13 +421,13 @@ TOO_LONG = "9" * 5_000
 REFUSED: Sequence[tuple[Sequence[str], str]] = (
     (
         ["rnu"],
-        "'rnu' is not a command; allowed: lab, lesson, replay, export, presets, run, experiment,"
-        " report, replicate, bench, doctor (did you mean run?)",
+        "'rnu' is not a command; allowed: lab, lesson, replay, export, presets, run, tune,"
+        " experiment, report, replicate, bench, doctor (did you mean run?)",
     ),
     (
         ["timed"],
-        "'timed' is not a command; allowed: lab, lesson, replay, export, presets, run, experiment,"
-        " report, replicate, bench, doctor (to open a preset: pounce lab timed)",
+        "'timed' is not a command; allowed: lab, lesson, replay, export, presets, run, tune,"
+        " experiment, report, replicate, bench, doctor (to open a preset: pounce lab timed)",
     ),
     (["--version", "x"], "'x' is one word too many (see pounce --help)"),
     (

@@ -1,5 +1,6 @@
 """The command ``pounce tune``: what it prints and writes, and what it refuses."""
 
+import errno
 import json
 import os
 import signal
@@ -78,6 +79,15 @@ def test_a_table_has_each_skill_with_each_weight(capsys: pytest.CaptureFixture[s
     assert any(line.startswith("all weights 1") for line in lines)
 
 
+def test_where_the_best_weight_is_at_an_end_more_may_be_tried(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hint = "Of fear the best is at an end of what was tried"
+    for is_at_an_end in (False, True):
+        monkeypatch.setattr(tuning.Stage, "is_at_an_end", is_at_an_end)
+        assert (hint in " ".join(answer(capsys, *QUICK).split())) == is_at_an_end
+
+
 def test_what_was_found_is_a_preset_that_runs(
     capsys: pytest.CaptureFixture[str], here: Path
 ) -> None:
@@ -104,6 +114,19 @@ def test_a_file_is_replaced_only_if_that_is_asked_for(
     assert presets.load("mine.yaml").learner.weights
 
 
+def test_what_cannot_be_written_is_said(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("app.util.files.write_whole", full)
+    assert main.main(["tune", "static_appetite_fear", *QUICK, "--save", "mine.yaml"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err == "--save: 'mine.yaml' cannot be written: No space left on device\n"
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -126,7 +149,7 @@ def test_a_file_is_replaced_only_if_that_is_asked_for(
         (("static_appetite_fear", "--set", "nothing=1"), "nothing"),
         (
             ("static_appetite_fear", "--horizon", "1", "--seeds", "1"),
-            "static_appetite_fear ends no trial within the horizon; allowed: a longer one",
+            "static_appetite_fear ends no trial within the horizon, or all 2,000,000",
         ),
     ],
 )

@@ -189,7 +189,7 @@ WRONG_VALUES = [
     ),
     (
         "world:\n  start_radius: [10, 20, 30]",
-        "4: world.start_radius: value [10, 20, 30]: has too many items;"
+        "4: world.start_radius: value [10, 20, 30]: has more than 2 items;"
         " allowed: [nearest, farthest]",
     ),
     (

@@ -108,9 +108,26 @@ def test_of_equal_weights_the_one_nearest_to_1_is_kept(
     assert tuning.search(SKILLS[:2], [*rewards], rewards_of)[-1].weight == kept
 
 
+@pytest.mark.parametrize(
+    ("tried", "kept", "is_at_an_end"),
+    [
+        ((0, 0.25, 1, 4), 4, True),
+        ((0, 0.25, 1, 4), 0.25, True),
+        ((0, 0.25, 1, 4), 1, False),
+        ((0, 0.25, 1, 4), 0, False),
+        ((1,), 1, False),
+    ],
+)
+def test_a_weight_at_an_end_of_the_grid_is_told(
+    tried: Sequence[float], kept: float, is_at_an_end: bool
+) -> None:
+    stage = tuning.Stage("two", [tuning.Tried(weight, {}) for weight in tried], kept)
+    assert stage.is_at_an_end == is_at_an_end
+
+
 def test_seeds_without_a_reward_do_not_count_unless_there_is_no_other() -> None:
     assert tuning.Tried(1, {0: math.nan, 1: 4.0, 2: 6.0}).mean == 5
-    with pytest.raises(TuningError, match="no trial within the horizon"):
+    with pytest.raises(TuningError, match="ends no trial within the horizon"):
         tuning.search(SKILLS, GRID, lambda sets: [{0: math.nan} for _ in sets])
 
 
