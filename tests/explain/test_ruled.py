@@ -136,7 +136,7 @@ def worth_towards_the_prey(preset: str) -> Snapshot:
     """A moment in which going east is worth something, the more the nearer the prey."""
     base = fresh(preset)
     value = np.zeros_like(base.selection_q)
-    worth = 100.0 - 5.0 * np.arange(1, value.shape[1] + 1)
+    worth: np.ndarray = 100.0 - 5.0 * np.arange(1, value.shape[1] + 1)
     value[..., EAST] = worth[None, :, None]
     return dataclasses.replace(base, selection_q=value, value=value.max(axis=-1))
 
@@ -145,7 +145,8 @@ def test_a_link_of_a_kept_choice_is_all_of_its_steps() -> None:
     moment = worth_towards_the_prey("standard_q_held")
     chain = chain_of(moment, 30, 60, 0)
     assert chain.ending == "capture"
-    assert len(chain.links) < 30
+    n_links = len(chain.links)
+    assert n_links < 30
     first = chain.links[0]
     assert first.steps == first.power > 1
     assert action_text(first) == f"move east for {first.steps} steps"
