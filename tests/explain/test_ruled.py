@@ -136,7 +136,7 @@ def worth_towards_the_prey(preset: str) -> Snapshot:
     """A moment in which going east is worth something, the more the nearer the prey."""
     base = fresh(preset)
     value = np.zeros_like(base.selection_q)
-    worth: np.ndarray = 100.0 - 5.0 * np.arange(1, value.shape[1] + 1)
+    worth = np.array([95.0 - 5.0 * ring for ring in range(value.shape[1])], np.float32)
     value[..., EAST] = worth[None, :, None]
     return dataclasses.replace(base, selection_q=value, value=value.max(axis=-1))
 
